@@ -1,0 +1,1 @@
+"""Simulated MAVLink autopilots: seeded, deterministic, faster than real time."""

@@ -1,0 +1,1 @@
+"""The ROS 2 nodes: navigation goals in, MAVLink to the vehicle out."""

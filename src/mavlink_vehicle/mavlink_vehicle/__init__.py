@@ -1,0 +1,1 @@
+"""One autopilot over MAVLink, without ROS: usable alone."""

@@ -1,0 +1,1 @@
+"""Where to go next: trajectories, planning and tasks, without ROS or MAVLink."""
