@@ -1,0 +1,49 @@
+# The commands of the project. Each sets up first what it needs; nothing is done twice.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.PHONY: help setup build demo test bench lint lock clean distclean
+
+# Put before a command that needs the environment.
+ENTER := source ./setup.bash &&
+
+help: ## Show this list
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/\1\t\2/' | \
+		while IFS=$$'\t' read -r name what; do printf 'make %-10s %s\n' "$$name" "$$what"; done
+
+setup: ## Set up .venv and build the workspace (PYTHON=python3.12 chooses the interpreter)
+	@scripts/setup.sh
+
+build: setup ## The same as setup
+
+demo: setup ## Fly to (10, 5, 2) in the simulator; leaves out/demo/
+	@$(ENTER) python -m drone_navigation.demo
+
+test: setup ## Run the whole test suite
+	@$(ENTER) lint-imports --cache-dir .import_linter_cache
+	@$(ENTER) python -m pytest -n 2 --dist worksteal tests
+
+bench: setup ## Measure; prints a table and writes out/bench.json
+	@$(ENTER) python tests/bench/run.py
+
+lint: setup ## Check style, types and import rules
+	@$(ENTER) ruff check .
+	@$(ENTER) ruff format --check .
+	@$(ENTER) mypy
+	@$(ENTER) lint-imports --cache-dir .import_linter_cache
+
+# `uv pip compile` keeps the versions that are in the lock already; UPGRADE=--upgrade renews.
+LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header \
+	--no-emit-index-url --no-annotate --quiet $(UPGRADE) \
+	--group runtime --group build --group dev
+
+lock: setup ## Write requirements/*.txt anew from pyproject.toml (UPGRADE=--upgrade renews all)
+	@$(ENTER) $(LOCK) --group ros-wheels -o requirements/wheels.txt
+	@$(ENTER) $(LOCK) --group ros-system -o requirements/system.txt
+
+clean: ## Remove what was built and written; keeps the installed packages
+	rm -rf build install log out .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+
+distclean: clean ## Remove everything that set-up made
+	rm -rf .venv
