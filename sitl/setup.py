@@ -7,7 +7,7 @@ PACKAGE = "mavlink_sitl"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Simulated MAVLink autopilots in Python: seeded, deterministic, faster than real time",
+    description="Simulated MAVLink autopilots: seeded, deterministic, faster than real time",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",

@@ -1,6 +1,6 @@
 """Installs `drone_navigation` (ament_python)."""
 
-from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -18,7 +18,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/launch", sorted(glob("launch/*.py"))),
+        (f"share/{PACKAGE}/launch", sorted(map(str, Path("launch").glob("*.py")))),
     ],
     python_requires=">=3.10",
     install_requires=["numpy", "PyYAML", "jsonschema", "rich", "matplotlib"],
