@@ -1,0 +1,118 @@
+"""The kinematic limits that trajectories keep."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from navigation_core.geometry import Vector3, horizontal_norm
+
+
+class LimitsError(ValueError):
+    """A kinematic limit is not a positive, finite number."""
+
+
+@dataclass(frozen=True)
+class AxisLimits:
+    """Limits of a motion along one direction.
+
+    Attributes:
+        speed_forward_m_s: greatest speed along the direction.
+        speed_backward_m_s: greatest speed against it, as a positive number.
+        acceleration_m_s2: greatest acceleration, either way.
+        jerk_m_s3: greatest jerk, either way.
+    """
+
+    speed_forward_m_s: float
+    speed_backward_m_s: float
+    acceleration_m_s2: float
+    jerk_m_s3: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How fast the vehicle is flown.
+
+    Attributes:
+        speed_horizontal_m_s: greatest norm of the horizontal velocity.
+        speed_up_m_s: greatest climb rate.
+        speed_down_m_s: greatest descent rate, as a positive number.
+        acceleration_horizontal_m_s2: greatest horizontal acceleration.
+        acceleration_vertical_m_s2: greatest vertical acceleration.
+        jerk_m_s3: greatest jerk along the path.
+        yaw_rate_rad_s: greatest yaw rate.
+    """
+
+    speed_horizontal_m_s: float = 5.0
+    speed_up_m_s: float = 2.0
+    speed_down_m_s: float = 1.5
+    acceleration_horizontal_m_s2: float = 2.0
+    acceleration_vertical_m_s2: float = 1.5
+    jerk_m_s3: float = 4.0
+    yaw_rate_rad_s: float = math.radians(60.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be flown.
+
+        Raises:
+            LimitsError: a limit is NaN, infinite, zero or negative.
+        """
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise LimitsError(
+                    f"The limit {field.name} is {value}; give a positive, finite number."
+                )
+
+    def with_speed(self, speed_m_s: float | None) -> Limits:
+        """Return limits with another horizontal speed; None and 0 change nothing.
+
+        The climb and descent rates come down to the same speed if they are above it: who
+        asks for a slow flight does not expect a fast climb.
+        """
+        if not speed_m_s:
+            return self
+        return dataclasses.replace(
+            self,
+            speed_horizontal_m_s=speed_m_s,
+            speed_up_m_s=min(self.speed_up_m_s, speed_m_s),
+            speed_down_m_s=min(self.speed_down_m_s, speed_m_s),
+        )
+
+    def along(self, direction_enu: Vector3) -> AxisLimits:
+        """Return the limits of a straight motion along a unit vector of the map frame."""
+        level = horizontal_norm(direction_enu)
+        rise = direction_enu[2]
+        ahead, back = (
+            (self.speed_up_m_s, self.speed_down_m_s)
+            if rise >= 0.0
+            else (self.speed_down_m_s, self.speed_up_m_s)
+        )
+        return AxisLimits(
+            speed_forward_m_s=_share(self.speed_horizontal_m_s, level, ahead, rise),
+            speed_backward_m_s=_share(self.speed_horizontal_m_s, level, back, rise),
+            acceleration_m_s2=_share(
+                self.acceleration_horizontal_m_s2, level, self.acceleration_vertical_m_s2, rise
+            ),
+            jerk_m_s3=self.jerk_m_s3,
+        )
+
+    def clip_velocity(self, velocity_enu_m_s: Vector3) -> Vector3:
+        """Return a velocity with its horizontal norm and its climb rate within the limits."""
+        east, north, up = velocity_enu_m_s
+        speed = math.hypot(east, north)
+        factor = 1.0 if speed <= self.speed_horizontal_m_s else self.speed_horizontal_m_s / speed
+        return (
+            east * factor,
+            north * factor,
+            min(max(up, -self.speed_down_m_s), self.speed_up_m_s),
+        )
+
+
+def _share(horizontal: float, level: float, vertical: float, rise: float) -> float:
+    """Return the length at which a direction first meets one of two bounds."""
+    rise = abs(rise)
+    across = horizontal / level if level > 1e-9 else math.inf
+    upright = vertical / rise if rise > 1e-9 else math.inf
+    return min(across, upright)

@@ -1,0 +1,49 @@
+"""How goals end and why they are refused: stable codes with a sentence each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class OutcomeCode(str, Enum):
+    """Why a goal ended or was refused. The value is the stable name that clients see."""
+
+    SUCCESS = "SUCCESS"
+    CANCELED = "CANCELED"
+    PREEMPTED = "PREEMPTED"
+    PILOT_OVERRIDE = "PILOT_OVERRIDE"
+    LINK_LOST = "LINK_LOST"
+    NO_VEHICLE = "NO_VEHICLE"
+    NO_POSITION = "NO_POSITION"
+    INVALID_NUMBER = "INVALID_NUMBER"
+    INVALID_ORIENTATION = "INVALID_ORIENTATION"
+    NEGATIVE_SPEED = "NEGATIVE_SPEED"
+    UNKNOWN_FRAME = "UNKNOWN_FRAME"
+    BELOW_GROUND = "BELOW_GROUND"
+    OUTSIDE_VOLUME = "OUTSIDE_VOLUME"
+    BUSY = "BUSY"
+    ARMING_NOT_ALLOWED = "ARMING_NOT_ALLOWED"
+    MODE_REFUSED = "MODE_REFUSED"
+    ARMING_REFUSED = "ARMING_REFUSED"
+    TAKEOFF_REFUSED = "TAKEOFF_REFUSED"
+    TIMEOUT = "TIMEOUT"
+    DISARMED = "DISARMED"
+    LANDED = "LANDED"
+    VEHICLE_FAILSAFE = "VEHICLE_FAILSAFE"
+    VEHICLE_REBOOTED = "VEHICLE_REBOOTED"
+    SHUTTING_DOWN = "SHUTTING_DOWN"
+    INTERNAL_ERROR = "INTERNAL_ERROR"
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """Why a goal is not accepted.
+
+    Attributes:
+        code: stable reason.
+        message: a sentence with all numbers and units, saying what to do where it can.
+    """
+
+    code: OutcomeCode
+    message: str

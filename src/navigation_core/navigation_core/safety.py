@@ -1,0 +1,162 @@
+"""What a target must satisfy before anything moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from navigation_core.geometry import Vector3, horizontal_norm, is_finite
+from navigation_core.outcomes import OutcomeCode, Rejection
+
+__all__ = ["Box", "FlightVolume", "Rejection", "VolumeError", "check_target"]
+
+
+class VolumeError(ValueError):
+    """A flight volume is configured that contains nothing or is not a number."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """Axis-aligned bounds in the map frame, in metres; both corners belong to it.
+
+    Attributes:
+        minimum_enu_m: the corner with the smallest coordinates.
+        maximum_enu_m: the corner with the largest coordinates.
+    """
+
+    minimum_enu_m: Vector3
+    maximum_enu_m: Vector3
+
+    def __post_init__(self) -> None:
+        """Refuse a box without inside.
+
+        Raises:
+            VolumeError: a number is not finite, or a minimum is not below its maximum.
+        """
+        corners = (self.minimum_enu_m, self.maximum_enu_m)
+        if not all(is_finite(corner) for corner in corners) or not all(
+            low < high for low, high in zip(*corners, strict=True)
+        ):
+            raise VolumeError(
+                f"The box {corners} m is empty; give finite minimum_enu_m below maximum_enu_m."
+            )
+
+    def contains(self, position_enu_m: Vector3) -> bool:
+        """Whether a point lies inside or on the surface."""
+        return all(
+            low <= value <= high
+            for low, value, high in zip(
+                self.minimum_enu_m, position_enu_m, self.maximum_enu_m, strict=True
+            )
+        )
+
+
+@dataclass(frozen=True)
+class FlightVolume:
+    """Where targets are accepted: a cylinder about the map origin, and optionally a box.
+
+    Attributes:
+        radius_max_m: greatest horizontal distance from the map origin.
+        altitude_min_m: least altitude above the ground.
+        altitude_max_m: greatest altitude above the ground.
+        box: further bounds in the map frame, or None.
+    """
+
+    radius_max_m: float
+    altitude_min_m: float
+    altitude_max_m: float
+    box: Box | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a volume without inside.
+
+        Raises:
+            VolumeError: a number is NaN, the radius is not positive, or the altitudes are
+                not in ascending order.
+        """
+        if not self.radius_max_m > 0.0:
+            raise VolumeError(f"radius_max_m is {self.radius_max_m} m; give a positive radius.")
+        if not self.altitude_min_m < self.altitude_max_m:
+            raise VolumeError(
+                f"altitude_min_m is {self.altitude_min_m} m and altitude_max_m is "
+                f"{self.altitude_max_m} m; give a minimum below the maximum."
+            )
+
+
+def check_target(
+    position_enu_m: Vector3,
+    max_speed_m_s: float | None,
+    ground_enu_m: float,
+    volume: FlightVolume,
+    yaw_enu_rad: float | None = None,
+) -> Rejection | None:
+    """Say why a target cannot be accepted.
+
+    Args:
+        position_enu_m: target in the map frame.
+        max_speed_m_s: wanted greatest ground speed; None or 0 for the default.
+        ground_enu_m: map z of the ground, usually of home.
+        volume: where targets are accepted.
+        yaw_enu_rad: wanted yaw, or None for the direction of travel.
+
+    Returns:
+        The first reason against it, or None if it is sound.
+    """
+    numbers = _check_numbers(position_enu_m, max_speed_m_s, yaw_enu_rad)
+    if numbers is not None:
+        return numbers
+    x, y, z = position_enu_m
+    where = f"The target ({x:.2f}, {y:.2f}, {z:.2f}) m"
+    altitude_m = z - ground_enu_m
+    if altitude_m < 0.0:
+        return Rejection(
+            OutcomeCode.BELOW_GROUND,
+            f"{where} is {-altitude_m:.2f} m below the ground, which is at z = "
+            f"{ground_enu_m:.2f} m; z grows upwards.",
+        )
+    radius_m = horizontal_norm(position_enu_m)
+    text = None
+    if radius_m > volume.radius_max_m:
+        text = (
+            f"is {radius_m:.2f} m from the map origin; the flight volume ends at "
+            f"{volume.radius_max_m:g} m."
+        )
+    elif not volume.altitude_min_m <= altitude_m <= volume.altitude_max_m:
+        text = (
+            f"is {altitude_m:.2f} m above the ground; the flight volume reaches from "
+            f"{volume.altitude_min_m:g} m to {volume.altitude_max_m:g} m."
+        )
+    elif volume.box is not None and not volume.box.contains(position_enu_m):
+        text = (
+            f"is outside the box from {volume.box.minimum_enu_m} m to {volume.box.maximum_enu_m} m."
+        )
+    return None if text is None else Rejection(OutcomeCode.OUTSIDE_VOLUME, f"{where} {text}")
+
+
+def _check_numbers(
+    position_enu_m: Vector3, max_speed_m_s: float | None, yaw_enu_rad: float | None
+) -> Rejection | None:
+    if not is_finite(position_enu_m):
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            f"The target {position_enu_m} m holds a NaN or infinite coordinate; send three "
+            "finite numbers.",
+        )
+    if max_speed_m_s is not None and not math.isfinite(max_speed_m_s):
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            f"The greatest speed is {max_speed_m_s} m/s; send a finite number, or 0 for the "
+            "default.",
+        )
+    if max_speed_m_s is not None and max_speed_m_s < 0.0:
+        return Rejection(
+            OutcomeCode.NEGATIVE_SPEED,
+            f"The greatest speed is {max_speed_m_s:g} m/s; send a positive number, or 0 for "
+            "the default.",
+        )
+    if yaw_enu_rad is not None and not math.isfinite(yaw_enu_rad):
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            f"The yaw is {yaw_enu_rad} rad; send a finite number.",
+        )
+    return None

@@ -1,0 +1,1 @@
+"""Navigation tasks: what a goal makes the vehicle do, step by step."""

@@ -1,0 +1,275 @@
+"""What a task is told, what it answers, and what every task can do.
+
+A task is a pure state machine. Its owner calls :meth:`Task.step` at the setpoint rate with
+what is known about the vehicle, carries out the intent that comes back, and stops calling
+once the answer is an outcome. Positions are in the ENU map frame, times are seconds of
+whatever clock the owner uses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, Flag, auto
+from typing import Protocol
+
+from navigation_core.geometry import KinematicState, Vector3, is_finite
+from navigation_core.outcomes import OutcomeCode, Rejection
+
+__all__ = [
+    "Fly",
+    "Intent",
+    "Observation",
+    "OperationKind",
+    "OperationReport",
+    "OperationState",
+    "Outcome",
+    "OutcomeCode",
+    "Perform",
+    "Progress",
+    "Rejection",
+    "Requirement",
+    "Setpoint",
+    "Status",
+    "Task",
+    "Wait",
+    "check_requirements",
+]
+
+
+class Status(str, Enum):
+    """What a goal is doing, as its feedback says."""
+
+    PREPARING = "PREPARING"
+    ARMING = "ARMING"
+    TAKING_OFF = "TAKING_OFF"
+    NAVIGATING = "NAVIGATING"
+    SETTLING = "SETTLING"
+    HOLDING = "HOLDING"
+    CANCELLING = "CANCELLING"
+    LINK_LOST = "LINK_LOST"
+
+
+class OperationKind(Enum):
+    """Something that takes the vehicle a while and that it may refuse."""
+
+    TAKE_CONTROL = "TAKE_CONTROL"
+    ARM = "ARM"
+    DISARM = "DISARM"
+    TAKE_OFF = "TAKE_OFF"
+
+
+class OperationState(Enum):
+    """How an operation stands. All but PENDING are final."""
+
+    PENDING = "PENDING"
+    ACHIEVED = "ACHIEVED"
+    REFUSED = "REFUSED"
+    TIMED_OUT = "TIMED_OUT"
+    CANCELLED = "CANCELLED"
+    LINK_LOST = "LINK_LOST"
+
+
+@dataclass(frozen=True)
+class OperationReport:
+    """How the operation stands that the task asked for last.
+
+    Attributes:
+        kind: which operation.
+        state: how it stands. ACHIEVED means that the vehicle's own state shows it.
+        reason: what the vehicle gave as its reason; empty if it gave none.
+    """
+
+    kind: OperationKind
+    state: OperationState
+    reason: str
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What is known about the vehicle at one moment.
+
+    Attributes:
+        time_s: the moment.
+        position_enu_m: position in the map frame, or None.
+        velocity_enu_m_s: velocity in the map frame, or None.
+        yaw_enu_rad: yaw in the map frame, or None.
+        armed: whether the motors may turn.
+        in_control: whether the vehicle is in the mode in which it obeys setpoints.
+        airborne: whether it flies; None if it does not say.
+        ground_enu_m: map z of the ground, usually of home.
+        position_age_s: time since the position was received; infinite without one.
+        connected: whether the vehicle is heard.
+        operation: state of the operation that the task asked for last, or None.
+    """
+
+    time_s: float
+    position_enu_m: Vector3 | None
+    velocity_enu_m_s: Vector3 | None
+    yaw_enu_rad: float | None
+    armed: bool
+    in_control: bool
+    airborne: bool | None
+    ground_enu_m: float
+    position_age_s: float
+    connected: bool
+    operation: OperationReport | None
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """Where the vehicle should be now.
+
+    Attributes:
+        position_enu_m: position in the map frame.
+        velocity_enu_m_s: velocity feed-forward.
+        acceleration_enu_m_s2: acceleration feed-forward.
+        yaw_enu_rad: yaw.
+    """
+
+    position_enu_m: Vector3
+    velocity_enu_m_s: Vector3
+    acceleration_enu_m_s2: Vector3
+    yaw_enu_rad: float
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Send nothing that moves the vehicle."""
+
+
+@dataclass(frozen=True)
+class Perform:
+    """Have an operation done.
+
+    Returned at every step until the report says that the operation has finished; it is to
+    be started once.
+
+    Attributes:
+        kind: which operation.
+        height_m: for TAKE_OFF, the height above the ground to climb to.
+    """
+
+    kind: OperationKind
+    height_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Fly:
+    """Send this setpoint now. A pending operation is to be given up for it."""
+
+    setpoint: Setpoint
+
+
+Intent = Wait | Perform | Fly
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The one end of a task.
+
+    Attributes:
+        code: stable reason.
+        message: a sentence for people.
+        final_error_m: measured distance to the target, or None if it was not measured.
+    """
+
+    code: OutcomeCode
+    message: str
+    final_error_m: float | None
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a task is. Both numbers are always finite and not negative.
+
+    Attributes:
+        status: what is happening.
+        distance_remaining_m: length of the way that is left.
+        time_remaining_s: estimated time to the end.
+    """
+
+    status: Status
+    distance_remaining_m: float
+    time_remaining_s: float
+
+
+class Requirement(Flag):
+    """What a task must have before it is started."""
+
+    NONE = 0
+    CONNECTION = auto()
+    POSITION = auto()
+    VELOCITY = auto()
+    YAW = auto()
+
+
+class Task(Protocol):
+    """Something that flies the vehicle towards an aim."""
+
+    @property
+    def requires(self) -> Requirement:
+        """What must be there before :meth:`start`."""
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """State of the setpoint sent last, for a successor; None before the first."""
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """Yaw of the setpoint sent last; None before the first."""
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Say what to do now, or how it ended."""
+
+    def cancel(self, now: float) -> None:
+        """Ask for an early end; the steps that follow bring the vehicle to a stop."""
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Go on after a time without steps."""
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Say how far it is."""
+
+
+def check_requirements(
+    requires: Requirement, observation: Observation, position_timeout_s: float
+) -> Rejection | None:
+    """Say what a task lacks.
+
+    Args:
+        requires: what the task needs.
+        observation: what is known now.
+        position_timeout_s: age from which a position is no position.
+
+    Returns:
+        The first thing that is missing, or None.
+    """
+    if Requirement.CONNECTION in requires and not observation.connected:
+        return Rejection(OutcomeCode.NO_VEHICLE, "No vehicle is heard on the link.")
+    lacking = []
+    if Requirement.POSITION in requires and not _known(observation.position_enu_m):
+        lacking.append("position")
+    if Requirement.VELOCITY in requires and not _known(observation.velocity_enu_m_s):
+        lacking.append("velocity")
+    if Requirement.YAW in requires and not _known(observation.yaw_enu_rad):
+        lacking.append("yaw")
+    if lacking:
+        return Rejection(
+            OutcomeCode.NO_POSITION, f"The vehicle gives no valid {' and no '.join(lacking)} yet."
+        )
+    if Requirement.POSITION in requires and not observation.position_age_s <= position_timeout_s:
+        return Rejection(
+            OutcomeCode.NO_POSITION,
+            f"The last position is {observation.position_age_s:.1f} s old; at most "
+            f"{position_timeout_s:g} s is allowed.",
+        )
+    return None
+
+
+def _known(value: Vector3 | float | None) -> bool:
+    if value is None:
+        return False
+    return is_finite(value) if isinstance(value, tuple) else is_finite((value, 0.0, 0.0))

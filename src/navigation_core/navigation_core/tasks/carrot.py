@@ -1,0 +1,160 @@
+"""The setpoint that runs ahead of the vehicle along a trajectory, and waits for it."""
+
+from __future__ import annotations
+
+import math
+
+from navigation_core.geometry import (
+    KinematicState,
+    Vector3,
+    add,
+    distance,
+    limit_norm,
+    norm,
+    scale,
+    slew_angle,
+    wrap_angle,
+)
+from navigation_core.tasks.base import Setpoint
+from navigation_core.trajectory import Trajectory
+
+# The carrot runs freely until the vehicle lags this share of the greatest tracking error.
+_FREE_SHARE = 0.5
+# Fastest change of the rate at which trajectory time passes, per second. At speed the
+# acceleration limit is stricter.
+_RATE_CHANGE_PER_S = 2.0
+# Smoothing of the rate that the time remaining is divided by, and its floor.
+_RATE_AVERAGE_S = 2.0
+_RATE_FLOOR = 0.1
+
+
+class Carrot:
+    """Walks along one trajectory.
+
+    Trajectory time passes at a rate between 0 and 1. The rate is 1 while the vehicle is
+    close; it falls to 0 as the measured position lags the setpoint by the greatest
+    tracking error. So neither wind nor a slow vehicle lets the setpoint run away, which
+    the vehicle would race after. The feed-forward scales with the rate and so stays the
+    true derivative of the position.
+    """
+
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        tracking_error_max_m: float,
+        yaw_enu_rad: float,
+        yaw_goal_enu_rad: float,
+    ) -> None:
+        """Stand at the beginning.
+
+        Args:
+            trajectory: where to walk.
+            tracking_error_max_m: lag at which the carrot stands still.
+            yaw_enu_rad: yaw to begin with.
+            yaw_goal_enu_rad: yaw to turn to, the shortest way.
+        """
+        self.trajectory = trajectory
+        self._error_max_m = tracking_error_max_m
+        self._yaw = wrap_angle(yaw_enu_rad)
+        self._yaw_goal = wrap_angle(yaw_goal_enu_rad)
+        self._time_s = 0.0
+        self._rate = 1.0
+        self._rate_average = 1.0
+        self._state = trajectory.sample(0.0)
+
+    @property
+    def state(self) -> KinematicState:
+        """The setpoint's position and its true derivatives."""
+        return self._state
+
+    @property
+    def yaw_enu_rad(self) -> float:
+        """The setpoint's yaw."""
+        return self._yaw
+
+    @property
+    def setpoint(self) -> Setpoint:
+        """What to send now."""
+        return Setpoint(
+            self._state.position_enu_m,
+            self._state.velocity_enu_m_s,
+            self._state.acceleration_enu_m_s2,
+            self._yaw,
+        )
+
+    @property
+    def travelled_s(self) -> float:
+        """Trajectory time that has passed."""
+        return self._time_s
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the trajectory and the turn have come to their end."""
+        return self._time_s >= self.trajectory.duration_s and self._yaw == self._yaw_goal
+
+    @property
+    def distance_remaining_m(self) -> float:
+        """Length of the path that is left."""
+        return self.trajectory.remaining_distance_m(self._time_s)
+
+    @property
+    def time_remaining_s(self) -> float:
+        """Time that is left at the pace of the last seconds."""
+        left_s = max(self.trajectory.duration_s - self._time_s, 0.0)
+        turn_s = abs(wrap_angle(self._yaw_goal - self._yaw)) / self._yaw_rate
+        return max(left_s / max(self._rate_average, _RATE_FLOOR), turn_s)
+
+    @property
+    def _yaw_rate(self) -> float:
+        return self.trajectory.limits.yaw_rate_rad_s
+
+    def advance(self, dt_s: float, position_enu_m: Vector3 | None) -> None:
+        """Walk on.
+
+        Args:
+            dt_s: time since the last call.
+            position_enu_m: measured position of this moment; None to walk without waiting.
+        """
+        if dt_s <= 0.0:
+            return
+        before = self._rate
+        nominal = self.trajectory.sample(self._time_s)
+        self._rate = self._next_rate(dt_s, position_enu_m, norm(nominal.velocity_enu_m_s))
+        share = min(dt_s / _RATE_AVERAGE_S, 1.0)
+        self._rate_average += share * (self._rate - self._rate_average)
+        # The mean of both rates makes the position the integral of the velocity.
+        self._time_s += 0.5 * (before + self._rate) * dt_s
+        self._state = self._scaled(
+            self.trajectory.sample(self._time_s), (self._rate - before) / dt_s
+        )
+        self._yaw = slew_angle(self._yaw, self._yaw_goal, self._yaw_rate * dt_s)
+
+    def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, speed: float) -> float:
+        wanted = 1.0
+        if position_enu_m is not None:
+            lag_m = distance(self._state.position_enu_m, position_enu_m)
+            room = (self._error_max_m - lag_m) / (self._error_max_m * (1.0 - _FREE_SHARE))
+            wanted = min(max(room, 0.0), 1.0)
+        limits = self.trajectory.limits
+        acceleration = min(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2)
+        change = _RATE_CHANGE_PER_S
+        if speed * change > acceleration:
+            change = acceleration / speed
+        return min(max(wanted, self._rate - change * dt_s), self._rate + change * dt_s)
+
+    def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
+        velocity = nominal.velocity_enu_m_s
+        acceleration = add(
+            scale(nominal.acceleration_enu_m_s2, self._rate * self._rate),
+            scale(velocity, rate_change_per_s),
+        )
+        limits = self.trajectory.limits
+        ceiling = max(
+            norm(nominal.acceleration_enu_m_s2),
+            math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2),
+        )
+        return KinematicState(
+            nominal.position_enu_m,
+            scale(velocity, self._rate),
+            limit_norm(acceleration, ceiling),
+        )

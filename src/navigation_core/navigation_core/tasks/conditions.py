@@ -1,0 +1,107 @@
+"""Small conditions that tasks share: dwelling, waiting for an operation, being located."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.base import (
+    Intent,
+    Observation,
+    OperationKind,
+    OperationState,
+    Outcome,
+    Perform,
+    Requirement,
+    check_requirements,
+)
+
+_LOCATED = Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
+
+_WHAT = {
+    OperationKind.TAKE_CONTROL: "change to the mode in which it obeys setpoints",
+    OperationKind.ARM: "arm",
+    OperationKind.DISARM: "disarm",
+    OperationKind.TAKE_OFF: "take off",
+}
+
+
+class Dwell:
+    """Whether something has been true without a break for a time."""
+
+    def __init__(self, duration_s: float) -> None:
+        """Begin with nothing seen."""
+        self._duration_s = duration_s
+        self._since_s: float | None = None
+
+    def holds(self, condition: bool, time_s: float) -> bool:
+        """Take note of the condition at a time, and say whether it held long enough."""
+        if not condition:
+            self._since_s = None
+            return False
+        if self._since_s is None:
+            self._since_s = time_s
+        return time_s - self._since_s >= self._duration_s
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._since_s = None
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operation that was asked for.
+
+    Attributes:
+        intent: what was asked.
+        refusal: code of the outcome if it comes to nothing.
+        asked_s: when.
+        timeout_s: how long its report may take.
+    """
+
+    intent: Perform
+    refusal: OutcomeCode
+    asked_s: float
+    timeout_s: float
+
+    def check(self, observation: Observation, now: float) -> Intent | Outcome | None:
+        """Say how it stands: ask again, over with a reason, or None once it is achieved."""
+        report = observation.operation
+        what = _WHAT[self.intent.kind]
+        if report is None or report.kind is not self.intent.kind:
+            state, reason = OperationState.PENDING, ""
+        else:
+            state, reason = report.state, report.reason.strip().rstrip(".")
+        if state is OperationState.ACHIEVED:
+            return None
+        if state is OperationState.PENDING:
+            if now - self.asked_s <= self.timeout_s:
+                return self.intent
+            text = f"The request to {what} timed out: no result within {self.timeout_s:g} s."
+            return Outcome(self.refusal, text, None)
+        because = f": {reason}." if reason else "; the vehicle gave no reason."
+        if state is OperationState.LINK_LOST:
+            return Outcome(
+                OutcomeCode.LINK_LOST,
+                f"The link was lost during the request to {what}{because}",
+                None,
+            )
+        ending = {
+            OperationState.REFUSED: "was refused",
+            OperationState.TIMED_OUT: "timed out",
+            OperationState.CANCELLED: "was given up",
+        }[state]
+        return Outcome(self.refusal, f"The request to {what} {ending}{because}", None)
+
+
+def is_located(observation: Observation, age_max_s: float) -> bool:
+    """Whether position, velocity and yaw are known, finite and recent."""
+    return check_requirements(_LOCATED, observation, age_max_s) is None
+
+
+def is_airborne(observation: Observation, height_min_m: float) -> bool:
+    """Whether the vehicle flies: as it says, or by its height if it does not say."""
+    if observation.airborne is not None:
+        return observation.airborne
+    position = observation.position_enu_m
+    return position is not None and position[2] - observation.ground_enu_m > height_min_m

@@ -1,0 +1,90 @@
+r"""The phases of a flight to a point, and every way from one to the next.
+
+    PREPARING --> ARMING --> TAKING_OFF --> NAVIGATING <--> HOLDING
+        \____________________________________^   |
+                                               SETTLING --> ENDED
+
+A cancel leads to ENDED before anything was asked of the vehicle, to DISARMING on the
+ground and to BRAKING in the air. A vehicle that lifts off while it should disarm brakes.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+
+class Phase(Enum):
+    """What the task is about."""
+
+    PREPARING = auto()
+    ARMING = auto()
+    TAKING_OFF = auto()
+    NAVIGATING = auto()
+    SETTLING = auto()
+    HOLDING = auto()
+    BRAKING = auto()
+    DISARMING = auto()
+    ENDED = auto()
+
+
+class Event(Enum):
+    """What makes the phase change."""
+
+    NEEDS_CONTROL = auto()
+    NEEDS_ARMING = auto()
+    NEEDS_TAKEOFF = auto()
+    FLIES = auto()
+    TRAJECTORY_ENDED = auto()
+    POSITION_LOST = auto()
+    REPLAN = auto()
+    STOP_ON_GROUND = auto()
+    STOP_IN_AIR = auto()
+    OVER = auto()
+
+
+class PhaseError(RuntimeError):
+    """An event came in a phase in which it cannot happen: a programming error."""
+
+
+TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
+    (Phase.PREPARING, Event.NEEDS_ARMING): Phase.ARMING,
+    (Phase.PREPARING, Event.NEEDS_TAKEOFF): Phase.TAKING_OFF,
+    (Phase.PREPARING, Event.FLIES): Phase.NAVIGATING,
+    (Phase.PREPARING, Event.STOP_ON_GROUND): Phase.DISARMING,
+    (Phase.PREPARING, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.ARMING, Event.NEEDS_TAKEOFF): Phase.TAKING_OFF,
+    (Phase.ARMING, Event.FLIES): Phase.NAVIGATING,
+    (Phase.ARMING, Event.STOP_ON_GROUND): Phase.DISARMING,
+    (Phase.ARMING, Event.STOP_IN_AIR): Phase.BRAKING,
+    # Some autopilots leave the mode that obeys setpoints for the take-off.
+    (Phase.TAKING_OFF, Event.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.TAKING_OFF, Event.FLIES): Phase.NAVIGATING,
+    (Phase.TAKING_OFF, Event.STOP_ON_GROUND): Phase.DISARMING,
+    (Phase.TAKING_OFF, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.NAVIGATING, Event.TRAJECTORY_ENDED): Phase.SETTLING,
+    (Phase.NAVIGATING, Event.POSITION_LOST): Phase.HOLDING,
+    (Phase.NAVIGATING, Event.REPLAN): Phase.NAVIGATING,
+    (Phase.NAVIGATING, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.SETTLING, Event.POSITION_LOST): Phase.HOLDING,
+    (Phase.SETTLING, Event.REPLAN): Phase.NAVIGATING,
+    (Phase.SETTLING, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.HOLDING, Event.REPLAN): Phase.NAVIGATING,
+    (Phase.HOLDING, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.BRAKING, Event.REPLAN): Phase.BRAKING,
+    (Phase.DISARMING, Event.STOP_IN_AIR): Phase.BRAKING,
+}
+TRANSITIONS.update(
+    {(phase, Event.OVER): Phase.ENDED for phase in Phase if phase is not Phase.ENDED}
+)
+
+
+def next_phase(phase: Phase, event: Event) -> Phase:
+    """Return the phase that an event leads to.
+
+    Raises:
+        PhaseError: the event cannot happen in this phase.
+    """
+    try:
+        return TRANSITIONS[phase, event]
+    except KeyError:
+        raise PhaseError(f"{event.name} cannot happen in phase {phase.name}.") from None

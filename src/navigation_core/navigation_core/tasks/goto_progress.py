@@ -1,0 +1,136 @@
+"""Distance and time that a flight to a point still takes, in every phase of it."""
+
+from __future__ import annotations
+
+from navigation_core.geometry import KinematicState, Vector3, distance, is_finite
+from navigation_core.limits import Limits
+from navigation_core.tasks.base import Observation, Progress, Status
+from navigation_core.tasks.carrot import Carrot
+from navigation_core.tasks.conditions import is_airborne
+from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
+from navigation_core.tasks.goto_phases import Phase
+from navigation_core.trajectory import TrajectoryError, plan_to
+
+_STATUS = {
+    Phase.PREPARING: Status.PREPARING,
+    Phase.ARMING: Status.ARMING,
+    Phase.TAKING_OFF: Status.TAKING_OFF,
+    Phase.NAVIGATING: Status.NAVIGATING,
+    Phase.SETTLING: Status.SETTLING,
+    Phase.HOLDING: Status.HOLDING,
+    Phase.BRAKING: Status.CANCELLING,
+    Phase.DISARMING: Status.CANCELLING,
+}
+# Assumed time of a mode change, and of the motors' run-up before a climb.
+_CONTROL_S = 1.0
+_RUN_UP_S = 2.0
+_DISARM_S = 1.0
+
+
+class GotoEstimator:
+    """Estimates what is left from the phases ahead and the trajectory that is flown."""
+
+    def __init__(self, goal: GotoGoal, config: GotoConfig, limits: Limits) -> None:
+        """Prepare; nothing is known before :meth:`start`."""
+        self._goal_enu_m = goal.position_enu_m
+        self._config = config
+        self._limits = limits
+        self._needs_arming = False
+        self._takeoff_m = 0.0
+        self._leg = (0.0, 0.0)
+        self._last = Progress(Status.PREPARING, 0.0, 0.0)
+        self._position_enu_m: Vector3 | None = None
+
+    def takeoff_height_m(self, ground_enu_m: float) -> float:
+        """Return the height above the ground to climb to before the flight."""
+        height_m = self._goal_enu_m[2] - ground_enu_m
+        return min(max(height_m, self._config.takeoff_height_min_m), self._config.takeoff_height_m)
+
+    def start(self, observation: Observation) -> None:
+        """Plan the leg that is flown after the take-off, for its length and duration."""
+        position = observation.position_enu_m
+        if position is None or not is_finite(position):
+            return
+        self._position_enu_m = position
+        self._needs_arming = not observation.armed
+        ground_m = observation.ground_enu_m
+        if not observation.armed or not is_airborne(observation, self._config.airborne_height_m):
+            self._takeoff_m = self.takeoff_height_m(ground_m)
+            position = (position[0], position[1], ground_m + self._takeoff_m)
+        try:
+            leg = plan_to(KinematicState(position), self._goal_enu_m, self._limits)
+        except TrajectoryError:
+            return
+        self._leg = (distance(position, self._goal_enu_m), leg.duration_s)
+
+    def progress(
+        self, phase: Phase, elapsed_s: float, carrot: Carrot | None, observation: Observation
+    ) -> Progress:
+        """Estimate what is left.
+
+        Args:
+            phase: what the task is about.
+            elapsed_s: time since that phase began.
+            carrot: the setpoint that is flown, or None.
+            observation: what is known about the vehicle.
+        """
+        position = observation.position_enu_m
+        if position is not None and is_finite(position):
+            self._position_enu_m = position
+        if phase is Phase.ENDED:
+            return Progress(self._last.status, 0.0, 0.0)
+        if phase in (Phase.PREPARING, Phase.ARMING, Phase.TAKING_OFF):
+            left = self._before_flight(phase, elapsed_s, observation.ground_enu_m)
+        elif phase in (Phase.BRAKING, Phase.DISARMING):
+            left = self._while_stopping(phase, carrot)
+        elif carrot is None:
+            left = (self._to_goal_m(), self._last.time_remaining_s)
+        else:
+            left = self._in_flight(phase, elapsed_s, carrot)
+        self._last = Progress(_STATUS[phase], left[0], left[1])
+        return self._last
+
+    def _to_goal_m(self) -> float:
+        if self._position_enu_m is None:
+            return 0.0
+        return distance(self._position_enu_m, self._goal_enu_m)
+
+    def _before_flight(
+        self, phase: Phase, elapsed_s: float, ground_m: float
+    ) -> tuple[float, float]:
+        height_m = 0.0 if self._position_enu_m is None else self._position_enu_m[2] - ground_m
+        climb_m = max(self._takeoff_m - height_m, 0.0)
+        time_s = climb_m / self._config.takeoff_climb_rate_m_s
+        if phase is Phase.TAKING_OFF:
+            time_s += max(_RUN_UP_S - elapsed_s, 0.0)
+        elif self._takeoff_m > 0.0:
+            time_s += _RUN_UP_S
+        if phase is Phase.ARMING:
+            time_s += max(self._config.arming_time_s - elapsed_s, 0.0)
+        elif phase is Phase.PREPARING:
+            time_s += max(_CONTROL_S - elapsed_s, 0.0)
+            time_s += self._config.arming_time_s if self._needs_arming else 0.0
+        leg_m, leg_s = self._leg
+        return climb_m + leg_m, time_s + leg_s + self._config.arrival_dwell_s
+
+    def _in_flight(self, phase: Phase, elapsed_s: float, carrot: Carrot) -> tuple[float, float]:
+        dwell_s = self._config.arrival_dwell_s
+        if phase is Phase.HOLDING:
+            leg_s = self._last.time_remaining_s
+            return self._to_goal_m(), max(leg_s, carrot.time_remaining_s)
+        position = self._position_enu_m
+        setpoint = carrot.state.position_enu_m
+        lag_m = 0.0 if position is None else distance(setpoint, position)
+        lag_s = max(lag_m - self._config.arrival_radius_m, 0.0)
+        lag_s /= self._limits.speed_horizontal_m_s
+        if phase is Phase.SETTLING:
+            return lag_m, max(dwell_s - elapsed_s, 0.0) + lag_s
+        return (
+            carrot.distance_remaining_m + lag_m,
+            carrot.time_remaining_s + lag_s + dwell_s,
+        )
+
+    def _while_stopping(self, phase: Phase, carrot: Carrot | None) -> tuple[float, float]:
+        if phase is Phase.DISARMING or carrot is None:
+            return 0.0, _DISARM_S
+        return carrot.distance_remaining_m, carrot.time_remaining_s + self._config.stop_dwell_s
