@@ -1,0 +1,170 @@
+"""What happened to the vehicle: frozen events, named in the past tense.
+
+`Vehicle.next_event` hands them out in the order in which they came about.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import TypeAlias
+
+
+class OperationKind(enum.Enum):
+    """What `Vehicle` was asked to make the autopilot do."""
+
+    CHANGE_MODE = "mode change"
+    ARM = "arming"
+    DISARM = "disarming"
+    TAKE_OFF = "take-off"
+
+
+class OperationResult(enum.Enum):
+    """How an operation ended; each ends exactly once."""
+
+    ACHIEVED = "achieved"
+    """The vehicle's own state shows it; an acknowledgement alone never does."""
+    REFUSED = "refused"
+    """The autopilot declined, cannot do it, or gave it up by itself."""
+    TIMED_OUT = "timed out"
+    """Neither the state nor a refusal came in time."""
+    CANCELLED = "cancelled"
+    """We stopped it, or another mode was chosen meanwhile (by a pilot or a failsafe)."""
+    LINK_LOST = "link lost"
+    """Time ran out while no HEARTBEAT came, the autopilot rebooted, or there is no vehicle."""
+
+
+class LandedState(enum.IntEnum):
+    """MAV_LANDED_STATE of EXTENDED_SYS_STATE."""
+
+    UNDEFINED = 0
+    ON_GROUND = 1
+    IN_AIR = 2
+    TAKEOFF = 3
+    LANDING = 4
+
+
+@dataclass(frozen=True)
+class VehicleDiscovered:
+    """The first HEARTBEAT of the autopilot arrived."""
+
+    system_id: int
+    component_id: int
+    autopilot: int
+    vehicle_type: int
+    profile_name: str
+
+
+@dataclass(frozen=True)
+class ModeChanged:
+    """HEARTBEAT shows another mode.
+
+    Attributes:
+        previous: custom_mode before.
+        current: custom_mode now.
+        name: name of the mode now.
+        requested: whether an operation of ours asked for exactly this change. False means a
+            pilot, a ground station or a failsafe did it.
+    """
+
+    previous: int
+    current: int
+    name: str
+    requested: bool
+
+
+@dataclass(frozen=True)
+class ArmedChanged:
+    """HEARTBEAT shows the motors armed or disarmed; `requested` as for `ModeChanged`."""
+
+    armed: bool
+    requested: bool
+
+
+@dataclass(frozen=True)
+class LandedChanged:
+    """EXTENDED_SYS_STATE shows another landed state."""
+
+    previous: LandedState
+    current: LandedState
+
+
+@dataclass(frozen=True)
+class SystemStatusChanged:
+    """HEARTBEAT shows another MAV_STATE; CRITICAL (5) is how a failsafe looks."""
+
+    previous: int
+    current: int
+
+
+@dataclass(frozen=True)
+class HeartbeatLost:
+    """No HEARTBEAT for the configured time; `silent_s` is how long."""
+
+    silent_s: float
+
+
+@dataclass(frozen=True)
+class HeartbeatRegained:
+    """HEARTBEAT is back after `HeartbeatLost`.
+
+    Attributes:
+        rebooted: the first message with a boot time already shows a restart. A restart that
+            is seen only later is told by `VehicleRebooted`.
+    """
+
+    rebooted: bool
+
+
+@dataclass(frozen=True)
+class VehicleRebooted:
+    """The autopilot's time since boot went back: it restarted and forgot its message rates."""
+
+    boot_count: int
+
+
+@dataclass(frozen=True)
+class StatusTextReceived:
+    """A STATUSTEXT, with its chunks put together; `severity` is MAV_SEVERITY (0 worst)."""
+
+    text: str
+    severity: int
+
+
+@dataclass(frozen=True)
+class StreamClosed:
+    """The setpoint stream was closed by the interlock, for this reason."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class OperationFinished:
+    """An operation ended; exactly one such event follows each that was started.
+
+    Attributes:
+        operation_id: what the method that started it returned.
+        kind: what it was to do.
+        result: how it ended.
+        reason: a sentence, with the COMMAND_ACK result and the STATUSTEXTs since its start.
+    """
+
+    operation_id: int
+    kind: OperationKind
+    result: OperationResult
+    reason: str
+
+
+VehicleEvent: TypeAlias = (
+    VehicleDiscovered
+    | ModeChanged
+    | ArmedChanged
+    | LandedChanged
+    | SystemStatusChanged
+    | HeartbeatLost
+    | HeartbeatRegained
+    | VehicleRebooted
+    | StatusTextReceived
+    | StreamClosed
+    | OperationFinished
+)

@@ -1,0 +1,330 @@
+"""The thread that runs an application on a link.
+
+One thread owns the link and the application, so nothing in them needs a lock. It waits for
+the link, for a wake-up from other threads, or for the application's next deadline, whichever
+comes first; then it does a bounded amount of work and waits again.
+
+**When the application raises.** The message or timer that caused it is dropped, the exception
+goes to `on_error`, and the thread goes on: a mistake in handling one message must not leave a
+flying vehicle without its HEARTBEATs and setpoints. But when the timers fail again and again,
+nobody is steering any more, and HEARTBEATs would only hide that from the autopilot. The driver
+then gives up: it sends nothing further, closes the link and says so, and the autopilot's own
+failsafe for a lost ground station takes over.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import selectors
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, wait
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.links import Link
+from mavlink_vehicle.io.router import Router
+from mavlink_vehicle.io.tlog import TlogWriter
+
+ResultT = TypeVar("ResultT")
+OnError = Callable[[Exception], None]
+
+MAX_FAILURES = 20
+"""Timers that may fail one after the other before the driver gives up."""
+
+_FAILURE_PAUSE_S = 0.05
+_MIN_WAIT_S = 0.0005
+_LONGEST_WAIT_S = 3600.0
+_MAX_POSTS = 256
+
+
+class Application(Protocol):
+    """What a driver runs. All methods are called on the driver's thread."""
+
+    def start(self, now: float) -> None:
+        """Begin."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in a message."""
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+
+    def messages_to_send(self) -> list[Message]:
+        """Take what is to be sent."""
+
+
+def _log_error(error: Exception) -> None:
+    logging.getLogger(__name__).error("The application failed.", exc_info=error)
+
+
+class Driver:
+    """Runs an application on a link in a thread of its own."""
+
+    def __init__(
+        self,
+        application: Application,
+        link: Link,
+        codec: Codec,
+        clock: Clock,
+        recorder: TlogWriter | None = None,
+        on_error: OnError = _log_error,
+    ) -> None:
+        """Put them together; `start` begins.
+
+        Args:
+            application: what is run.
+            link: where bytes come from and go to; the driver closes it.
+            codec: of this link alone.
+            clock: the application's time.
+            recorder: takes all traffic, both ways; the driver closes it.
+            on_error: called on the driver's thread with exceptions of the application and of
+                posted callables; the traceback is in the exception.
+        """
+        self._application = application
+        self._router = Router(link, codec, recorder)
+        self._link = link
+        self._clock = clock
+        self._on_error = on_error
+        self._mailbox: deque[_Post] = deque()
+        self._thread: threading.Thread | None = None
+        self._stopping = False
+        self._closed = False
+        self._failures = 0
+        # Not epoll: it forgets a descriptor that a link closes and opens again under the same
+        # number, without a sign.
+        self._selector = selectors.PollSelector()
+        self._registered: tuple[int, ...] = ()
+        self._wake_lock = threading.Lock()
+        self._awake = False
+        self._wake_read, self._wake_write = socket.socketpair()
+        self._wake_read.setblocking(False)
+        self._wake_write.setblocking(False)
+        self._selector.register(self._wake_read, selectors.EVENT_READ)
+
+    @property
+    def running(self) -> bool:
+        """Whether the thread is alive."""
+        return self._thread is not None and self._thread.is_alive()
+
+    def start(self) -> None:
+        """Start the thread.
+
+        Raises:
+            DriverError: it was started before.
+        """
+        if self._thread is not None:
+            raise DriverError("This driver was started before; make a new one.")
+        self._thread = threading.Thread(target=self._run, name="vehicle-driver", daemon=True)
+        self._thread.start()
+
+    def stop(self, timeout_s: float = 5.0) -> None:
+        """Stop the thread and close link and recording; stopping twice is harmless.
+
+        Raises:
+            DriverError: the thread did not end in time.
+        """
+        self._stopping = True
+        self._wake()
+        thread = self._thread
+        if thread is None:
+            self._close()
+            return
+        if thread is threading.current_thread():
+            return  # it ends after this turn
+        thread.join(timeout_s)
+        if thread.is_alive():
+            raise DriverError(f"The driver's thread did not end within {timeout_s} s.")
+
+    def post(self, work: Callable[[], object]) -> None:
+        """Run `work` on the driver's thread, soon; its exceptions go to `on_error`.
+
+        Before `start` it is kept; after the driver has stopped it is dropped.
+        """
+        self._mailbox.append(_Post(work, None))
+        self._wake()
+
+    def call(self, work: Callable[[], ResultT], timeout_s: float = 5.0) -> ResultT:
+        """Run `work` on the driver's thread and return its result; raises what it raises.
+
+        Raises:
+            DriverError: the driver isn't running, or did not get to it in time.
+        """
+        if threading.current_thread() is self._thread:
+            return work()
+        future: Future[Any] = Future()
+        self._mailbox.append(_Post(work, future))
+        if not self.running or self._closed:
+            raise DriverError("The driver is not running; start it first.")
+        self._wake()
+        done, _ = wait([future], timeout_s)
+        if not done:
+            future.cancel()
+            raise DriverError(f"The driver did not answer within {timeout_s} s.")
+        result: ResultT = future.result()
+        return result
+
+    # On the driver's thread
+
+    def _run(self) -> None:
+        try:
+            self._guard(lambda: self._application.start(self._clock.now()))
+            while not self._stopping:
+                self._turn()
+            self._flush()
+        finally:
+            self._close()
+
+    def _turn(self) -> None:
+        """Wait for the next thing to do, and do it."""
+        now = self._clock.now()
+        link_deadline = self._link.poll(now)
+        self._register()
+        ready = self._selector.select(self._wait_s(now, link_deadline))
+        for key, _ in ready:
+            if key.fileobj is self._wake_read:
+                self._drain_wake_ups()
+        self._run_posts()
+        now = self._clock.now()
+        receive = self._application.receive
+        for message in self._router.receive():
+            try:
+                receive(message, now)
+            except Exception as error:
+                self._report(error)
+        self._run_timer()
+        self._flush()
+
+    def _wait_s(self, now: float, link_deadline: float | None) -> float:
+        if self._mailbox:
+            return 0.0
+        times = [time for time in (link_deadline, self._application_deadline()) if time is not None]
+        if not times:
+            return _LONGEST_WAIT_S
+        wait_s = (min(times) - now) / self._clock.rate
+        # A deadline that has passed although it was just handled must not spin the processor.
+        return min(max(wait_s, _MIN_WAIT_S if not self._failures else _FAILURE_PAUSE_S), 60.0)
+
+    def _application_deadline(self) -> float | None:
+        try:
+            return self._application.next_deadline()
+        except Exception as error:
+            self._fail(error)
+            return self._clock.now() + _FAILURE_PAUSE_S
+
+    def _run_timer(self) -> None:
+        now = self._clock.now()
+        deadline = self._application_deadline()
+        if deadline is None or now < deadline:
+            return
+        try:
+            self._application.handle_timer(now)
+        except Exception as error:
+            self._fail(error)
+        else:
+            self._failures = 0
+
+    def _flush(self) -> None:
+        """Send what the application has to send."""
+        try:
+            messages = self._application.messages_to_send()
+        except Exception as error:
+            self._fail(error)
+            return
+        for message in messages:
+            self._guard(functools.partial(self._router.send, message))
+        try:
+            self._router.flush()
+        except OSError as error:  # the disk is full: flying goes before recording
+            self._report(error)
+
+    def _run_posts(self) -> None:
+        for _ in range(min(len(self._mailbox), _MAX_POSTS)):
+            post = self._mailbox.popleft()
+            if post.future is None:
+                self._guard(post.work)
+            elif post.future.set_running_or_notify_cancel():
+                try:
+                    post.future.set_result(post.work())
+                except Exception as error:  # it is raised in the caller
+                    post.future.set_exception(error)
+
+    def _guard(self, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except Exception as error:
+            self._report(error)
+
+    def _fail(self, error: Exception) -> None:
+        self._failures += 1
+        self._report(error)
+        if self._failures >= MAX_FAILURES:
+            self._stopping = True
+            self._report(
+                DriverError(
+                    f"The application failed {self._failures} times without pause; the driver "
+                    "has stopped and sends nothing more, so that the autopilot's own failsafe "
+                    "can act."
+                )
+            )
+
+    def _report(self, error: Exception) -> None:
+        try:
+            self._on_error(error)
+        except Exception as second:
+            _log_error(second)
+
+    def _register(self) -> None:
+        """Let the selector follow the link's file descriptors, which come and go."""
+        wanted = self._link.filenos()
+        if wanted == self._registered:
+            return
+        for number in self._registered:
+            try:
+                self._selector.unregister(number)
+            except (KeyError, ValueError, OSError):  # already closed by the link
+                continue
+        for number in wanted:
+            self._selector.register(number, selectors.EVENT_READ)
+        self._registered = wanted
+
+    def _wake(self) -> None:
+        with self._wake_lock:
+            if self._awake or self._closed:
+                return
+            self._awake = True
+            self._wake_write.send(b"w")
+
+    def _drain_wake_ups(self) -> None:
+        with self._wake_lock:
+            self._awake = False
+            self._wake_read.recv(16)
+
+    def _close(self) -> None:
+        with self._wake_lock:
+            if self._closed:
+                return
+            self._closed = True
+            self._selector.close()
+            self._wake_read.close()
+            self._wake_write.close()
+        self._router.close()
+        while self._mailbox:
+            future = self._mailbox.popleft().future
+            if future is not None and future.set_running_or_notify_cancel():
+                future.set_exception(DriverError("The driver has stopped."))
+
+
+class _Post(NamedTuple):
+    """Work from another thread, and who waits for its result."""
+
+    work: Callable[[], object]
+    future: Future[Any] | None

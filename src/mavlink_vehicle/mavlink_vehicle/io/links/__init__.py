@@ -1,0 +1,40 @@
+"""Links: UDP, TCP, serial, and recordings."""
+
+from __future__ import annotations
+
+from mavlink_vehicle.io.links.link import Link, Report, no_report
+from mavlink_vehicle.io.links.serial_port import SerialLink
+from mavlink_vehicle.io.links.tcp import TcpInLink, TcpOutLink
+from mavlink_vehicle.io.links.tlog_replay import TlogLink
+from mavlink_vehicle.io.links.udp import UdpLink
+from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, parse_url
+
+__all__ = ["Link", "LinkKind", "LinkUrl", "Report", "open_link", "parse_url"]
+
+
+def open_link(url: str, report: Report = no_report) -> Link:
+    """Open a link.
+
+    A UDP port or a listener must be free now; a TCP peer and a serial device may come later
+    and go away, and are opened again and again.
+
+    Args:
+        url: as MAVSDK writes it (`udpin://127.0.0.1:14550`, `udpout://`, `tcpout://`,
+            `tcpin://`, `serial:///dev/ttyACM0:57600`) or as pymavlink does
+            (`udpin:127.0.0.1:14550`, `tcp:127.0.0.1:5760`, `/dev/ttyACM0,57600`), or
+            `tlog:PATH` to replay a recording.
+        report: takes sentences about what happens to the link.
+
+    Raises:
+        LinkError: it is badly written or cannot be opened; the sentence says what to do.
+    """
+    parsed = parse_url(url)
+    if parsed.kind in (LinkKind.UDP_IN, LinkKind.UDP_OUT):
+        return UdpLink(parsed, report)
+    if parsed.kind is LinkKind.TCP_OUT:
+        return TcpOutLink(parsed, report)
+    if parsed.kind is LinkKind.TCP_IN:
+        return TcpInLink(parsed, report)
+    if parsed.kind is LinkKind.SERIAL:
+        return SerialLink(parsed, report)
+    return TlogLink(parsed, report)

@@ -1,0 +1,134 @@
+"""A serial port, by pyserial; one that is unplugged is opened again when it comes back."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+import serial
+
+from mavlink_vehicle.errors import LinkError
+from mavlink_vehicle.io.links.link import Report, no_report
+from mavlink_vehicle.io.links.url import LinkUrl
+
+_REOPEN_S = 1.0
+_READ_SIZE = 4096
+_READS = 16
+
+
+class SerialLink:
+    """One serial device, opened for us alone."""
+
+    def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
+        """Prepare; `poll` opens the device.
+
+        Raises:
+            LinkError: the baud rate is impossible.
+        """
+        self._url = url
+        self._report = report
+        self._next_s: float | None = None
+        self._complained = False
+        self._closed = False
+        self._open = False
+        try:
+            # Without a port it isn't opened yet. No timeouts: never wait.
+            self._port: Any = serial.Serial(
+                baudrate=url.baud, timeout=0, write_timeout=0, exclusive=True
+            )
+        except ValueError as error:
+            raise LinkError(f"Cannot open {url}: {error}.") from error
+        self._port.port = url.path
+
+    @property
+    def description(self) -> str:
+        """The link's URL."""
+        return str(self._url)
+
+    @property
+    def note(self) -> str | None:
+        """It listens to nobody but the cable."""
+        return None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the device is open."""
+        return self._open
+
+    def fileno(self) -> int:
+        """Return the device's file descriptor, -1 while it is closed."""
+        return int(self._port.fileno()) if self._open else -1
+
+    def filenos(self) -> tuple[int, ...]:
+        """Return the device's file descriptor while it is open."""
+        return (self.fileno(),) if self._open else ()
+
+    def receive(self) -> list[bytes]:
+        """Return what came."""
+        pieces: list[bytes] = []
+        if not self._open:
+            return pieces
+        try:
+            for _ in range(_READS):
+                data = self._port.read(_READ_SIZE)
+                if not data:
+                    break
+                pieces.append(data)
+        except (OSError, serial.SerialException) as error:
+            self._lose(error)
+        return pieces
+
+    def send(self, data: bytes) -> None:
+        """Send; dropped while the device is closed or its buffer is full."""
+        if not self._open:
+            return
+        try:
+            self._port.write(data)
+        except serial.SerialTimeoutException:
+            return
+        except (OSError, serial.SerialException) as error:
+            self._lose(error)
+
+    def poll(self, now: float) -> float | None:
+        """Open the device if it isn't."""
+        if self._open or self._closed:
+            return None
+        if self._next_s is not None and now < self._next_s:
+            return self._next_s
+        try:
+            self._port.open()
+        except (OSError, ValueError, serial.SerialException) as error:
+            if not self._complained:
+                self._complained = True
+                self._report(f"{self._url}: {_why(error)}; trying again.")
+            self._next_s = now + _REOPEN_S
+            return self._next_s
+        self._open = True
+        self._complained = False
+        self._report(f"{self._url}: open.")
+        return None
+
+    def close(self) -> None:
+        """Close for good."""
+        self._closed = True
+        self._open = False
+        self._port.close()
+
+    def _lose(self, error: Exception) -> None:
+        self._open = False
+        self._next_s = None
+        with contextlib.suppress(OSError, serial.SerialException):  # it's gone anyway
+            self._port.close()
+        self._report(f"{self._url}: {_why(error)}; trying again.")
+
+
+def _why(error: Exception) -> str:
+    """Say what pyserial's exceptions mean."""
+    text = str(error)
+    if "Permission denied" in text or "Errno 13" in text:
+        return "no permission (is the user in the group dialout?)"
+    if "No such file" in text or "Errno 2]" in text:
+        return "there is no such device"
+    if "lock" in text:
+        return "another program uses it"
+    return text

@@ -1,0 +1,83 @@
+"""A recording as a link: what was received then is received again, at the pace of then."""
+
+from __future__ import annotations
+
+from mavlink_vehicle.io.links.link import MAX_READS, Report, no_report
+from mavlink_vehicle.io.links.url import LinkUrl
+from mavlink_vehicle.io.tlog import TlogReader
+
+
+class TlogLink:
+    """Replays a tlog by the driver's clock; what is sent to it is dropped.
+
+    Both directions of the recording come out. A vehicle's state isn't disturbed by it: what
+    other systems and components said is not taken in.
+    """
+
+    def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
+        """Read the recording.
+
+        Raises:
+            LinkError: it can't be read.
+        """
+        self._url = url
+        self._report = report
+        self._records = list(TlogReader(url.path))
+        self._next = 0
+        self._start_s: float | None = None
+        self._due = 0
+
+    @property
+    def description(self) -> str:
+        """The link's URL."""
+        return str(self._url)
+
+    @property
+    def note(self) -> str | None:
+        """It listens nowhere."""
+        return None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether something is left to replay."""
+        return self._next < len(self._records)
+
+    def fileno(self) -> int:
+        """There is no file descriptor to wait for; `poll` says when to look."""
+        return -1
+
+    def filenos(self) -> tuple[int, ...]:
+        """There is no file descriptor to wait for."""
+        return ()
+
+    def receive(self) -> list[bytes]:
+        """Return what is due by the last `poll`."""
+        stop = min(self._due, self._next + MAX_READS)
+        packets = [packet for _, packet in self._records[self._next : stop]]
+        self._next = max(self._next, stop)
+        return packets
+
+    def send(self, data: bytes) -> None:
+        """Nobody is there."""
+
+    def poll(self, now: float) -> float | None:
+        """See what is due; return when the next packet is."""
+        if not self._records:
+            return None
+        if self._start_s is None:
+            self._start_s = now
+        begin = self._records[0][0]
+        while (
+            self._due < len(self._records)
+            and self._records[self._due][0] - begin <= now - self._start_s
+        ):
+            self._due += 1
+        if self._next < self._due:
+            return now
+        if self._due == len(self._records):
+            return None
+        return self._start_s + self._records[self._due][0] - begin
+
+    def close(self) -> None:
+        """Replay no more."""
+        self._next = self._due = len(self._records)

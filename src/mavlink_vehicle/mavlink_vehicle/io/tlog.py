@@ -1,0 +1,99 @@
+"""Recordings: for each packet 8 bytes of microseconds since 1970, big-endian, then the packet.
+
+This is the format of MAVProxy, Mission Planner and QGroundControl ("tlog").
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from mavlink_vehicle.errors import LinkError
+
+_STAMP = struct.Struct(">Q")
+_MAGIC_1, _MAGIC_2 = 0xFE, 0xFD
+_SIGNED = 0x01
+
+
+class TlogWriter:
+    """Writes packets of both directions to a file.
+
+    `flush` hands everything to the operating system, so that only what came since then is
+    lost when the process is killed; the driver calls it once a turn.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        """Create the file and its folder, or begin it anew.
+
+        Raises:
+            LinkError: it can't be written.
+        """
+        self.path = Path(path)
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = self.path.open("wb")
+        except OSError as error:
+            raise LinkError(f"Cannot record to {path}: {error.strerror or error}.") from error
+        self._dirty = False
+
+    def write(self, packet: bytes, unix_time_s: float | None = None) -> None:
+        """Add one packet, by default at the present time."""
+        stamp = time.time() if unix_time_s is None else unix_time_s
+        self._file.write(_STAMP.pack(int(stamp * 1e6)) + packet)
+        self._dirty = True
+
+    def flush(self) -> None:
+        """Hand what was written to the operating system."""
+        if self._dirty:
+            self._file.flush()
+            self._dirty = False
+
+    def close(self) -> None:
+        """Close the file; closing twice is harmless."""
+        self._file.close()
+
+
+class TlogReader:
+    """Reads the packets of a recording: iterate for (unix time in seconds, packet).
+
+    A last record that is cut short, as after a kill, ends the recording. Damaged places are
+    skipped up to the next packet.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        """Read the file.
+
+        Raises:
+            LinkError: it can't be read, or isn't a tlog.
+        """
+        self.path = Path(path)
+        try:
+            self._data = self.path.read_bytes()
+        except OSError as error:
+            raise LinkError(f"Cannot read {path}: {error.strerror or error}.") from error
+        if len(self._data) > _STAMP.size and self._data[_STAMP.size] not in (_MAGIC_1, _MAGIC_2):
+            raise LinkError(f"{path} is not a tlog: no MAVLink packet follows the first time.")
+
+    def __iter__(self) -> Iterator[tuple[float, bytes]]:
+        """Yield (unix time in seconds, packet)."""
+        data = self._data
+        position, end = 0, len(data)
+        while position + _STAMP.size + 3 <= end:
+            start = position + _STAMP.size
+            size = _packet_size(data, start)
+            if size == 0:
+                position += 1
+                continue
+            if start + size > end:
+                return
+            yield _STAMP.unpack_from(data, position)[0] * 1e-6, data[start : start + size]
+            position = start + size
+
+
+def _packet_size(data: bytes, start: int) -> int:
+    magic, length, flags = data[start], data[start + 1], data[start + 2]
+    if magic == _MAGIC_2:
+        return length + 12 + (13 if flags & _SIGNED else 0)
+    return length + 8 if magic == _MAGIC_1 else 0

@@ -1,0 +1,19 @@
+"""What ArduPilot, PX4 and others do differently, as data."""
+
+from __future__ import annotations
+
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.profiles.ardupilot import ardupilot_profile
+from mavlink_vehicle.profiles.profile import Profile, SetpointField, TakeoffForm
+
+__all__ = ["GENERIC", "Profile", "SetpointField", "TakeoffForm", "profile_for"]
+
+GENERIC = Profile(name="generic autopilot")
+"""Telemetry can be read; nothing is known about its modes, so nothing is commanded."""
+
+
+def profile_for(autopilot: int, vehicle_type: int) -> Profile:
+    """Return the profile for the MAV_AUTOPILOT and MAV_TYPE of a HEARTBEAT."""
+    if autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
+        return ardupilot_profile(vehicle_type)
+    return GENERIC

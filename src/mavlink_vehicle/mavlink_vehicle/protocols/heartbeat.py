@@ -1,0 +1,129 @@
+"""HEARTBEAT, both ways: ours at 1 Hz as an onboard computer, and the watch over theirs.
+
+https://mavlink.io/en/services/heartbeat.html. An ArduPilot with FS_GCS_ENABLE, and a PX4 with
+COM_DL_LOSS_T, take the end of our HEARTBEATs as the loss of the ground station: setpoints
+don't count as contact.
+"""
+
+from __future__ import annotations
+
+import enum
+from typing import ClassVar
+
+from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
+from mavlink_vehicle.protocols.machine import Machine, Table
+
+
+class HeartbeatSender:
+    """Sends our HEARTBEAT at a fixed rate, the first one at once."""
+
+    def __init__(self, interval_s: float, mav_type: int) -> None:
+        """Send as `mav_type` (MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`."""
+        self._interval_s = interval_s
+        self._mav_type = mav_type
+        self._deadline: float | None = None
+        self._outbox: list[Message] = []
+
+    def start(self, now: float) -> None:
+        """Send the first one."""
+        self._deadline = now
+        self.handle_timer(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Nothing that comes in matters here."""
+
+    def next_deadline(self) -> float | None:
+        """Return when the next one is due."""
+        return self._deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Send one if it is due; after a pause only one, not all that were missed."""
+        if self._deadline is None or now < self._deadline:
+            return
+        self._deadline = max(self._deadline + self._interval_s, now + self._interval_s / 2)
+        self._outbox.append(
+            make(
+                "HEARTBEAT",
+                type=self._mav_type,
+                autopilot=mavlink.MAV_AUTOPILOT_INVALID,
+                system_status=mavlink.MAV_STATE_ACTIVE,
+                mavlink_version=3,
+            )
+        )
+
+    def messages_to_send(self) -> list[Message]:
+        """Take what is to be sent."""
+        messages, self._outbox = self._outbox, []
+        return messages
+
+    def next_event(self) -> None:
+        """There are none."""
+
+
+class WatchState(enum.Enum):
+    """What the watch knows."""
+
+    UNSEEN = "never heard"
+    ALIVE = "heard in time"
+    LOST = "silent for too long"
+
+
+class WatchInput(enum.Enum):
+    """What moves the watch."""
+
+    BEAT = "a HEARTBEAT of the autopilot"
+    SILENCE = "the time is up"
+
+
+class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
+    """Watches the autopilot's HEARTBEAT; the caller passes in only those."""
+
+    def __init__(self, timeout_s: float) -> None:
+        """Call it lost after `timeout_s` without one."""
+        super().__init__(WatchState.UNSEEN)
+        self._timeout_s = timeout_s
+        self._last_s = 0.0
+        self._boot_count = 0
+        self._boot_count_at_loss = 0
+
+    @property
+    def alive(self) -> bool:
+        """Whether the last one is recent enough."""
+        return self.state is WatchState.ALIVE
+
+    def start(self, now: float) -> None:
+        """Nothing to do before the first one."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in a HEARTBEAT of the autopilot."""
+        self._fire(WatchInput.BEAT, now)
+
+    def observe_boots(self, boot_count: int) -> None:
+        """Tell how often the vehicle has restarted by now."""
+        self._boot_count = boot_count
+
+    def handle_timer(self, now: float) -> None:
+        """Report the loss when the time is up."""
+        if self._deadline is not None and now >= self._deadline:
+            self._fire(WatchInput.SILENCE, now)
+
+    def _beat(self, now: float) -> None:
+        self._last_s = now
+        self._deadline = now + self._timeout_s
+
+    def _lose(self, now: float) -> None:
+        self._deadline = None
+        self._boot_count_at_loss = self._boot_count
+        self._events.append(HeartbeatLost(now - self._last_s))
+
+    def _regain(self, now: float) -> None:
+        self._beat(now)
+        self._events.append(HeartbeatRegained(self._boot_count != self._boot_count_at_loss))
+
+    table: ClassVar[Table] = {
+        (WatchState.UNSEEN, WatchInput.BEAT): (WatchState.ALIVE, _beat),
+        (WatchState.ALIVE, WatchInput.BEAT): (WatchState.ALIVE, _beat),
+        (WatchState.ALIVE, WatchInput.SILENCE): (WatchState.LOST, _lose),
+        (WatchState.LOST, WatchInput.BEAT): (WatchState.ALIVE, _regain),
+    }

@@ -1,0 +1,82 @@
+"""What the state machines have in common: a transition table, an outbox and an event queue."""
+
+from __future__ import annotations
+
+import enum
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.errors import ProtocolError
+
+EventT = TypeVar("EventT")
+EventT_co = TypeVar("EventT_co", covariant=True)
+
+
+class SansIO(Protocol[EventT_co]):
+    """The six methods of every protocol; `now` is in seconds and never goes back."""
+
+    def start(self, now: float) -> None:
+        """Begin."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in a message from the vehicle, whether it concerns this protocol or not."""
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called, None if there is nothing to wait for."""
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due at `now`; harmless when nothing is."""
+
+    def messages_to_send(self) -> list[Message]:
+        """Take what is to be sent out of the outbox."""
+
+    def next_event(self) -> EventT_co | None:
+        """Take the next event out of the queue."""
+
+
+Action = Callable[[Any, float], None]
+Table = Mapping[tuple[enum.Enum, enum.Enum], tuple[enum.Enum, "Action | None"]]
+"""(state, input) -> (next state, what to do on the way). A missing key is an error."""
+
+
+class Machine(Generic[EventT]):
+    """A state, moved by a transition table only.
+
+    The state is set before the action runs, so an action may fire the next input.
+    """
+
+    table: ClassVar[Table]
+
+    def __init__(self, state: enum.Enum) -> None:
+        """Begin in `state`."""
+        self.state = state
+        self._outbox: list[Message] = []
+        self._events: deque[EventT] = deque()
+        self._deadline: float | None = None
+
+    def _fire(self, what: enum.Enum, now: float) -> None:
+        try:
+            self.state, action = self.table[(self.state, what)]
+        except KeyError:
+            raise ProtocolError(
+                f"{type(self).__name__} has no transition for {what.name} in {self.state.name}."
+            ) from None
+        if action is not None:
+            action(self, now)
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+        return self._deadline
+
+    def messages_to_send(self) -> list[Message]:
+        """Take what is to be sent out of the outbox."""
+        if not self._outbox:
+            return []
+        messages, self._outbox = self._outbox, []
+        return messages
+
+    def next_event(self) -> EventT | None:
+        """Take the next event out of the queue."""
+        return self._events.popleft() if self._events else None

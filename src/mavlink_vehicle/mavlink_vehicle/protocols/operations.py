@@ -1,0 +1,357 @@
+"""Mode change, arming, disarming, take-off: a command, confirmed by the vehicle's own state.
+
+An acknowledgement alone is never success: ArduPilot accepts a take-off that then doesn't
+happen, PX4 accepts mode changes that it refuses a moment later, and an acknowledgement can be
+lost although the command was obeyed. So:
+
+- ACHIEVED means that the vehicle's own messages show it, acknowledged or not.
+- A refusal ends the operation, after a short wait for the STATUSTEXTs that explain it. When
+  the command was repeated, the refusal may be the answer to a repetition of a command already
+  obeyed ("already flying"); the state then has longer to show it.
+- Everything else ends when the time is up.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
+from mavlink_vehicle.protocols.command import (
+    ACCEPTED,
+    IN_PROGRESS,
+    Address,
+    Command,
+    CommandRequest,
+    CommandTiming,
+    ack_result,
+    command_name,
+    result_name,
+)
+from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.state import VehicleState
+
+
+class Goal(Protocol):
+    """What an operation is to bring about, judged by the vehicle's state."""
+
+    @property
+    def kind(self) -> OperationKind:
+        """What it is."""
+
+    @property
+    def wish(self) -> str:
+        """What is wanted, to go into a sentence: "GUIDED", "a height of 2.0 m"."""
+
+    @property
+    def request(self) -> CommandRequest:
+        """The command that asks for it."""
+
+    def reached(self, state: VehicleState) -> bool:
+        """Tell whether the state shows it."""
+
+    def under_way(self, state: VehicleState) -> bool:
+        """Tell whether the state shows that the vehicle is about it."""
+
+    def failure(self, state: VehicleState) -> str | None:
+        """Return why the vehicle itself has made it impossible, if so."""
+
+
+@dataclass(frozen=True)
+class OperationTiming:
+    """How patient an operation is.
+
+    Attributes:
+        timeout_s: time for the whole operation.
+        texts_s: time for the STATUSTEXTs of a refusal to come.
+        doubt_s: time for the state to contradict the refusal of a repeated command.
+    """
+
+    timeout_s: float = 10.0
+    texts_s: float = 0.5
+    doubt_s: float = 3.0
+
+
+class OperationState(enum.Enum):
+    """Where an operation stands."""
+
+    IDLE = "not started"
+    COMMANDING = "command sent, not answered"
+    CONFIRMING = "accepted or unanswered; waiting for the state to show it"
+    REFUSING = "refused; waiting for reasons, or for the state to contradict"
+    FINISHED = "ended"
+
+
+class OperationInput(enum.Enum):
+    """What moves an operation on."""
+
+    START = "start"
+    REACHED = "the state shows it"
+    UNDER_WAY = "the state shows the vehicle at it"
+    FAILED = "the state shows that it can't be reached"
+    ACCEPTED = "COMMAND_ACK: accepted"
+    REFUSED = "COMMAND_ACK: anything else"
+    UNANSWERED = "no COMMAND_ACK after all repetitions"
+    TIME_UP = "the operation's time is up"
+    WAITED = "reasons have had their time"
+    CANCEL = "cancelled"
+
+
+class Operation(Machine[OperationFinished]):
+    """One operation; ends in exactly one `OperationFinished`."""
+
+    def __init__(
+        self,
+        operation_id: int,
+        goal: Goal,
+        address: Address,
+        command_timing: CommandTiming,
+        timing: OperationTiming,
+        *,
+        first_ack_counts: bool = True,
+    ) -> None:
+        """Prepare; `start` looks at the state and sends.
+
+        Args:
+            operation_id: goes into the event.
+            goal: what is wanted.
+            address: who talks to whom.
+            command_timing: repetitions of the command.
+            timing: patience of the whole.
+            first_ack_counts: False where the autopilot acknowledges twice and only the second
+                one tells the truth.
+        """
+        super().__init__(OperationState.IDLE)
+        self.operation_id = operation_id
+        self.goal = goal
+        self._address = address
+        self._timing = timing
+        self._first_ack_counts = first_ack_counts
+        self._command = Command(goal.request, address, command_timing)
+        self._vehicle = VehicleState()
+        self._connected = True
+        self._texts_before = 0
+        self._limit_s = 0.0
+        self._heartbeat_from_s = -math.inf
+        self._refused_until_s: float | None = None
+        self._answer: int | None = None
+        self._result = OperationResult.CANCELLED
+        self._reason = ""
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has ended."""
+        return self.state is OperationState.FINISHED
+
+    def start(self, now: float) -> None:
+        """Send the command; `begin` is the way in, as it brings the state along."""
+        self._limit_s = now + self._timing.timeout_s
+        self._fire(OperationInput.START, now)
+
+    def begin(
+        self, state: VehicleState, connected: bool, now: float, settle_s: float = 0.0
+    ) -> None:
+        """Start, unless the vehicle is already as wanted and its word is fresh.
+
+        Args:
+            state: the vehicle's state.
+            connected: whether its HEARTBEAT is fresh.
+            now: time in seconds.
+            settle_s: an earlier request for something else may take effect for this long; what
+                a HEARTBEAT shows before that proves nothing, unless `settle` is called.
+        """
+        self._vehicle = state
+        self._connected = connected
+        self._texts_before = state.texts.count
+        if settle_s > 0.0:
+            self._heartbeat_from_s = now + settle_s
+        if self._reached():
+            self._reason = f"{self._title()}: already so."
+            self._fire(OperationInput.REACHED, now)
+        else:
+            self.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Look for the command's acknowledgements."""
+        if self.finished or self.state is OperationState.IDLE:
+            return
+        result = ack_result(message, self._command.request.command, self._address)
+        if result is None:
+            return
+        self._command.receive(message, now)
+        if result == IN_PROGRESS:
+            self._step_command(now)
+            return
+        if result == ACCEPTED:
+            self._answer = result
+            self._fire(OperationInput.ACCEPTED, now)
+        elif self._answer != ACCEPTED or not self._first_ack_counts:
+            self._answer = result
+            self._fire(OperationInput.REFUSED, now)
+        while self._command.next_event() is not None:  # what it says has been dealt with
+            pass
+
+    def observe(self, state: VehicleState, connected: bool, now: float) -> None:
+        """Take in the vehicle's new state."""
+        if self.finished or self.state is OperationState.IDLE:
+            return
+        self._vehicle = state
+        self._connected = connected
+        if self._reached():
+            self._fire(OperationInput.REACHED, now)
+            return
+        failure = self.goal.failure(state)
+        if failure is not None:
+            self._result, self._reason = OperationResult.REFUSED, failure
+            self._fire(OperationInput.FAILED, now)
+        elif self.state is OperationState.REFUSING and self.goal.under_way(state):
+            self._fire(OperationInput.UNDER_WAY, now)
+
+    def settle(self) -> None:
+        """The earlier request has taken effect; from here HEARTBEATs count."""
+        self._heartbeat_from_s = -math.inf
+
+    def _reached(self) -> bool:
+        heard_s = self._vehicle.last_heartbeat_s
+        return (
+            self._connected
+            and heard_s is not None
+            and heard_s >= self._heartbeat_from_s
+            and self.goal.reached(self._vehicle)
+        )
+
+    def cancel(self, reason: str, now: float) -> None:
+        """End it CANCELLED for this reason, if it hasn't ended."""
+        if not self.finished:
+            self._result = OperationResult.CANCELLED
+            self._reason = reason
+            self._fire(OperationInput.CANCEL, now)
+
+    def lose(self, reason: str, now: float) -> None:
+        """End it LINK_LOST for this reason, if it hasn't ended."""
+        if not self.finished:
+            self._result = OperationResult.LINK_LOST
+            self._reason = reason
+            self._fire(OperationInput.FAILED, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Repeat the command, or end."""
+        if self.finished or self._deadline is None or now < self._deadline:
+            return
+        if self._refused_until_s is not None and now >= self._refused_until_s:
+            self._fire(OperationInput.WAITED, now)
+        elif now >= self._limit_s:
+            self._fire(OperationInput.TIME_UP, now)
+        else:
+            self._command.handle_timer(now)
+            self._step_command(now)
+
+    def _step_command(self, now: float) -> None:
+        self._outbox += self._command.messages_to_send()
+        end = self._command.next_event()
+        if end is not None and end.result is None:
+            self._fire(OperationInput.UNANSWERED, now)
+        else:
+            self._set_deadline()
+
+    def _set_deadline(self) -> None:
+        times = (self._limit_s, self._refused_until_s, self._command.next_deadline())
+        self._deadline = min(time for time in times if time is not None)
+
+    def _send(self, now: float) -> None:
+        self._command.start(now)
+        self._step_command(now)
+
+    def _confirm(self, now: float) -> None:
+        self._refused_until_s = None
+        self._set_deadline()
+
+    def _refuse(self, now: float) -> None:
+        repeated = self._command.attempts > 1
+        wait_s = self._timing.doubt_s if repeated else self._timing.texts_s
+        self._refused_until_s = now + wait_s
+        self._set_deadline()
+
+    def _achieve(self, now: float) -> None:
+        self._finish(OperationResult.ACHIEVED, self._reason or f"{self._title()}: confirmed", now)
+
+    def _give_reasons(self, now: float) -> None:
+        name = command_name(self._command.request.command)
+        answer = result_name(self._answer) if self._answer is not None else "nothing"
+        self._finish(
+            OperationResult.REFUSED,
+            f"{self._title()} refused: {name} was answered {answer}",
+            now,
+        )
+
+    def _time_out(self, now: float) -> None:
+        name = command_name(self._command.request.command)
+        if self._answer == ACCEPTED:
+            what = f"{name} was ACCEPTED, but the vehicle's state does not show it"
+        else:
+            what = f"{name} was sent {self._command.attempts} times and not answered"
+        what = f"{self._title()} not confirmed within {self._timing.timeout_s:.1f} s: {what}"
+        if self._connected:
+            self._finish(OperationResult.TIMED_OUT, what, now)
+        else:
+            self._finish(OperationResult.LINK_LOST, f"{what}, and no HEARTBEAT comes", now)
+
+    def _fail(self, now: float) -> None:
+        self._finish(self._result, f"{self._title()} ended: {self._reason}", now)
+
+    def _title(self) -> str:
+        title = f"{self.goal.kind.value} {self.goal.wish}".strip()
+        return title[0].upper() + title[1:]
+
+    def _finish(self, result: OperationResult, reason: str, now: float) -> None:
+        self._command.cancel(now)
+        self._deadline = None
+        self._outbox.clear()
+        if result is not OperationResult.ACHIEVED:
+            reason += quote_texts(self._vehicle, self._texts_before)
+        if not reason.endswith((".", "!", "?")):
+            reason += "."
+        self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
+
+    _S = OperationState
+    _I = OperationInput
+    table: ClassVar[Table] = {
+        (_S.IDLE, _I.START): (_S.COMMANDING, _send),
+        (_S.IDLE, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.IDLE, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.IDLE, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.COMMANDING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.COMMANDING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.COMMANDING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
+        (_S.COMMANDING, _I.REFUSED): (_S.REFUSING, _refuse),
+        (_S.COMMANDING, _I.UNANSWERED): (_S.CONFIRMING, _confirm),
+        (_S.COMMANDING, _I.TIME_UP): (_S.FINISHED, _time_out),
+        (_S.COMMANDING, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.CONFIRMING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.CONFIRMING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.CONFIRMING, _I.ACCEPTED): (_S.CONFIRMING, None),
+        (_S.CONFIRMING, _I.REFUSED): (_S.REFUSING, _refuse),
+        (_S.CONFIRMING, _I.TIME_UP): (_S.FINISHED, _time_out),
+        (_S.CONFIRMING, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.REFUSING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.REFUSING, _I.UNDER_WAY): (_S.CONFIRMING, _confirm),
+        (_S.REFUSING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.REFUSING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
+        (_S.REFUSING, _I.REFUSED): (_S.REFUSING, None),
+        (_S.REFUSING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
+        (_S.REFUSING, _I.WAITED): (_S.FINISHED, _give_reasons),
+        (_S.REFUSING, _I.CANCEL): (_S.FINISHED, _fail),
+    }
+    del _S, _I
+
+
+def quote_texts(state: VehicleState, count_before: int) -> str:
+    """Return the STATUSTEXTs since then, each once, to be put behind a sentence."""
+    fresh = min(state.texts.count - count_before, len(state.status_texts))
+    texts: Sequence[str] = [text.text for text in state.status_texts[-fresh:]] if fresh else []
+    unique = list(dict.fromkeys(texts))
+    return "; autopilot: " + ", ".join(f'"{text}"' for text in unique) if unique else ""

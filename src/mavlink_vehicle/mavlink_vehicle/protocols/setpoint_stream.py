@@ -1,0 +1,221 @@
+"""SET_POSITION_TARGET_LOCAL_NED, behind an interlock.
+
+The stream is CLOSED until it is opened, and a setpoint offered to a closed stream is an error:
+so nothing that moves the vehicle can leave by accident. Setpoints are checked before anything
+is built from them; a NaN in a position makes ArduPilot's simulator abort, and a real flight
+controller is not the place to find out.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.frames import Vector3, normalize_angle
+from mavlink_vehicle.profiles import Profile, SetpointField
+from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.machine import Machine, Table
+
+# POSITION_TARGET_TYPEMASK: a set bit says "ignore".
+IGNORE_POSITION = 0b0000_0000_0111
+IGNORE_VELOCITY = 0b0000_0011_1000
+IGNORE_ACCELERATION = 0b0001_1100_0000
+IGNORE_YAW = 0b0100_0000_0000
+IGNORE_YAW_RATE = 0b1000_0000_0000
+
+MAX_ABS_VALUE = 1e6
+"""Metres, m/s or m/s2 beyond this are a mistake of the sender, not a place to go."""
+
+_MOTION = SetpointField.POSITION | SetpointField.VELOCITY | SetpointField.ACCELERATION
+
+
+@dataclass(frozen=True, slots=True)
+class SetpointNed:
+    """Where to be or how to move, in the vehicle's local NED frame; None means "not given"."""
+
+    position_ned_m: Vector3 | None = None
+    velocity_ned_m_s: Vector3 | None = None
+    acceleration_ned_m_s2: Vector3 | None = None
+    yaw_ned_rad: float | None = None
+    yaw_rate_rad_s: float | None = None
+
+    def fields(self) -> SetpointField:
+        """Return which groups are given."""
+        given = SetpointField.NONE
+        for value, group in (
+            (self.position_ned_m, SetpointField.POSITION),
+            (self.velocity_ned_m_s, SetpointField.VELOCITY),
+            (self.acceleration_ned_m_s2, SetpointField.ACCELERATION),
+            (self.yaw_ned_rad, SetpointField.YAW),
+            (self.yaw_rate_rad_s, SetpointField.YAW_RATE),
+        ):
+            if value is not None:
+                given |= group
+        return given
+
+    def type_mask(self) -> int:
+        """Return the POSITION_TARGET_TYPEMASK of what is given."""
+        mask = 0
+        mask |= IGNORE_POSITION if self.position_ned_m is None else 0
+        mask |= IGNORE_VELOCITY if self.velocity_ned_m_s is None else 0
+        mask |= IGNORE_ACCELERATION if self.acceleration_ned_m_s2 is None else 0
+        mask |= IGNORE_YAW if self.yaw_ned_rad is None else 0
+        mask |= IGNORE_YAW_RATE if self.yaw_rate_rad_s is None else 0
+        return mask
+
+
+def check_setpoint(setpoint: SetpointNed, profile: Profile) -> None:
+    """Raise SetpointError unless the vehicle would follow the setpoint.
+
+    Raises:
+        SetpointError: a number is not finite or absurd, or the combination is one that this
+            kind of vehicle ignores or misunderstands.
+    """
+    for name, vector in (
+        ("position_ned_m", setpoint.position_ned_m),
+        ("velocity_ned_m_s", setpoint.velocity_ned_m_s),
+        ("acceleration_ned_m_s2", setpoint.acceleration_ned_m_s2),
+    ):
+        if vector is not None and not all(abs(value) <= MAX_ABS_VALUE for value in vector):
+            raise SetpointError(
+                f"{name} is {vector}: give three finite numbers of at most {MAX_ABS_VALUE:g}."
+            )
+    for name, angle in (
+        ("yaw_ned_rad", setpoint.yaw_ned_rad),
+        ("yaw_rate_rad_s", setpoint.yaw_rate_rad_s),
+    ):
+        if angle is not None and not math.isfinite(angle):
+            raise SetpointError(f"{name} is {angle}: give a finite number or None.")
+    if setpoint.yaw_ned_rad is not None and setpoint.yaw_rate_rad_s is not None:
+        raise SetpointError("A setpoint has a yaw or a yaw rate, not both.")
+    motion = setpoint.fields() & _MOTION
+    if motion not in profile.setpoint_motions:
+        given = motion.name or "neither position, velocity nor acceleration"
+        raise SetpointError(f"{profile.name} does not follow setpoints with {given}.")
+
+
+def setpoint_message(setpoint: SetpointNed, address: Address, time_boot_ms: int) -> Message:
+    """Build SET_POSITION_TARGET_LOCAL_NED in MAV_FRAME_LOCAL_NED."""
+    position = setpoint.position_ned_m or (0.0, 0.0, 0.0)
+    velocity = setpoint.velocity_ned_m_s or (0.0, 0.0, 0.0)
+    acceleration = setpoint.acceleration_ned_m_s2 or (0.0, 0.0, 0.0)
+    return make(
+        "SET_POSITION_TARGET_LOCAL_NED",
+        time_boot_ms=time_boot_ms,
+        target_system=address.target_system,
+        target_component=address.target_component,
+        coordinate_frame=mavlink.MAV_FRAME_LOCAL_NED,
+        type_mask=setpoint.type_mask(),
+        x=position[0],
+        y=position[1],
+        z=position[2],
+        vx=velocity[0],
+        vy=velocity[1],
+        vz=velocity[2],
+        afx=acceleration[0],
+        afy=acceleration[1],
+        afz=acceleration[2],
+        yaw=normalize_angle(setpoint.yaw_ned_rad) if setpoint.yaw_ned_rad is not None else 0.0,
+        yaw_rate=setpoint.yaw_rate_rad_s or 0.0,
+    )
+
+
+class StreamState(enum.Enum):
+    """Whether setpoints may leave."""
+
+    CLOSED = "closed"
+    OPEN = "open"
+
+
+class StreamInput(enum.Enum):
+    """What moves the interlock."""
+
+    OPEN = "open"
+    CLOSE = "close"
+
+
+@dataclass
+class StreamStatistics:
+    """What left since the stream was last opened.
+
+    Attributes:
+        sent: setpoints sent.
+        max_gap_s: the longest time between two of them.
+        last_sent_s: when the last one left, None before the first.
+    """
+
+    sent: int = 0
+    max_gap_s: float = 0.0
+    last_sent_s: float | None = None
+
+
+class SetpointStream(Machine[None]):
+    """The interlock and the counters; has no timer, as the caller sets the pace."""
+
+    def __init__(self) -> None:
+        """Begin closed."""
+        super().__init__(StreamState.CLOSED)
+        self.statistics = StreamStatistics()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether setpoints may leave."""
+        return self.state is StreamState.OPEN
+
+    def start(self, now: float) -> None:
+        """Nothing to do; the stream stays closed."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """Nothing that comes in matters here."""
+
+    def handle_timer(self, now: float) -> None:
+        """There is no timer."""
+
+    def open(self, now: float) -> None:
+        """Allow setpoints. Opening an open stream changes nothing."""
+        self._fire(StreamInput.OPEN, now)
+
+    def close(self) -> None:
+        """Forbid setpoints, also those that wait in the outbox."""
+        self._fire(StreamInput.CLOSE, 0.0)
+
+    def offer(
+        self,
+        setpoint: SetpointNed,
+        now: float,
+        *,
+        profile: Profile,
+        address: Address,
+        time_boot_ms: int,
+    ) -> None:
+        """Put a setpoint into the outbox.
+
+        Raises:
+            SetpointError: the stream is closed, or the setpoint is not legal.
+        """
+        if not self.is_open:
+            raise SetpointError("The setpoint stream is closed; open it before sending.")
+        check_setpoint(setpoint, profile)
+        self._outbox.append(setpoint_message(setpoint, address, time_boot_ms))
+        statistics = self.statistics
+        statistics.sent += 1
+        if statistics.last_sent_s is not None:
+            statistics.max_gap_s = max(statistics.max_gap_s, now - statistics.last_sent_s)
+        statistics.last_sent_s = now
+
+    def _reset(self, now: float) -> None:
+        self.statistics = StreamStatistics()
+
+    def _drop(self, now: float) -> None:
+        self._outbox.clear()
+
+    table: ClassVar[Table] = {
+        (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _reset),
+        (StreamState.OPEN, StreamInput.OPEN): (StreamState.OPEN, None),
+        (StreamState.OPEN, StreamInput.CLOSE): (StreamState.CLOSED, _drop),
+        (StreamState.CLOSED, StreamInput.CLOSE): (StreamState.CLOSED, None),
+    }

@@ -1,0 +1,514 @@
+"""What is known about the vehicle: a frozen state and a pure `reduce`.
+
+Only messages of the vehicle's own system and autopilot component are taken in; the
+HEARTBEATs of ground stations, gimbals and other vehicles on the same link change nothing.
+MAVLink's "unknown" markers (65535, -1, INT32_MAX, NaN) become None, never numbers. How old a
+value may be is the reader's decision: each part carries the time `time_s` at which it came.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.frames import Vector3, normalize_angle
+from mavlink_vehicle.status_text import StatusText, StatusTexts, add_chunk, expire
+
+REORDER_LIMIT_MS = 3000
+"""Time since boot going back by less is a late packet; by more, a restart."""
+
+_UINT16_MAX = 0xFFFF
+_INT32_MAX = 0x7FFFFFFF
+_UINT32 = 1 << 32
+_WRAP_MARGIN_MS = 60_000
+_AUTOPILOT_INVALID = mavlink.MAV_AUTOPILOT_INVALID
+_ARMED_FLAG = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+_PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_GPS_FIX_2D = mavlink.GPS_FIX_TYPE_2D_FIX
+# The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
+_ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
+_ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
+_FIRMWARE_TYPES = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalPosition:
+    """GLOBAL_POSITION_INT.
+
+    Attributes:
+        time_s: when it came.
+        time_boot_ms: the vehicle's time of it.
+        latitude_deg: WGS-84.
+        longitude_deg: WGS-84.
+        altitude_amsl_m: above mean sea level.
+        relative_altitude_m: above home.
+        velocity_ned_m_s: ground velocity, north, east, down.
+        heading_ned_rad: heading of the nose, 0 north, clockwise, in (-pi, pi].
+    """
+
+    time_s: float
+    time_boot_ms: int
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+    relative_altitude_m: float
+    velocity_ned_m_s: Vector3
+    heading_ned_rad: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class LocalPosition:
+    """LOCAL_POSITION_NED: about the vehicle's local origin."""
+
+    time_s: float
+    time_boot_ms: int
+    position_ned_m: Vector3
+    velocity_ned_m_s: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """ATTITUDE: FRD body against NED; rates about the body's axes."""
+
+    time_s: float
+    time_boot_ms: int
+    roll_rad: float
+    pitch_rad: float
+    yaw_ned_rad: float
+    rates_frd_rad_s: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """BATTERY_STATUS of battery 0, or what SYS_STATUS says until the first of those.
+
+    Attributes:
+        time_s: when it came.
+        remaining: fraction 0 to 1, None when unknown.
+        voltage_v: of the whole pack, None when unknown.
+        current_a: positive when discharging, None when unknown.
+        consumed_ah: charge used, None when unknown.
+        charge_state: MAV_BATTERY_CHARGE_STATE, 0 when unknown.
+        from_summary: it came from SYS_STATUS.
+    """
+
+    time_s: float
+    remaining: float | None
+    voltage_v: float | None
+    current_a: float | None
+    consumed_ah: float | None = None
+    charge_state: int = 0
+    from_summary: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Home:
+    """HOME_POSITION; `position_ned_m` (about the local origin) is None until it is known."""
+
+    time_s: float
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+    position_ned_m: Vector3 | None
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """GPS_GLOBAL_ORIGIN: where the local origin lies."""
+
+    time_s: float
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class GpsFix:
+    """GPS_RAW_INT; `fix_type` is GPS_FIX_TYPE (3 = 3D)."""
+
+    time_s: float
+    fix_type: int
+    satellites: int | None
+    hdop: float | None
+    vdop: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Estimator:
+    """EKF_STATUS_REPORT or ESTIMATOR_STATUS.
+
+    Attributes:
+        time_s: when it came.
+        flags: as sent.
+        horizontal_position_ok: an absolute horizontal position is estimated.
+        horizontal_relative_ok: the same for a position relative to the start.
+    """
+
+    time_s: float
+    flags: int
+    horizontal_position_ok: bool
+    horizontal_relative_ok: bool
+
+
+@dataclass(frozen=True)
+class VehicleState:
+    """All that is known about one vehicle; the parts are None until they came.
+
+    Attributes:
+        system_id: MAVLink system id; 0 until the vehicle is found, if any will do.
+        component_id: MAVLink component id of its autopilot.
+        autopilot: MAV_AUTOPILOT.
+        vehicle_type: MAV_TYPE.
+        last_heartbeat_s: when the last HEARTBEAT came.
+        armed: the armed flag of HEARTBEAT.
+        base_mode: as sent.
+        custom_mode: as sent; its meaning depends on the firmware.
+        system_status: MAV_STATE. Don't derive `armed` from it.
+        landed_state: of EXTENDED_SYS_STATE.
+        global_position: None also while the vehicle sends 0, 0.
+        sensors_health: SYS_STATUS.onboard_control_sensors_health.
+        prearm_ok: whether the autopilot would arm, None when it doesn't tell.
+        boot_count: how often the time since boot went back.
+        boot_time_ms: the newest time since boot.
+        capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
+        texts: STATUSTEXTs; see `status_texts`.
+    """
+
+    system_id: int = 0
+    component_id: int = 1
+    autopilot: int = 0
+    vehicle_type: int = 0
+    last_heartbeat_s: float | None = None
+    armed: bool = False
+    base_mode: int = 0
+    custom_mode: int = 0
+    system_status: int = 0
+    landed_state: LandedState = LandedState.UNDEFINED
+    global_position: GlobalPosition | None = None
+    local_position: LocalPosition | None = None
+    attitude: Attitude | None = None
+    battery: Battery | None = None
+    home: Home | None = None
+    origin: Origin | None = None
+    gps: GpsFix | None = None
+    estimator: Estimator | None = None
+    sensors_health: int | None = None
+    prearm_ok: bool | None = None
+    firmware_version: str | None = None
+    capabilities: int = 0
+    boot_count: int = 0
+    boot_time_ms: int | None = None
+    texts: StatusTexts = field(default_factory=StatusTexts)
+
+    @property
+    def status_texts(self) -> tuple[StatusText, ...]:
+        """The last 20 texts, oldest first."""
+        return self.texts.texts
+
+    @property
+    def position_valid(self) -> bool:
+        """Whether there is a global position that the vehicle's estimator stands by."""
+        if self.global_position is None:
+            return False
+        return self.estimator is None or self.estimator.horizontal_position_ok
+
+    @property
+    def local_position_valid(self) -> bool:
+        """Whether there is a local position that the vehicle's estimator stands by."""
+        if self.local_position is None:
+            return False
+        return (
+            self.estimator is None
+            or self.estimator.horizontal_position_ok
+            or self.estimator.horizontal_relative_ok
+        )
+
+
+def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Return the state after `message`; the same object when it says nothing about the vehicle.
+
+    Args:
+        state: what was known before.
+        message: anything that came over the link.
+        now: time in seconds; becomes the `time_s` of what the message brings.
+    """
+    reducer = _REDUCERS.get(message.__class__)
+    if reducer is None:
+        return state
+    header = message._header
+    if header.srcComponent != state.component_id:
+        return state
+    if header.srcSystem != state.system_id and not (state.system_id == 0 and reducer is _heartbeat):
+        return state
+    return reducer(state, message, now)
+
+
+def _evolve(state: VehicleState, **changes: Any) -> VehicleState:
+    """Do what dataclasses.replace does, several times faster: this runs for every message."""
+    new = object.__new__(VehicleState)
+    attributes = new.__dict__
+    attributes.update(state.__dict__)
+    attributes.update(changes)
+    return new
+
+
+def _heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState:
+    if message.autopilot == _AUTOPILOT_INVALID:
+        return state
+    header = message._header
+    return _evolve(
+        state,
+        system_id=header.srcSystem,
+        component_id=header.srcComponent,
+        autopilot=message.autopilot,
+        vehicle_type=message.type,
+        last_heartbeat_s=now,
+        armed=bool(message.base_mode & _ARMED_FLAG),
+        base_mode=message.base_mode,
+        custom_mode=message.custom_mode,
+        system_status=message.system_status,
+        texts=expire(state.texts, now),
+    )
+
+
+def _booted(state: VehicleState, time_boot_ms: int) -> VehicleState:
+    """Take note of the time since boot; after a restart what was measured before is void."""
+    last = state.boot_time_ms
+    if last is None or last <= time_boot_ms:
+        return _evolve(state, boot_time_ms=time_boot_ms)
+    back = last - time_boot_ms
+    if back < REORDER_LIMIT_MS:
+        return state
+    if back > _UINT32 - _WRAP_MARGIN_MS:  # the counter's own end, after 49.7 days
+        return _evolve(state, boot_time_ms=time_boot_ms)
+    return _evolve(
+        state,
+        boot_count=state.boot_count + 1,
+        boot_time_ms=time_boot_ms,
+        landed_state=LandedState.UNDEFINED,
+        global_position=None,
+        local_position=None,
+        attitude=None,
+        home=None,
+        origin=None,
+        gps=None,
+        estimator=None,
+        sensors_health=None,
+        prearm_ok=None,
+    )
+
+
+def _is_late(part: GlobalPosition | LocalPosition | Attitude | None, time_boot_ms: int) -> bool:
+    return part is not None and 0 < part.time_boot_ms - time_boot_ms < REORDER_LIMIT_MS
+
+
+def _system_time(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    return _booted(state, message.time_boot_ms)
+
+
+def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+    time_boot_ms = message.time_boot_ms
+    state = _booted(state, time_boot_ms)
+    if _is_late(state.global_position, time_boot_ms):
+        return state
+    if (message.lat == 0 and message.lon == 0) or _INT32_MAX in (message.lat, message.lon):
+        return state if state.global_position is None else _evolve(state, global_position=None)
+    heading = message.hdg
+    return _evolve(
+        state,
+        global_position=GlobalPosition(
+            now,
+            time_boot_ms,
+            message.lat * 1e-7,
+            message.lon * 1e-7,
+            message.alt * 1e-3,
+            message.relative_alt * 1e-3,
+            (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01),
+            None if heading == _UINT16_MAX else normalize_angle(math.radians(heading * 0.01)),
+        ),
+    )
+
+
+def _local_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+    time_boot_ms = message.time_boot_ms
+    state = _booted(state, time_boot_ms)
+    if _is_late(state.local_position, time_boot_ms):
+        return state
+    position = (message.x, message.y, message.z)
+    velocity = (message.vx, message.vy, message.vz)
+    if not (_finite(position) and _finite(velocity)):
+        return state if state.local_position is None else _evolve(state, local_position=None)
+    return _evolve(state, local_position=LocalPosition(now, time_boot_ms, position, velocity))
+
+
+def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState:
+    time_boot_ms = message.time_boot_ms
+    state = _booted(state, time_boot_ms)
+    angles = (message.roll, message.pitch, message.yaw)
+    rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
+    if _is_late(state.attitude, time_boot_ms) or not (_finite(angles) and _finite(rates)):
+        return state
+    return _evolve(
+        state,
+        attitude=Attitude(
+            now, time_boot_ms, angles[0], angles[1], normalize_angle(angles[2]), rates
+        ),
+    )
+
+
+def _battery_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+    if message.id != 0:
+        return state
+    # ArduPilot and PX4 put the pack's voltage into the first cells when they don't know cells:
+    # in every case the sum of the valid entries is the pack's voltage.
+    cells = [mv for mv in message.voltages if mv != _UINT16_MAX]
+    cells += [mv for mv in message.voltages_ext if mv not in (0, _UINT16_MAX)]
+    current_ca, consumed_mah = message.current_battery, message.current_consumed
+    # PX4 also writes its own "unknown" of -1 A, as -100, and adds up the charge from it.
+    unknown_current = current_ca == -1 or (
+        current_ca == -100 and state.autopilot == mavlink.MAV_AUTOPILOT_PX4
+    )
+    return _evolve(
+        state,
+        battery=Battery(
+            now,
+            _fraction(message.battery_remaining),
+            sum(cells) / 1000 if cells else None,
+            None if unknown_current else current_ca / 100,
+            None if consumed_mah < 0 else consumed_mah / 1000,
+            message.charge_state,
+        ),
+    )
+
+
+def _sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+    health = message.onboard_control_sensors_health
+    changes: dict[str, Any] = {
+        "sensors_health": health,
+        "prearm_ok": bool(health & _PREARM_CHECK)
+        if message.onboard_control_sensors_present & _PREARM_CHECK
+        else None,
+    }
+    if state.battery is None or state.battery.from_summary:
+        voltage_mv = message.voltage_battery
+        changes["battery"] = Battery(
+            now,
+            _fraction(message.battery_remaining),
+            None if voltage_mv in (0, _UINT16_MAX) else voltage_mv * 1e-3,
+            None if message.current_battery == -1 else message.current_battery * 0.01,
+            from_summary=True,
+        )
+    return _evolve(state, **changes)
+
+
+def _extended_sys_state(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    try:
+        landed = LandedState(message.landed_state)
+    except ValueError:  # a state that a newer dialect may define
+        landed = LandedState.UNDEFINED
+    return state if landed is state.landed_state else _evolve(state, landed_state=landed)
+
+
+def _home_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+    if message.latitude == 0 and message.longitude == 0:
+        return state
+    position = (message.x, message.y, message.z)
+    return _evolve(
+        state,
+        home=Home(
+            now,
+            message.latitude * 1e-7,
+            message.longitude * 1e-7,
+            message.altitude * 1e-3,
+            position if _finite(position) else None,
+        ),
+    )
+
+
+def _gps_global_origin(state: VehicleState, message: Message, now: float) -> VehicleState:
+    if message.latitude == 0 and message.longitude == 0:
+        return state
+    origin = Origin(now, message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
+    return _evolve(state, origin=origin)
+
+
+def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
+    return _evolve(
+        state,
+        gps=GpsFix(
+            now,
+            message.fix_type,
+            None if message.satellites_visible == 255 else message.satellites_visible,
+            None if message.eph == _UINT16_MAX else message.eph * 0.01,
+            None if message.epv == _UINT16_MAX else message.epv * 0.01,
+        ),
+    )
+
+
+def _estimator(state: VehicleState, message: Message, now: float) -> VehicleState:
+    # The constant-position flag says nothing more: ArduPilot clears these two with it, PX4's
+    # simulator sets it at rest although its position is good.
+    flags = message.flags
+    return _evolve(
+        state,
+        estimator=Estimator(
+            now,
+            flags,
+            bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
+            bool(flags & _ESTIMATOR_HORIZONTAL_RELATIVE),
+        ),
+    )
+
+
+def _autopilot_version(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    version = message.flight_sw_version
+    if not version:
+        return _evolve(state, capabilities=message.capabilities)
+    suffix = _FIRMWARE_TYPES.get(version & 0xFF, "-dev")
+    text = f"{version >> 24 & 0xFF}.{version >> 16 & 0xFF}.{version >> 8 & 0xFF}{suffix}"
+    return _evolve(state, firmware_version=text, capabilities=message.capabilities)
+
+
+def _status_text(state: VehicleState, message: Message, now: float) -> VehicleState:
+    texts = add_chunk(
+        expire(state.texts, now),
+        severity=message.severity,
+        text=message.text,
+        text_id=message.id,
+        chunk=message.chunk_seq,
+        sequence=message._header.seq,
+        now=now,
+    )
+    return state if texts is state.texts else _evolve(state, texts=texts)
+
+
+def _finite(vector: Vector3) -> bool:
+    return math.isfinite(vector[0] + vector[1] + vector[2])
+
+
+def _fraction(percent: int) -> float | None:
+    return percent / 100 if 0 <= percent <= 100 else None
+
+
+_Reducer = Callable[[VehicleState, Message, float], VehicleState]
+_REDUCERS: dict[type, _Reducer] = {
+    mavlink.MAVLink_heartbeat_message: _heartbeat,
+    mavlink.MAVLink_system_time_message: _system_time,
+    mavlink.MAVLink_global_position_int_message: _global_position,
+    mavlink.MAVLink_local_position_ned_message: _local_position,
+    mavlink.MAVLink_attitude_message: _attitude,
+    mavlink.MAVLink_battery_status_message: _battery_status,
+    mavlink.MAVLink_sys_status_message: _sys_status,
+    mavlink.MAVLink_extended_sys_state_message: _extended_sys_state,
+    mavlink.MAVLink_home_position_message: _home_position,
+    mavlink.MAVLink_gps_global_origin_message: _gps_global_origin,
+    mavlink.MAVLink_gps_raw_int_message: _gps_raw,
+    mavlink.MAVLink_ekf_status_report_message: _estimator,
+    mavlink.MAVLink_estimator_status_message: _estimator,
+    mavlink.MAVLink_autopilot_version_message: _autopilot_version,
+    mavlink.MAVLink_statustext_message: _status_text,
+}
