@@ -1,1 +1,18 @@
 """Simulated MAVLink autopilots: seeded, deterministic, faster than real time."""
+
+from mavlink_sitl.config import ConfigurationError, VehicleConfig
+from mavlink_sitl.faults import LinkFaults
+from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.simulation import Simulation, Truth
+from mavlink_sitl.vehicle import SimulatedLink, SimulatedVehicle
+
+__all__ = [
+    "ConfigurationError",
+    "GeoPoint",
+    "LinkFaults",
+    "SimulatedLink",
+    "SimulatedVehicle",
+    "Simulation",
+    "Truth",
+    "VehicleConfig",
+]

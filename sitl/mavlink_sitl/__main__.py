@@ -1,0 +1,91 @@
+"""`python -m mavlink_sitl`: a simulated autopilot as a program."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from contextlib import ExitStack
+from typing import Sequence
+
+from mavlink_sitl.link import LinkError, Runner
+from mavlink_sitl.options import parse
+from mavlink_sitl.simulation import Simulation
+
+_BOLD, _DIM, _RESET = "\033[1m", "\033[2m", "\033[0m"
+
+
+class Reporter:
+    """Prints what changes: armed, mode, landed.
+
+    Args:
+        simulation: what to watch.
+        quiet: print nothing.
+    """
+
+    def __init__(self, simulation: Simulation, quiet: bool) -> None:
+        """See the class."""
+        self._simulation = simulation
+        self._quiet = quiet
+        self._colour = sys.stdout.isatty()
+        self._seen: list[dict[str, str]] = [{} for _ in simulation.vehicles]
+
+    def line(self, text: str) -> None:
+        """Print a line with the simulated time."""
+        if self._quiet:
+            return
+        time_s = f"{self._simulation.time_s:8.2f} s"
+        if self._colour:
+            time_s, text = f"{_DIM}{time_s}{_RESET}", f"{_BOLD}{text}{_RESET}"
+        print(f"{time_s}  {text}", flush=True)
+
+    def watch(self) -> None:
+        """Print what is not as it was."""
+        for vehicle, seen in zip(self._simulation.vehicles, self._seen):
+            copter = vehicle.copter
+            now = {
+                "armed": "armed" if copter.armed else "disarmed",
+                "mode": f"mode {copter.mode.spec.name}",
+                "landed": copter.landed_state.name.lower().replace("_", " "),
+                "ready": "ready" if copter.estimator.position_ok else "no position",
+            }
+            for key, word in now.items():
+                if seen.get(key, word) != word:
+                    self.line(f"vehicle {vehicle.system_id}: {word}")
+            seen.update(now)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program.
+
+    Args:
+        arguments: the command line, without the program's name.
+
+    Returns:
+        The exit code: 0 when ended by a signal, 2 when it could not start.
+    """
+    options, config = parse(sys.argv[1:] if arguments is None else arguments)
+    with ExitStack() as stack:
+        try:
+            log = stack.enter_context(open(options.tlog, "wb")) if options.tlog else None
+            simulation = Simulation([config], options.seed, log, options.wind)
+            reporter = Reporter(simulation, options.quiet)
+            runner = Runner(simulation, options.link, options.speedup, reporter.watch)
+        except LinkError as error:
+            print(f"mavlink_sitl: {error}", file=sys.stderr)
+            return 2
+        except OSError as error:
+            print(f"mavlink_sitl: cannot write {options.tlog}: {error.strerror}", file=sys.stderr)
+            return 2
+        stack.callback(runner.close)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: runner.stop())
+        links = ", ".join(endpoint.describe() for endpoint in runner.endpoints)
+        name = config.personality().name
+        reporter.line(f"vehicle {config.system_id}: {name} on {links}")
+        runner.run()
+        reporter.line("ended")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

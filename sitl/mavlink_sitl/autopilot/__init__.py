@@ -1,0 +1,1 @@
+"""The firmware side: modes, arming checks, controllers, failsafes. No MAVLink, no clock."""

@@ -1,0 +1,304 @@
+"""Position, velocity and yaw control over lanes, shaped like ArduCopter's.
+
+Two halves. *Shaping* moves a desired position, velocity and acceleration towards the target
+within limits of speed, acceleration and jerk, by a square-root controller (the fastest
+approach that can still stop in time). *Tracking* makes the vehicle follow the desired motion:
+a proportional position loop around a PI velocity loop, whose output is a lean and a thrust.
+Gains and limits carry the names of the firmware's parameters; that they produce the recorded
+motion is tested in tests/replay.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mavlink_sitl.exchange import Guidance, Motors, YawMode
+from mavlink_sitl.ops import Lane, Ops
+
+GRAVITY_M_S2 = 9.80665
+
+
+class ControllerGains(NamedTuple):
+    """Gains of the tracking half; the same for all lanes."""
+
+    position_xy: float = 1.0
+    """PSC_POSXY_P"""
+    velocity_xy: float = 2.0
+    """PSC_VELXY_P"""
+    velocity_xy_i: float = 1.0
+    """PSC_VELXY_I"""
+    integrator_xy_limit_m_s2: float = 10.0
+    """PSC_VELXY_IMAX"""
+    position_z: float = 1.0
+    """PSC_POSZ_P"""
+    velocity_z: float = 5.0
+    """PSC_VELZ_P"""
+    velocity_z_i: float = 2.0
+    max_lean: float = 0.5774
+    """Tangent of ANGLE_MAX, 30 degrees"""
+    yaw: float = 3.0
+    """From yaw error to rate"""
+    yaw_slew_rad_s: float = 1.0472
+    """ATC_SLEW_YAW, 60 degrees a second"""
+    spool_up_s: float = 1.0
+    """From idle to the thrust that lifts"""
+    spool_thrust: float = 1.12
+    """Thrust over weight at the end of spooling up"""
+    max_thrust_m_s2: float = GRAVITY_M_S2 / 0.39
+
+
+class Targets(NamedTuple):
+    """`Guidance` as lanes (see there), packed once per change."""
+
+    fly: Lane
+    manual: Lane
+    throttle: Lane
+    track_position_xy: Lane
+    track_velocity_xy: Lane
+    track_position_z: Lane
+    track_velocity_z: Lane
+    acceleration_north_m_s2: Lane
+    acceleration_east_m_s2: Lane
+    acceleration_down_m_s2: Lane
+    speed_xy_m_s: Lane
+    speed_up_m_s: Lane
+    speed_down_m_s: Lane
+    acceleration_xy_m_s2: Lane
+    acceleration_z_m_s2: Lane
+    jerk_xy_m_s3: Lane
+    jerk_z_m_s3: Lane
+    yaw_mode: Lane
+    yaw_rate_rad_s: Lane
+
+
+class ControllerState(NamedTuple):
+    """What the controllers remember. Every field is a lane, NED and SI units."""
+
+    target_north_m: Lane
+    target_east_m: Lane
+    target_down_m: Lane
+    target_velocity_north_m_s: Lane
+    target_velocity_east_m_s: Lane
+    target_velocity_down_m_s: Lane
+    north_m: Lane
+    east_m: Lane
+    down_m: Lane
+    velocity_north_m_s: Lane
+    velocity_east_m_s: Lane
+    velocity_down_m_s: Lane
+    acceleration_north_m_s2: Lane
+    acceleration_east_m_s2: Lane
+    acceleration_down_m_s2: Lane
+    integrator_north_m_s2: Lane
+    integrator_east_m_s2: Lane
+    integrator_down_m_s2: Lane
+    yaw_rad: Lane
+    spool: Lane
+    """0 at idle .. 1 when the motors may do what they are told"""
+
+
+class Belief(NamedTuple):
+    """Where the estimators believe the vehicles are. Every field is a lane."""
+
+    north_m: Lane
+    east_m: Lane
+    down_m: Lane
+    velocity_north_m_s: Lane
+    velocity_east_m_s: Lane
+    velocity_down_m_s: Lane
+    yaw_rad: Lane
+    on_ground: Lane
+
+
+class Output(NamedTuple):
+    """What the controllers ask of the vehicles. Every field is a lane."""
+
+    lean_north: Lane
+    lean_east: Lane
+    thrust_m_s2: Lane
+    yaw_rate_rad_s: Lane
+
+
+def initial(belief: Belief, o: Ops) -> ControllerState:
+    """Controllers that want to be where the vehicle is."""
+    zero = o.full(0.0)
+    here = (belief.north_m, belief.east_m, belief.down_m)
+    return ControllerState(
+        *here, zero, zero, zero, *here, *([zero] * 9), belief.yaw_rad, zero
+    )
+
+
+def targets_of(guidance: list[Guidance], o: Ops) -> Targets:
+    """The steady part of what each vehicle is told, one lane per field."""
+
+    def lane(name: str) -> Lane:
+        return o.pack([getattr(g, name) for g in guidance])
+
+    return Targets(
+        fly=o.pack([float(g.motors is Motors.FLY) for g in guidance]),
+        manual=o.pack([float(g.motors is Motors.MANUAL) for g in guidance]),
+        **{name: lane(name) for name in Targets._fields if name not in ("fly", "manual")},
+    )
+
+
+def sqrt_approach(error: Lane, gain: Lane, limit: Lane, o: Ops) -> Lane:
+    """Speed at which to close a distance and still stop in time.
+
+    Proportional near the target, and from where that would need more than `limit` to stop,
+    the square root of the distance.
+
+    Args:
+        error: distance, >= 0.
+        gain: proportional gain near the target, 1/s.
+        limit: largest deceleration.
+        o: float or array arithmetic.
+
+    Returns:
+        Speed, >= 0.
+    """
+    linear = limit / (gain * gain)
+    far = o.sqrt(o.maximum(2.0 * limit * (error - 0.5 * linear), 0.0))
+    return o.where(error <= linear, gain * error, far)
+
+
+def step(
+    state: ControllerState,
+    targets: Targets,
+    belief: Belief,
+    dt: float,
+    gains: ControllerGains,
+    o: Ops,
+) -> tuple[ControllerState, Output]:
+    """One fixed step of shaping and tracking.
+
+    Args:
+        state: what the controllers remember.
+        targets: what the autopilots want.
+        belief: where the vehicles think they are.
+        dt: seconds.
+        gains: gains of the tracking half.
+        o: float or array arithmetic.
+
+    Returns:
+        What the controllers remember now, and their output.
+    """
+    spool = o.clip(state.spool + (2.0 * targets.fly - 1.0) * (dt / gains.spool_up_s), 0.0, 1.0)
+    # Until the motors may lift, nothing winds up and nothing runs ahead of the vehicle.
+    free = targets.fly * (1.0 - belief.on_ground * (spool < 1.0))
+    state = state._replace(spool=spool)
+    state, lean_n, lean_e = _horizontal(state, targets, belief, free, dt, gains, o)
+    state, lift = _vertical(state, targets, belief, free, dt, gains, o)
+    thrust = lift * o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
+    ramp = o.where(
+        spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2
+    )
+    thrust = targets.fly * o.clip(thrust, 0.0, ramp)
+    thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2
+    state, yaw_rate = _yaw(state, targets, belief, free, dt, gains, o)
+    return state, Output(lean_n * free, lean_e * free, thrust, yaw_rate)
+
+
+def _horizontal(
+    s: ControllerState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+) -> tuple[ControllerState, Lane, Lane]:
+    """Shape and track North and East; returns the leans."""
+    # The target itself moves.
+    target_v_n = s.target_velocity_north_m_s + t.acceleration_north_m_s2 * dt * t.track_velocity_xy
+    target_v_e = s.target_velocity_east_m_s + t.acceleration_east_m_s2 * dt * t.track_velocity_xy
+    target_n = s.target_north_m + target_v_n * dt
+    target_e = s.target_east_m + target_v_e * dt
+    # From position error to velocity.
+    e_n = target_n - s.north_m
+    e_e = target_e - s.east_m
+    distance = o.hypot(e_n, e_e)
+    gain = 0.5 * t.jerk_xy_m_s3 / t.acceleration_xy_m_s2
+    speed = sqrt_approach(distance, gain, 0.5 * t.acceleration_xy_m_s2, o)
+    speed = o.minimum(speed, t.speed_xy_m_s)
+    scale = t.track_position_xy * speed / o.maximum(distance, 1e-6)
+    # From velocity error to acceleration.
+    d_n = e_n * scale + target_v_n - s.velocity_north_m_s
+    d_e = e_e * scale + target_v_e - s.velocity_east_m_s
+    difference = o.hypot(d_n, d_e)
+    wanted = sqrt_approach(
+        difference, t.jerk_xy_m_s3 / t.acceleration_xy_m_s2, t.jerk_xy_m_s3, o
+    )
+    wanted = o.minimum(wanted, t.acceleration_xy_m_s2)
+    scale = t.track_velocity_xy * wanted / o.maximum(difference, 1e-6)
+    # From acceleration error to jerk.
+    j_n = d_n * scale + t.acceleration_north_m_s2 - s.acceleration_north_m_s2
+    j_e = d_e * scale + t.acceleration_east_m_s2 - s.acceleration_east_m_s2
+    most = t.jerk_xy_m_s3 * dt
+    scale = most / o.maximum(o.hypot(j_n, j_e), most)
+    a_n = (s.acceleration_north_m_s2 + j_n * scale) * free
+    a_e = (s.acceleration_east_m_s2 + j_e * scale) * free
+    v_n = (s.velocity_north_m_s + a_n * dt) * free
+    v_e = (s.velocity_east_m_s + a_e * dt) * free
+    n = o.where(free, s.north_m + v_n * dt, b.north_m)
+    e = o.where(free, s.east_m + v_e * dt, b.east_m)
+    # Tracking.
+    error_n = v_n + k.position_xy * (n - b.north_m) - b.velocity_north_m_s
+    error_e = v_e + k.position_xy * (e - b.east_m) - b.velocity_east_m_s
+    p_n = a_n + k.velocity_xy * error_n + s.integrator_north_m_s2
+    p_e = a_e + k.velocity_xy * error_e + s.integrator_east_m_s2
+    most = k.max_lean * GRAVITY_M_S2
+    asked = o.hypot(p_n, p_e)
+    scale = most / o.maximum(asked, most)
+    grow = k.velocity_xy_i * dt * (asked < most)
+    integrator_n = (s.integrator_north_m_s2 + error_n * grow) * free
+    integrator_e = (s.integrator_east_m_s2 + error_e * grow) * free
+    state = s._replace(
+        target_north_m=target_n, target_east_m=target_e,
+        target_velocity_north_m_s=target_v_n, target_velocity_east_m_s=target_v_e,
+        north_m=n, east_m=e, velocity_north_m_s=v_n, velocity_east_m_s=v_e,
+        acceleration_north_m_s2=a_n, acceleration_east_m_s2=a_e,
+        integrator_north_m_s2=integrator_n, integrator_east_m_s2=integrator_e,
+    )  # fmt: skip
+    return state, p_n * scale / GRAVITY_M_S2, p_e * scale / GRAVITY_M_S2
+
+
+def _vertical(
+    s: ControllerState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+) -> tuple[ControllerState, Lane]:
+    """Shape and track down; returns the upward specific force, m/s2."""
+    target_v = s.target_velocity_down_m_s + t.acceleration_down_m_s2 * dt * t.track_velocity_z
+    target = s.target_down_m + target_v * dt
+    error = target - s.down_m
+    gain = 0.5 * t.jerk_z_m_s3 / t.acceleration_z_m_s2
+    speed = sqrt_approach(abs(error), gain, 0.5 * t.acceleration_z_m_s2, o)
+    speed = o.where(error > 0.0, o.minimum(speed, t.speed_down_m_s), -o.minimum(speed, t.speed_up_m_s))
+    difference = t.track_position_z * speed + target_v - s.velocity_down_m_s
+    wanted = sqrt_approach(
+        abs(difference), t.jerk_z_m_s3 / t.acceleration_z_m_s2, t.jerk_z_m_s3, o
+    )
+    wanted = o.minimum(wanted, t.acceleration_z_m_s2)
+    wanted = t.track_velocity_z * o.where(difference > 0.0, wanted, -wanted)
+    most = t.jerk_z_m_s3 * dt
+    jerk = o.clip(wanted + t.acceleration_down_m_s2 - s.acceleration_down_m_s2, -most, most)
+    a = (s.acceleration_down_m_s2 + jerk) * free
+    v = (s.velocity_down_m_s + a * dt) * free
+    # A target below ground must not run away from a vehicle that stands on it.
+    d = o.where(free, o.minimum(s.down_m + v * dt, b.down_m + 2.0), b.down_m)
+    slip = v + k.position_z * (d - b.down_m) - b.velocity_down_m_s
+    integrator = o.clip(s.integrator_down_m_s2 + slip * (k.velocity_z_i * dt), -5.0, 5.0) * free
+    lift = GRAVITY_M_S2 - (a + k.velocity_z * slip + integrator)
+    state = s._replace(
+        target_down_m=target, target_velocity_down_m_s=target_v, down_m=d,
+        velocity_down_m_s=v, acceleration_down_m_s2=a, integrator_down_m_s2=integrator,
+    )  # fmt: skip
+    return state, lift
+
+
+def _yaw(
+    s: ControllerState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+) -> tuple[ControllerState, Lane]:
+    """Turn towards the wanted yaw; returns the rate."""
+    fast = o.hypot(s.velocity_north_m_s, s.velocity_east_m_s) > 0.05 * t.speed_xy_m_s
+    ahead = (t.yaw_mode == YawMode.LOOK_AHEAD) * fast
+    heading = o.where(ahead, o.atan2(s.velocity_east_m_s, s.velocity_north_m_s), s.yaw_rad)
+    turning = t.yaw_mode == YawMode.RATE
+    heading = o.where(turning, heading + t.yaw_rate_rad_s * dt, heading)
+    heading = o.where(free, heading, b.yaw_rad)
+    error = o.wrap_pi(heading - b.yaw_rad)
+    rate = o.clip(k.yaw * error, -k.yaw_slew_rad_s, k.yaw_slew_rad_s)
+    rate = (rate + turning * t.yaw_rate_rad_s) * free
+    return s._replace(yaw_rad=heading), rate

@@ -1,0 +1,418 @@
+"""One copter's firmware: what it may do, what it does by itself, what it says.
+
+It is told what is the case (`update`, at a fixed rate) and what people want (the command
+methods, at any time in between). It answers with `guidance` for the controllers and with
+`events` for the outside. It reads no clock and knows no MAVLink.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from typing import Callable
+
+from mavlink_sitl.autopilot.arming import PrearmMonitor, prearm_failures
+from mavlink_sitl.autopilot.estimator import Estimator
+from mavlink_sitl.autopilot.failsafe import Failsafes
+from mavlink_sitl.autopilot.guided import Guided, Setpoint
+from mavlink_sitl.autopilot.landing import LandDetector
+from mavlink_sitl.autopilot.modes import Auto, Brake, Land, Mode, PilotHeight, Stabilize
+from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.pilot import Pilot
+from mavlink_sitl.autopilot.rtl import ReturnToLaunch
+from mavlink_sitl.exchange import (
+    ArmedChanged,
+    Event,
+    Guidance,
+    HomeChanged,
+    LandedChanged,
+    LandedState,
+    ModeChanged,
+    Motion,
+    Motors,
+    Observation,
+    OriginSet,
+    RebootRequested,
+    Result,
+    Severity,
+    StatusText,
+    SystemStatus,
+)
+from mavlink_sitl.geodesy import GeoPoint, to_geodetic, to_local
+
+BEHAVIOURS: dict[str, Callable[["Copter", ModeSpec], Mode]] = {
+    "stabilize": Stabilize,
+    "alt_hold": PilotHeight,
+    "auto": Auto,
+    "guided": Guided,
+    "loiter": PilotHeight,
+    "rtl": ReturnToLaunch,
+    "land": Land,
+    "brake": Brake,
+}
+
+LANDED_TO_DISARM_S = 0.5
+"""In LAND and RTL, from 'landed' to disarming"""
+
+
+class Copter:
+    """A copter from power-up to the next.
+
+    Args:
+        personality: the firmware.
+        parameters: its parameters; they outlive a reboot.
+        origin: where it stands when it starts; becomes the origin of its local frame.
+        observation: the first thing it is told; its time is that of power-up.
+        ready_after_s: how long its estimator takes to use GPS.
+
+    Attributes:
+        armed: whether the motors are armed.
+        armed_at_s: simulated time of the latest arming.
+        mode: the flight mode.
+        home: where RTL goes, or None before the estimator has an origin.
+        guidance: what the controllers are to do.
+        revision: grows with every change of `guidance`.
+        events: what happened, for the outside to take away.
+    """
+
+    def __init__(
+        self,
+        personality: Personality,
+        parameters: Parameters,
+        origin: GeoPoint,
+        observation: Observation,
+        ready_after_s: float,
+    ) -> None:
+        """See the class."""
+        self.personality = personality
+        self.parameters = parameters
+        self.origin = origin
+        self.observation = observation
+        self.boot_s = observation.time_s
+        self.estimator = Estimator(personality, self.boot_s, ready_after_s)
+        self.failsafe = Failsafes()
+        self.pilot = Pilot()
+        self.prearm = PrearmMonitor(self.boot_s)
+        self.armed = False
+        self.armed_at_s = self.boot_s
+        self.home: GeoPoint | None = None
+        self.guidance = Guidance()
+        self.revision = 0
+        self.events: deque[Event] = deque()
+        self.speed_xy_m_s: float | None = None
+        self.speed_up_m_s: float | None = None
+        self.speed_down_m_s: float | None = None
+        self.moving_target: Callable[[], tuple[float, float, float]] = lambda: (0.0, 0.0, 0.0)
+        """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
+        self._landing = LandDetector()
+        self._landed_state = LandedState.ON_GROUND
+        self._said_boot = 0
+        self._impact_m_s = 0.0
+        self._wanted = Guidance()
+        self._modes: dict[int, Mode] = {
+            spec.number: BEHAVIOURS[spec.behaviour](self, spec)
+            for spec in personality.modes.values()
+        }
+        self.mode: Mode = self._modes[min(self._modes)]
+        self.mode.enter()
+
+    # What it knows.
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time of the latest observation."""
+        return self.observation.time_s
+
+    @property
+    def motion(self) -> Motion:
+        """Where it believes to be."""
+        return self.observation.motion
+
+    @property
+    def landed(self) -> bool:
+        """Whether it believes to stand on the ground."""
+        return self._landing.landed
+
+    @property
+    def started(self) -> bool:
+        """Whether it has finished starting (HEARTBEAT no longer says BOOT)."""
+        return self.now_s >= self.estimator.scaled(self.personality.standby_s)
+
+    @property
+    def battery_known(self) -> bool:
+        """Whether the power monitor has readings yet."""
+        return self.now_s >= self.estimator.scaled(self.personality.battery_ready_s)
+
+    @property
+    def landed_state(self) -> LandedState:
+        """For EXTENDED_SYS_STATE."""
+        if not self.armed or self.landed:
+            return LandedState.ON_GROUND
+        if self.mode.taking_off:
+            return LandedState.TAKEOFF
+        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
+
+    @property
+    def system_status(self) -> SystemStatus:
+        """For HEARTBEAT."""
+        if not self.started:
+            return SystemStatus.BOOT
+        if self.failsafe.active:
+            return SystemStatus.CRITICAL
+        return SystemStatus.STANDBY if self.landed else SystemStatus.ACTIVE
+
+    @property
+    def guided(self) -> Guided:
+        """The GUIDED mode, whether it flies or not."""
+        mode = next(mode for mode in self._modes.values() if isinstance(mode, Guided))
+        return mode
+
+    def here(self) -> GeoPoint:
+        """Where it believes to be, on earth."""
+        motion = self.motion
+        return to_geodetic(self.origin, motion.north_m, motion.east_m, motion.down_m)
+
+    def home_ned_m(self) -> tuple[float, float, float]:
+        """Home in the local frame; the origin until home is set."""
+        return (0.0, 0.0, 0.0) if self.home is None else to_local(self.origin, self.home)
+
+    def height_above_home_m(self) -> float:
+        """Height above home."""
+        return self.home_ned_m()[2] - self.motion.down_m
+
+    def limits(self) -> dict[str, float]:
+        """Speed, acceleration and jerk for `Guidance`, from the parameters."""
+        p = self.parameters
+        speed_xy, up, down = self.speed_xy_m_s, self.speed_up_m_s, self.speed_down_m_s
+        return {
+            "speed_xy_m_s": p["WPNAV_SPEED"] / 100.0 if speed_xy is None else speed_xy,
+            "speed_up_m_s": p["WPNAV_SPEED_UP"] / 100.0 if up is None else up,
+            "speed_down_m_s": p["WPNAV_SPEED_DN"] / 100.0 if down is None else down,
+            "acceleration_xy_m_s2": max(p["WPNAV_ACCEL"] / 100.0, 0.1),
+            "acceleration_z_m_s2": max(p["WPNAV_ACCEL_Z"] / 100.0, 0.1),
+            "jerk_xy_m_s3": max(p["PSC_JERK_XY"], 0.1),
+            "jerk_z_m_s3": max(p["PSC_JERK_Z"], 0.1),
+        }
+
+    def pilot_throttle(self) -> float:
+        """The throttle stick, 0..1."""
+        return self.pilot.throttle(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
+
+    def pilot_climb_rate_m_s(self) -> float:
+        """What the throttle stick asks for where height is held; positive is up."""
+        p = self.parameters
+        up = p["PILOT_SPEED_UP"] / 100.0
+        down = (p["PILOT_SPEED_DN"] or p["PILOT_SPEED_UP"]) / 100.0
+        return self.pilot.climb_rate_m_s(self.now_s, p["RC_OVERRIDE_TIME"], up, down)
+
+    # What it does by itself.
+
+    def observe(self, observation: Observation) -> None:
+        """Know better where it is, without acting: for commands between two updates."""
+        self.observation = observation
+
+    def update(self, observation: Observation) -> None:
+        """Take notice of the world and act; called at a fixed rate."""
+        had_origin = self.estimator.has_origin
+        self.observation = observation
+        self.estimator.update(observation.time_s, observation.gps_fix)
+        self._say_boot()
+        if self.estimator.has_origin and not had_origin:
+            self.events.append(OriginSet())
+            self.set_home()
+        self._landing.update(observation, self.armed)
+        self._feel_ground(observation)
+        if self.battery_known:
+            self.failsafe.update(self, observation)
+        for text in self.prearm.update(self, observation.time_s):
+            self.say(Severity.CRITICAL, text)
+        self.mode.update()
+        self._disarm_by_itself()
+        self._settle()
+
+    def _say_boot(self) -> None:
+        steps = self.personality.boot
+        while self._said_boot < len(steps):
+            step = steps[self._said_boot]
+            if self.now_s < self.estimator.scaled(step.at_s):
+                return
+            self._said_boot += 1
+            self.say(Severity.INFO, step.text.format(elevation=self.origin.altitude_amsl_m))
+
+    def _feel_ground(self, observation: Observation) -> None:
+        impact = observation.impact_m_s
+        if impact != self._impact_m_s and impact > 0.0:
+            self.say(Severity.INFO, f"SIM Hit ground at {impact:.6f} m/s")
+        self._impact_m_s = impact
+
+    def _disarm_by_itself(self) -> None:
+        if not self.armed or not self.landed:
+            return
+        landed_s = self.now_s - self._landing.landed_since_s
+        if self.mode.landing or self.mode.spec.behaviour == "rtl":
+            if landed_s >= LANDED_TO_DISARM_S:
+                self.disarm(force=True)
+            return
+        idle_s = self.now_s - max(self.armed_at_s, self._landing.landed_since_s)
+        delay_s = self.parameters["DISARM_DELAY"]
+        resting = self.mode.ground_motors() is not Motors.FLY and self.pilot_throttle() < 0.05
+        if delay_s > 0 and idle_s >= delay_s and resting:
+            self.disarm(force=True)
+
+    def _settle(self) -> None:
+        """Give the motors what arming and the ground allow; tell a new landed state."""
+        if not self.armed:
+            motors = Motors.OFF
+        elif self.landed:
+            motors = self.mode.ground_motors()
+        else:
+            motors = self._wanted.motors
+        if motors is not self.guidance.motors:
+            self._publish(replace(self._wanted, motors=motors, restart_xy=True, restart_z=True))
+        state = self.landed_state
+        if state is not self._landed_state:
+            self._landed_state = state
+            self.events.append(LandedChanged(state))
+
+    def guide(self, guidance: Guidance) -> None:
+        """Called by modes: what the controllers are to do, as far as motors are allowed to."""
+        self._wanted = guidance
+        if not self.armed:
+            guidance = replace(guidance, motors=Motors.OFF)
+        elif self.landed:
+            guidance = replace(guidance, motors=self.mode.ground_motors())
+        self._publish(guidance)
+
+    def _publish(self, guidance: Guidance) -> None:
+        self.guidance = guidance
+        self.revision += 1
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Words for people."""
+        self.events.append(StatusText(severity, text))
+
+    def set_home(self) -> None:
+        """Home is here."""
+        self.home = self.here()
+        self.events.append(HomeChanged())
+
+    def enter_mode(self, number: int) -> bool:
+        """Change the mode if it may be entered; says why not."""
+        mode = self._modes[number]
+        if mode is self.mode:
+            return True
+        if self.armed:
+            reason = None
+            if mode.spec.requires_position and not self.estimator.position_ok:
+                reason = "requires position"
+            elif mode.spec.behaviour == "auto":
+                reason = "init failed"
+            if reason is not None:
+                text = f"Mode change to {mode.spec.name} failed: {reason}"
+                self.say(Severity.WARNING, text)
+                return False
+        previous = self.mode
+        self.mode = mode
+        self.speed_xy_m_s = self.speed_up_m_s = self.speed_down_m_s = None
+        mode.enter()
+        self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
+        self._settle()
+        return True
+
+    # What people want of it.
+
+    def set_mode(self, number: int) -> Result:
+        """DO_SET_MODE and SET_MODE."""
+        if number not in self._modes:
+            self.say(Severity.WARNING, f"No such mode {number}")
+            return Result.FAILED
+        return Result.ACCEPTED if self.enter_mode(number) else Result.FAILED
+
+    def arm(self, force: bool = False) -> Result:
+        """Arm the motors, after the checks unless forced."""
+        if self.armed:
+            return Result.ACCEPTED
+        reasons = []
+        if not self.mode.spec.armable:
+            reasons.append(f"{self.mode.spec.name} mode not armable")
+        elif not force:
+            reasons = prearm_failures(self)
+        for reason in reasons:
+            self.say(Severity.CRITICAL, f"Arm: {reason}")
+        if reasons:
+            return Result.FAILED
+        self.armed = True
+        self.armed_at_s = self.now_s
+        if self.estimator.has_origin:
+            self.set_home()
+        self.say(Severity.INFO, "Arming motors")
+        self.events.append(ArmedChanged(True))
+        self._settle()
+        return Result.ACCEPTED
+
+    def disarm(self, force: bool = False) -> Result:
+        """Disarm the motors; in the air only when forced."""
+        if not self.armed:
+            return Result.ACCEPTED
+        if not self.landed and not force:
+            return Result.FAILED
+        self.armed = False
+        self.say(Severity.INFO, "Disarming motors")
+        self.events.append(ArmedChanged(False))
+        self._landing.update(self.observation, False)
+        self._settle()
+        return Result.ACCEPTED
+
+    def take_off(self, altitude_above_home_m: float) -> Result:
+        """NAV_TAKEOFF: in GUIDED, armed, on the ground, upwards."""
+        mode = self.mode
+        if not isinstance(mode, Guided) or not self.armed or not self.landed:
+            return Result.FAILED
+        if altitude_above_home_m <= max(self.height_above_home_m(), 0.0):
+            return Result.FAILED
+        mode.take_off(self.home_ned_m()[2] - altitude_above_home_m)
+        return Result.ACCEPTED
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
+        if isinstance(self.mode, Guided):
+            self.mode.setpoint(setpoint)
+
+    def change_speed(self, kind: int, speed_m_s: float) -> Result:
+        """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking; GUIDED only."""
+        if not isinstance(self.mode, Guided) or not speed_m_s > 0.0 or kind not in (0, 1, 2, 3):
+            return Result.FAILED
+        if kind == 2:
+            self.speed_up_m_s = speed_m_s
+        elif kind == 3:
+            self.speed_down_m_s = speed_m_s
+        else:
+            self.speed_xy_m_s = speed_m_s
+        north, east, down = self.moving_target()
+        changed = replace(
+            self._wanted,
+            north_m=north,
+            east_m=east,
+            down_m=down,
+            restart_xy=False,
+            restart_z=False,
+            **self.limits(),
+        )
+        self.guide(changed)
+        return Result.ACCEPTED
+
+    def run_prearm_checks(self) -> Result:
+        """RUN_PREARM_CHECKS."""
+        if self.armed:
+            return Result.TEMPORARILY_REJECTED
+        for reason in prearm_failures(self):
+            self.say(Severity.CRITICAL, f"PreArm: {reason}")
+        return Result.ACCEPTED
+
+    def reboot(self) -> Result:
+        """PREFLIGHT_REBOOT_SHUTDOWN: not while armed."""
+        if self.armed:
+            return Result.FAILED
+        self.events.append(RebootRequested())
+        return Result.ACCEPTED

@@ -1,0 +1,121 @@
+"""Battery, ground station and estimator failsafes with the firmware's own parameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.exchange import Observation, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.copter import Copter
+
+MODE_LAND = 9
+MODE_RTL = 6
+
+_BATTERY_ACTIONS = {1: MODE_LAND, 2: MODE_RTL}
+"""BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; 0 is a warning only."""
+
+
+class Failsafes:
+    """Watches, and changes the mode when something is wrong.
+
+    Attributes:
+        battery_level: 0 fine, 1 low, 2 critical. Never gets better in a flight.
+        gcs_lost: the ground station has been silent too long.
+        estimator_lost: the EKF failsafe has acted.
+    """
+
+    def __init__(self) -> None:
+        """All well."""
+        self.battery_level = 0
+        self.gcs_lost = False
+        self.estimator_lost = False
+        self._below_since_s: dict[int, float] = {}
+        self._gcs_heard_s: float | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether HEARTBEAT says CRITICAL."""
+        return self.battery_level > 0 or self.gcs_lost or self.estimator_lost
+
+    def gcs_heartbeat(self, now_s: float) -> None:
+        """The ground station is there. Setpoints and commands do not count."""
+        self._gcs_heard_s = now_s
+
+    def battery_reasons(self) -> list[str]:
+        """Why the battery forbids arming."""
+        if self.battery_level == 0:
+            return []
+        return ["Battery 1 low voltage failsafe", "Battery failsafe"]
+
+    def update(self, copter: Copter, observation: Observation) -> None:
+        """Look at one observation and act."""
+        self._battery(copter, observation)
+        self._ground_station(copter, observation.time_s)
+        self._estimator(copter)
+
+    def _battery(self, copter: Copter, observation: Observation) -> None:
+        parameters = copter.parameters
+        battery = observation.battery
+        left_mah = parameters["BATT_CAPACITY"] - battery.consumed_mah
+        below = {
+            2: 0.0 < battery.voltage_v < parameters["BATT_CRT_VOLT"],
+            1: 0.0 < battery.voltage_v < parameters["BATT_LOW_VOLT"]
+            or left_mah < parameters["BATT_LOW_MAH"],
+        }
+        for level, is_below in below.items():
+            if not is_below:
+                self._below_since_s.pop(level, None)
+                continue
+            since_s = self._below_since_s.setdefault(level, observation.time_s)
+            held = observation.time_s - since_s >= parameters["BATT_LOW_TIMER"]
+            if held and level > self.battery_level:
+                self._battery_fails(copter, observation, level)
+                return
+
+    def _battery_fails(self, copter: Copter, observation: Observation, level: int) -> None:
+        self.battery_level = level
+        battery = observation.battery
+        word = "critical" if level == 2 else "low"
+        text = f"Battery 1 is {word} {battery.voltage_v:.2f}V used {battery.consumed_mah:.0f} mAh"
+        copter.say(Severity.WARNING, text)
+        if not copter.armed:
+            return
+        copter.say(Severity.WARNING, "Battery Failsafe")
+        name = "BATT_FS_CRT_ACT" if level == 2 else "BATT_FS_LOW_ACT"
+        self._act(copter, _BATTERY_ACTIONS.get(int(copter.parameters[name])))
+
+    def _ground_station(self, copter: Copter, now_s: float) -> None:
+        parameters = copter.parameters
+        heard_s = self._gcs_heard_s
+        if not parameters["FS_GCS_ENABLE"] or heard_s is None:
+            self.gcs_lost = False
+            return
+        lost = now_s - heard_s >= parameters["FS_GCS_TIMEOUT"]
+        if lost and not self.gcs_lost and copter.armed:
+            self.gcs_lost = True
+            copter.say(Severity.WARNING, "GCS Failsafe")
+            self._act(copter, MODE_RTL)
+        elif self.gcs_lost and not lost:
+            self.gcs_lost = False
+            copter.say(Severity.WARNING, "GCS Failsafe Cleared")
+
+    def _estimator(self, copter: Copter) -> None:
+        variance = copter.estimator.variance
+        if variance and not self.estimator_lost and copter.armed and not copter.landed:
+            self.estimator_lost = True
+            copter.say(Severity.CRITICAL, "EKF variance")
+            if copter.mode.spec.requires_position:
+                copter.say(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
+                self._act(copter, MODE_LAND)
+        elif not variance:
+            self.estimator_lost = False
+
+    def _act(self, copter: Copter, mode: int | None) -> None:
+        """Change to LAND or RTL; on the ground disarm instead; LAND when RTL is refused."""
+        if mode is None:
+            return
+        if copter.landed:
+            copter.disarm(force=True)
+        elif copter.mode.spec.number != MODE_LAND and not copter.enter_mode(mode):
+            copter.enter_mode(MODE_LAND)

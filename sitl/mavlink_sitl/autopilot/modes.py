@@ -1,0 +1,209 @@
+"""The flight modes: each turns its situation into `Guidance`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.controller import sqrt_approach
+from mavlink_sitl.exchange import Guidance, Motors, YawMode
+from mavlink_sitl.ops import ScalarOps
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.copter import Copter
+    from mavlink_sitl.autopilot.personality import ModeSpec
+
+BRAKE_DECELERATION_M_S2 = 7.5
+"""BRAKE_MODE_DECEL_RATE, 750 cm/s2"""
+
+_SCALAR = ScalarOps()
+
+
+class Mode:
+    """A flight mode of one vehicle.
+
+    Args:
+        copter: the vehicle.
+        spec: number, name and rules.
+    """
+
+    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
+        """See the class."""
+        self.copter = copter
+        self.spec = spec
+
+    def enter(self) -> None:
+        """Take over."""
+        raise NotImplementedError
+
+    def update(self) -> None:
+        """Go on; called at the autopilot's rate, armed or not."""
+
+    @property
+    def taking_off(self) -> bool:
+        """Whether EXTENDED_SYS_STATE says TAKEOFF."""
+        return False
+
+    @property
+    def landing(self) -> bool:
+        """Whether EXTENDED_SYS_STATE says LANDING, and landing ends in disarming."""
+        return False
+
+    def ground_motors(self) -> Motors:
+        """What the motors may do while landed."""
+        return Motors.IDLE
+
+    def guide(self, guidance: Guidance) -> None:
+        """Hand new guidance to the controllers."""
+        self.copter.guide(guidance)
+
+    def hold_guidance(self) -> Guidance:
+        """Brake to a standstill and stay there, nose where it is."""
+        return Guidance(
+            motors=Motors.FLY, restart_xy=True, restart_z=True, **self.copter.limits()
+        )
+
+
+class Stabilize(Mode):
+    """Level, throttle straight from the stick."""
+
+    def enter(self) -> None:
+        """Pass the stick on."""
+        self._throttle = -1.0
+        self.update()
+
+    def update(self) -> None:
+        """Pass the stick on when it moved."""
+        throttle = self.copter.pilot_throttle()
+        if throttle != self._throttle:
+            self._throttle = throttle
+            self.guide(Guidance(motors=Motors.MANUAL, throttle=throttle))
+
+    def ground_motors(self) -> Motors:
+        """The stick decides."""
+        return Motors.MANUAL
+
+
+class PilotHeight(Mode):
+    """LOITER, POSHOLD and ALT_HOLD: stop, and climb or sink with the throttle stick.
+
+    The sticks for roll, pitch and yaw are taken as centred.
+    """
+
+    def enter(self) -> None:
+        """Brake."""
+        self._climb: float | None = None
+        self.update()
+
+    def update(self) -> None:
+        """Follow the stick."""
+        climb = self.copter.pilot_climb_rate_m_s()
+        if climb == self._climb:
+            return
+        first = self._climb is None
+        self._climb = climb
+        acceleration = self.copter.parameters["PILOT_ACCEL_Z"] / 100.0
+        self.guide(
+            replace(
+                self.hold_guidance(),
+                velocity_down_m_s=-climb,
+                acceleration_z_m_s2=acceleration,
+                restart_xy=first,
+                restart_z=first,
+            )
+        )
+
+    def ground_motors(self) -> Motors:
+        """A raised stick takes off."""
+        return Motors.FLY if (self._climb or 0.0) > 0.0 else Motors.IDLE
+
+
+class Brake(Mode):
+    """Stop as fast as possible and stay."""
+
+    def enter(self) -> None:
+        """Brake hard."""
+        self.guide(replace(self.hold_guidance(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2))
+
+
+class Auto(Mode):
+    """AUTO without a mission: may be chosen on the ground, does nothing."""
+
+    def enter(self) -> None:
+        """Stay."""
+        self.guide(self.hold_guidance())
+
+
+class Land(Mode):
+    """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground."""
+
+    @property
+    def landing(self) -> bool:
+        """Always."""
+        return True
+
+    def enter(self) -> None:
+        """Brake and sink."""
+        self._speed: float | None = None
+        self.update()
+
+    def update(self) -> None:
+        """Slow down near the ground."""
+        speed = landing_speed_m_s(self.copter)
+        if self._speed is not None and abs(speed - self._speed) < 0.02:
+            return
+        first = self._speed is None
+        self._speed = speed
+        self.guide(
+            replace(
+                self.hold_guidance(),
+                velocity_down_m_s=speed,
+                restart_xy=first,
+                restart_z=first,
+            )
+        )
+
+
+def landing_speed_m_s(copter: Copter) -> float:
+    """How fast to sink at this height above home."""
+    parameters = copter.parameters
+    final = parameters["LAND_SPEED"] / 100.0
+    fast = (parameters["LAND_SPEED_HIGH"] or parameters["WPNAV_SPEED_DN"]) / 100.0
+    above = copter.height_above_home_m() - parameters["LAND_ALT_LOW"] / 100.0
+    limit = parameters["WPNAV_ACCEL_Z"] / 100.0
+    return min(max(sqrt_approach(above, 1.0, limit, _SCALAR), final), fast)
+
+
+def line_guidance(
+    base: Guidance,
+    start: tuple[float, float, float],
+    direction: tuple[float, float, float],
+    motion: tuple[float, float, float],
+) -> Guidance:
+    """Guidance along a line.
+
+    Args:
+        base: limits and motors.
+        start: where the line begins, NED metres.
+        direction: unit vector.
+        motion: distance from the start, speed and acceleration along the line.
+    """
+    s, v, a = motion
+    n, e, d = direction
+    return replace(
+        base,
+        track_position_xy=1.0,
+        track_position_z=1.0,
+        north_m=start[0] + n * s,
+        east_m=start[1] + e * s,
+        down_m=start[2] + d * s,
+        velocity_north_m_s=n * v,
+        velocity_east_m_s=e * v,
+        velocity_down_m_s=d * v,
+        acceleration_north_m_s2=n * a,
+        acceleration_east_m_s2=e * a,
+        acceleration_down_m_s2=d * a,
+        yaw_mode=YawMode.HOLD,
+        restart_xy=False,
+        restart_z=False,
+    )

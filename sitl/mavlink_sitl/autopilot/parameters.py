@@ -1,0 +1,92 @@
+"""The parameters of a vehicle: name, value, type. Every one of them does something."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Mapping
+
+
+class ParameterType(IntEnum):
+    """The numbers are MAV_PARAM_TYPE's."""
+
+    INT8 = 2
+    INT16 = 4
+    INT32 = 6
+    REAL32 = 9
+
+
+@dataclass(frozen=True)
+class ParameterSpec:
+    """One parameter of a personality: its name, default and type."""
+
+    name: str
+    default: float
+    type: ParameterType = ParameterType.REAL32
+
+
+class UnknownParameterError(KeyError):
+    """No parameter has this name."""
+
+    def __init__(self, name: str, known: list[str]) -> None:
+        """Say the name and which there are."""
+        self.name = name
+        self.known = known
+        super().__init__(name)
+
+    def __str__(self) -> str:
+        """One sentence."""
+        return f"no parameter {self.name!r}; there are: {', '.join(self.known)}"
+
+
+class Parameters:
+    """The values, kept over a reboot as the firmware keeps them in storage.
+
+    Args:
+        specs: the personality's parameters.
+        values: values other than the defaults.
+
+    Raises:
+        UnknownParameterError: a value for a parameter that does not exist.
+        ValueError: a value that is not finite.
+    """
+
+    def __init__(
+        self, specs: tuple[ParameterSpec, ...], values: Mapping[str, float] | None = None
+    ) -> None:
+        """See the class."""
+        self.specs = {spec.name: spec for spec in sorted(specs, key=lambda spec: spec.name)}
+        self._values = {name: spec.default for name, spec in self.specs.items()}
+        for name, value in (values or {}).items():
+            self.set(name, value)
+
+    def __getitem__(self, name: str) -> float:
+        """The value of a parameter."""
+        return self._values[name]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether there is such a parameter."""
+        return name in self._values
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._values)
+
+    def names(self) -> list[str]:
+        """All names, in the order of their indices."""
+        return list(self.specs)
+
+    def set(self, name: str, value: float) -> None:
+        """Change a value; integers are rounded.
+
+        Raises:
+            UnknownParameterError: there is no such parameter.
+            ValueError: the value is not finite.
+        """
+        spec = self.specs.get(name)
+        if spec is None:
+            raise UnknownParameterError(name, self.names())
+        if not math.isfinite(value):
+            raise ValueError(f"parameter {name} must be a finite number, not {value}")
+        self._values[name] = value if spec.type is ParameterType.REAL32 else float(round(value))

@@ -1,0 +1,79 @@
+"""What differs between firmwares, as data. One module per firmware and kind of vehicle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Mapping
+
+from mavlink_sitl.autopilot.parameters import ParameterSpec
+
+
+@dataclass(frozen=True)
+class ModeSpec:
+    """One flight mode.
+
+    Attributes:
+        number: HEARTBEAT.custom_mode.
+        name: the firmware's name.
+        behaviour: which class of `autopilot.modes` flies it.
+        requires_position: refused in the air while the estimator has no position.
+        armable: motors may be armed in it.
+        position_controlled: the position controller runs in it (base_mode GUIDED_ENABLED).
+    """
+
+    number: int
+    name: str
+    behaviour: str
+    requires_position: bool = False
+    armable: bool = False
+    position_controlled: bool = False
+
+
+@dataclass(frozen=True)
+class BootStep:
+    """A line the firmware says while it starts, and when (seconds after power-up)."""
+
+    at_s: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Personality:
+    """A firmware for a kind of vehicle, as far as it can be written down.
+
+    Attributes:
+        name: for people.
+        mav_type: HEARTBEAT.type.
+        mav_autopilot: HEARTBEAT.autopilot.
+        capabilities: AUTOPILOT_VERSION.capabilities.
+        flight_sw_version: AUTOPILOT_VERSION.flight_sw_version.
+        flight_custom_version: AUTOPILOT_VERSION.flight_custom_version, 8 characters.
+        modes: by number.
+        parameters: those that do something here.
+        boot: what it says while starting, in time.
+        ready_s: when the estimator uses GPS in the real firmware; `boot` and the times below
+            are scaled down when a shorter time is configured.
+        gps_fix_s: when the receiver has its fix.
+        battery_ready_s: when the power monitor has readings.
+        origin_s: when the estimator has its origin and home is set.
+        standby_s: when HEARTBEAT.system_status goes from BOOT to STANDBY.
+        streams: REQUEST_DATA_STREAM groups: stream id to message ids.
+        shortest_interval_us: SET_MESSAGE_INTERVAL below it is denied.
+    """
+
+    name: str
+    mav_type: int
+    mav_autopilot: int
+    capabilities: int
+    flight_sw_version: int
+    flight_custom_version: str
+    modes: Mapping[int, ModeSpec]
+    parameters: tuple[ParameterSpec, ...]
+    boot: tuple[BootStep, ...]
+    ready_s: float
+    gps_fix_s: float
+    battery_ready_s: float
+    origin_s: float
+    standby_s: float
+    streams: Mapping[int, tuple[int, ...]]
+    shortest_interval_us: int

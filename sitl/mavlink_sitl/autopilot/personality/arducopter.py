@@ -1,0 +1,115 @@
+"""ArduCopter 4.7-dev of May 2025, as it was recorded."""
+
+from __future__ import annotations
+
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.personality import BootStep, ModeSpec, Personality
+
+_INT8 = ParameterType.INT8
+_INT32 = ParameterType.INT32
+
+_MODES = (
+    ModeSpec(0, "STABILIZE", "stabilize", armable=True),
+    ModeSpec(2, "ALT_HOLD", "alt_hold", armable=True),
+    ModeSpec(3, "AUTO", "auto", requires_position=True, position_controlled=True),
+    ModeSpec(4, "GUIDED", "guided", True, armable=True, position_controlled=True),
+    ModeSpec(5, "LOITER", "loiter", True, armable=True, position_controlled=True),
+    ModeSpec(6, "RTL", "rtl", True, position_controlled=True),
+    ModeSpec(9, "LAND", "land", position_controlled=True),
+    ModeSpec(16, "POSHOLD", "loiter", True, armable=True, position_controlled=True),
+    ModeSpec(17, "BRAKE", "brake", True, position_controlled=True),
+)
+
+# Defaults are the firmware's where it has one and the recordings do not say otherwise.
+_PARAMETERS = (
+    ParameterSpec("ATC_SLEW_YAW", 6000.0),
+    ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
+    ParameterSpec("BATT_CRT_VOLT", 0.0),
+    ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
+    ParameterSpec("BATT_FS_LOW_ACT", 0.0, _INT8),
+    ParameterSpec("BATT_LOW_MAH", 0.0),
+    ParameterSpec("BATT_LOW_TIMER", 10.0, _INT8),
+    ParameterSpec("BATT_LOW_VOLT", 10.5),
+    ParameterSpec("DISARM_DELAY", 10.0, _INT8),
+    ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
+    ParameterSpec("FS_GCS_TIMEOUT", 5.0),
+    ParameterSpec("GUID_TIMEOUT", 3.0),
+    ParameterSpec("LAND_ALT_LOW", 1000.0),
+    ParameterSpec("LAND_SPEED", 50.0),
+    ParameterSpec("LAND_SPEED_HIGH", 0.0),
+    ParameterSpec("PILOT_ACCEL_Z", 250.0),
+    ParameterSpec("PILOT_SPEED_DN", 0.0),
+    ParameterSpec("PILOT_SPEED_UP", 250.0),
+    ParameterSpec("PSC_JERK_XY", 5.0),
+    ParameterSpec("PSC_JERK_Z", 5.0),
+    ParameterSpec("RC_OVERRIDE_TIME", 3.0),
+    ParameterSpec("RTL_ALT", 1500.0, _INT32),
+    ParameterSpec("RTL_LOIT_TIME", 5000.0, _INT32),
+    ParameterSpec("RTL_SPEED", 0.0),
+    ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
+    ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
+    ParameterSpec("WPNAV_ACCEL", 250.0),
+    ParameterSpec("WPNAV_ACCEL_Z", 100.0),
+    ParameterSpec("WPNAV_JERK", 1.0),
+    ParameterSpec("WPNAV_SPEED", 1000.0),
+    ParameterSpec("WPNAV_SPEED_DN", 150.0),
+    ParameterSpec("WPNAV_SPEED_UP", 250.0),
+)
+
+_BOOT = (
+    BootStep(1.93, "Barometer 1 calibration complete"),
+    BootStep(1.93, "Barometer 2 calibration complete"),
+    BootStep(2.46, "ArduPilot Ready"),
+    BootStep(2.46, "AHRS: DCM active"),
+    BootStep(4.46, "EKF3 IMU0 initialised"),
+    BootStep(4.46, "EKF3 IMU1 initialised"),
+    BootStep(4.46, "AHRS: EKF3 active"),
+    BootStep(5.81, "EKF3 IMU0 tilt alignment complete"),
+    BootStep(5.81, "EKF3 IMU1 tilt alignment complete"),
+    BootStep(5.91, "EKF3 IMU0 MAG0 initial yaw alignment complete"),
+    BootStep(5.91, "EKF3 IMU1 MAG0 initial yaw alignment complete"),
+    BootStep(9.81, "GPS 1: probing for u-blox at 230400 baud"),
+    BootStep(9.84, "GPS 1: detected u-blox"),
+    BootStep(20.03, "EKF3 IMU0 origin set"),
+    BootStep(20.06, "Field Elevation Set: {elevation:.0f}m"),
+    BootStep(20.22, "EKF3 IMU1 origin set"),
+    BootStep(41.64, "EKF3 IMU0 is using GPS"),
+    BootStep(41.64, "EKF3 IMU1 is using GPS"),
+)
+
+# Message ids by stream, as GCS_MAVLINK groups them, of those that are modelled.
+_RAW_SENSORS: tuple[int, ...] = ()
+_EXTENDED_STATUS = (1, 125, 62, 42, 24, 87)
+_POSITION = (33, 32)
+_RC_CHANNELS = (36, 65)
+_EXTRA1 = (30, 164)
+_EXTRA2 = (74,)
+_EXTRA3 = (2, 168, 147, 193, 241)
+
+ARDUCOPTER = Personality(
+    name="ArduCopter",
+    mav_type=2,
+    mav_autopilot=3,
+    capabilities=0xFBEF,
+    flight_sw_version=0x04070000,
+    flight_custom_version="cef8bcef",
+    modes={mode.number: mode for mode in _MODES},
+    parameters=_PARAMETERS,
+    boot=_BOOT,
+    ready_s=41.64,
+    gps_fix_s=9.9,
+    battery_ready_s=2.6,
+    origin_s=20.03,
+    standby_s=2.46,
+    streams={
+        0: (*_EXTENDED_STATUS, *_POSITION, *_RC_CHANNELS, *_EXTRA1, *_EXTRA2, *_EXTRA3),
+        1: _RAW_SENSORS,
+        2: _EXTENDED_STATUS,
+        3: _RC_CHANNELS,
+        6: _POSITION,
+        10: _EXTRA1,
+        11: _EXTRA2,
+        12: _EXTRA3,
+    },
+    shortest_interval_us=3125,
+)

@@ -1,0 +1,107 @@
+"""What a simulated vehicle is: the answers to the command line's questions, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Mapping
+
+from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl.faults import LinkFaults
+from mavlink_sitl.geodesy import GeoPoint
+
+PERSONALITIES: dict[tuple[str, str], Personality] = {("copter", "ardupilot"): ARDUCOPTER}
+
+DEFAULT_HOME = GeoPoint(-35.363261, 149.165230, 584.0)
+DEFAULT_HEADING_DEG = 353.0
+
+
+class ConfigurationError(ValueError):
+    """Something about a vehicle cannot be; the message says what and what would be right."""
+
+
+@dataclass(frozen=True)
+class VehicleConfig:
+    """One simulated vehicle.
+
+    Attributes:
+        vehicle: "copter".
+        autopilot: "ardupilot".
+        system_id: MAVLink system id, 1..255; None for the vehicle's place in the list, from 1.
+        home: where it starts.
+        heading_deg: where its nose points at start, clockwise from North.
+        ready_after_s: from power-up until the estimator uses GPS. The real firmware's
+            simulator takes 41.6 s; the whole start shrinks with this.
+        parameters: values other than the defaults.
+        battery: the pack.
+        battery_remaining: charge at start, 0..1.
+        faults: of its link.
+    """
+
+    vehicle: str = "copter"
+    autopilot: str = "ardupilot"
+    system_id: int | None = None
+    home: GeoPoint = DEFAULT_HOME
+    heading_deg: float = DEFAULT_HEADING_DEG
+    ready_after_s: float = 2.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    battery: BatteryModel = BatteryModel()
+    battery_remaining: float = 1.0
+    faults: LinkFaults | None = None
+
+    def __post_init__(self) -> None:
+        """Check everything that can be checked without the other vehicles."""
+        self.personality()
+        _require(
+            self.system_id is None or 1 <= self.system_id <= 255,
+            f"the system id must be between 1 and 255, not {self.system_id}",
+        )
+        latitude, longitude, altitude = self.home
+        _require(
+            abs(latitude) <= 90.0, f"the latitude of home must be -90 to 90, not {latitude}"
+        )
+        _require(
+            abs(longitude) <= 180.0, f"the longitude of home must be -180 to 180, not {longitude}"
+        )
+        _require(
+            -1000.0 <= altitude <= 20000.0,
+            f"the altitude of home must be -1000 to 20000 m above sea level, not {altitude}",
+        )
+        _require(
+            math.isfinite(self.heading_deg),
+            f"the heading must be a number of degrees, not {self.heading_deg}",
+        )
+        _require(
+            math.isfinite(self.ready_after_s) and self.ready_after_s >= 0.0,
+            f"the time until ready must be 0 s or more, not {self.ready_after_s}",
+        )
+        _require(
+            0.0 <= self.battery_remaining <= 1.0,
+            f"the battery's charge must be 0 to 1, not {self.battery_remaining}",
+        )
+        _require(self.battery.cells >= 1, "the battery must have a cell")
+        _require(
+            math.isfinite(self.battery.capacity_mah) and self.battery.capacity_mah > 0.0,
+            f"the battery's capacity must be above 0 mAh, not {self.battery.capacity_mah}",
+        )
+
+    def personality(self) -> Personality:
+        """The firmware that goes with vehicle and autopilot.
+
+        Raises:
+            ConfigurationError: there is none.
+        """
+        try:
+            return PERSONALITIES[(self.vehicle, self.autopilot)]
+        except KeyError:
+            known = ", ".join(f"{v} with {a}" for v, a in PERSONALITIES)
+            raise ConfigurationError(
+                f"there is no {self.vehicle} with {self.autopilot} yet; there is: {known}"
+            ) from None
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise ConfigurationError(message)

@@ -1,0 +1,221 @@
+"""Plain records that the layers hand each other through `simulation`.
+
+`autopilot`, `world` and `dynamics` know nothing of one another; these are the words they
+share. No behaviour here beyond construction. Numbers are floats of one vehicle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple, Union
+
+from mavlink_sitl.geodesy import GeoPoint
+
+
+class Result(IntEnum):
+    """How a command was taken; the numbers are MAV_RESULT's."""
+
+    ACCEPTED = 0
+    TEMPORARILY_REJECTED = 1
+    DENIED = 2
+    UNSUPPORTED = 3
+    FAILED = 4
+
+
+class Severity(IntEnum):
+    """How bad a text is; the numbers are MAV_SEVERITY's."""
+
+    CRITICAL = 2
+    ERROR = 3
+    WARNING = 4
+    NOTICE = 5
+    INFO = 6
+    DEBUG = 7
+
+
+class LandedState(IntEnum):
+    """The numbers are MAV_LANDED_STATE's."""
+
+    UNDEFINED = 0
+    ON_GROUND = 1
+    IN_AIR = 2
+    TAKEOFF = 3
+    LANDING = 4
+
+
+class SystemStatus(IntEnum):
+    """The numbers are MAV_STATE's."""
+
+    BOOT = 1
+    STANDBY = 3
+    ACTIVE = 4
+    CRITICAL = 5
+
+
+class Motion(NamedTuple):
+    """Where one vehicle is and how it moves, as its estimator believes.
+
+    Positions are NED metres from the estimator's origin, velocities NED m/s, angles radians
+    (roll right, pitch up, yaw clockwise from North).
+    """
+
+    north_m: float
+    east_m: float
+    down_m: float
+    velocity_north_m_s: float
+    velocity_east_m_s: float
+    velocity_down_m_s: float
+    roll_rad: float
+    pitch_rad: float
+    yaw_rad: float
+    roll_rate_rad_s: float
+    pitch_rate_rad_s: float
+    yaw_rate_rad_s: float
+
+
+class GpsReading(NamedTuple):
+    """What the receiver says. fix_type as in GPS_FIX_TYPE; eph and epv are 1/100."""
+
+    fix_type: int
+    satellites: int
+    point: GeoPoint
+    speed_m_s: float
+    course_deg: float
+    time_s: float
+    eph: int
+    epv: int
+    horizontal_accuracy_m: float
+
+
+class BatteryReading(NamedTuple):
+    """What the power monitor says."""
+
+    voltage_v: float
+    current_a: float
+    consumed_mah: float
+    consumed_wh: float
+    remaining_percent: float
+
+
+class Observation(NamedTuple):
+    """Everything an autopilot is told at one of its updates."""
+
+    time_s: float
+    """Simulated time, not time since boot."""
+    motion: Motion
+    gps_fix: bool
+    battery: BatteryReading
+    touching_ground: bool
+    impact_m_s: float
+    thrust_over_hover: float
+
+
+class YawMode(IntEnum):
+    """What the yaw controller follows."""
+
+    HOLD = 0
+    ANGLE = 1
+    RATE = 2
+    LOOK_AHEAD = 3
+
+
+class Motors(IntEnum):
+    """What the motors may do."""
+
+    OFF = 0
+    IDLE = 1
+    FLY = 2
+    MANUAL = 3
+    """Throttle straight from the stick, level."""
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """What the controllers are to do until told otherwise. Plain floats, NED, SI units.
+
+    Horizontally and vertically the target is a position, a velocity or an acceleration, with
+    those of higher order as feed-forward: `track_position_*` and `track_velocity_*` are 1 or
+    0 and switch the loops. A tracked position moves on with `velocity_*`, and that grows
+    with `acceleration_*`.
+    """
+
+    motors: Motors = Motors.OFF
+    throttle: float = 0.0
+    """Only for Motors.MANUAL: 0..1 of full thrust."""
+    track_position_xy: float = 0.0
+    track_velocity_xy: float = 1.0
+    track_position_z: float = 0.0
+    track_velocity_z: float = 1.0
+    north_m: float = 0.0
+    east_m: float = 0.0
+    down_m: float = 0.0
+    velocity_north_m_s: float = 0.0
+    velocity_east_m_s: float = 0.0
+    velocity_down_m_s: float = 0.0
+    acceleration_north_m_s2: float = 0.0
+    acceleration_east_m_s2: float = 0.0
+    acceleration_down_m_s2: float = 0.0
+    speed_xy_m_s: float = 10.0
+    speed_up_m_s: float = 2.5
+    speed_down_m_s: float = 1.5
+    acceleration_xy_m_s2: float = 2.5
+    acceleration_z_m_s2: float = 1.0
+    jerk_xy_m_s3: float = 5.0
+    jerk_z_m_s3: float = 5.0
+    yaw_mode: YawMode = YawMode.HOLD
+    yaw_rad: float = 0.0
+    yaw_rate_rad_s: float = 0.0
+    restart_xy: bool = False
+    """Start shaping from where the vehicle is now instead of from the running target."""
+    restart_z: bool = False
+
+
+@dataclass(frozen=True)
+class StatusText:
+    """Words for people; any length."""
+
+    severity: Severity
+    text: str
+
+
+@dataclass(frozen=True)
+class ModeChanged:
+    """The mode is another one now."""
+
+    name: str
+    previously_position_controlled: bool
+
+
+@dataclass(frozen=True)
+class ArmedChanged:
+    """The motors were armed or disarmed."""
+
+    armed: bool
+
+
+@dataclass(frozen=True)
+class LandedChanged:
+    """The landed state is another one now."""
+
+    state: LandedState
+
+
+@dataclass(frozen=True)
+class HomeChanged:
+    """Home was set."""
+
+
+@dataclass(frozen=True)
+class OriginSet:
+    """The estimator has its origin."""
+
+
+@dataclass(frozen=True)
+class RebootRequested:
+    """The firmware is about to start again."""
+
+
+Event = Union[
+    StatusText, ModeChanged, ArmedChanged, LandedChanged, HomeChanged, OriginSet, RebootRequested
+]

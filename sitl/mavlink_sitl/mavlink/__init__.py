@@ -1,0 +1,1 @@
+"""The server side of each MAVLink service, sans-IO: messages in, messages out."""

@@ -1,0 +1,104 @@
+"""Bytes to messages and back; the only import of pymavlink."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+from pymavlink.dialects.v20 import all as dialect
+
+Message = Any
+"""A pymavlink message. Its classes are generated; their fields are looked up by name."""
+
+__all__ = ["Decoder", "Encoder", "Message", "dialect"]
+
+_MAGIC_V1 = 0xFE
+_MAGIC_V2 = 0xFD
+_OVERHEAD_V1 = 8
+_OVERHEAD_V2 = 12
+_SIGNATURE = 13
+_SIGNED = 0x01
+
+
+class Encoder:
+    """Messages to MAVLink 2 frames of one sender, numbered in sequence.
+
+    Args:
+        system_id: 1..255.
+        component_id: 1..255.
+    """
+
+    def __init__(self, system_id: int, component_id: int) -> None:
+        """See the class."""
+        self._mav = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+
+    def encode(self, message: Message) -> bytes:
+        """One frame; raises struct.error when a field is outside its type."""
+        frame = bytes(message.pack(self._mav))
+        self._mav.seq = (self._mav.seq + 1) % 256
+        return frame
+
+
+class Decoder:
+    """A stream of bytes to messages; whatever is no message is passed over.
+
+    Frames that fail their checksum, are of an unknown message or have an impossible length
+    cost the bytes up to the next start mark, nothing else. A frame cut short waits for the
+    rest, which on a datagram link never comes: call `reset` between datagrams.
+    """
+
+    def __init__(self) -> None:
+        """Nothing received yet."""
+        self._mav = dialect.MAVLink(None)
+        self._buffer = bytearray()
+        self.bad_bytes = 0
+
+    def reset(self) -> None:
+        """Forget an unfinished frame."""
+        self.bad_bytes += len(self._buffer)
+        self._buffer.clear()
+
+    def feed(self, data: bytes) -> list[Message]:
+        """The messages that are complete with these bytes, in order."""
+        buffer = self._buffer
+        buffer += data
+        messages = []
+        start = 0
+        while True:
+            start = self._next_mark(start)
+            length = self._frame_length(start)
+            if length is None or start + length > len(buffer):
+                break
+            message = self._decode(bytes(buffer[start : start + length]))
+            if message is None:
+                start += 1
+                self.bad_bytes += 1
+            else:
+                messages.append(message)
+                start += length
+        del buffer[:start]
+        return messages
+
+    def _next_mark(self, start: int) -> int:
+        buffer = self._buffer
+        marks = [i for i in (buffer.find(_MAGIC_V2, start), buffer.find(_MAGIC_V1, start)) if i >= 0]
+        found = min(marks, default=len(buffer))
+        self.bad_bytes += found - start
+        return found
+
+    def _frame_length(self, start: int) -> int | None:
+        """Length of the frame that begins at start, or None while it cannot be known."""
+        header = self._buffer[start : start + 3]
+        if len(header) < 3:
+            return None
+        if header[0] == _MAGIC_V1:
+            return header[1] + _OVERHEAD_V1
+        return header[1] + _OVERHEAD_V2 + (_SIGNATURE if header[2] & _SIGNED else 0)
+
+    def _decode(self, frame: bytes) -> Message | None:
+        try:
+            return self._mav.decode(bytearray(frame))
+        except (dialect.MAVError, struct.error, ValueError, IndexError, TypeError):
+            # pymavlink raises MAVError for what it knows of, and the others for some frames
+            # that are valid in their checksum but not in their content.
+            return None

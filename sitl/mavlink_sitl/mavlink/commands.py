@@ -1,0 +1,250 @@
+"""COMMAND_LONG and COMMAND_INT: what each is answered, and what it causes.
+
+A COMMAND_LONG is read as a COMMAND_INT in MAV_FRAME_GLOBAL_RELATIVE_ALT, as the firmware
+does. Each rule here was seen in the recordings (`copter_acks`); a command that is not here
+is UNSUPPORTED.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Callable
+
+from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
+from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.mavlink import setpoints
+from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.telemetry import BUILDERS
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
+
+FORCE = 21196
+"""The value of param2 that arms and disarms against all checks"""
+RELATIVE_ALT = 3
+_MODE_LAND, _MODE_LOITER, _MODE_RTL, _MODE_GUIDED = 9, 5, 6, 4
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command in its COMMAND_INT form.
+
+    Attributes:
+        id: MAV_CMD.
+        params: param1..param4.
+        x: latitude, 1e7 degrees, or param5.
+        y: longitude, 1e7 degrees, or param6.
+        z: altitude, metres, or param7.
+        frame: MAV_FRAME.
+        is_long: whether it came as a COMMAND_LONG.
+    """
+
+    id: int
+    params: tuple[float, float, float, float]
+    x: float
+    y: float
+    z: float
+    frame: int
+    is_long: bool
+
+
+def from_message(message: Message) -> Command:
+    """Either message as a command."""
+    params = (message.param1, message.param2, message.param3, message.param4)
+    if message.get_type() == "COMMAND_INT":
+        return Command(
+            message.command, params, message.x, message.y, message.z, message.frame, False
+        )
+    x, y = message.param5, message.param6
+    return Command(message.command, params, x, y, message.param7, RELATIVE_ALT, True)
+
+
+def handle(server: MavlinkServer, command: Command) -> Result:
+    """Carry out a command.
+
+    Args:
+        server: the vehicle's MAVLink side.
+        command: what is asked.
+
+    Returns:
+        What COMMAND_ACK says.
+    """
+    handler = _HANDLERS.get(command.id)
+    if handler is None:
+        return Result.UNSUPPORTED
+    used = _USED_PARAMS.get(command.id, 4)
+    if not all(math.isfinite(value) for value in command.params[:used]):
+        return Result.DENIED
+    return handler(server, command)
+
+
+def _arm_disarm(server: MavlinkServer, command: Command) -> Result:
+    force = int(command.params[1]) == FORCE
+    if command.params[0] == 1.0:
+        return server.copter.arm(force)
+    if command.params[0] == 0.0:
+        return server.copter.disarm(force)
+    return Result.UNSUPPORTED
+
+
+def _set_mode(server: MavlinkServer, command: Command) -> Result:
+    base_mode, custom_mode = command.params[0], command.params[1]
+    if not int(base_mode) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+        return Result.DENIED
+    return server.copter.set_mode(int(custom_mode))
+
+
+def _take_off(server: MavlinkServer, command: Command) -> Result:
+    if command.frame != RELATIVE_ALT:
+        return Result.DENIED
+    if not math.isfinite(command.z):
+        return Result.DENIED
+    return server.copter.take_off(command.z)
+
+
+def _mode(number: int) -> Callable[[MavlinkServer, Command], Result]:
+    return lambda server, command: server.copter.set_mode(number)
+
+
+def _reposition(server: MavlinkServer, command: Command) -> Result:
+    copter = server.copter
+    if command.is_long:
+        return Result.UNSUPPORTED
+    change_mode = int(command.params[1]) & 1
+    if not isinstance(copter.mode, Guided) and not change_mode:
+        return Result.DENIED
+    if not math.isfinite(command.z) or (command.x == 0 and command.y == 0):
+        return Result.DENIED
+    position = setpoints.local_position(
+        copter, command.frame, int(command.x), int(command.y), command.z
+    )
+    if position is None:
+        return Result.DENIED
+    if copter.set_mode(_MODE_GUIDED) is not Result.ACCEPTED:
+        return Result.FAILED
+    yaw = command.params[3]
+    copter.setpoint(
+        Setpoint(Frame.LOCAL, position_m=position, yaw_rad=yaw if math.isfinite(yaw) else None)
+    )
+    if command.params[0] > 0.0:
+        copter.change_speed(1, command.params[0])
+    return Result.ACCEPTED
+
+
+def _change_speed(server: MavlinkServer, command: Command) -> Result:
+    return server.copter.change_speed(int(command.params[0]), command.params[1])
+
+
+def _set_interval(server: MavlinkServer, command: Command) -> Result:
+    message_id, interval_us = int(command.params[0]), command.params[1]
+    if message_id not in BUILDERS:
+        server.copter.say(Severity.INFO, f"No ap_message for mavlink id ({message_id})")
+        return Result.DENIED
+    if 0 < interval_us < server.copter.personality.shortest_interval_us:
+        text = f"Requested rate for message ID {message_id} too fast. Increase SCHED_LOOP_RATE"
+        server.copter.say(Severity.INFO, text)
+        return Result.DENIED
+    if interval_us > 0:
+        server.streams.set(message_id, int(min(interval_us, 2**31)), server.now_us)
+    else:
+        server.streams.stop(message_id)
+    return Result.ACCEPTED
+
+
+def _get_interval(server: MavlinkServer, command: Command) -> Result:
+    message_id = int(command.params[0])
+    if message_id not in BUILDERS:
+        return Result.FAILED
+    interval_us = server.streams.interval_us(message_id)
+    server.send(dialect.MAVLink_message_interval_message(message_id, interval_us))
+    return Result.ACCEPTED
+
+
+def _request_message(server: MavlinkServer, command: Command) -> Result:
+    message_id = int(command.params[0])
+    if message_id not in BUILDERS:
+        return Result.FAILED
+    server.send_later(message_id)
+    return Result.ACCEPTED
+
+
+def _request(message_id: int) -> Callable[[MavlinkServer, Command], Result]:
+    def handler(server: MavlinkServer, command: Command) -> Result:
+        server.send_later(message_id)
+        return Result.ACCEPTED
+
+    return handler
+
+
+def _set_home(server: MavlinkServer, command: Command) -> Result:
+    copter = server.copter
+    if command.params[0] != 1.0 or not copter.estimator.position_ok:
+        return Result.FAILED
+    copter.set_home()
+    return Result.ACCEPTED
+
+
+def _reboot(server: MavlinkServer, command: Command) -> Result:
+    if command.params[0] not in (1.0, 3.0):
+        return Result.UNSUPPORTED
+    return server.copter.reboot()
+
+
+def _prearm_checks(server: MavlinkServer, command: Command) -> Result:
+    return server.copter.run_prearm_checks()
+
+
+def _mission_start(server: MavlinkServer, command: Command) -> Result:
+    server.copter.say(Severity.WARNING, "Mode change to AUTO failed: init failed")
+    return Result.FAILED
+
+
+def _terminate(server: MavlinkServer, command: Command) -> Result:
+    if command.params[0] <= 0.5:
+        return Result.FAILED
+    return server.copter.disarm(force=True)
+
+
+_HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
+    dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(_MODE_LOITER),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(_MODE_RTL),
+    dialect.MAV_CMD_NAV_LAND: _mode(_MODE_LAND),
+    dialect.MAV_CMD_NAV_TAKEOFF: _take_off,
+    dialect.MAV_CMD_DO_SET_MODE: _set_mode,
+    dialect.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
+    dialect.MAV_CMD_DO_SET_HOME: _set_home,
+    dialect.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
+    dialect.MAV_CMD_DO_REPOSITION: _reposition,
+    dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
+    dialect.MAV_CMD_MISSION_START: _mission_start,
+    dialect.MAV_CMD_COMPONENT_ARM_DISARM: _arm_disarm,
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: _prearm_checks,
+    dialect.MAV_CMD_GET_HOME_POSITION: _request(242),
+    dialect.MAV_CMD_GET_MESSAGE_INTERVAL: _get_interval,
+    dialect.MAV_CMD_SET_MESSAGE_INTERVAL: _set_interval,
+    dialect.MAV_CMD_REQUEST_MESSAGE: _request_message,
+    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: _request(148),
+}
+
+_USED_PARAMS = {
+    dialect.MAV_CMD_DO_REPOSITION: 3,
+    dialect.MAV_CMD_NAV_TAKEOFF: 0,
+    dialect.MAV_CMD_NAV_LAND: 0,
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: 0,
+    dialect.MAV_CMD_NAV_LOITER_UNLIM: 0,
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: 0,
+    dialect.MAV_CMD_GET_HOME_POSITION: 0,
+    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: 0,
+    dialect.MAV_CMD_MISSION_START: 0,
+    dialect.MAV_CMD_DO_SET_MODE: 2,
+    dialect.MAV_CMD_COMPONENT_ARM_DISARM: 2,
+    dialect.MAV_CMD_DO_CHANGE_SPEED: 2,
+    dialect.MAV_CMD_SET_MESSAGE_INTERVAL: 2,
+    dialect.MAV_CMD_GET_MESSAGE_INTERVAL: 1,
+    dialect.MAV_CMD_REQUEST_MESSAGE: 1,
+    dialect.MAV_CMD_DO_SET_HOME: 1,
+    dialect.MAV_CMD_DO_FLIGHTTERMINATION: 1,
+    dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: 1,
+}
+"""How many of param1..4 count; senders may leave NaN ("not given") in the others"""

@@ -1,0 +1,276 @@
+"""One vehicle's MAVLink side: composes the services, sans-IO.
+
+Frames come in through `receive`, time through `tick`, frames go out through `outbox`. As
+recorded: HEARTBEAT once a second and at once at a mode change; TIMESYNC every ten seconds;
+texts after the acknowledgement; nothing else unasked but HOME_POSITION and GPS_GLOBAL_ORIGIN
+when home is set. Commands are answered for any component of the own system, from component
+1; another system's are met with silence.
+"""
+
+from __future__ import annotations
+
+from typing import Callable
+
+from mavlink_sitl.autopilot.copter import Copter
+from mavlink_sitl.autopilot.guided import Setpoint
+from mavlink_sitl.exchange import (
+    HomeChanged,
+    ModeChanged,
+    RebootRequested,
+    Severity,
+    StatusText,
+)
+from mavlink_sitl.mavlink import commands, setpoints, telemetry
+from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
+from mavlink_sitl.mavlink.parameters import ParameterServer
+from mavlink_sitl.mavlink.statustext import StatusTexts
+from mavlink_sitl.mavlink.streams import StreamSchedule
+
+HEARTBEAT_US = 1_000_000
+TIMESYNC_US = 10_000_000
+COMPONENT_AUTOPILOT = 1
+_HOME_POSITION, _GPS_GLOBAL_ORIGIN = 242, 49
+
+
+class MavlinkServer:
+    """Speaks for one vehicle, from one power-up to the next.
+
+    Args:
+        copter: the firmware.
+        encoder: keeps the sequence numbers, over reboots too.
+        system_id: the vehicle's.
+        now_us: simulated time of power-up.
+        snapshot: gives the state of the vehicle at this moment.
+
+    Attributes:
+        outbox: frames to send, oldest first.
+        now_us: simulated time.
+        reboot_requested: the firmware is to start again.
+    """
+
+    def __init__(
+        self,
+        copter: Copter,
+        encoder: Encoder,
+        system_id: int,
+        now_us: int,
+        snapshot: Callable[[], telemetry.Snapshot],
+    ) -> None:
+        """See the class."""
+        self.copter = copter
+        self.system_id = system_id
+        self.now_us = now_us
+        self.streams = StreamSchedule()
+        self.outbox: list[bytes] = []
+        self.reboot_requested = False
+        self._encoder = encoder
+        self._snapshot = snapshot
+        self._decoder = Decoder()
+        self._texts = StatusTexts()
+        self._parameters = ParameterServer(copter.parameters)
+        self._later: list[int] = []
+        self._boot_us = now_us
+        self._heartbeat_due_us = now_us
+        self._timesync_due_us = now_us + TIMESYNC_US
+        self._handlers: dict[str, Callable[[Message], None]] = {
+            "HEARTBEAT": self._on_heartbeat,
+            "TIMESYNC": self._on_timesync,
+            "COMMAND_LONG": self._on_command,
+            "COMMAND_INT": self._on_command,
+            "SET_MODE": self._on_set_mode,
+            "SET_POSITION_TARGET_LOCAL_NED": self._on_local_setpoint,
+            "SET_POSITION_TARGET_GLOBAL_INT": self._on_global_setpoint,
+            "REQUEST_DATA_STREAM": self._on_request_data_stream,
+            "RC_CHANNELS_OVERRIDE": self._on_rc_override,
+            "PARAM_REQUEST_LIST": self._on_param_list,
+            "PARAM_REQUEST_READ": self._on_param_read,
+            "PARAM_SET": self._on_param_set,
+            "MISSION_REQUEST_LIST": self._on_mission_list,
+            "MISSION_COUNT": self._on_mission_count,
+        }
+
+    # Out.
+
+    def send(self, message: Message) -> None:
+        """Put a message into the outbox."""
+        self.outbox.append(self._encoder.encode(message))
+
+    def send_later(self, message_id: int) -> None:
+        """Send a telemetry message once the answer to the request is out."""
+        self._later.append(message_id)
+
+    def _send_telemetry(self, message_id: int) -> None:
+        message = telemetry.BUILDERS[message_id](self._snapshot())
+        if message is not None:
+            self.send(message)
+
+    # Time.
+
+    def next_due_us(self) -> int:
+        """When `tick` has something to do."""
+        if self._parameters.busy:
+            return self.now_us
+        return min(self._heartbeat_due_us, self._timesync_due_us, self.streams.next_due_us)
+
+    def tick(self, now_us: int) -> None:
+        """Send what is due."""
+        self.now_us = now_us
+        if now_us >= self._heartbeat_due_us:
+            self._heartbeat_due_us += HEARTBEAT_US
+            self.send(telemetry.heartbeat(self._snapshot()))
+        if now_us >= self._timesync_due_us:
+            self._timesync_due_us += TIMESYNC_US
+            self.send(dialect.MAVLink_timesync_message(0, self._boot_ns()))
+        if now_us >= self.streams.next_due_us:
+            snapshot = self._snapshot()
+            for message_id in self.streams.take_due(now_us):
+                message = telemetry.BUILDERS[message_id](snapshot)
+                if message is not None:
+                    self.send(message)
+        if self._parameters.busy:
+            for message in self._parameters.take_portion():
+                self.send(message)
+
+    def _boot_ns(self) -> int:
+        return (self.now_us - self._boot_us) * 1000 + 1
+
+    def flush_events(self) -> None:
+        """Tell the outside what happened in the firmware."""
+        events = self.copter.events
+        while events:
+            event = events.popleft()
+            if isinstance(event, StatusText):
+                for message in self._texts.messages(event):
+                    self.send(message)
+            elif isinstance(event, ModeChanged):
+                was = event.previously_position_controlled
+                self.send(telemetry.heartbeat(self._snapshot(), was))
+            elif isinstance(event, HomeChanged):
+                self._send_telemetry(_HOME_POSITION)
+                self._send_telemetry(_GPS_GLOBAL_ORIGIN)
+            elif isinstance(event, RebootRequested):
+                self.reboot_requested = True
+        while self._later:
+            self._send_telemetry(self._later.pop(0))
+
+    # In.
+
+    def receive(self, data: bytes, now_us: int, datagram: bool = True) -> list[bytes]:
+        """Take bytes from the link and act on the messages in them.
+
+        Args:
+            data: the bytes.
+            now_us: simulated time.
+            datagram: whether a frame that is cut short ends here.
+
+        Returns:
+            The well-formed frames among them, for a log.
+        """
+        self.now_us = now_us
+        frames = []
+        for message in self._decoder.feed(data):
+            frames.append(bytes(message.get_msgbuf()))
+            self._dispatch(message)
+            self.flush_events()
+        if datagram:
+            self._decoder.reset()
+        return frames
+
+    def _dispatch(self, message: Message) -> None:
+        if message.get_srcSystem() == self.system_id:
+            if message.get_srcComponent() == COMPONENT_AUTOPILOT:
+                return  # our own words come back
+        target = getattr(message, "target_system", 0)
+        if target not in (0, self.system_id):
+            return
+        handler = self._handlers.get(message.get_type())
+        if handler is not None:
+            handler(message)
+
+    def _on_heartbeat(self, message: Message) -> None:
+        if message.get_srcSystem() == int(self.copter.parameters["SYSID_MYGCS"]):
+            self.copter.failsafe.gcs_heartbeat(self.now_us / 1e6)
+
+    def _on_timesync(self, message: Message) -> None:
+        if message.tc1 == 0:
+            self.send(dialect.MAVLink_timesync_message(self._boot_ns(), message.ts1))
+
+    def _on_command(self, message: Message) -> None:
+        result = commands.handle(self, commands.from_message(message))
+        self.send(
+            dialect.MAVLink_command_ack_message(
+                message.command,
+                int(result),
+                0,
+                0,
+                message.get_srcSystem(),
+                message.get_srcComponent(),
+            )
+        )
+
+    def _on_set_mode(self, message: Message) -> None:
+        if message.base_mode & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+            self.copter.set_mode(message.custom_mode)
+
+    def _on_local_setpoint(self, message: Message) -> None:
+        self._take_setpoint(lambda: setpoints.from_local_ned(message))
+
+    def _on_global_setpoint(self, message: Message) -> None:
+        self._take_setpoint(lambda: setpoints.from_global_int(message, self.copter))
+
+    def _take_setpoint(self, decode: Callable[[], Setpoint | None]) -> None:
+        try:
+            setpoint = decode()
+        except setpoints.NotFiniteError as error:
+            self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
+            return
+        if setpoint is not None:
+            self.copter.setpoint(setpoint)
+
+    def _on_request_data_stream(self, message: Message) -> None:
+        rate_hz = message.req_message_rate
+        for message_id in self.copter.personality.streams.get(message.req_stream_id, ()):
+            if message.start_stop and rate_hz:
+                self.streams.set(message_id, 1_000_000 // rate_hz, self.now_us)
+            else:
+                self.streams.stop(message_id)
+
+    def _on_rc_override(self, message: Message) -> None:
+        if message.get_srcSystem() == int(self.copter.parameters["SYSID_MYGCS"]):
+            channels = [getattr(message, f"chan{i}_raw") for i in range(1, 9)]
+            self.copter.pilot.override(channels, self.now_us / 1e6)
+
+    def _on_param_list(self, message: Message) -> None:
+        self._parameters.request_list()
+
+    def _on_param_read(self, message: Message) -> None:
+        answer = self._parameters.read(_name(message.param_id), message.param_index)
+        if answer is not None:
+            self.send(answer)
+
+    def _on_param_set(self, message: Message) -> None:
+        answer = self._parameters.set(_name(message.param_id), float(message.param_value))
+        if answer is not None:
+            self.send(answer)
+
+    def _on_mission_list(self, message: Message) -> None:
+        self.send(
+            dialect.MAVLink_mission_count_message(
+                message.get_srcSystem(), message.get_srcComponent(), 0, message.mission_type
+            )
+        )
+
+    def _on_mission_count(self, message: Message) -> None:
+        self.send(
+            dialect.MAVLink_mission_ack_message(
+                message.get_srcSystem(),
+                message.get_srcComponent(),
+                dialect.MAV_MISSION_UNSUPPORTED,
+                message.mission_type,
+            )
+        )
+
+
+def _name(param_id: str | bytes) -> str:
+    text = param_id.decode("ascii", "replace") if isinstance(param_id, bytes) else param_id
+    return text.split("\0")[0]

@@ -1,0 +1,121 @@
+"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT to `Setpoint`.
+
+How masks are read, as the recordings show and the firmware does: one ignore bit of a group
+ignores the whole group. What is left must make sense (`Guided.setpoint` decides).
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.autopilot.copter import Copter
+from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
+from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.mavlink.codec import Message
+
+POSITION_IGNORE = 0x007
+VELOCITY_IGNORE = 0x038
+ACCELERATION_IGNORE = 0x1C0
+YAW_IGNORE = 0x400
+YAW_RATE_IGNORE = 0x800
+
+LOCAL_FRAMES = {1: Frame.LOCAL, 7: Frame.OFFSET, 8: Frame.BODY, 9: Frame.BODY}
+"""MAV_FRAME_LOCAL_NED, _LOCAL_OFFSET_NED, _BODY_NED, _BODY_OFFSET_NED"""
+
+AMSL_FRAMES = (0, 5)
+"""MAV_FRAME_GLOBAL, _GLOBAL_INT"""
+RELATIVE_FRAMES = (3, 6)
+"""MAV_FRAME_GLOBAL_RELATIVE_ALT, _GLOBAL_RELATIVE_ALT_INT"""
+TERRAIN_FRAMES = (10, 11)
+"""MAV_FRAME_GLOBAL_TERRAIN_ALT, _INT: the ground is flat, so the same as above home"""
+
+
+class NotFiniteError(ValueError):
+    """A field that is not ignored is NaN or infinite."""
+
+    def __init__(self, fields: list[str]) -> None:
+        """Name the fields."""
+        super().__init__(f"{', '.join(fields)} not finite")
+
+
+def _groups(message: Message) -> tuple[Vector | None, Vector | None, float | None, float | None]:
+    """Velocity, acceleration, yaw and yaw rate as far as they are not ignored."""
+    mask = message.type_mask
+    velocity = None if mask & VELOCITY_IGNORE else (message.vx, message.vy, message.vz)
+    acceleration = None if mask & ACCELERATION_IGNORE else (message.afx, message.afy, message.afz)
+    yaw = None if mask & YAW_IGNORE else message.yaw
+    yaw_rate = None if mask & YAW_RATE_IGNORE else message.yaw_rate
+    return velocity, acceleration, yaw, yaw_rate
+
+
+def _refuse_unfinite(setpoint: Setpoint) -> Setpoint:
+    bad = []
+    named = (
+        ("position", setpoint.position_m),
+        ("velocity", setpoint.velocity_m_s),
+        ("acceleration", setpoint.acceleration_m_s2),
+        ("yaw", None if setpoint.yaw_rad is None else (setpoint.yaw_rad,)),
+        ("yaw_rate", None if setpoint.yaw_rate_rad_s is None else (setpoint.yaw_rate_rad_s,)),
+    )
+    for name, values in named:
+        if values is not None and not all(math.isfinite(value) for value in values):
+            bad.append(name)
+    if bad:
+        raise NotFiniteError(bad)
+    return setpoint
+
+
+def from_local_ned(message: Message) -> Setpoint | None:
+    """The setpoint, or None for a frame that is silently ignored.
+
+    Raises:
+        NotFiniteError: a field in use is NaN or infinite. (The real firmware's simulator
+            aborts on a NaN in a position.)
+    """
+    frame = LOCAL_FRAMES.get(message.coordinate_frame)
+    if frame is None:
+        return None
+    position = None
+    if not message.type_mask & POSITION_IGNORE:
+        position = (message.x, message.y, message.z)
+    velocity, acceleration, yaw, yaw_rate = _groups(message)
+    return _refuse_unfinite(Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
+
+
+def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
+    """The setpoint in the local frame, or None for a frame or place that is ignored.
+
+    Raises:
+        NotFiniteError: a field in use is NaN or infinite.
+    """
+    frame = message.coordinate_frame
+    if frame not in AMSL_FRAMES + RELATIVE_FRAMES + TERRAIN_FRAMES:
+        return None
+    position = None
+    if not message.type_mask & POSITION_IGNORE:
+        if not math.isfinite(message.alt):
+            raise NotFiniteError(["altitude"])
+        position = local_position(copter, frame, message.lat_int, message.lon_int, message.alt)
+        if position is None:
+            return None
+    velocity, acceleration, yaw, yaw_rate = _groups(message)
+    return _refuse_unfinite(
+        Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate)
+    )
+
+
+def local_position(
+    copter: Copter, frame: int, latitude_e7: int, longitude_e7: int, altitude_m: float
+) -> Vector | None:
+    """A global place in the local frame; None when it is not on earth or the frame unknown."""
+    latitude, longitude = latitude_e7 / 1e7, longitude_e7 / 1e7
+    if abs(latitude) > 90.0 or abs(longitude) > 180.0:
+        return None
+    if frame in AMSL_FRAMES:
+        altitude_amsl_m = altitude_m
+    elif frame in RELATIVE_FRAMES + TERRAIN_FRAMES:
+        home = copter.home or copter.origin
+        altitude_amsl_m = home.altitude_amsl_m + altitude_m
+    else:
+        return None
+    return to_local(copter.origin, GeoPoint(latitude, longitude, altitude_amsl_m))

@@ -1,0 +1,51 @@
+"""Which message is due when. Times are integer microseconds, so rates are exact."""
+
+from __future__ import annotations
+
+NEVER_US = 2**62
+
+
+class StreamSchedule:
+    """Messages sent at intervals.
+
+    Attributes:
+        next_due_us: when the next one is due.
+    """
+
+    def __init__(self) -> None:
+        """Nothing is sent."""
+        self._interval_us: dict[int, int] = {}
+        self._due_us: dict[int, int] = {}
+        self.next_due_us = NEVER_US
+
+    def set(self, message_id: int, interval_us: int, now_us: int) -> None:
+        """Send a message every interval_us from now on."""
+        self._interval_us[message_id] = interval_us
+        self._due_us[message_id] = now_us + interval_us
+        self.next_due_us = min(self._due_us.values())
+
+    def stop(self, message_id: int) -> None:
+        """Send it no more."""
+        self._interval_us.pop(message_id, None)
+        self._due_us.pop(message_id, None)
+        self.next_due_us = min(self._due_us.values(), default=NEVER_US)
+
+    def interval_us(self, message_id: int) -> int:
+        """The interval, or -1 for a message that is not sent."""
+        return self._interval_us.get(message_id, -1)
+
+    def take_due(self, now_us: int) -> list[int]:
+        """The messages that are due by now, each once, and the next time for each."""
+        due = []
+        next_due_us = NEVER_US
+        for message_id, due_us in self._due_us.items():
+            if due_us <= now_us:
+                due.append(message_id)
+                interval_us = self._interval_us[message_id]
+                # Missed times are not made up for: a link needs news, not history.
+                due_us += interval_us * ((now_us - due_us) // interval_us + 1)
+                self._due_us[message_id] = due_us
+            if due_us < next_due_us:
+                next_due_us = due_us
+        self.next_due_us = next_due_us
+        return due

@@ -1,0 +1,165 @@
+"""One arithmetic for one vehicle and for many.
+
+The models (`dynamics`, the controllers in `autopilot`, the sensors in `world`) are written
+once, over *lanes*: a lane is a Python float when there is one vehicle and an array of shape
+(N,) when there are N. numpy on arrays of one element costs ten times a float, so one
+vehicle runs on floats; a thousand vehicles run on numpy. `+ - * /` work on both; everything
+else goes through an `Ops`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol
+
+import numpy as np
+
+Lane = Any
+"""A float (one vehicle) or an array of shape (N,). Any, since both sides of it do arithmetic
+with each other and with plain numbers."""
+
+
+class Ops(Protocol):
+    """The functions that differ between a float and an array."""
+
+    count: int
+
+    def full(self, value: float) -> Lane:
+        """The same number in every lane."""
+        ...
+
+    def pack(self, values: list[float]) -> Lane:
+        """A lane from one number per vehicle."""
+        ...
+
+    def unpack(self, lane: Lane) -> list[float]:
+        """One Python float per vehicle."""
+        ...
+
+    def sqrt(self, x: Lane) -> Lane:
+        """Square root of x >= 0."""
+        ...
+
+    def hypot(self, x: Lane, y: Lane) -> Lane:
+        """Length of (x, y)."""
+        ...
+
+    def atan2(self, y: Lane, x: Lane) -> Lane:
+        """Angle of (x, y), radians."""
+        ...
+
+    def minimum(self, x: Lane, y: Lane) -> Lane:
+        """The smaller one, lane by lane."""
+        ...
+
+    def maximum(self, x: Lane, y: Lane) -> Lane:
+        """The larger one, lane by lane."""
+        ...
+
+    def clip(self, x: Lane, low: Lane, high: Lane) -> Lane:
+        """x limited to low..high; low <= high."""
+        ...
+
+    def where(self, condition: Lane, x: Lane, y: Lane) -> Lane:
+        """x where the condition holds, else y."""
+        ...
+
+    def wrap_pi(self, angle: Lane) -> Lane:
+        """An angle moved into -pi..pi."""
+        ...
+
+
+class ScalarOps:
+    """One vehicle: lanes are floats."""
+
+    count = 1
+    sqrt = staticmethod(math.sqrt)
+    hypot = staticmethod(math.hypot)
+    atan2 = staticmethod(math.atan2)
+
+    @staticmethod
+    def full(value: float) -> Lane:
+        """The number itself."""
+        return float(value)
+
+    @staticmethod
+    def pack(values: list[float]) -> Lane:
+        """The only number of the list."""
+        return float(values[0])
+
+    @staticmethod
+    def unpack(lane: Lane) -> list[float]:
+        """A list of one."""
+        return [lane]
+
+    @staticmethod
+    def minimum(x: Lane, y: Lane) -> Lane:
+        """The smaller one."""
+        return x if x < y else y
+
+    @staticmethod
+    def maximum(x: Lane, y: Lane) -> Lane:
+        """The larger one."""
+        return x if x > y else y
+
+    @staticmethod
+    def clip(x: Lane, low: Lane, high: Lane) -> Lane:
+        """x limited to low..high."""
+        return low if x < low else (high if x > high else x)
+
+    @staticmethod
+    def where(condition: Lane, x: Lane, y: Lane) -> Lane:
+        """x if the condition holds, else y."""
+        return x if condition else y
+
+    @staticmethod
+    def wrap_pi(angle: Lane) -> Lane:
+        """An angle moved into -pi..pi."""
+        return math.remainder(angle, math.tau)
+
+
+class ArrayOps:
+    """N vehicles: lanes are arrays of shape (N,).
+
+    Args:
+        count: the number of vehicles.
+    """
+
+    sqrt = staticmethod(np.sqrt)
+    hypot = staticmethod(np.hypot)
+    atan2 = staticmethod(np.arctan2)
+    minimum = staticmethod(np.minimum)
+    maximum = staticmethod(np.maximum)
+    where = staticmethod(np.where)
+
+    def __init__(self, count: int) -> None:
+        """See the class."""
+        self.count = count
+
+    def full(self, value: float) -> Lane:
+        """An array with the number in every place."""
+        return np.full(self.count, value, dtype=np.float64)
+
+    def pack(self, values: list[float]) -> Lane:
+        """An array from the list."""
+        return np.array(values, dtype=np.float64)
+
+    @staticmethod
+    def unpack(lane: Lane) -> list[float]:
+        """A list of Python floats."""
+        return list(lane.tolist())
+
+    @staticmethod
+    def clip(x: Lane, low: Lane, high: Lane) -> Lane:
+        """X limited to low..high; two ufuncs, since np.clip is slower on short arrays."""
+        return np.minimum(np.maximum(x, low), high)
+
+    @staticmethod
+    def wrap_pi(angle: Lane) -> Lane:
+        """Angles moved into -pi..pi."""
+        return angle - math.tau * np.round(angle / math.tau)
+
+
+def ops_for(count: int) -> Ops:
+    """The arithmetic for `count` vehicles (>= 1)."""
+    return ScalarOps() if count == 1 else ArrayOps(count)

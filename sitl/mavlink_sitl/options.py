@@ -1,0 +1,270 @@
+"""The command line: what can be asked, and how it is read."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from typing import Callable, NoReturn, Sequence
+
+from mavlink_sitl.addresses import AddressError, parse_address
+from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
+from mavlink_sitl.config import (
+    DEFAULT_HEADING_DEG,
+    DEFAULT_HOME,
+    ConfigurationError,
+    VehicleConfig,
+)
+from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl.faults import LinkFaults
+from mavlink_sitl.geodesy import GeoPoint
+
+DEFAULT_LINK = "udpout://127.0.0.1:14550"
+
+_DESCRIPTION = """\
+A simulated autopilot that speaks MAVLink: a quadrotor with the personality of ArduCopter.
+By default it sends to a ground station or a bridge that listens on UDP port 14550 of this
+machine, in real time."""
+
+_EPILOG = """\
+examples:
+  python -m mavlink_sitl
+  python -m mavlink_sitl --link tcpin://127.0.0.1:5760 --link udpout://127.0.0.1:14550
+  python -m mavlink_sitl --speedup 10 --seed 7 --tlog flight.tlog
+  python -m mavlink_sitl --fault loss=0.2,delay=0.5 --battery cells=4,capacity=5000
+
+Interrupt (Ctrl-C) or terminate it to end it; it then exits with 0. A wrong option exits
+with 2 and one sentence."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """One sentence, without the usage in front of it."""
+        sys.stderr.write(f"{self.prog}: {message}\n")
+        sys.exit(2)
+
+
+def _number(name: str, low: float, high: float) -> Callable[[str], float]:
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(
+                f"{name} must be a number from {low:g} to {high:g}, not {text!r}"
+            )
+        return value
+
+    return parse
+
+
+def _numbers(text: str, form: str) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != form.count(",") + 1 or not all(math.isfinite(v) for v in values):
+        raise argparse.ArgumentTypeError(f"write {form} as numbers, not {text!r}")
+    return values
+
+
+def _home(text: str) -> tuple[GeoPoint, float]:
+    values = _numbers(text, "LAT,LON,ALT_AMSL_M,HEADING_DEG")
+    return GeoPoint(values[0], values[1], values[2]), values[3]
+
+
+def _wind(text: str) -> tuple[float, float, float]:
+    speed, from_deg = _numbers(text, "SPEED_M_S,FROM_DEG")
+    angle = math.radians(from_deg)
+    return -speed * math.cos(angle), -speed * math.sin(angle), 0.0
+
+
+def _settings(known: dict[str, str]) -> Callable[[str], dict[str, float]]:
+    """KEY=VALUE,... with the keys of `known`, renamed to its values."""
+
+    def parse(text: str) -> dict[str, float]:
+        settings = {}
+        for part in text.split(","):
+            key, _, value = part.partition("=")
+            if key not in known:
+                raise argparse.ArgumentTypeError(
+                    f"{key!r} is not one of {', '.join(known)} (written {key or 'KEY'}=NUMBER)"
+                )
+            try:
+                settings[known[key]] = float(value)
+            except ValueError:
+                raise argparse.ArgumentTypeError(
+                    f"{key} needs a number, not {value!r}"
+                ) from None
+        return settings
+
+    return parse
+
+
+def _parameter(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name.upper(), float(value)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"write NAME=NUMBER, not {text!r}") from None
+
+
+def _address(text: str) -> object:
+    try:
+        return parse_address(text)
+    except AddressError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
+    parser = _Parser(
+        prog="mavlink_sitl",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("--vehicle", default="copter", metavar="KIND", help="copter, the only one for now")
+    add(
+        "--autopilot",
+        default="ardupilot",
+        metavar="FIRMWARE",
+        help="ardupilot, the only one for now",
+    )
+    add(
+        "--link",
+        action="append",
+        type=_address,
+        metavar="ADDRESS",
+        help="udpout://HOST:PORT (send to someone who listens), udpin://HOST:PORT (listen and "
+        "answer), tcpin://HOST:PORT (serve clients) or tcpout://HOST:PORT; pymavlink's "
+        f"udpout:HOST:PORT is understood too; may be repeated (default: {DEFAULT_LINK})",
+    )
+    add(
+        "--speedup",
+        type=_number("the speed-up", 0.01, 1000.0),
+        default=1.0,
+        metavar="FACTOR",
+        help="simulated seconds per second, 0.01 to 1000, as far as the machine can "
+        "(default: 1)",
+    )
+    add("--seed", type=int, default=0, help="of everything random (default: 0)")
+    add(
+        "--home",
+        type=_home,
+        metavar="LAT,LON,ALT,HEADING",
+        help="where it starts: degrees, degrees, metres above sea level, degrees from North "
+        f"(default: {DEFAULT_HOME.latitude_deg},{DEFAULT_HOME.longitude_deg},"
+        f"{DEFAULT_HOME.altitude_amsl_m:g},{DEFAULT_HEADING_DEG:g})",
+    )
+    add("--system-id", type=int, default=1, metavar="ID", help="MAVLink's, 1..255 (default: 1)")
+    add(
+        "--ready-after",
+        type=_number("the time until ready", 0.0, 3600.0),
+        default=2.0,
+        metavar="SECONDS",
+        help="from power-up until it knows its position; the real one takes 41.6 (default: 2)",
+    )
+    add("--tlog", metavar="PATH", help="record all traffic, both directions, with timestamps")
+    add(
+        "--fault",
+        type=_settings(
+            {"loss": "loss", "duplicate": "duplicate", "delay": "delay_s", "jitter": "jitter_s"}
+        ),
+        default={},
+        metavar="KEY=NUMBER,...",
+        help="a bad link, seeded: loss and duplicate (shares, 0..1), delay and jitter (seconds)",
+    )
+    add(
+        "--battery",
+        type=_settings(
+            {
+                "cells": "cells",
+                "capacity": "capacity_mah",
+                "resistance": "internal_resistance_ohm",
+                "remaining": "remaining",
+            }
+        ),
+        default={},
+        metavar="KEY=NUMBER,...",
+        help="cells, capacity (mAh), resistance (ohm), remaining (0..1) "
+        "(default: cells=3,capacity=3300,resistance=0.01,remaining=1)",
+    )
+    add(
+        "--wind",
+        type=_wind,
+        default=(0.0, 0.0, 0.0),
+        metavar="SPEED,FROM",
+        help="steady wind: metres per second and the direction it comes from, degrees",
+    )
+    add(
+        "--param",
+        action="append",
+        type=_parameter,
+        default=[],
+        metavar="NAME=NUMBER",
+        help="a firmware parameter other than its default, for example BATT_FS_LOW_ACT=2; "
+        "may be repeated",
+    )
+    add("--quiet", action="store_true", help="print nothing but errors")
+    return parser
+
+
+def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
+    """The vehicle that was asked for.
+
+    Raises:
+        ConfigurationError: it cannot be.
+    """
+    battery = dict(options.battery)
+    remaining = battery.pop("remaining", 1.0)
+    if "cells" in battery:
+        battery["cells"] = int(battery["cells"])
+    home, heading_deg = options.home or (DEFAULT_HOME, DEFAULT_HEADING_DEG)
+    try:
+        faults = LinkFaults(**options.fault) if options.fault else None
+        config = VehicleConfig(
+            vehicle=options.vehicle,
+            autopilot=options.autopilot,
+            system_id=options.system_id,
+            home=home,
+            heading_deg=heading_deg,
+            ready_after_s=options.ready_after,
+            parameters=dict(options.param),
+            battery=BatteryModel(**battery),
+            battery_remaining=remaining,
+            faults=faults,
+        )
+        Parameters(config.personality().parameters, config.parameters)
+    except UnknownParameterError as error:
+        raise ConfigurationError(str(error)) from None
+    except ConfigurationError:
+        raise
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from None
+    return config
+
+
+def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
+    """Read the command line; a wrong one ends the program with 2 and one sentence."""
+    parser = make_parser()
+    options = parser.parse_args(_joined(arguments))
+    options.link = options.link or [parse_address(DEFAULT_LINK)]
+    try:
+        return options, vehicle_config(options)
+    except ConfigurationError as error:
+        parser.error(str(error))
+
+
+def _joined(arguments: Sequence[str]) -> list[str]:
+    """`--home -35,...` as one word, since argparse takes a value with a minus for an option."""
+    joined: list[str] = []
+    waiting = list(arguments)
+    while waiting:
+        word = waiting.pop(0)
+        if word in ("--home", "--wind") and waiting:
+            word = f"{word}={waiting.pop(0)}"
+        joined.append(word)
+    return joined

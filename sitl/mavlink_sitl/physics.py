@@ -1,0 +1,235 @@
+"""The numeric half of the simulation: all vehicles' bodies, sensors and controllers in step.
+
+One pipeline of pure functions over lanes, whatever the number of vehicles. Knows nothing of
+MAVLink or of modes; `Guidance` goes in, `Motion` comes out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavlink_sitl.autopilot import controller
+from mavlink_sitl.dynamics import battery, quadrotor
+from mavlink_sitl.exchange import BatteryReading, Guidance, Motion
+from mavlink_sitl.ops import Lane, Ops, ops_for
+from mavlink_sitl.world import sensors
+
+DT_S = 0.01
+
+
+class Physics:
+    """Bodies, batteries, sensors and controllers of N vehicles.
+
+    Args:
+        yaw_rad: each vehicle's heading at start; its position is its own origin.
+        packs: each vehicle's battery; they share a model for now, the first one's.
+        remaining: each vehicle's charge at start, 0..1.
+        seed: of the sensors.
+        wind_ned_m_s: speed of the air.
+    """
+
+    def __init__(
+        self,
+        yaw_rad: Sequence[float],
+        pack: battery.BatteryModel,
+        remaining: Sequence[float],
+        seed: int,
+        wind_ned_m_s: tuple[float, float, float],
+    ) -> None:
+        """See the class."""
+        self.count = len(yaw_rad)
+        self.o: Ops = ops_for(self.count)
+        o = self.o
+        zero = o.full(0.0)
+        self.body_model = quadrotor.QuadrotorModel()
+        self.sensor_model = sensors.SensorModel()
+        self.gains = controller.ControllerGains()
+        self.pack = pack
+        self.wind = (
+            o.full(wind_ned_m_s[0]),
+            o.full(wind_ned_m_s[1]),
+            o.full(wind_ned_m_s[2]),
+        )
+        self.wind_ned_m_s = wind_ned_m_s
+        self.ground_down_m = zero
+        self.body = quadrotor.at_rest(zero, zero, zero, o.pack(list(yaw_rad)), o)
+        self.error = sensors.no_error(o)
+        self.battery = battery.charged(o.pack(list(remaining)), pack, o)
+        self.gps_fix = zero == zero
+        self.guidance = [Guidance() for _ in range(self.count)]
+        self.targets = controller.targets_of(self.guidance, o)
+        self.control = controller.initial(self._belief(), o)
+        self.gps_sample = (0.0, self.body, self.error)
+        self._noise = sensors.Noise(seed, self.count)
+
+    def at(self, lane: Lane, index: int) -> float:
+        """One vehicle's number."""
+        return float(lane) if self.count == 1 else float(lane[index])
+
+    def with_value(self, lane: Lane, index: int, value: float) -> Lane:
+        """The lane with one vehicle's number changed."""
+        if self.count == 1:
+            return value
+        changed = lane.copy()
+        changed[index] = value
+        return changed
+
+    def _belief(self) -> controller.Belief:
+        body, error = self.body, self.error
+        return controller.Belief(
+            body.north_m + error.north_m,
+            body.east_m + error.east_m,
+            body.down_m + error.down_m,
+            body.velocity_north_m_s + error.rate_north_m_s,
+            body.velocity_east_m_s + error.rate_east_m_s,
+            body.velocity_down_m_s + error.rate_down_m_s,
+            body.yaw_rad,
+            body.on_ground,
+        )
+
+    # Steps.
+
+    def step(self) -> None:
+        """Controllers and bodies, DT_S onwards."""
+        o = self.o
+        self.control, output = controller.step(
+            self.control, self.targets, self._belief(), DT_S, self.gains, o
+        )
+        self.body = quadrotor.step(
+            self.body,
+            quadrotor.QuadrotorCommand(*output),
+            self.wind,
+            self.ground_down_m,
+            DT_S,
+            self.body_model,
+            o,
+        )
+        self.error = sensors.advance(self.error, DT_S)
+
+    def step_sensors(self, time_s: float) -> None:
+        """The receivers' turn: once per sensor_model.update_s."""
+        o = self.o
+        noise = self._noise.draw(o)
+        self.error = sensors.update(self.error, noise, self.gps_fix, self.sensor_model, o)
+        self.gps_sample = (time_s, self.body, self.error)
+
+    def step_batteries(self, dt: float) -> None:
+        """Draw current for dt seconds."""
+        load = self.body.thrust_m_s2 / quadrotor.GRAVITY_M_S2
+        self.battery = battery.step(self.battery, load, dt, self.pack, self.o)
+
+    def guide(self, index: int, guidance: Guidance) -> None:
+        """Give a vehicle's controllers new guidance."""
+        self.guidance[index] = guidance
+        if self.count == 1:
+            self.targets = controller.targets_of(self.guidance, self.o)
+        else:
+            one = controller.targets_of([guidance], ops_for(1))
+            for lane, value in zip(self.targets, one):
+                lane[index] = value
+        self.control = self._retarget(index, guidance)
+
+    def _retarget(self, index: int, g: Guidance) -> controller.ControllerState:
+        changes = {
+            "target_north_m": g.north_m,
+            "target_east_m": g.east_m,
+            "target_down_m": g.down_m,
+            "target_velocity_north_m_s": g.velocity_north_m_s,
+            "target_velocity_east_m_s": g.velocity_east_m_s,
+            "target_velocity_down_m_s": g.velocity_down_m_s,
+        }
+        belief = self._belief()
+        axes = ("north", "east") * g.restart_xy + ("down",) * g.restart_z
+        for axis in axes:
+            for name in (f"{axis}_m", f"velocity_{axis}_m_s"):
+                changes[name] = self.at(getattr(belief, name), index)
+        if g.yaw_mode == 1:
+            changes["yaw_rad"] = g.yaw_rad
+        control = self.control
+        return control._replace(
+            **{
+                name: self.with_value(getattr(control, name), index, value)
+                for name, value in changes.items()
+            }
+        )
+
+    # Views.
+
+    def moving_target(self, index: int) -> tuple[float, float, float]:
+        """Where a vehicle's target is now, NED metres."""
+        control = self.control
+        return (
+            self.at(control.target_north_m, index),
+            self.at(control.target_east_m, index),
+            self.at(control.target_down_m, index),
+        )
+
+    def motion(self, index: int, truth: bool = False) -> Motion:
+        """Where a vehicle believes to be, or where it is."""
+        return self._motion(self.body, None if truth else self.error, index)
+
+    def gps(self, index: int) -> tuple[float, tuple[float, float, float], tuple[float, float, float]]:
+        """Time, position and velocity of the receiver's latest sample."""
+        time_s, body, error = self.gps_sample
+        motion = self._motion(body, error, index)
+        return time_s, motion[:3], motion[3:6]
+
+    def _motion(
+        self, body: quadrotor.QuadrotorState, error: sensors.EstimateError | None, index: int
+    ) -> Motion:
+        if self.count == 1:
+            n, e, d, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e = body[:10]
+            yaw, yaw_rate = body.yaw_rad, body.yaw_rate_rad_s
+            errors = error or (0.0,) * 6
+        else:
+            n, e, d, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e = (
+                float(lane[index]) for lane in body[:10]
+            )
+            yaw, yaw_rate = float(body.yaw_rad[index]), float(body.yaw_rate_rad_s[index])
+            errors = (0.0,) * 6 if error is None else tuple(float(lane[index]) for lane in error)
+        c, s = math.cos(yaw), math.sin(yaw)
+        forward, right = lean_n * c + lean_e * s, lean_e * c - lean_n * s
+        pitch = -math.atan(forward)
+        return Motion(
+            n + errors[0],
+            e + errors[1],
+            d + errors[2],
+            v_n + errors[3],
+            v_e + errors[4],
+            v_d + errors[5],
+            math.atan(right * math.cos(pitch)),
+            pitch,
+            yaw,
+            rate_e * c - rate_n * s,
+            -(rate_n * c + rate_e * s),
+            yaw_rate,
+        )
+
+    def battery_reading(self, index: int) -> BatteryReading:
+        """What a vehicle's power monitor says."""
+        state = self.battery
+        consumed = self.at(state.consumed_mah, index)
+        return BatteryReading(
+            self.at(state.voltage_v, index),
+            self.at(state.current_a, index),
+            consumed,
+            self.at(state.consumed_wh, index),
+            max(100.0 * (1.0 - consumed / self.pack.capacity_mah), 0.0),
+        )
+
+    def table(self, *names: str) -> NDArray[np.float64]:
+        """Fields of the bodies as an array of shape (N, len(names))."""
+        return np.array([self.o.unpack(getattr(self.body, name)) for name in names]).T
+
+    def put_at_origin(self, index: int) -> None:
+        """Make where a vehicle is its origin: a firmware that starts again does that."""
+        for name in ("north_m", "east_m", "down_m"):
+            lane = self.with_value(getattr(self.body, name), index, 0.0)
+            self.body = self.body._replace(**{name: lane})
+        self.error = sensors.EstimateError(
+            *(self.with_value(lane, index, 0.0) for lane in self.error)
+        )

@@ -1,0 +1,179 @@
+"""The simulation: owns simulated time and steps everything at a fixed rate.
+
+No sockets, no threads, no clock. A program under test reads and writes a vehicle's `link`,
+and time passes when `run_for` or `run_until` says so:
+
+    simulation = Simulation([VehicleConfig()], seed=1)
+    simulation.run_for(3.0)
+    simulation.link.write(frame)
+    answer = simulation.link.read()
+
+A tick is 10 ms: controllers and bodies move at every tick, the firmware thinks at every
+fifth. What is written is acted on at once, at the simulated time of the writing. The same
+seed and the same writes at the same simulated times give the same bytes, however the time in
+between is cut into runs.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import BinaryIO, Callable, NamedTuple, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavlink_sitl.config import ConfigurationError, VehicleConfig
+from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.tlog import TlogWriter
+from mavlink_sitl.vehicle import SimulatedLink, SimulatedVehicle
+
+TICK_US = round(DT_S * 1e6)
+AUTOPILOT_TICKS = 5
+SENSOR_TICKS = 20
+EPOCH_US = 1_767_225_600_000_000
+"""Simulated time 0 in logs and GPS time: 1 January 2026, UTC"""
+
+
+class Truth(NamedTuple):
+    """Where the vehicles really are, whatever their sensors say. Row i is vehicle i.
+
+    Attributes:
+        position_ned_m: shape (N, 3), from each vehicle's home.
+        velocity_ned_m_s: shape (N, 3).
+        yaw_rad: shape (N,), clockwise from North.
+        on_ground: shape (N,).
+    """
+
+    position_ned_m: NDArray[np.float64]
+    velocity_ned_m_s: NDArray[np.float64]
+    yaw_rad: NDArray[np.float64]
+    on_ground: NDArray[np.bool_]
+
+
+class Simulation:
+    """Vehicles and the time they live in.
+
+    Args:
+        vehicles: which; one ArduCopter when not given.
+        seed: of everything random.
+        tlog: where to record all traffic, both directions.
+        wind_ned_m_s: speed of the air.
+
+    Raises:
+        ConfigurationError: two vehicles have the same system id, or something in a vehicle's
+            configuration does not fit.
+
+    Attributes:
+        vehicles: the vehicles, with their links.
+    """
+
+    def __init__(
+        self,
+        vehicles: Sequence[VehicleConfig] | None = None,
+        seed: int = 0,
+        tlog: BinaryIO | None = None,
+        wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """See the class."""
+        configs = [VehicleConfig()] if vehicles is None else list(vehicles)
+        if not configs:
+            raise ConfigurationError("a simulation needs at least one vehicle")
+        ids = [config.system_id or place for place, config in enumerate(configs, start=1)]
+        if len(set(ids)) != len(ids) or max(ids) > 255:
+            raise ConfigurationError(
+                f"each vehicle needs its own system id between 1 and 255, not {ids}"
+            )
+        packs = {config.battery for config in configs}
+        if len(packs) > 1:
+            raise ConfigurationError("all vehicles must have the same battery model")
+        self._now_us = 0
+        self._tick = 0
+        self._physics = Physics(
+            [math.radians(config.heading_deg) for config in configs],
+            configs[0].battery,
+            [config.battery_remaining for config in configs],
+            seed,
+            wind_ned_m_s,
+        )
+        log = None if tlog is None else TlogWriter(tlog)
+        self.vehicles = [
+            SimulatedVehicle(i, config, ids[i], self._physics, seed, log, EPOCH_US)
+            for i, config in enumerate(configs)
+        ]
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the start."""
+        return self._now_us / 1e6
+
+    @property
+    def time_us(self) -> int:
+        """The same in microseconds."""
+        return self._now_us
+
+    @property
+    def link(self) -> SimulatedLink:
+        """The first vehicle's link."""
+        return self.vehicles[0].link
+
+    @property
+    def truth(self) -> Truth:
+        """Where the vehicles really are."""
+        p = self._physics
+        position = p.table("north_m", "east_m", "down_m")
+        position += np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
+        return Truth(
+            position,
+            p.table("velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"),
+            p.table("yaw_rad")[:, 0],
+            p.table("on_ground")[:, 0] > 0.5,
+        )
+
+    def run_for(self, seconds: float) -> None:
+        """Let simulated time pass.
+
+        Raises:
+            ValueError: the time is negative or not a number.
+        """
+        if not seconds >= 0.0 or math.isinf(seconds):
+            raise ValueError(f"time runs forwards: {seconds} s is not possible")
+        self.run_to_us(self._now_us + round(seconds * 1e6))
+
+    def run_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        """Let time pass tick by tick until something holds.
+
+        Args:
+            condition: looked at after every tick, and before the first.
+            timeout_s: how much simulated time it may take.
+
+        Returns:
+            Whether it held in time.
+        """
+        limit_us = self._now_us + round(timeout_s * 1e6)
+        while not condition():
+            if self._now_us >= limit_us:
+                return False
+            self.run_to_us(min(limit_us, (self._tick + 1) * TICK_US))
+        return True
+
+    def run_to_us(self, time_us: int) -> None:
+        """Let time pass until a moment in microseconds; a past one changes nothing."""
+        while (self._tick + 1) * TICK_US <= time_us:
+            self._tick += 1
+            self._now_us = self._tick * TICK_US
+            self._step()
+        if time_us > self._now_us:
+            self._now_us = time_us
+            for vehicle in self.vehicles:
+                vehicle.now_us = time_us
+
+    def _step(self) -> None:
+        physics, tick, now_us = self._physics, self._tick, self._now_us
+        physics.step()
+        if tick % SENSOR_TICKS == 0:
+            physics.step_sensors(now_us / 1e6)
+        think = tick % AUTOPILOT_TICKS == 0
+        if think:
+            physics.step_batteries(AUTOPILOT_TICKS * DT_S)
+        for vehicle in self.vehicles:
+            vehicle.tick(now_us, think)

@@ -1,0 +1,45 @@
+"""Telemetry logs: 8 bytes of microseconds since 1970, big-endian, then one raw frame."""
+
+from __future__ import annotations
+
+import struct
+from typing import BinaryIO, Iterator
+
+
+class TlogWriter:
+    """Writes frames of both directions in the order in which they passed.
+
+    Args:
+        stream: where to; opened and closed by the caller.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        """See the class."""
+        self._stream = stream
+
+    def write(self, unix_time_us: int, frame: bytes) -> None:
+        """One record."""
+        self._stream.write(struct.pack(">Q", unix_time_us) + frame)
+
+
+def read_records(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Time (microseconds since 1970) and frame of each record.
+
+    Raises:
+        ValueError: what stands after a time is not the beginning of a frame; the message
+            names the offset. A record that is cut short at the end is left out.
+    """
+    offset = 0
+    while offset + 11 <= len(data):
+        (time_us,) = struct.unpack_from(">Q", data, offset)
+        magic, length, flags = data[offset + 8 : offset + 11]
+        if magic == 0xFD:
+            size = length + 12 + (13 if flags & 1 else 0)
+        elif magic == 0xFE:
+            size = length + 8
+        else:
+            raise ValueError(f"no MAVLink frame at offset {offset + 8} (0x{magic:02x})")
+        if offset + 8 + size > len(data):
+            return
+        yield time_us, data[offset + 8 : offset + 8 + size]
+        offset += 8 + size

@@ -1,0 +1,335 @@
+"""One simulated vehicle: firmware, MAVLink side, link, and what can be done to it.
+
+Part of `simulation` (the same layer): joins the autopilot and the MAVLink services with the
+lanes of `physics`.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from mavlink_sitl.autopilot.copter import Copter
+from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.exchange import GpsReading, Observation, Result
+from mavlink_sitl.faults import FaultyPipe, LinkFaults
+from mavlink_sitl.geodesy import to_geodetic, to_local
+from mavlink_sitl.mavlink.codec import Encoder
+from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
+from mavlink_sitl.mavlink.telemetry import Snapshot
+from mavlink_sitl.physics import Physics
+from mavlink_sitl.world import sensors
+
+REBOOT_US = 1_200_000
+"""Silence from the acknowledgement of a reboot to the first HEARTBEAT"""
+
+
+class FrameLog(Protocol):
+    """Where frames are recorded."""
+
+    def write(self, unix_time_us: int, frame: bytes) -> None:
+        """Record a frame."""
+        ...
+
+
+class SimulatedLink:
+    """The ground station's end of a vehicle's link.
+
+    Attributes:
+        silent: while true, nothing passes in either direction.
+    """
+
+    def __init__(self, vehicle: SimulatedVehicle, seed: int, faults: LinkFaults | None) -> None:
+        """Made by the vehicle."""
+        self.silent = False
+        self._vehicle = vehicle
+        self._seed = f"link:{seed}:{vehicle.index}"
+        self._arrived: list[bytes] = []
+        self.set_faults(faults)
+
+    def set_faults(self, faults: LinkFaults | None) -> None:
+        """Make the link bad from now on, or good; what is under way in it is lost."""
+        self._up = self._down = None
+        if faults is not None:
+            self._up = FaultyPipe(faults, f"{self._seed}:up")
+            self._down = FaultyPipe(faults, f"{self._seed}:down")
+
+    def write(self, data: bytes, datagram: bool = True) -> None:
+        """Send bytes to the vehicle, now.
+
+        Args:
+            data: any number of whole frames, or anything else.
+            datagram: a frame that is cut short ends here. False on a stream of bytes.
+        """
+        if self.silent:
+            return
+        if self._up is None:
+            self._vehicle.receive(data, datagram)
+        else:
+            self._up.push(data, self._vehicle.now_us)
+            self.pump()
+
+    def read(self) -> bytes:
+        """Everything the vehicle has sent since the last reading."""
+        return b"".join(self.read_datagrams())
+
+    def read_datagrams(self) -> list[bytes]:
+        """The same, one frame per item."""
+        arrived, self._arrived = self._arrived, []
+        return arrived
+
+    def pump(self) -> None:
+        """Move on what is late; called by the vehicle at every tick."""
+        now_us = self._vehicle.now_us
+        if self._up is not None:
+            for data in self._up.pop(now_us):
+                if not self.silent:
+                    self._vehicle.receive(data, True)
+        if self._down is not None:
+            self._arrived += self._down.pop(now_us)
+
+    def deliver(self, frame: bytes) -> None:
+        """A frame from the vehicle; called by it."""
+        if self.silent:
+            return
+        if self._down is None:
+            self._arrived.append(frame)
+        else:
+            self._down.push(frame, self._vehicle.now_us)
+
+
+class SimulatedVehicle:
+    """A vehicle of a simulation, made by it.
+
+    Attributes:
+        index: its row in `Simulation.truth`.
+        system_id: its MAVLink system id.
+        link: to talk to it.
+        copter: its firmware, another one after a reboot.
+        parameters: its parameters; they survive reboots.
+        offset_ned_m: where its local origin is, from home.
+        now_us: simulated time.
+    """
+
+    def __init__(
+        self,
+        index: int,
+        config: VehicleConfig,
+        system_id: int,
+        physics: Physics,
+        seed: int,
+        log: FrameLog | None,
+        epoch_us: int,
+    ) -> None:
+        """See the class."""
+        self.index = index
+        self.system_id = system_id
+        self.config = config
+        self.now_us = 0
+        personality = config.personality()
+        values = {"BATT_CAPACITY": config.battery.capacity_mah, **config.parameters}
+        self.parameters = Parameters(personality.parameters, values)
+        self.offset_ned_m = (0.0, 0.0, 0.0)
+        self.origin = config.home
+        self._physics = physics
+        self._log = log
+        self._epoch_us = epoch_us
+        self._encoder = Encoder(system_id, COMPONENT_AUTOPILOT)
+        self._gps_lost_at_s: float | None = None
+        self._boot_at_us: int | None = None
+        self._snapshot_cache: tuple[int, Snapshot] | None = None
+        self.link = SimulatedLink(self, seed, config.faults)
+        self._boot()
+
+    def _boot(self) -> None:
+        self._boot_at_us = None
+        self._boot_us = self.now_us
+        self._snapshot_cache = None
+        self.copter = Copter(
+            self.config.personality(),
+            self.parameters,
+            self.origin,
+            self._observation(),
+            self.config.ready_after_s,
+        )
+        self.copter.moving_target = lambda: self._physics.moving_target(self.index)
+        self._revision = -1
+        self._server = MavlinkServer(
+            self.copter, self._encoder, self.system_id, self.now_us, self.snapshot
+        )
+        self._pass_guidance()
+
+    # Time.
+
+    def tick(self, now_us: int, think: bool) -> None:
+        """A tick has passed; `think` when the firmware acts too."""
+        self.now_us = now_us
+        self.link.pump()
+        if self._boot_at_us is not None:
+            if now_us < self._boot_at_us:
+                return
+            self._boot()
+        if think:
+            self._apply_simulated_parameters()
+            self.copter.update(self._observation())
+            self._server.now_us = now_us
+            self._server.flush_events()
+            self._pass_guidance()
+        if now_us >= self._server.next_due_us():
+            self._server.tick(now_us)
+        if self._server.outbox:
+            self._send_all()
+
+    def receive(self, data: bytes, datagram: bool) -> None:
+        """Bytes arrive at the vehicle."""
+        if self._boot_at_us is not None:
+            return
+        self.copter.observe(self._observation())
+        for frame in self._server.receive(data, self.now_us, datagram):
+            self._record(frame)
+        self._pass_guidance()
+        self._send_all()
+        if self._server.reboot_requested:
+            self._shut_down()
+
+    def _send_all(self) -> None:
+        outbox, self._server.outbox = self._server.outbox, []
+        for frame in outbox:
+            self._record(frame)
+            self.link.deliver(frame)
+
+    def _record(self, frame: bytes) -> None:
+        if self._log is not None:
+            self._log.write(self._epoch_us + self.now_us, frame)
+
+    def _pass_guidance(self) -> None:
+        if self.copter.revision != self._revision:
+            self._revision = self.copter.revision
+            self._physics.guide(self.index, self.copter.guidance)
+
+    def _shut_down(self) -> None:
+        """The firmware stops; it will start again where the vehicle now is."""
+        self._boot_at_us = self.now_us + REBOOT_US
+        motion = self._physics.motion(self.index, truth=True)
+        self.origin = to_geodetic(self.origin, *motion[:3])
+        self.offset_ned_m = to_local(self.config.home, self.origin)
+        self._physics.put_at_origin(self.index)
+
+    def _apply_simulated_parameters(self) -> None:
+        voltage = self.parameters["SIM_BATT_VOLTAGE"]
+        physics = self._physics
+        if voltage != physics.at(physics.battery.override_v, self.index):
+            self._force_voltage(voltage)
+
+    # What it knows.
+
+    def _observation(self) -> Observation:
+        physics, index = self._physics, self.index
+        body = physics.body
+        return Observation(
+            time_s=self.now_us / 1e6,
+            motion=physics.motion(index),
+            gps_fix=self._gps_lost_at_s is None,
+            battery=physics.battery_reading(index),
+            touching_ground=bool(physics.at(body.on_ground, index)),
+            impact_m_s=physics.at(body.impact_m_s, index),
+            thrust_over_hover=physics.at(body.thrust_m_s2, index) / 9.80665,
+        )
+
+    def snapshot(self) -> Snapshot:
+        """Everything telemetry is made of, now."""
+        if self._snapshot_cache is None or self._snapshot_cache[0] != self.now_us:
+            self._snapshot_cache = (self.now_us, self._make_snapshot())
+        return self._snapshot_cache[1]
+
+    def _make_snapshot(self) -> Snapshot:
+        physics, index = self._physics, self.index
+        truth = physics.motion(index, truth=True)
+        thrust = physics.at(physics.body.thrust_m_s2, index)
+        gps = self._gps_reading() if self.copter.estimator.gps_started else None
+        return Snapshot(
+            time_boot_us=self.now_us - self._boot_us,
+            unix_time_us=0 if gps is None else self._epoch_us + self.now_us,
+            copter=self.copter,
+            motion=physics.motion(index),
+            gps=gps,
+            battery=physics.battery_reading(index),
+            thrust_over_hover=thrust / 9.80665,
+            throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
+            truth=truth,
+            truth_point=to_geodetic(self.origin, *truth[:3]),
+            wind_ned_m_s=physics.wind_ned_m_s,
+        )
+
+    def _gps_reading(self) -> GpsReading:
+        time_s, position, velocity = self._physics.gps(self.index)
+        if self._gps_lost_at_s is not None:
+            time_s = min(time_s, self._gps_lost_at_s)
+        reading = sensors.gps_reading(
+            time_s, self.origin, position, velocity, self._physics.sensor_model
+        )
+        if self._gps_lost_at_s is None:
+            return reading
+        return reading._replace(fix_type=1, satellites=0)
+
+    # What can be done to it.
+
+    def pilot_mode_change(self, mode: str | int) -> bool:
+        """The pilot turns the mode switch.
+
+        Args:
+            mode: the firmware's name for it, or its number.
+
+        Returns:
+            Whether the firmware took it.
+
+        Raises:
+            ValueError: there is no such mode.
+        """
+        modes = self.copter.personality.modes
+        numbers = [n for n, spec in modes.items() if mode in (n, spec.name)]
+        if not numbers:
+            names = ", ".join(spec.name for spec in modes.values())
+            raise ValueError(f"no mode {mode!r}; there are: {names}")
+        self.copter.observe(self._observation())
+        taken = self.copter.set_mode(numbers[0]) is Result.ACCEPTED
+        self._server.now_us = self.now_us
+        self._server.flush_events()
+        self._pass_guidance()
+        self._send_all()
+        return taken
+
+    def pilot_throttle(self, raw_us: int) -> None:
+        """The pilot moves the throttle stick: 1000 (lowest) to 2000."""
+        self.copter.pilot.throttle_us = raw_us
+
+    def lose_gps(self) -> None:
+        """The receiver loses its satellites."""
+        if self._gps_lost_at_s is None:
+            self._gps_lost_at_s = self.now_us / 1e6
+            self._set_fix(False)
+
+    def restore_gps(self) -> None:
+        """The receiver finds its satellites again."""
+        self._gps_lost_at_s = None
+        self._set_fix(True)
+
+    def _set_fix(self, fix: bool) -> None:
+        physics = self._physics
+        physics.gps_fix = physics.with_value(physics.gps_fix, self.index, fix)
+
+    def set_battery_voltage(self, voltage_v: float) -> None:
+        """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
+        self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
+
+    def _force_voltage(self, voltage_v: float) -> None:
+        physics = self._physics
+        lane = physics.with_value(physics.battery.override_v, self.index, voltage_v)
+        physics.battery = physics.battery._replace(override_v=lane)
+
+    def set_battery_remaining(self, fraction: float) -> None:
+        """Fill or empty the pack, 0..1."""
+        physics = self._physics
+        consumed = (1.0 - fraction) * physics.pack.capacity_mah
+        lane = physics.with_value(physics.battery.consumed_mah, self.index, consumed)
+        physics.battery = physics.battery._replace(consumed_mah=lane)

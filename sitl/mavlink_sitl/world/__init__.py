@@ -1,0 +1,1 @@
+"""The surroundings and what the sensors make of them, seeded."""

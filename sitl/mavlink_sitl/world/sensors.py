@@ -1,0 +1,136 @@
+"""Seeded errors of the position estimate, and the GPS receiver.
+
+The estimate wanders around the truth as a first-order Gauss-Markov process: a few
+centimetres with GPS, as in the recordings, and without bound (a random walk of the velocity)
+after the signal is lost, until it comes back and the estimate jumps home.
+
+Each vehicle draws from its own generator, so adding a vehicle changes nothing for the
+others.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import NamedTuple
+
+from mavlink_sitl.exchange import GpsReading
+from mavlink_sitl.geodesy import GeoPoint, to_geodetic
+from mavlink_sitl.ops import Lane, Ops
+
+
+class SensorModel(NamedTuple):
+    """How well the vehicles know where they are."""
+
+    update_s: float = 0.2
+    """The GPS runs at 5 Hz; the error changes course as often."""
+    position_sigma_m: float = 0.02
+    """Standard deviation of each axis with a fix."""
+    correlation_s: float = 15.0
+    drift_m_s2: float = 0.08
+    """Standard deviation of the velocity error's growth in a second without GPS."""
+    satellites: int = 10
+
+
+class EstimateError(NamedTuple):
+    """Estimate minus truth. Every field is a lane, NED metres and m/s."""
+
+    north_m: Lane
+    east_m: Lane
+    down_m: Lane
+    rate_north_m_s: Lane
+    rate_east_m_s: Lane
+    rate_down_m_s: Lane
+
+
+def no_error(o: Ops) -> EstimateError:
+    """An estimate that is the truth."""
+    zero = o.full(0.0)
+    return EstimateError(zero, zero, zero, zero, zero, zero)
+
+
+def advance(error: EstimateError, dt: float) -> EstimateError:
+    """Between two updates the error grows at its rate."""
+    n, e, d, rate_n, rate_e, rate_d = error
+    return EstimateError(
+        n + rate_n * dt, e + rate_e * dt, d + rate_d * dt, rate_n, rate_e, rate_d
+    )
+
+
+def update(
+    error: EstimateError,
+    noise: tuple[Lane, Lane, Lane],
+    fix: Lane,
+    model: SensorModel,
+    o: Ops,
+) -> EstimateError:
+    """Give the error a new rate, once per `update_s`.
+
+    Args:
+        error: the error now.
+        noise: three independent standard normal numbers per vehicle.
+        fix: whether the vehicle has a GPS fix, per lane.
+        model: how good the sensors are.
+        o: float or array arithmetic.
+
+    Returns:
+        The same error with another rate.
+    """
+    step = model.update_s
+    keep = math.exp(-step / model.correlation_s)
+    kick = model.position_sigma_m * math.sqrt(1.0 - keep * keep)
+    walk = model.drift_m_s2 * math.sqrt(step)
+
+    def axis(value: Lane, rate: Lane, z: Lane, gps_bound: Lane) -> Lane:
+        # A rate that brings the error in one update to where the process puts it; after a
+        # gap without GPS that is a jump of metres within a fifth of a second.
+        bounded = (keep * value + kick * z - value) / step
+        return o.where(gps_bound, bounded, rate + walk * z)
+
+    return error._replace(
+        rate_north_m_s=axis(error.north_m, error.rate_north_m_s, noise[0], fix),
+        rate_east_m_s=axis(error.east_m, error.rate_east_m_s, noise[1], fix),
+        # Height comes from the barometer, which does not fail with the GPS.
+        rate_down_m_s=axis(error.down_m, error.rate_down_m_s, 0.5 * noise[2], fix == fix),
+    )
+
+
+class Noise:
+    """Standard normal numbers for each vehicle, from its own seeded generator.
+
+    Args:
+        seed: the simulation's seed.
+        count: number of vehicles.
+    """
+
+    def __init__(self, seed: int, count: int) -> None:
+        """See the class."""
+        self._generators = [random.Random(f"sensors:{seed}:{i}") for i in range(count)]
+
+    def draw(self, o: Ops) -> tuple[Lane, Lane, Lane]:
+        """Three independent lanes."""
+        draws = [(g.gauss(0.0, 1.0), g.gauss(0.0, 1.0), g.gauss(0.0, 1.0)) for g in self._generators]
+        north, east, down = zip(*draws)
+        return o.pack(list(north)), o.pack(list(east)), o.pack(list(down))
+
+
+def gps_reading(
+    time_s: float,
+    origin: GeoPoint,
+    position_ned_m: tuple[float, float, float],
+    velocity_ned_m_s: tuple[float, float, float],
+    model: SensorModel,
+) -> GpsReading:
+    """What a receiver with a fix reports; the numbers are those recorded from the firmware."""
+    north, east, _ = velocity_ned_m_s
+    return GpsReading(
+        fix_type=6,
+        satellites=model.satellites,
+        point=to_geodetic(origin, *position_ned_m),
+        speed_m_s=math.hypot(north, east),
+        course_deg=math.degrees(math.atan2(east, north)) % 360.0,
+        time_s=time_s,
+        eph=121,
+        epv=200,
+        horizontal_accuracy_m=0.3,
+    )
