@@ -1,13 +1,10 @@
 # Enters the environment of the project: source setup.bash
 #
-# Works with bash, from any folder, as often as you like. Made by `make setup`.
+# For bash, from any folder, as often as you like. `make setup` makes what this enters.
 
-_mavbridge_root=$(cd "${BASH_SOURCE[0]%/*}" 2>/dev/null && pwd -P || pwd -P)
-
-# Puts entries in front of a colon-separated variable, moving those that are there already.
+# Puts entries in front of a colon-separated variable; those that were there already move.
 _mavbridge_prepend() {
-    local rest=":${!1:-}:" entry
-    local IFS=:
+    local rest=":${!1:-}:" entry IFS=:
     for entry in $2; do
         rest=${rest//":$entry:"/":"}
     done
@@ -17,15 +14,27 @@ _mavbridge_prepend() {
 }
 
 _mavbridge_enter() {
-    local kind
-    . "$_mavbridge_root/scripts/ros_kind.sh"
+    local root kind made_for
+    root=$(readlink -f "${BASH_SOURCE[0]}") || return 1
+    root=${root%/*}
+    . "$root/scripts/ros_kind.sh"
     kind=$(mavbridge_ros_kind) || return 1
-    if [ ! -r "$_mavbridge_root/install/environment.bash" ]; then
-        echo "Nothing is set up yet: run 'make setup' in $_mavbridge_root first." >&2
+    if ! { read -r _ _ made_for <"$root/install/environment.bash"; } 2>/dev/null; then
+        echo "Nothing is set up here yet: run 'make setup' in $root." >&2
         return 1
     fi
-    . "$_mavbridge_root/install/environment.bash"
-    export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
+    # Made for a sourced ROS, it brings that ROS along, so an empty shell will do.
+    if [ "$made_for" != "$kind" ] && [ "$made_for$kind${MAVBRIDGE_ROS:-}" != systemwheels ]; then
+        echo "This is set up for ROS of the kind '$made_for', but this shell calls for '$kind':" \
+            "run 'make setup' here, or set MAVBRIDGE_ROS=$made_for." >&2
+        return 1
+    fi
+    . "$root/install/environment.bash"
+    # SUBNET is what sourcing ROS sets by itself, so not yet anyone's decision. Whoever wants
+    # the nodes to be found from other machines sets it after this.
+    case "$made_for:${ROS_AUTOMATIC_DISCOVERY_RANGE:-}" in
+    *: | system:SUBNET) export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ;;
+    esac
 }
 
 _mavbridge_enter

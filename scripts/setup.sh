@@ -4,39 +4,48 @@
 # Finds a Python, then hands over to setup_environment.py. Run again, it does nothing when
 # nothing has changed.
 #
-#   PYTHON=python3.12    use this interpreter (3.10 to 3.13)
+#   PYTHON=python3.12             use this interpreter (3.10 to 3.13)
 #   MAVBRIDGE_ROS=wheels|system   ROS 2 from pinned wheels, or the sourced Jazzy
 set -u
 
-root=$(cd "${BASH_SOURCE[0]%/*}/.." && pwd -P) || exit 1
+script=$(readlink -f "${BASH_SOURCE[0]}") || exit 1
+root=${script%/scripts/*}
 # shellcheck source=ros_kind.sh
 . "$root/scripts/ros_kind.sh"
 
-readonly supported='import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))'
+# An interpreter fits when it is new and old enough and, beside a sourced ROS, of the version
+# that this ROS was compiled for.
+readonly fits='
+import os, sys
+version = sys.version_info[:2]
+rclpy = [p for p in os.environ.get("PYTHONPATH", "").split(":") if os.path.isdir(p + "/rclpy")]
+made_for_it = not rclpy or "/python%d.%d/" % version in rclpy[0] + "/"
+sys.exit(not ((3, 10) <= version <= (3, 13) and (sys.argv[1] == "wheels" or made_for_it)))
+'
 
-is_supported() { "$1" -I -S -c "$supported" >/dev/null 2>&1; }
+fits() {
+    command -v "$1" >/dev/null && "$1" -I -S -c "$fits" "$kind" >/dev/null 2>&1
+}
 
 find_python() {
-    local candidate
+    local candidate wanted="Python 3.10 to 3.13"
+    [ "$kind" = wheels ] || wanted="$wanted of the version that the sourced ROS was made for"
     if [ -n "${PYTHON:-}" ]; then
-        if ! command -v "$PYTHON" >/dev/null; then
-            echo "PYTHON is '$PYTHON', which is not a command." >&2
-        elif is_supported "$PYTHON"; then
-            command -v "$PYTHON"
+        if fits "$PYTHON"; then
+            echo "$PYTHON"
             return 0
-        else
-            echo "PYTHON is '$PYTHON', which is not a working Python 3.10 to 3.13." >&2
         fi
+        echo "PYTHON is '$PYTHON', which is not a working $wanted." >&2
         return 1
     fi
     for candidate in "$root/.venv/bin/python" python3 python3.12 python3.11 python3.13 python3.10; do
-        if command -v "$candidate" >/dev/null && is_supported "$candidate"; then
-            command -v "$candidate"
+        if fits "$candidate"; then
+            echo "$candidate"
             return 0
         fi
     done
-    echo "No Python 3.10 to 3.13 was found: install the package python3 (sudo apt install python3 python3-venv python3-dev)," \
-        "or name an interpreter with PYTHON=/path/to/python3." >&2
+    echo "No $wanted was found: sudo apt install python3 python3-dev python3-venv," \
+        "or name one with PYTHON=/path/to/python3." >&2
     return 1
 }
 

@@ -13,9 +13,11 @@ import contextlib
 import fcntl
 import hashlib
 import os
+import platform
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -24,7 +26,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    Environment = Mapping[str, str]
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
@@ -32,21 +36,29 @@ INSTALL = ROOT / "install"
 LOGS = ROOT / "log" / "setup"
 PACKAGES_STAMP = VENV / "packages.stamp"
 WORKSPACE_STAMP = INSTALL / "workspace.stamp"
+OURS = (VENV, INSTALL, ROOT / "build")
 ENVIRONMENT_FILE = INSTALL / "environment.bash"
 
-# Set by a sourced ROS or workspace. In a set-up from wheels none of it may come from outside.
-ROS_VARIABLES = (
+# Lists separated by colons that sourcing a workspace puts entries in front of.
+PATH_LISTS = (
     "AMENT_PREFIX_PATH",
     "CMAKE_PREFIX_PATH",
     "COLCON_PREFIX_PATH",
     "LD_LIBRARY_PATH",
+    "PATH",
+    "PKG_CONFIG_PATH",
+    "PYTHONPATH",
+)
+# With ROS from wheels, none of these may come from outside.
+FOREIGN = (
+    "AMENT_PREFIX_PATH",
+    "CMAKE_PREFIX_PATH",
+    "COLCON_PREFIX_PATH",
+    "LD_LIBRARY_PATH",
+    "PYTHONHOME",
     "PYTHONPATH",
     "ROS_DISTRO",
-    "ROS_PYTHON_VERSION",
-    "ROS_VERSION",
 )
-# What sourcing a workspace may change, besides plain values: lists separated by colons.
-PATH_VARIABLES = frozenset(ROS_VARIABLES[:5]) | {"PATH", "PKG_CONFIG_PATH"}
 
 
 class SetupError(Exception):
@@ -62,6 +74,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ros", choices=("wheels", "system"), required=True)
     ros = parser.parse_args().ros
+    # Whoever ends this ends what it started, too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     started = time.monotonic()
     try:
         with only_one_at_a_time():
@@ -92,9 +106,9 @@ def update(ros: str) -> bool:
     workspace_key = f"{packages_key}\n{hash_of(workspace_inputs())}"
     if not packages_due and read(WORKSPACE_STAMP) == workspace_key:
         return False
-    check_prerequisites()
+    check_prerequisites(ros)
     where = "the sourced ROS 2 Jazzy" if ros == "system" else "ROS 2 Jazzy from pinned wheels"
-    print(f"Setting up with Python {sys.version.split()[0]} and {where}.", flush=True)
+    print(f"Setting up with Python {platform.python_version()} and {where}.", flush=True)
     if packages_due:
         install_packages(ros, lock)
         PACKAGES_STAMP.write_text(packages_key)
@@ -103,13 +117,17 @@ def update(ros: str) -> bool:
     return True
 
 
+def base_interpreter() -> str:
+    """The interpreter that .venv is made from, also when .venv's own one runs this."""
+    path: str = sys._base_executable  # type: ignore[attr-defined]
+    return os.path.realpath(path)
+
+
 def key_of_packages(ros: str, lock: Path) -> str:
     """What the installed packages depend on: interpreter, place, ROS, lock and this file."""
-    interpreter = os.path.realpath(sys._base_executable)  # type: ignore[attr-defined]
-    underlay = os.environ.get("AMENT_PREFIX_PATH", "") if ros == "system" else ""
-    foreign = [p for p in underlay.split(":") if p and not p.startswith(str(INSTALL))]
-    content = hash_of([lock, Path(__file__)])
-    return "\n".join([interpreter, sys.version, str(ROOT), ros, *foreign, content])
+    underlay = outside(ros).get("AMENT_PREFIX_PATH", "")
+    content = hash_of([lock, Path(__file__).resolve()])
+    return "\n".join([base_interpreter(), sys.version, str(ROOT), ros, underlay, content])
 
 
 def workspace_inputs() -> Iterator[Path]:
@@ -154,57 +172,60 @@ def only_one_at_a_time() -> Iterator[None]:
         os.close(descriptor)
 
 
-def check_prerequisites() -> None:
+def check_prerequisites(ros: str) -> None:
     """Looks for what a package manager has to provide.
 
     Raises:
         SetupError: something is missing; names the Debian or Ubuntu package.
     """
-    for variable, command, package, what in (
-        ("", "git", "git", "git"),
-        ("", "make", "make", "make"),
-        ("CC", "cc", "gcc", "A C compiler"),
-        ("CXX", "c++", "g++", "A C++ compiler"),
-    ):
-        # CC may carry arguments ("ccache gcc"), as it may for CMake.
-        named = shlex.split(os.environ.get(variable, "")) if variable else []
-        if shutil.which(named[0] if named else command) is None:
-            name = f" ({variable}={os.environ[variable]})" if named else ""
-            raise SetupError(f"{what}{name} is missing: sudo apt install {package}")
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    python = os.path.realpath(sys._base_executable)  # type: ignore[attr-defined]
-    prefix = f"python{version}" if python.startswith("/usr/bin/") else "python3"
-    if not Path(sysconfig.get_path("include"), "Python.h").is_file():
+    if ros == "wheels" and platform.machine() != "x86_64":
         raise SetupError(
-            f"The headers of {python} are missing: sudo apt install {prefix}-dev"
+            f"The ROS 2 wheels are made for x86-64, and this is {platform.machine()}: "
+            "install ROS 2 Jazzy, source it and run this again."
         )
+    for variable, default, package, what in (
+        ("", "git", "git", "git"),
+        ("", "make", "build-essential", "make"),
+        ("CC", "cc", "build-essential", "the C compiler"),
+        ("CXX", "c++", "build-essential", "the C++ compiler"),
+    ):
+        # Like CMake, take CC with arguments ("ccache gcc").
+        command = (shlex.split(os.environ.get(variable, "")) or [default])[0]
+        if shutil.which(command) is None:
+            raise SetupError(f"There is no {command} ({what}): sudo apt install {package}")
+    python = base_interpreter()
+    # Debian's packages are named after the version when it is not the default one.
+    package = Path(python).name if python.startswith("/usr/bin/") else "python3"
+    if not Path(sysconfig.get_path("include"), "Python.h").is_file():
+        raise SetupError(f"The headers of {python} are missing: sudo apt install {package}-dev")
     probe = [python, "-I", "-c", "import ensurepip, venv"]
     if subprocess.run(probe, stderr=subprocess.DEVNULL, check=False).returncode:
-        raise SetupError(
-            f"The venv module of {python} is missing: sudo apt install {prefix}-venv"
-        )
+        raise SetupError(f"The venv module of {python} is missing: sudo apt install {package}-venv")
 
 
 def install_packages(ros: str, lock: Path) -> None:
     """Makes .venv anew, with exactly the packages of the lock."""
-    # What was built with the old environment names its paths.
-    for folder in (VENV, INSTALL, ROOT / "build"):
+    # What was built with the former environment names its paths.
+    for folder in OURS:
         shutil.rmtree(folder, ignore_errors=True)
-    python = os.path.realpath(sys._base_executable)  # type: ignore[attr-defined]
-    environment = clean_environment()
-    run("Making .venv", [python, "-m", "venv", VENV], environment)
-    venv_python = VENV / "bin" / "python"
-    pip = [venv_python, "-m", "pip", "install", "--quiet", "--require-hashes", "--no-input"]
-    pip += ["--disable-pip-version-check"]
-    # The few packages that are published as source are built with the pinned build tools,
-    # not with whatever is newest on the day. Those tools come first.
+    environment = outside("wheels")
+    # Whatever a personal configuration of pip says, .venv is where packages go.
+    for variable in ("PIP_USER", "PIP_TARGET", "PIP_PREFIX", "PIP_ROOT"):
+        environment.pop(variable, None)
+    run("venv", "Making .venv", [base_interpreter(), "-m", "venv", VENV], environment)
+    # The lock is complete, so pip has nothing to resolve.
+    flags = "--quiet --no-input --no-deps --require-hashes --disable-pip-version-check"
+    pip: list[str | Path] = [VENV / "bin" / "python", "-m", "pip", "install", *flags.split()]
+    pip += ["--only-binary", ":all:"]
+    # empy is published as source only. It is built with the pinned build tools, installed
+    # first, rather than with whatever is newest on the day.
     tools = VENV / "build-tools.txt"
     tools.write_text(build_tools(lock.read_text()))
-    binary = [*pip, "--only-binary", ":all:", "-r", tools]
-    run("Installing the build tools", binary, environment)
+    run("build-tools", "Installing the build tools", [*pip, "-r", tools], environment)
     count = len(re.findall(r"^\S+==", lock.read_text(), re.MULTILINE))
-    everything = [*pip, "--no-build-isolation", "--prefer-binary", "-r", lock]
-    run(f"Installing {count} pinned packages", everything, environment)
+    what = f"Installing {count} pinned packages (a minute or two)"
+    pip += ["--no-build-isolation", "--no-binary", "empy"]
+    run("packages", what, [*pip, "-r", lock], environment)
     if ros == "wheels":
         mend_cmake_files()
 
@@ -221,99 +242,107 @@ def mend_cmake_files() -> None:
     They name the include folders of the machine that the wheels were built on, and CMake
     stops at folders that don't exist.
     """
-    major_minor = f"python{sys.version_info.major}.{sys.version_info.minor}"
     include = re.compile(r"/opt/python/[^/;\"]+/include/python3\.\d+")
     packages = re.compile(r"/opt/python/[^/;\"]+/lib/python3\.\d+/site-packages")
-    site_packages = VENV / "lib" / major_minor / "site-packages"
     for path in (VENV / "share").glob("*/cmake/*.cmake"):
         text = path.read_text()
         mended = include.sub(sysconfig.get_path("include"), text)
-        mended = packages.sub(str(site_packages), mended)
+        mended = packages.sub(str(site_packages()), mended)
         if mended != text:
             path.write_text(mended)
 
 
-def clean_environment() -> dict[str, str]:
-    """The environment for pip: nothing that adds packages from elsewhere."""
-    unwanted = {*ROS_VARIABLES, "PYTHONHOME", "PIP_USER", "PIP_TARGET", "PIP_PREFIX", "VIRTUAL_ENV"}
-    environment = {k: v for k, v in os.environ.items() if k not in unwanted}
-    environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
-    return environment
+def site_packages() -> Path:
+    """Where the packages of .venv are."""
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    return VENV / "lib" / version / "site-packages"
+
+
+def without_folders(environment: Environment, folders: Sequence[str | Path]) -> dict[str, str]:
+    """An environment whose path lists name none of some folders, nor what is in them."""
+    result = dict(environment)
+    prefixes = tuple(f"{folder}/" for folder in folders)
+    for variable in result.keys() & PATH_LISTS:
+        entries = result[variable].split(":")
+        result[variable] = ":".join(e for e in entries if not f"{e}/".startswith(prefixes))
+    return result
+
+
+def outside(ros: str) -> dict[str, str]:
+    """This process's environment without the project: as it was before `source setup.bash`.
+
+    With ROS from wheels, without any other ROS, too.
+    """
+    result = without_folders(os.environ, OURS)
+    if ros == "wheels":
+        result = {k: v for k, v in result.items() if k not in FOREIGN}
+    return result
 
 
 def base_environment(ros: str) -> dict[str, str]:
-    """The environment that the workspace is built in, without the workspace itself."""
-    environment = dict(os.environ)
-    environment.pop("PYTHONHOME", None)
+    """What the workspace is built on: ROS and .venv, entered."""
+    environment = outside(ros)
     if ros == "wheels":
-        environment = clean_environment()
-        site_packages = next((VENV / "lib").glob("python3.*/site-packages"))
-        libraries = [VENV / "lib", *sorted(site_packages.glob("ros_*.libs"))]
         environment["AMENT_PREFIX_PATH"] = str(VENV)
         environment["CMAKE_PREFIX_PATH"] = str(VENV)
-        # The wheels' own start-up hook would set this by running the interpreter twice.
+        # The start-up hook of the wheels would set these by starting the interpreter twice.
+        libraries = [VENV / "lib", *sorted(site_packages().glob("ros_*.libs"))]
         environment["LD_LIBRARY_PATH"] = ":".join(map(str, libraries))
-    for variable in PATH_VARIABLES & environment.keys():
-        entries = environment[variable].split(":")
-        ours = (str(VENV), str(INSTALL), str(ROOT / "build"))
-        kept = [e for e in entries if not (e.startswith(ours) and variable == "PATH")]
-        if ros == "system":
-            kept = [e for e in entries if not e.startswith(ours)]
-        environment[variable] = ":".join(kept)
+        environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
     environment["VIRTUAL_ENV"] = str(VENV)
     environment["PATH"] = f"{VENV / 'bin'}:{environment['PATH']}"
     return environment
 
 
 def build_workspace(ros: str) -> None:
-    """Builds all packages with colcon and records what sourcing the result changes."""
+    """Builds all packages with colcon and records what entering the result changes."""
     WORKSPACE_STAMP.unlink(missing_ok=True)
     environment = base_environment(ros)
-    command = [VENV / "bin" / "colcon", "--log-base", ROOT / "log", "build", "--symlink-install"]
+    command: list[str | Path] = [
+        VENV / "bin" / "colcon",
+        "--log-base",
+        ROOT / "log",
+        "build",
+        "--symlink-install",
+    ]
     command += ["--base-paths", ROOT / "src", ROOT / "sitl"]
     command += ["--build-base", ROOT / "build", "--install-base", INSTALL]
-    command += ["--event-handlers", "console_direct+", "--cmake-args", "-DBUILD_TESTING=OFF"]
-    command += ["--no-warn-unused-cli"]
-    run("Building the workspace", command, environment)
+    command += ["--event-handlers", "console_direct+"]
+    run("workspace", "Building the workspace", command, environment)
     record_environment(ros, environment)
 
 
 def record_environment(ros: str, base: dict[str, str]) -> None:
-    """Writes the change that colcon's setup.bash makes, so that entering it costs no time."""
+    """Writes the changes that colcon's own script makes, which takes a second every time."""
     script = f". {shlex.quote(str(INSTALL / 'local_setup.bash'))} && env -0"
-    output = subprocess.run(
-        ["bash", "-c", script], env=base, capture_output=True, text=True, check=True
-    ).stdout
-    after = dict(line.split("=", 1) for line in output.split("\0") if "=" in line)
+    output = subprocess.run(["bash", "-c", script], env=base, stdout=subprocess.PIPE, check=True)
+    variables = os.fsdecode(output.stdout).split("\0")
+    after = dict(variable.split("=", 1) for variable in variables if "=" in variable)
+    # `ros2 run` finds the executables here; this makes them commands.
     after["PATH"] = f"{INSTALL / 'drone_navigation/lib/drone_navigation'}:{after['PATH']}"
-    reference = clean_environment() if ros == "wheels" else without_ours(dict(os.environ))
-    lines = [
-        "# Written by scripts/setup_environment.py; read by setup.bash. Don't edit.",
-        f"_mavbridge_kind={ros}",
-    ]
-    if ros == "wheels":
-        lines += [f"unset {' '.join(ROS_VARIABLES)}", "export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1"]
-    for variable in sorted(PATH_VARIABLES & after.keys()):
-        known = set(reference.get(variable, "").split(":"))
-        new = [entry for entry in after[variable].split(":") if entry and entry not in known]
+    lines = [f"# for {ros}", "# Written by scripts/setup_environment.py, read by setup.bash."]
+    before = outside(ros)
+    if ros == "system":
+        # So that a shell which hasn't sourced this ROS gets it, too.
+        before = without_folders(before, before["AMENT_PREFIX_PATH"].split(":"))
+        lines.append(f"export ROS_DISTRO={after['ROS_DISTRO']} ROS_VERSION=2 ROS_PYTHON_VERSION=3")
+    else:
+        lines.append(f"unset {' '.join(FOREIGN)}")
+        lines.append("export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1")
+    for variable in sorted(after.keys() & PATH_LISTS):
+        known = {"", *before.get(variable, "").split(":")}
+        new = [entry for entry in after[variable].split(":") if entry not in known]
         if new:
             lines.append(f"_mavbridge_prepend {variable} {shlex.quote(':'.join(new))}")
     lines.append(f"export VIRTUAL_ENV={shlex.quote(str(VENV))}")
     ENVIRONMENT_FILE.write_text("\n".join(lines) + "\n")
 
 
-def without_ours(environment: dict[str, str]) -> dict[str, str]:
-    """An environment without what a former `source setup.bash` of this folder added."""
-    for variable in PATH_VARIABLES & environment.keys():
-        entries = environment[variable].split(":")
-        environment[variable] = ":".join(e for e in entries if not e.startswith(str(ROOT)))
-    return environment
-
-
-def run(what: str, command: list[str | Path], environment: dict[str, str]) -> None:
+def run(name: str, what: str, command: Sequence[str | Path], environment: dict[str, str]) -> None:
     """Runs a step, showing what it does; its output goes to a log.
 
     Args:
+        name: the step, for the name of its log.
         what: the step, as shown to people.
         command: the program and its arguments.
         environment: the whole environment of the program.
@@ -322,10 +351,10 @@ def run(what: str, command: list[str | Path], environment: dict[str, str]) -> No
         SetupError: the program failed; the end of its output was shown.
     """
     LOGS.mkdir(parents=True, exist_ok=True)
-    log = LOGS / f"{re.sub(r'[^a-z]+', '-', what.lower()).strip('-')}.log"
+    log = LOGS / f"{name}.log"
+    live = sys.stdout.isatty()
     started = time.monotonic()
-    terminal = sys.stdout.isatty()
-    print(f"  {what} ...", end="" if terminal else "\n", flush=True)
+    print(f"  {what} ...", end="" if live else "\n", flush=True)
     with log.open("w") as output:
         process = subprocess.Popen(
             list(map(str, command)),
@@ -336,24 +365,23 @@ def run(what: str, command: list[str | Path], environment: dict[str, str]) -> No
             stderr=subprocess.STDOUT,
         )
         try:
-            while True:
-                try:
-                    code = process.wait(timeout=1)
-                    break
-                except subprocess.TimeoutExpired:
-                    if terminal:
-                        seconds = time.monotonic() - started
-                        print(f"\r  {what} ... {seconds:.0f} s", end="", flush=True)
-        except BaseException:
+            while process.poll() is None:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(timeout=1)
+                if live:
+                    seconds = time.monotonic() - started
+                    print(f"\r  {what} ... {seconds:.0f} s", end="", flush=True)
+        finally:
             process.terminate()
             process.wait()
-            raise
-    if terminal:
-        print(f"\r  {what} ... {time.monotonic() - started:.0f} s")
-    if code:
-        tail = "\n".join(log.read_text(errors="replace").splitlines()[-25:])
-        print(tail, file=sys.stderr)
-        raise SetupError(f"'{what}' ended with code {code}; the whole output is in {log}")
+            if live:
+                print(flush=True)
+    if process.returncode:
+        tail = log.read_text(errors="replace").splitlines()[-25:]
+        print("\n".join(tail), file=sys.stderr)
+        raise SetupError(
+            f"'{what}' ended with code {process.returncode}; the whole output is in {log}"
+        )
 
 
 if __name__ == "__main__":
