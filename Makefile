@@ -21,8 +21,8 @@ demo: setup ## Fly to (10, 5, 2) in the simulator; leaves out/demo/
 	@$(ENTER) python -m drone_navigation.demo
 
 test: setup ## Run the whole test suite
-	@$(ENTER) lint-imports --cache-dir .import_linter_cache
-	@$(ENTER) python -m pytest -n 2 --dist worksteal tests
+	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
+	@$(ENTER) python -m pytest -n 2 --dist loadgroup tests
 
 bench: setup ## Measure; prints a table and writes out/bench.json
 	@$(ENTER) python tests/bench/run.py
@@ -31,7 +31,7 @@ lint: setup ## Check style, types and import rules
 	@$(ENTER) ruff check .
 	@$(ENTER) ruff format --check .
 	@$(ENTER) mypy
-	@$(ENTER) lint-imports --cache-dir .import_linter_cache
+	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 
 # `uv pip compile` keeps the versions that are in the lock already; UPGRADE=--upgrade renews.
 LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header \
