@@ -313,7 +313,7 @@ def build_workspace(ros: str) -> None:
 
 
 def record_environment(ros: str, base: dict[str, str]) -> None:
-    """Writes the changes that colcon's own script makes, which takes a second every time."""
+    """Writes the changes that colcon's own script makes, which `set -u` would stop."""
     script = f". {shlex.quote(str(INSTALL / 'local_setup.bash'))} && env -0"
     output = subprocess.run(["bash", "-c", script], env=base, stdout=subprocess.PIPE, check=True)
     variables = os.fsdecode(output.stdout).split("\0")
