@@ -14,6 +14,8 @@ from dataclasses import dataclass
 Vector3 = tuple[float, float, float]
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
+# Points closer than this are the same: far under what any estimator resolves.
+_SAME_M = 1e-6
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,20 @@ def distance(a: Vector3, b: Vector3) -> float:
 def across(a: Vector3, direction: Vector3) -> Vector3:
     """Return the part of ``a`` that is perpendicular to the unit vector ``direction``."""
     return subtract(a, scale(direction, dot(a, direction)))
+
+
+def direction(origin: Vector3, target: Vector3) -> Vector3 | None:
+    """Return the unit vector between two points; None if they are the same."""
+    offset = subtract(target, origin)
+    length = norm(offset)
+    return None if length < _SAME_M else scale(offset, 1.0 / length)
+
+
+def unit_between(origin: Vector3, target: Vector3) -> Vector3 | None:
+    """Return the unit vector between two points; None if they are the same."""
+    offset = subtract(target, origin)
+    length = norm(offset)
+    return None if length < _SAME_M else scale(offset, 1.0 / length)
 
 
 def is_finite(a: Vector3) -> bool:

@@ -9,6 +9,11 @@ from dataclasses import dataclass
 from navigation_core.geometry import Vector3, horizontal_norm
 
 
+# Least time in which a goal's speed, and its acceleration, are reached (see with_speed).
+_SPEED_UP_TIME_S = 1.5
+_JERK_TIME_S = 0.4
+
+
 class LimitsError(ValueError):
     """A kinematic limit is not a positive, finite number."""
 
@@ -69,13 +74,18 @@ class Limits:
         """Return limits with another horizontal speed; None and 0 change nothing.
 
         The climb and descent rates come down to the same speed if they are above it: who
-        asks for a slow flight does not expect a fast climb.
+        asks for a slow flight does not expect a fast climb. So do acceleration and jerk: a
+        vehicle overshoots a change of velocity by a share of the acceleration, which would
+        be most of a slow speed.
         """
         if not speed_m_s:
             return self
+        acceleration_m_s2 = min(self.acceleration_horizontal_m_s2, speed_m_s / _SPEED_UP_TIME_S)
         return dataclasses.replace(
             self,
             speed_horizontal_m_s=speed_m_s,
+            acceleration_horizontal_m_s2=acceleration_m_s2,
+            jerk_m_s3=min(self.jerk_m_s3, acceleration_m_s2 / _JERK_TIME_S),
             speed_up_m_s=min(self.speed_up_m_s, speed_m_s),
             speed_down_m_s=min(self.speed_down_m_s, speed_m_s),
         )

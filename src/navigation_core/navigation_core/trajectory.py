@@ -22,84 +22,33 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-import ruckig
-
 from navigation_core.geometry import (
     ZERO,
     KinematicState,
     Vector3,
     across,
-    add,
     distance,
-    dot,
     horizontal_norm,
     norm,
-    scale,
-    subtract,
+    unit_between,
 )
-from navigation_core.limits import AxisLimits, Limits, LimitsError
+from navigation_core.limits import Limits, LimitsError
+from navigation_core.motions import (
+    TINY_M_S,
+    TINY_M_S2,
+    Piece,
+    TrajectoryError,
+    change_velocity,
+    plan_straight,
+    relaxed_velocity,
+)
+from navigation_core.turns import total_duration_s, turn_and_straight
 
 __all__ = ["Limits", "LimitsError", "Trajectory", "TrajectoryError", "plan_stop", "plan_to"]
 
-_UP: Vector3 = (0.0, 0.0, 1.0)
-_EAST: Vector3 = (1.0, 0.0, 0.0)
-# Below these, numbers count as zero: far under what a vehicle or its estimator resolves,
-# far above what double precision leaves of a 10 km position.
-_TINY_M = 1e-6
-_TINY_M_S = 1e-6
-_TINY_M_S2 = 1e-6
 # A start may be this much faster than the limit before it is braked first.
 _OVERSPEED = 1e-4
-# A turn may be flown as one chord in space if the start hardly climbs or sinks. Otherwise
-# the climb rate changes by itself, as fast as it may: a descent must not be drawn out by
-# a long turn, because there is ground below.
-_LEVEL_M_S = 0.1
-# Shares of the greatest speed at which a turn may end.
-_TURN_FRACTIONS = (1.0, 0.85, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1, 0.05, 0.0)
-_TURN_REFINEMENTS = 5
-_TURN_ITERATIONS = 20
 _LENGTH_SAMPLES = 64
-
-
-class TrajectoryError(RuntimeError):
-    """No trajectory could be calculated from the given state; the vehicle should hold."""
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """One Ruckig profile along fixed axes of the map frame.
-
-    Attributes:
-        origin_enu_m: where the profile's zero lies.
-        axes_enu: unit vectors, one for each degree of freedom.
-        profile: what Ruckig calculated.
-        duration_s: its duration.
-    """
-
-    origin_enu_m: Vector3
-    axes_enu: tuple[Vector3, ...]
-    profile: ruckig.Trajectory
-    duration_s: float
-
-    def sample(self, t_s: float) -> KinematicState:
-        positions, velocities, accelerations = self.profile.at_time(t_s)
-        return KinematicState(
-            add(self.origin_enu_m, self._combine(positions)),
-            self._combine(velocities),
-            self._combine(accelerations),
-        )
-
-    @property
-    def end(self) -> KinematicState:
-        return self.sample(self.duration_s)
-
-    def _combine(self, values: list[float]) -> Vector3:
-        x = y = z = 0.0
-        for value, axis in zip(values, self.axes_enu, strict=True):
-            x += value * axis[0]
-            y += value * axis[1]
-            z += value * axis[2]
-        return (x, y, z)
 
 
 @dataclass(frozen=True)
@@ -117,7 +66,7 @@ class Trajectory:
     end_position_enu_m: Vector3
     duration_s: float
     limits: Limits
-    _pieces: tuple[_Piece, ...]
+    _pieces: tuple[Piece, ...]
 
     def sample(self, t_s: float) -> KinematicState:
         """Return the state at a time; before the beginning and after the end it is clamped.
@@ -172,16 +121,17 @@ def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Traje
         TrajectoryError: the input is not finite, or Ruckig finds no solution.
     """
     _check_finite(start, goal_enu_m)
-    pieces: list[_Piece] = []
+    pieces: list[Piece] = []
     state = start
-    if _is_too_fast(state, limits):
-        target = limits.clip_velocity(state.velocity_enu_m_s)
-        pieces.append(_change_velocity(state, target, limits))
+    unavoidable = relaxed_velocity(state, limits)
+    if _is_too_fast(unavoidable, limits):
+        target = limits.clip_velocity(unavoidable)
+        pieces.append(change_velocity(state, target, limits))
         state = pieces[-1].end
-    if _moves_along(state, _direction(state.position_enu_m, goal_enu_m)):
-        pieces.append(_straight(state, goal_enu_m, limits))
+    if _moves_along(state, unit_between(state.position_enu_m, goal_enu_m)):
+        pieces.append(plan_straight(state, goal_enu_m, limits))
     else:
-        pieces.extend(_turn_and_straight(state, goal_enu_m, limits))
+        pieces.extend(turn_and_straight(state, goal_enu_m, limits))
     return _assemble(start, goal_enu_m, limits, pieces)
 
 
@@ -192,14 +142,14 @@ def plan_stop(start: KinematicState, limits: Limits) -> Trajectory:
         TrajectoryError: the input is not finite, or Ruckig finds no solution.
     """
     _check_finite(start, start.position_enu_m)
-    piece = _change_velocity(start, ZERO, limits)
+    piece = change_velocity(start, ZERO, limits)
     return _assemble(start, piece.end.position_enu_m, limits, [piece])
 
 
 def _assemble(
-    start: KinematicState, end_enu_m: Vector3, limits: Limits, pieces: list[_Piece]
+    start: KinematicState, end_enu_m: Vector3, limits: Limits, pieces: list[Piece]
 ) -> Trajectory:
-    duration_s = sum(piece.duration_s for piece in pieces)
+    duration_s = total_duration_s(pieces)
     error_m = distance(pieces[-1].end.position_enu_m, end_enu_m)
     if not (math.isfinite(duration_s) and error_m < 1e-3):
         raise TrajectoryError(
@@ -216,8 +166,7 @@ def _check_finite(start: KinematicState, goal_enu_m: Vector3) -> None:
         )
 
 
-def _is_too_fast(state: KinematicState, limits: Limits) -> bool:
-    velocity = state.velocity_enu_m_s
+def _is_too_fast(velocity: Vector3, limits: Limits) -> bool:
     margin = 1.0 + _OVERSPEED
     return (
         horizontal_norm(velocity) > limits.speed_horizontal_m_s * margin
@@ -226,131 +175,9 @@ def _is_too_fast(state: KinematicState, limits: Limits) -> bool:
     )
 
 
-def _direction(origin_enu_m: Vector3, target_enu_m: Vector3) -> Vector3 | None:
-    """Return the unit vector between two points; None if they are the same."""
-    offset = subtract(target_enu_m, origin_enu_m)
-    length = norm(offset)
-    return None if length < _TINY_M else scale(offset, 1.0 / length)
-
-
 def _moves_along(state: KinematicState, direction: Vector3 | None) -> bool:
     """Whether a state rests or moves on the line through it along ``direction``."""
     velocity, acceleration = state.velocity_enu_m_s, state.acceleration_enu_m_s2
     if direction is not None:
         velocity, acceleration = across(velocity, direction), across(acceleration, direction)
-    return norm(velocity) < _TINY_M_S and norm(acceleration) < _TINY_M_S2
-
-
-def _straight(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> _Piece:
-    """Plan along the line to the goal, from a state that moves along it."""
-    axis = _direction(state.position_enu_m, goal_enu_m) or _EAST
-    axis_limits = limits.along(axis)
-    request = ruckig.InputParameter(1)
-    request.target_position = [distance(state.position_enu_m, goal_enu_m)]
-    request.max_velocity = [axis_limits.speed_forward_m_s]
-    request.min_velocity = [-axis_limits.speed_backward_m_s]
-    return _solve(request, state, (axis,), (axis_limits,))
-
-
-def _change_velocity(state: KinematicState, target_m_s: Vector3, limits: Limits) -> _Piece:
-    """Plan from a state to a velocity without acceleration, wherever that ends."""
-    axes = _turn_axes(state, subtract(target_m_s, state.velocity_enu_m_s))
-    request = ruckig.InputParameter(len(axes))
-    request.control_interface = ruckig.ControlInterface.Velocity
-    request.synchronization = ruckig.Synchronization.No
-    request.target_velocity = [dot(target_m_s, axis) for axis in axes]
-    return _solve(request, state, axes, tuple(limits.along(axis) for axis in axes))
-
-
-def _turn_axes(state: KinematicState, change_m_s: Vector3) -> tuple[Vector3, ...]:
-    """Choose axes for a change of velocity: the chord in velocity space comes first."""
-    chord = _direction(ZERO, change_m_s)
-    if (
-        chord is not None
-        and abs(state.velocity_enu_m_s[2]) <= _LEVEL_M_S
-        and norm(across(state.acceleration_enu_m_s2, chord)) < _TINY_M_S2
-    ):
-        # What does not change is carried on by a second axis.
-        side = _direction(ZERO, across(state.velocity_enu_m_s, chord))
-        return (chord,) if side is None else (chord, side)
-    level = _direction(ZERO, (change_m_s[0], change_m_s[1], 0.0)) or _EAST
-    return (level, (-level[1], level[0], 0.0), _UP)
-
-
-def _solve(
-    request: ruckig.InputParameter,
-    state: KinematicState,
-    axes: tuple[Vector3, ...],
-    axis_limits: tuple[AxisLimits, ...],
-) -> _Piece:
-    """Fill in start and limits and let Ruckig calculate.
-
-    Raises:
-        TrajectoryError: Ruckig finds no solution.
-    """
-    request.current_position = [0.0] * len(axes)
-    request.current_velocity = [dot(state.velocity_enu_m_s, axis) for axis in axes]
-    request.current_acceleration = [dot(state.acceleration_enu_m_s2, axis) for axis in axes]
-    request.max_acceleration = [limit.acceleration_m_s2 for limit in axis_limits]
-    request.max_jerk = [limit.jerk_m_s3 for limit in axis_limits]
-    profile = ruckig.Trajectory(len(axes))
-    try:
-        result = ruckig.Ruckig(len(axes)).calculate(request, profile)
-    except ruckig.RuckigError as error:
-        raise TrajectoryError(f"Ruckig refuses {request}: {error}") from error
-    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
-        raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")
-    return _Piece(state.position_enu_m, axes, profile, profile.duration)
-
-
-def _turn_and_straight(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[_Piece]:
-    """Plan a turn onto a line to the goal and the flight along it, as fast as it goes."""
-    found: list[tuple[float, float, list[_Piece]]] = []
-
-    def attempt(fraction: float) -> bool:
-        pieces = _turn_at(state, goal_enu_m, limits, fraction)
-        if pieces is not None:
-            found.append((sum(piece.duration_s for piece in pieces), fraction, pieces))
-        return pieces is not None
-
-    for fraction in _TURN_FRACTIONS:
-        attempt(fraction)
-    _, low, _ = min(found, key=lambda item: item[0])
-    index = _TURN_FRACTIONS.index(low)
-    high = _TURN_FRACTIONS[index - 1] if index else low
-    for _ in range(_TURN_REFINEMENTS if index else 0):
-        middle = 0.5 * (low + high)
-        if attempt(middle):
-            low = middle
-        else:
-            high = middle
-    return min(found, key=lambda item: item[0])[2]
-
-
-def _turn_at(
-    state: KinematicState, goal_enu_m: Vector3, limits: Limits, fraction: float
-) -> list[_Piece] | None:
-    """Plan a turn that ends at a share of the greatest speed.
-
-    Where the turn ends decides where the line to the goal points, and that decides the
-    turn: solved by fixed-point iteration.
-
-    Returns:
-        Turn and line; None if the speed is too high to come to rest at the goal without
-        going past it, or the iteration does not settle.
-    """
-    direction = _direction(state.position_enu_m, goal_enu_m) or _EAST
-    for _ in range(_TURN_ITERATIONS):
-        speed = fraction * limits.along(direction).speed_forward_m_s
-        turn = _change_velocity(state, scale(direction, speed), limits)
-        end = turn.end
-        line = _direction(end.position_enu_m, goal_enu_m)
-        if line is None and speed > _TINY_M_S:
-            return None
-        if line is None or distance(line, direction) * speed < _TINY_M_S:
-            straight = _straight(end, goal_enu_m, limits)
-            length_m = distance(end.position_enu_m, goal_enu_m)
-            passes = straight.profile.position_extrema[0].max > length_m + _TINY_M
-            return None if passes else [turn, straight]
-        direction = line
-    return None
+    return norm(velocity) < TINY_M_S and norm(acceleration) < TINY_M_S2

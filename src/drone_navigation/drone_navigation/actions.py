@@ -1,0 +1,192 @@
+"""The action server: a front end that hands goals to the driver thread.
+
+How rclpy 7.1 behaves decides the shape of this file. Each accepted goal's execute
+callback is parked on an event in an executor thread and costs nothing while it waits;
+the driver thread publishes feedback and, by setting the event, lets the callback put the
+goal into its terminal state. Feedback and end come from one thread in one order, so no
+feedback follows the end.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from action_msgs.srv import CancelGoal
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import Driver
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import GoalEvent, ServerGoalHandle
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+
+from custom_interfaces.action import Navigate
+from drone_navigation import convert
+from drone_navigation.bridge import Bridge
+from drone_navigation.goal import GoalFeedback, GoalFinished
+from drone_navigation.lifecycle import GoalState
+from drone_navigation.names import ACTION_NAME
+
+if TYPE_CHECKING:
+    from navigation_core.safety import Rejection
+
+# rcl keeps the results of ended goals this long for clients that ask late (rcl's own
+# default of 900 s grows memory: ros2/rclpy issue 1300).
+RESULT_TIMEOUT_S = 60
+_CALL_TIMEOUT_S = 2.0
+_CANCEL_STATE_TIMEOUT_S = 2.0
+
+
+@dataclass
+class _Session:
+    """One accepted goal: its rclpy handle and, later, how it ended."""
+
+    handle: ServerGoalHandle
+    done: threading.Event = field(default_factory=threading.Event)
+    finished: GoalFinished | None = None
+
+
+class _CompleteCancelActionServer(ActionServer):  # type: ignore[misc]
+    """An action server whose "cancel all" cancels all.
+
+    rclpy 7.1 removes refused goals from the list that it is iterating, so that the goal
+    after a refused one is skipped, still told to its client as being cancelled.
+    """
+
+    async def _execute_cancel_request(self, request_header_and_message: tuple[Any, Any]) -> None:
+        header, request = request_header_and_message
+        with self._lock:
+            response = self._handle.process_cancel_request(
+                request, self._action_type.Impl.CancelGoalService.Response
+            )
+        candidates = list(response.goals_canceling)
+        response.goals_canceling = [info for info in candidates if self._cancel(info)]
+        if candidates and not response.goals_canceling:
+            response.return_code = CancelGoal.Response.ERROR_REJECTED
+        try:
+            self._handle.send_cancel_response(header, response)
+        except rclpy_implementation.RCLError:
+            self._logger.warning("A client went away before its cancel was answered")
+
+    def _cancel(self, info: Any) -> bool:
+        handle = self._goal_handles.get(bytes(info.goal_id.uuid))
+        if handle is None or self._cancel_callback(handle) != CancelResponse.ACCEPT:
+            return False
+        try:
+            handle._update_state(GoalEvent.CANCEL_GOAL)
+        except rclpy_implementation.RCLError:
+            return False  # it ended in the meantime
+        return True
+
+
+class NavigateServer:
+    """Serves ``navigate_to_waypoint`` from a bridge that runs on a driver thread."""
+
+    def __init__(self, node: Node, bridge: Bridge, driver: Driver, clock: Clock) -> None:
+        """Offer the action on ``node``."""
+        self._node = node
+        self._bridge = bridge
+        self._driver = driver
+        self._clock = clock
+        self._sessions: dict[str, _Session] = {}
+        self._lock = threading.Lock()
+        self._server = _CompleteCancelActionServer(
+            node,
+            Navigate,
+            ACTION_NAME,
+            execute_callback=self._execute,
+            goal_callback=self._on_goal,
+            handle_accepted_callback=self._on_accepted,
+            cancel_callback=self._on_cancel,
+            # Goal and cancel requests are taken in the order in which they came; the
+            # parked execute callbacks are tasks of the executor, outside this group.
+            callback_group=MutuallyExclusiveCallbackGroup(),
+            result_timeout=RESULT_TIMEOUT_S,
+        )
+
+    # --- executor threads --------------------------------------------------------------
+
+    def _on_goal(self, goal: Navigate.Goal) -> GoalResponse:
+        request = convert.request_from_goal(goal)
+        try:
+            rejection: Rejection | None = self._driver.call(
+                lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
+            )
+        except TimeoutError:
+            self._node.get_logger().error("Goal rejected: the driver thread does not answer")
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
+
+    def _on_accepted(self, handle: ServerGoalHandle) -> None:
+        goal_id = bytes(handle.goal_id.uuid).hex()
+        with self._lock:
+            self._sessions[goal_id] = _Session(handle)
+        request = convert.request_from_goal(handle.request)
+        # EXECUTING before the bridge can end the goal: an end needs that state.
+        handle.execute()
+        self._driver.post(lambda: self._bridge.start_goal(goal_id, request, self._clock.now()))
+
+    def _on_cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        goal_id = bytes(handle.goal_id.uuid).hex()
+        try:
+            accepted = self._driver.call(
+                lambda: self._bridge.cancel_goal(goal_id, self._clock.now()), _CALL_TIMEOUT_S
+            )
+        except TimeoutError:
+            accepted = False
+        return CancelResponse.ACCEPT if accepted else CancelResponse.REJECT
+
+    def _execute(self, handle: ServerGoalHandle) -> Navigate.Result:
+        goal_id = bytes(handle.goal_id.uuid).hex()
+        session = self._sessions[goal_id]
+        session.done.wait()
+        finished = session.finished
+        assert finished is not None
+        if finished.state is GoalState.SUCCEEDED:
+            handle.succeed()
+        elif finished.state is GoalState.CANCELED:
+            self._wait_until_canceling(handle)
+            handle.canceled()
+        else:
+            handle.abort()
+        with self._lock:
+            del self._sessions[goal_id]
+        return convert.result_message(finished, self._node.get_clock().now().to_msg())
+
+    @staticmethod
+    def _wait_until_canceling(handle: ServerGoalHandle) -> None:
+        """Wait for rclpy to note the cancel that the bridge has already carried out.
+
+        The bridge may end a goal before rclpy, in another thread, has put it into
+        CANCELING, the only state that leads to CANCELED.
+        """
+        deadline = time.monotonic() + _CANCEL_STATE_TIMEOUT_S
+        pause = threading.Event()
+        while not handle.is_cancel_requested and time.monotonic() < deadline:
+            pause.wait(0.001)
+
+    # --- driver thread -----------------------------------------------------------------
+
+    def publish_feedback(self, feedback: GoalFeedback) -> None:
+        """Publish to the goal's clients; nothing once the goal has ended."""
+        session = self._sessions.get(feedback.goal_id)
+        if session is None or session.finished is not None:
+            return
+        stamp = self._node.get_clock().now().to_msg()
+        session.handle.publish_feedback(convert.feedback_message(feedback, stamp))
+
+    def finish(self, finished: GoalFinished) -> None:
+        """Let the goal's execute callback return its result."""
+        session = self._sessions.get(finished.goal_id)
+        if session is None:
+            return
+        session.finished = finished
+        session.done.set()
+
+    @property
+    def idle(self) -> bool:
+        """Whether every accepted goal has been brought to its end."""
+        return not self._sessions

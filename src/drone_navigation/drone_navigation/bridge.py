@@ -1,0 +1,427 @@
+"""Goals in, MAVLink out, feedback back: the ROS-free composition of task and vehicle.
+
+The bridge owns at most one goal. Its task decides what should happen
+(:mod:`navigation_core.tasks`), the vehicle does it (:mod:`mavlink_vehicle.vehicle`), and
+the bridge watches over both: it ends the goal when the pilot takes over, when the link
+is lost, when the autopilot restarts or when a failsafe takes the vehicle away. It does no
+I/O and reads no clock; the driver thread calls it with ``now`` and collects
+:meth:`Bridge.messages_to_send` and :meth:`Bridge.next_output`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.events import (
+    HeartbeatLost,
+    HeartbeatRegained,
+    ModeChanged,
+    OperationFinished,
+    OperationResult,
+    StatusTextReceived,
+    VehicleDiscovered,
+    VehicleEvent,
+    VehicleRebooted,
+)
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.geometry import norm
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
+from navigation_core.tasks.base import (
+    Fly,
+    Observation,
+    OperationKind,
+    OperationReport,
+    OperationState,
+    Outcome,
+    Perform,
+    Progress,
+    Status,
+)
+from navigation_core.tasks.goto import Goto, GotoGoal
+
+from drone_navigation import notes
+from drone_navigation.admission import admit
+from drone_navigation.goal import ActiveGoal, LogLevel, Output
+from drone_navigation.lifecycle import GoalEvent
+from drone_navigation.map_frame import MapFrame
+from drone_navigation.observation import hold_setpoint_ned, observe, setpoint_ned
+from drone_navigation.reporting import Reporter
+from drone_navigation.requests import MapPose, NavigateRequest
+from drone_navigation.settings import BridgeConfig
+
+__all__ = ["Bridge", "BridgeConfig"]
+
+# MAV_STATE (common.xml): BOOT is what a restarted autopilot says first, CRITICAL what one in
+# a failsafe says.
+_MAV_STATE_BOOT = 1
+_MAV_STATE_CRITICAL = 5
+_MAV_SEVERITY_WARNING = 4
+
+
+class Bridge:
+    """Works one goal at a time with one vehicle."""
+
+    def __init__(self, vehicle: Vehicle, config: BridgeConfig) -> None:
+        """Compose; nothing happens before :meth:`start`."""
+        self._vehicle = vehicle
+        self._config = config
+        self._map_frame = MapFrame()
+        self._report = Reporter(vehicle, self._map_frame)
+        self._goal: ActiveGoal | None = None
+        self._close_when_sent = False
+
+    @property
+    def active_goal_id(self) -> str | None:
+        """UUID of the goal that is being worked on, as hexadecimal digits."""
+        return None if self._goal is None else self._goal.goal_id
+
+    @property
+    def pose(self) -> MapPose | None:
+        """The vehicle's pose in the map frame, or None."""
+        return self._map_frame.pose(self._vehicle.state)
+
+    # --- requests from clients -------------------------------------------------------
+
+    def check(self, request: NavigateRequest, now: float) -> Rejection | None:
+        """Say whether a goal would be accepted now; a refusal is also put out for people."""
+        result = self._admit(request, now)
+        if not isinstance(result, Rejection):
+            return None
+        self._report.rejected(result)
+        return result
+
+    def start_goal(self, goal_id: str, request: NavigateRequest, now: float) -> None:
+        """Begin an accepted goal; it replaces the active one.
+
+        The moment between :meth:`check` and this call is short but not nothing: what no
+        longer holds ends the goal at once, with the same code.
+        """
+        target = self._admit(request, now)
+        if isinstance(target, Rejection):
+            stillborn = self._new_goal(goal_id, request, GotoGoal(request.position_m), now)
+            self._report.ended(stillborn, Outcome(target.code, target.message, None), now)
+            return
+        previous = self._goal
+        goal = self._goal = self._new_goal(goal_id, request, target, now)
+        if previous is not None:
+            replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
+            self._report.ended(previous, replaced, now)
+        goal.apply(GoalEvent.EXECUTE)
+        self._report.accepted(goal, target, self._config.goto.limits.speed_horizontal_m_s)
+        if request.avoid_obstacles:
+            text = "No obstacle source is configured, so the flight was planned straight."
+            goal.notes.append(text)
+            self._report.log(LogLevel.WARN, f"Goal {goal.short_id} asks to avoid. {text}")
+        goal.task.start(self._observe(goal, now), now)
+
+    def cancel_goal(self, goal_id: str, now: float) -> bool:
+        """Ask a goal to stop; True if it is active and will end."""
+        goal = self._goal
+        if goal is None or goal.goal_id != goal_id:
+            return False
+        if goal.cancel_requested_s is None:
+            goal.apply(GoalEvent.CANCEL)
+            goal.cancel_requested_s = now
+            goal.task.cancel(now)
+            goal.next_step_s = min(goal.next_step_s, now)
+            self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
+        return True
+
+    def shut_down(self, now: float) -> None:
+        """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
+        goal = self._goal
+        if goal is None or goal.closing is not None:
+            return
+        goal.closing = Outcome(
+            OutcomeCode.SHUTTING_DOWN, "The navigation server was stopped.", None
+        )
+        goal.task.cancel(now)
+        goal.next_step_s = min(goal.next_step_s, now)
+
+    def fail(self, text: str, now: float) -> None:
+        """End the active goal because the server has a defect; the vehicle is left to hold."""
+        if self._goal is not None:
+            self._end(self._goal, Outcome(OutcomeCode.INTERNAL_ERROR, text, None), now)
+
+    # --- what the driver calls -------------------------------------------------------
+
+    def start(self, now: float) -> None:
+        """Begin to look for the vehicle."""
+        self._vehicle.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take one MAVLink message."""
+        before = self._vehicle.state
+        self._vehicle.receive(message, now)
+        state = self._vehicle.state
+        moved = state.global_position is not before.global_position
+        if moved or state.origin is not before.origin:
+            self._map_frame.update(state)
+            self._report.position()
+        self._handle_events(now)
+        goal = self._goal
+        # A position that comes a little early still counts, or 20 Hz of positions would
+        # make 6.7 Hz of feedback instead of 10.
+        early_s = 0.25 * self._config.feedback_period_s
+        if goal is not None and moved and now >= goal.feedback_due_s - early_s:
+            self._give_feedback(goal, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        self._vehicle.handle_timer(now)
+        self._handle_events(now)
+        goal = self._goal
+        if goal is not None and now >= goal.next_step_s:
+            goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
+            self._step(goal, now)
+        goal = self._goal
+        if goal is not None and now >= self._feedback_deadline(goal):
+            self._give_feedback(goal, now)
+
+    def next_deadline(self) -> float | None:
+        """Return when :meth:`handle_timer` wants to be called."""
+        deadline = self._vehicle.next_deadline()
+        goal = self._goal
+        if goal is None:
+            return deadline
+        own = min(goal.next_step_s, self._feedback_deadline(goal))
+        return own if deadline is None else min(own, deadline)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return the MAVLink messages that are to go out now."""
+        messages = self._vehicle.messages_to_send()
+        if self._close_when_sent:
+            self._close_when_sent = False
+            self._vehicle.close_stream()
+        return messages
+
+    def next_output(self) -> Output | None:
+        """Return the next thing to tell ROS, the log or the recording."""
+        return self._report.next_output()
+
+    # --- goals -------------------------------------------------------------------------
+
+    def _admit(self, request: NavigateRequest, now: float) -> GotoGoal | Rejection:
+        return admit(
+            request, self._vehicle, self._map_frame, self._config, self.active_goal_id, now
+        )
+
+    def _new_goal(
+        self, goal_id: str, request: NavigateRequest, target: GotoGoal, now: float
+    ) -> ActiveGoal:
+        """Make a goal that goes on from where the active one, if any, has got to."""
+        previous = self._goal
+        if previous is None:
+            task = Goto(target, self._config.goto)
+            return ActiveGoal(goal_id, request, target.position_enu_m, task, now, now, now)
+        task = Goto(
+            target,
+            self._config.goto,
+            predecessor=previous.task.commanded,
+            predecessor_yaw=previous.task.commanded_yaw_enu_rad,
+            predecessor_time_s=previous.setpoint_s,
+        )
+        goal = ActiveGoal(
+            goal_id, request, target.position_enu_m, task, now, previous.next_step_s, now
+        )
+        # An arming or a take-off under way is what the new goal needs, too.
+        goal.operation, goal.operation_id = previous.operation, previous.operation_id
+        return goal
+
+    def _step(self, goal: ActiveGoal, now: float) -> None:
+        if not self._vehicle.connected:
+            self._step_without_link(goal, now)
+            return
+        intent = goal.task.step(self._observe(goal, now), now)
+        if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
+            goal.operation = None  # the task has seen how it ended
+        if isinstance(intent, Outcome):
+            self._end(goal, intent, now)
+            return
+        if isinstance(intent, Perform):
+            self._perform(goal, intent, now)
+        elif isinstance(intent, Fly):
+            self._fly(goal, intent, now)
+        if self._goal is goal:
+            self._report.status(goal, self._progress(goal, now))
+
+    def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
+        if goal.operation is not None and goal.operation.kind is intent.kind:
+            return
+        vehicle = self._vehicle
+        vehicle.close_stream()
+        if intent.kind is OperationKind.TAKE_CONTROL:
+            mode = None if vehicle.profile is None else vehicle.profile.control_mode
+            goal.operation_id = vehicle.change_mode(mode or "", now)
+        elif intent.kind is OperationKind.ARM:
+            goal.operation_id = vehicle.arm(now)
+        elif intent.kind is OperationKind.DISARM:
+            goal.operation_id = vehicle.disarm(now)
+        else:
+            assert intent.height_m is not None
+            goal.operation_id = vehicle.take_off(intent.height_m, now)
+        goal.operation = OperationReport(intent.kind, OperationState.PENDING, "")
+
+    def _fly(self, goal: ActiveGoal, intent: Fly, now: float) -> None:
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+            goal.operation = goal.operation_id = None
+        try:
+            self._close_when_sent = False
+            if not self._vehicle.stream_open:
+                self._vehicle.open_stream(now)
+            self._vehicle.send_setpoint(setpoint_ned(intent.setpoint), now)
+            goal.setpoint_s = now
+        except SetpointError as error:
+            self._end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None), now)
+
+    def _step_without_link(self, goal: ActiveGoal, now: float) -> None:
+        """Wait for the vehicle, up to a limit; nothing is sent that moves it."""
+        heard_s = self._vehicle.state.last_heartbeat_s
+        silence_s = math.inf if heard_s is None else now - heard_s
+        asked_s = goal.cancel_requested_s
+        if asked_s is not None and now - asked_s >= self._config.goto.cancel_timeout_s:
+            text = (
+                f"The vehicle has been silent for {silence_s:.1f} s; whether it stopped is "
+                "not known."
+            )
+            self._abandon(OutcomeCode.CANCELED, text, now)
+        elif silence_s >= self._config.link_lost_abort_s:
+            text = (
+                f"No HEARTBEAT for {silence_s:.1f} s; the vehicle's own failsafe decides what "
+                "it does. The goal is not taken up again."
+            )
+            self._abandon(OutcomeCode.LINK_LOST, text, now)
+        else:
+            self._report.status(goal, self._progress(goal, now))
+
+    def _end(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """End the active goal, leaving a vehicle that still obeys us standing still."""
+        self._goal = None
+        vehicle = self._vehicle
+        if goal.operation is not None:
+            vehicle.cancel_operation(now)
+        commanded = goal.task.commanded
+        moving = commanded is not None and norm(commanded.velocity_enu_m_s) > 0.0
+        if moving and vehicle.stream_open:
+            # The last setpoint still carries a velocity, which an autopilot would follow
+            # for seconds (ArduCopter: GUID_TIMEOUT).
+            try:
+                vehicle.send_setpoint(hold_setpoint_ned(goal.task.commanded_yaw_enu_rad), now)
+            except SetpointError as error:
+                self._report.log(LogLevel.WARN, f"The vehicle could not be told to hold: {error}")
+        self._close_when_sent = True  # closing now would drop that setpoint
+        self._report.ended(goal, outcome, now)
+
+    def _abandon(self, code: OutcomeCode, text: str, now: float) -> None:
+        """End the active goal because the vehicle is no longer ours; send nothing at all."""
+        goal = self._goal
+        if goal is None:
+            return
+        self._goal = None
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+        self._vehicle.close_stream()
+        self._report.ended(goal, Outcome(code, text, None), now)
+
+    # --- events from the vehicle -------------------------------------------------------
+
+    def _handle_events(self, now: float) -> None:
+        events: list[VehicleEvent] = []
+        while (event := self._vehicle.next_event()) is not None:
+            events.append(event)
+        if len(events) > 1:
+            # A restart also shows as a mode change and a disarming; its own name comes first.
+            events.sort(key=lambda event: not isinstance(event, VehicleRebooted))
+        for event in events:
+            if isinstance(event, OperationFinished):
+                self._finish_operation(event, now)
+            elif isinstance(event, ModeChanged):
+                self._change_mode(event, now)
+            elif isinstance(event, VehicleRebooted):
+                self._report.log(LogLevel.WARN, "The autopilot restarted")
+                self._give_up_restarted(now)
+            else:
+                self._tell(event)
+
+    def _finish_operation(self, event: OperationFinished, now: float) -> None:
+        goal = self._goal
+        if goal is None or goal.operation is None or goal.operation_id != event.operation_id:
+            return
+        state = OperationState[event.result.name]
+        goal.operation = OperationReport(goal.operation.kind, state, event.reason)
+        goal.next_step_s = min(goal.next_step_s, now)
+        if event.result is not OperationResult.ACHIEVED:
+            self._report.log(LogLevel.WARN, event.reason)
+
+    def _change_mode(self, event: ModeChanged, now: float) -> None:
+        self._report.note(notes.text(f"mode {event.name}"))
+        self._report.log(LogLevel.INFO, f"Vehicle mode: {event.name}")
+        if event.requested:
+            return
+        state = self._vehicle.state
+        if state.system_status == _MAV_STATE_BOOT:
+            self._give_up_restarted(now)
+        elif state.system_status >= _MAV_STATE_CRITICAL:
+            said = "; ".join(text.text for text in state.status_texts[-2:])
+            self._abandon(
+                OutcomeCode.VEHICLE_FAILSAFE,
+                f"A failsafe of the vehicle changed the mode to {event.name}; control is left "
+                f"to it.{f' It said: {said}.' if said else ''}",
+                now,
+            )
+        else:
+            self._abandon(
+                OutcomeCode.PILOT_OVERRIDE,
+                f"The mode became {event.name}, which this server did not ask for; control is "
+                "left to the pilot until a new goal comes.",
+                now,
+            )
+
+    def _give_up_restarted(self, now: float) -> None:
+        text = "The autopilot restarted while the goal was active; look at the vehicle."
+        self._abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)
+
+    def _tell(self, event: VehicleEvent) -> None:
+        report = self._report
+        if isinstance(event, StatusTextReceived):
+            severe = event.severity <= _MAV_SEVERITY_WARNING
+            report.log(LogLevel.WARN if severe else LogLevel.INFO, f"Vehicle says: {event.text}")
+        elif isinstance(event, VehicleDiscovered):
+            report.log(LogLevel.INFO, f"Found vehicle {event.system_id}, {event.profile_name}")
+        elif isinstance(event, HeartbeatLost):
+            report.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
+        elif isinstance(event, HeartbeatRegained):
+            report.log(LogLevel.INFO, "HEARTBEAT is back")
+
+    # --- progress ------------------------------------------------------------------------
+
+    def _observe(self, goal: ActiveGoal, now: float) -> Observation:
+        return observe(self._vehicle, self._map_frame, goal.operation, now)
+
+    def _progress(self, goal: ActiveGoal, now: float) -> Progress:
+        progress = goal.task.progress(self._observe(goal, now), now)
+        if self._vehicle.connected:
+            return progress
+        return Progress(Status.LINK_LOST, progress.distance_remaining_m, progress.time_remaining_s)
+
+    def _feedback_deadline(self, goal: ActiveGoal) -> float:
+        # Positions trigger feedback; without one for half a period, a timer does.
+        return goal.feedback_due_s + 0.5 * self._config.feedback_period_s
+
+    def _give_feedback(self, goal: ActiveGoal, now: float) -> None:
+        goal.feedback_due_s = _next_on_grid(
+            goal.feedback_due_s, self._config.feedback_period_s, now
+        )
+        self._report.feedback(goal, self._progress(goal, now), now)
+
+
+def _next_on_grid(due_s: float, period_s: float, now: float) -> float:
+    """Return the first time after ``now`` on the grid of ``period_s`` through ``due_s``."""
+    following = due_s + period_s
+    if following > now:
+        return following
+    return due_s + (math.floor((now - due_s) / period_s) + 1) * period_s

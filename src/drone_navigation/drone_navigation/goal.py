@@ -1,0 +1,193 @@
+"""One accepted goal, and what the bridge says about goals. No ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeAlias
+
+from mavlink_vehicle.codec import Message
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
+from navigation_core.tasks.base import (
+    OperationReport,
+    Outcome,
+    Status,
+    Task,
+)
+
+from drone_navigation.lifecycle import (
+    TERMINAL_STATES,
+    GoalEvent,
+    GoalState,
+    next_state,
+    terminal_event,
+)
+from drone_navigation.requests import MapPose, NavigateRequest
+
+
+class LogLevel(Enum):
+    """Severity of a log line, as rclpy names it."""
+
+    INFO = "info"
+    WARN = "warn"
+    ERROR = "error"
+
+
+@dataclass(frozen=True)
+class GoalFeedback:
+    """Progress of a goal.
+
+    Attributes:
+        goal_id: UUID of the goal as hexadecimal digits.
+        pose: vehicle's pose in the map frame; None before there is one.
+        distance_remaining_m: distance along the flight that is left.
+        time_remaining_s: estimated time to the end of the goal; always finite.
+        battery_remaining: fraction from 0 to 1; None when the vehicle does not say.
+        status: what is happening.
+    """
+
+    goal_id: str
+    pose: MapPose | None
+    distance_remaining_m: float
+    time_remaining_s: float
+    battery_remaining: float | None
+    status: Status
+
+
+@dataclass(frozen=True)
+class GoalFinished:
+    """The one end of a goal.
+
+    Attributes:
+        goal_id: UUID of the goal as hexadecimal digits.
+        state: terminal state of the action goal.
+        code: stable reason.
+        message: "CODE: sentence".
+        pose: last known pose in the map frame, or None.
+        elapsed_s: time since the goal was accepted.
+        final_error_m: measured distance to the target; None when it could not be measured.
+    """
+
+    goal_id: str
+    state: GoalState
+    code: OutcomeCode
+    message: str
+    pose: MapPose | None
+    elapsed_s: float
+    final_error_m: float | None
+
+
+@dataclass(frozen=True)
+class GoalRejected:
+    """A goal was refused before acceptance."""
+
+    rejection: Rejection
+
+    @property
+    def text(self) -> str:
+        """Return the reason as "CODE: sentence"."""
+        return f"{self.rejection.code.value}: {self.rejection.message}"
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """Something that people should read in the server's log."""
+
+    level: LogLevel
+    text: str
+
+
+@dataclass(frozen=True)
+class Annotation:
+    """A message that belongs into the recording only: what ROS saw, beside what flew."""
+
+    message: Message
+
+
+Output: TypeAlias = GoalFeedback | GoalFinished | GoalRejected | LogLine | Annotation
+
+
+@dataclass
+class ActiveGoal:
+    """A goal that has been accepted and has not ended, with its task and its clocks.
+
+    Attributes:
+        goal_id: UUID as hexadecimal digits.
+        request: as it was sent.
+        target_enu_m: the target in the map frame.
+        task: what works towards it.
+        accepted_s: time of acceptance.
+        next_step_s: time of the next step of the task.
+        feedback_due_s: time from which the next position makes a feedback.
+        state: state of its life cycle.
+        status: last status; it says what to tell while the link is lost.
+        cancel_requested_s: time of the first cancel, or None.
+        closing: the outcome that a commanded stop ends in instead of CANCELED.
+        operation: what the task asked of the vehicle last.
+        operation_id: the vehicle's number for it.
+        setpoint_s: when the last setpoint was sent, or None.
+        notes: sentences that are added to the final message.
+    """
+
+    goal_id: str
+    request: NavigateRequest
+    target_enu_m: Vector3
+    task: Task
+    accepted_s: float
+    next_step_s: float
+    feedback_due_s: float
+    state: GoalState = GoalState.ACCEPTED
+    status: Status = Status.PREPARING
+    cancel_requested_s: float | None = None
+    closing: Outcome | None = None
+    operation: OperationReport | None = None
+    operation_id: int | None = None
+    setpoint_s: float | None = None
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def short_id(self) -> str:
+        """The first eight digits of the goal's UUID, for messages."""
+        return self.goal_id[:8]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the goal has ended."""
+        return self.state in TERMINAL_STATES
+
+    def apply(self, event: GoalEvent) -> None:
+        """Move along the life cycle.
+
+        Raises:
+            LifecycleError: the event cannot happen in this state.
+        """
+        self.state = next_state(self.state, event)
+
+    def finish(self, outcome: Outcome, pose: MapPose | None, now: float) -> GoalFinished:
+        """End the goal and return what to tell the client.
+
+        Raises:
+            LifecycleError: the goal has ended already.
+        """
+        code = outcome.code
+        # Only a client's cancel may end CANCELED; another stop ends as what it was for.
+        if code is OutcomeCode.CANCELED and self.closing is not None:
+            outcome = self.closing
+            code = outcome.code
+        self.apply(terminal_event(code))
+        error_m = outcome.final_error_m
+        if error_m is None and pose is not None:
+            error_m = math.dist(pose.position_enu_m, self.target_enu_m)
+        notes = "".join(f" {note}" for note in self.notes)
+        return GoalFinished(
+            goal_id=self.goal_id,
+            state=self.state,
+            code=code,
+            message=f"{code.value}: {outcome.message}{notes}",
+            pose=pose,
+            elapsed_s=now - self.accepted_s,
+            final_error_m=error_m,
+        )

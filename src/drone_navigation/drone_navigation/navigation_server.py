@@ -1,0 +1,266 @@
+"""The navigation server: ``ros2 run drone_navigation navigation_server``."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import threading
+import traceback
+from types import FrameType
+
+import rclpy
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.errors import LinkError
+from mavlink_vehicle.io.clock import MonotonicClock
+from mavlink_vehicle.io.driver import Driver
+from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.vehicle import Vehicle
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from drone_navigation import notes
+from drone_navigation.actions import NavigateServer
+from drone_navigation.bridge import Bridge
+from drone_navigation.configuration import PARAMETERS, ConfigurationError, ServerConfig
+from drone_navigation.goal import (
+    Annotation,
+    GoalFeedback,
+    GoalFinished,
+    GoalRejected,
+    LogLevel,
+    LogLine,
+)
+from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.parameters import declare_parameters
+from drone_navigation.topics import Topics
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+# One thread for each goal that is parked on its event, and some for goal, cancel and
+# result requests. A replaced goal leaves its thread within milliseconds.
+_EXECUTOR_THREADS = 8
+_STOP_TIMEOUT_S = 3.0
+_RESULT_GRACE_S = 0.3
+
+
+class ServerApplication:
+    """What the driver runs: the bridge, and the way of its outputs to ROS and recorder."""
+
+    def __init__(self, bridge: Bridge, recorder: TlogWriter | None, clock: MonotonicClock) -> None:
+        """Compose; :meth:`attach` must follow before the driver starts."""
+        self._bridge = bridge
+        self._recorder = recorder
+        self._clock = clock
+        self._notes = Codec(source_system=1, source_component=notes.COMPONENT_ID)
+        self._server: NavigateServer | None = None
+        self._topics: Topics | None = None
+        self._node: Node | None = None
+
+    def attach(self, node: Node, server: NavigateServer, topics: Topics) -> None:
+        """Say where outputs go."""
+        self._node, self._server, self._topics = node, server, topics
+
+    def start(self, now: float) -> None:
+        """Start the bridge."""
+        self._bridge.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Hand a message over and publish what follows from it at once."""
+        self._bridge.receive(message, now)
+        self._publish()
+
+    def handle_timer(self, now: float) -> None:
+        """Let the bridge do what is due."""
+        self._bridge.handle_timer(now)
+        self._publish()
+
+    def next_deadline(self) -> float | None:
+        """Return when the bridge wants to be called."""
+        return self._bridge.next_deadline()
+
+    def messages_to_send(self) -> list[Message]:
+        """Return what is to be sent, after publishing what a request brought about."""
+        self._publish()
+        return self._bridge.messages_to_send()
+
+    def _publish(self) -> None:
+        while (output := self._bridge.next_output()) is not None:
+            if isinstance(output, GoalFeedback):
+                self._publish_feedback(output)
+            elif isinstance(output, GoalFinished) and self._server is not None:
+                self._server.finish(output)
+            elif isinstance(output, GoalRejected) and self._topics is not None:
+                self._topics.publish_rejection(output.text)
+            elif isinstance(output, LogLine) and self._node is not None:
+                _log(self._node, output)
+            elif isinstance(output, Annotation) and self._recorder is not None:
+                self._recorder.write(self._notes.encode(output.message))
+
+    def _publish_feedback(self, feedback: GoalFeedback) -> None:
+        if self._server is not None:
+            self._server.publish_feedback(feedback)
+
+
+def _log(node: Node, line: LogLine) -> None:
+    # rclpy keys its "once" and "throttle" filters by call site, so that one severity for
+    # each place is required.
+    logger = node.get_logger()
+    if line.level is LogLevel.ERROR:
+        logger.error(line.text)
+    elif line.level is LogLevel.WARN:
+        logger.warning(line.text)
+    else:
+        logger.info(line.text)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the command line of ``navigation_server``."""
+    width = max(len(spec.name) for spec in PARAMETERS)
+    listing = "\n".join(
+        f"  {spec.name:<{width}}  [{spec.default!r}] {spec.description}" for spec in PARAMETERS
+    )
+    parser = argparse.ArgumentParser(
+        prog="navigation_server",
+        description="ROS 2 action server that flies navigate_to_waypoint goals on a MAVLink "
+        "autopilot. Without --link and --config it takes the simulator's set-up: it listens "
+        "on udpin://127.0.0.1:14550 and may arm the vehicle.",
+        epilog="parameters (in a --config file, or as --ros-args -p NAME:=VALUE):\n" + listing,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--config", metavar="FILE", help="ROS parameter file (YAML)")
+    parser.add_argument("--link", metavar="URL", help="parameter link_url")
+    parser.add_argument("--arming", choices=("auto", "never"), help="parameter arming")
+    parser.add_argument("--tlog", metavar="FILE", help="parameter record_tlog")
+    return parser
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the server until it is told to stop; return the exit code."""
+    argv = list(sys.argv if args is None else ["navigation_server", *args])
+    options = make_parser().parse_args(remove_ros_args(argv)[1:])
+    if options.config is not None:
+        argv = [*argv, "--ros-args", "--params-file", options.config]
+    try:
+        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:
+        print(f"navigation_server: {_first_line(error)}", file=sys.stderr)
+        return EXIT_USAGE
+    try:
+        return _run(options)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _run(options: argparse.Namespace) -> int:
+    overrides = [
+        Parameter(name, value=value)
+        for name, value in (
+            ("link_url", options.link),
+            ("arming", options.arming),
+            ("record_tlog", options.tlog),
+        )
+        if value is not None
+    ]
+    node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
+    try:
+        config = declare_parameters(node)
+        link = open_link(config.link_url)
+        recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
+    except (ConfigurationError, LinkError, OSError) as error:
+        node.get_logger().fatal(str(error))
+        node.destroy_node()
+        return EXIT_USAGE
+    clock = MonotonicClock()
+    bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+    application = ServerApplication(bridge, recorder, clock)
+    failed = threading.Event()
+    stop = threading.Event()
+
+    def on_error(error: BaseException) -> None:
+        text = "".join(traceback.format_exception(type(error), error, error.__traceback__))
+        node.get_logger().error(f"Internal error; the vehicle is left to hold: {text}")
+
+    codec = Codec(
+        source_system=config.vehicle.source_system or 1,
+        source_component=config.vehicle.source_component,
+    )
+    driver = Driver(application, link, codec, clock, recorder, on_error)
+    server = NavigateServer(node, bridge, driver, clock)
+    application.attach(node, server, Topics(node))
+    executor = MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS)
+    executor.add_node(node)
+    spinner = threading.Thread(
+        target=_spin, args=(executor, node, stop), name="executor", daemon=True
+    )
+
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_signal)
+    _say_ready(node, config)
+    driver.start()
+    spinner.start()
+    stop.wait()
+    _stop_goals(bridge, driver, server, clock, config)
+    executor.shutdown(timeout_sec=1.0)
+    driver.stop(_STOP_TIMEOUT_S)
+    link.close()
+    if recorder is not None:
+        recorder.close()
+    node.destroy_node()
+    return EXIT_FAILED if failed.is_set() else EXIT_OK
+
+
+def _stop_goals(
+    bridge: Bridge,
+    driver: Driver,
+    server: NavigateServer,
+    clock: MonotonicClock,
+    config: ServerConfig,
+) -> None:
+    """End the active goal, bringing the vehicle to a stop first; bounded in time."""
+    driver.post(lambda: bridge.shut_down(clock.now()))
+    pause = threading.Event()
+    deadline = clock.now() + config.bridge.goto.cancel_timeout_s + 1.0
+    waited = False
+    while not server.idle and clock.now() < deadline:
+        waited = True
+        pause.wait(0.05)
+    if waited:
+        pause.wait(_RESULT_GRACE_S)  # for the result to reach the client
+
+
+def _spin(executor: MultiThreadedExecutor, node: Node, stop: threading.Event) -> None:
+    """Spin until told to stop, surviving what rclpy itself lets escape.
+
+    A KeyError can escape from an expiring goal (ros2/rclpy issues 1236, 1667); a server
+    that flies a vehicle must not end because of it.
+    """
+    while not stop.is_set():
+        try:
+            executor.spin()
+            return
+        except ExternalShutdownException:
+            stop.set()
+        except Exception as error:
+            node.get_logger().error(f"A ROS callback failed and was skipped: {error!r}")
+
+
+def _say_ready(node: Node, config: ServerConfig) -> None:
+    arming = "may arm and take off" if config.bridge.goto.may_arm else "never arms"
+    node.get_logger().info(f"Navigation server ready on {config.link_url}; it {arming}")
+
+
+def _first_line(error: BaseException) -> str:
+    return str(error).strip().splitlines()[0] if str(error).strip() else repr(error)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,71 @@
+"""What a task is told about the vehicle, made from its MAVLink state. No ROS."""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.vehicle import SetpointNed, Vehicle
+from navigation_core.tasks.base import Observation, OperationReport, Setpoint
+
+from drone_navigation.map_frame import MapFrame
+from mavlink_vehicle import frames
+
+_AIRBORNE: dict[LandedState, bool | None] = {
+    LandedState.UNDEFINED: None,
+    LandedState.ON_GROUND: False,
+    LandedState.TAKEOFF: True,
+    LandedState.IN_AIR: True,
+    LandedState.LANDING: True,
+}
+
+
+def observe(
+    vehicle: Vehicle, map_frame: MapFrame, operation: OperationReport | None, now: float
+) -> Observation:
+    """Build the observation of this moment."""
+    state = vehicle.state
+    pose = map_frame.pose(state)
+    velocity = None
+    age_s = math.inf
+    if state.global_position is not None and pose is not None:
+        velocity = frames.ned_to_enu(state.global_position.velocity_ned_m_s)
+        age_s = now - state.global_position.time_s
+    return Observation(
+        time_s=now,
+        position_enu_m=None if pose is None else pose.position_enu_m,
+        velocity_enu_m_s=velocity,
+        yaw_enu_rad=None if pose is None else pose.yaw_enu_rad,
+        armed=state.armed,
+        in_control=vehicle.in_control_mode,
+        airborne=_AIRBORNE[state.landed_state],
+        ground_enu_m=map_frame.ground_enu_m(state),
+        position_age_s=age_s,
+        connected=vehicle.connected,
+        operation=operation,
+    )
+
+
+def setpoint_ned(setpoint: Setpoint) -> SetpointNed:
+    """Convert a setpoint of the map frame into the autopilot's local frame.
+
+    The map origin is the autopilot's local origin, so only the axes turn.
+    """
+    return SetpointNed(
+        position_ned_m=frames.enu_to_ned(setpoint.position_enu_m),
+        velocity_ned_m_s=frames.enu_to_ned(setpoint.velocity_enu_m_s),
+        acceleration_ned_m_s2=frames.enu_to_ned(setpoint.acceleration_enu_m_s2),
+        yaw_ned_rad=frames.yaw_enu_to_ned(setpoint.yaw_enu_rad),
+        yaw_rate_rad_s=None,
+    )
+
+
+def hold_setpoint_ned(yaw_enu_rad: float | None) -> SetpointNed:
+    """Return the setpoint that stops a vehicle wherever it is: zero velocity."""
+    return SetpointNed(
+        position_ned_m=None,
+        velocity_ned_m_s=(0.0, 0.0, 0.0),
+        acceleration_ned_m_s2=None,
+        yaw_ned_rad=None if yaw_enu_rad is None else frames.yaw_enu_to_ned(yaw_enu_rad),
+        yaw_rate_rad_s=None,
+    )

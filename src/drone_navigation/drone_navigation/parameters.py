@@ -1,0 +1,92 @@
+"""The server's parameters as ROS parameters: declared with descriptors, unknown ones refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    ParameterType,
+)
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+
+from drone_navigation.configuration import (
+    PARAMETERS,
+    SPECS,
+    ConfigurationError,
+    ParameterSpec,
+    ParameterValue,
+    ServerConfig,
+    make_config,
+)
+
+_IMPLICIT = {"use_sim_time", "start_type_description_service"}
+
+
+def declare_parameters(node: Node) -> ServerConfig:
+    """Declare every parameter of :data:`PARAMETERS` and return the settings they make.
+
+    Raises:
+        ConfigurationError: an override names no parameter, or a value cannot be used.
+    """
+    # rclpy has no public way to list the overrides that nobody declared.
+    overrides = set(node._parameter_overrides)
+    for name in sorted(overrides):
+        if name not in SPECS and name not in _IMPLICIT and not name.startswith("qos_overrides"):
+            raise ConfigurationError(
+                f"There is no parameter '{name}'; `navigation_server --help` lists them."
+            )
+    values: dict[str, ParameterValue] = {}
+    for spec in PARAMETERS:
+        if spec.name == "arming" and not overrides & {"arming", "link_url"}:
+            # Nobody named a link or a policy: this is the simulator's set-up, the only one
+            # in which the server arms without having been told to.
+            spec = replace(spec, default="auto")  # noqa: PLW2901
+        values[spec.name] = _declare(node, spec)
+    return make_config(values)
+
+
+def _declare(node: Node, spec: ParameterSpec) -> ParameterValue:
+    override = node._parameter_overrides.get(spec.name)
+    descriptor = _descriptor(spec)
+    if isinstance(spec.default, float) and override is not None and type(override.value) is int:
+        # `speed:=3` on a command line is an integer for ROS; a person means 3.0.
+        node._parameter_overrides.pop(spec.name)
+        return _declared(node, spec, float(override.value), descriptor)
+    return _declared(node, spec, spec.default, descriptor)
+
+
+def _declared(
+    node: Node, spec: ParameterSpec, default: ParameterValue, descriptor: ParameterDescriptor
+) -> ParameterValue:
+    try:
+        value: ParameterValue = node.declare_parameter(spec.name, default, descriptor).value
+    except (InvalidParameterValueException, InvalidParameterTypeException) as error:
+        raise ConfigurationError(
+            f"Parameter {spec.name} cannot be used: {error}. {spec.description}"
+        ) from error
+    return value
+
+
+def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(name=spec.name, description=spec.description, read_only=True)
+    if spec.choices is not None:
+        descriptor.additional_constraints = f"one of: {', '.join(spec.choices)}"
+    if isinstance(spec.default, float):
+        descriptor.type = ParameterType.PARAMETER_DOUBLE
+        if spec.minimum is not None and spec.maximum is not None:
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=spec.minimum, to_value=spec.maximum, step=0.0)
+            ]
+    elif isinstance(spec.default, int):
+        descriptor.type = ParameterType.PARAMETER_INTEGER
+        if spec.minimum is not None and spec.maximum is not None:
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(spec.minimum), to_value=int(spec.maximum), step=1)
+            ]
+    else:
+        descriptor.type = ParameterType.PARAMETER_STRING
+    return descriptor

@@ -1,0 +1,196 @@
+"""Start, watch and surely stop the processes of a flight; free ports and ROS domains."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+_LOOPBACK = "127.0.0.1"
+_DOMAIN_MAX = 101
+# Where the first participant of a domain receives discovery traffic (DDSI-RTPS 2.3,
+# 9.6.1.1: port base 7400, domain gain 250, offset d1 10).
+_PORT_BASE, _DOMAIN_GAIN, _OFFSET = 7400, 250, 10
+
+
+class ProcessError(RuntimeError):
+    """A process did not do what it had to; the sentence ends with what it printed last."""
+
+
+def free_udp_port() -> int:
+    """Return a UDP port of the loopback interface that was free a moment ago."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind((_LOOPBACK, 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def free_domain(start: int) -> int:
+    """Return a ROS domain that nobody on this machine uses, trying from ``start`` on.
+
+    Raises:
+        ProcessError: all domains are taken.
+    """
+    for offset in range(_DOMAIN_MAX):
+        domain = 1 + (start + offset) % _DOMAIN_MAX
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", _PORT_BASE + _DOMAIN_GAIN * domain + _OFFSET))
+            except OSError:
+                continue
+            return domain
+    raise ProcessError("No ROS domain from 1 to 101 is free; stop what is running.")
+
+
+def ros_environment(domain: int) -> dict[str, str]:
+    """Return this process's environment, kept to this machine and to one ROS domain."""
+    environment = dict(os.environ)
+    environment["ROS_DOMAIN_ID"] = str(domain)
+    environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    environment.pop("ROS_STATIC_PEERS", None)
+    environment["PYTHONUNBUFFERED"] = "1"
+    return environment
+
+
+class Process:
+    """A child process whose output is kept and which :meth:`stop` always ends."""
+
+    def __init__(
+        self,
+        name: str,
+        arguments: Sequence[str],
+        environment: Mapping[str, str] | None = None,
+        log: Path | None = None,
+    ) -> None:
+        """Start ``python -m MODULE ...`` or any other command line.
+
+        Args:
+            name: what to call it in messages.
+            arguments: the command line; "python" stands for this interpreter.
+            environment: of the child; None for this process's own.
+            log: file that gets everything it prints, or None.
+        """
+        self.name = name
+        self.lines: list[str] = []
+        self._changed = threading.Condition()
+        self._log = None if log is None else log.open("w", encoding="utf-8")
+        command = [sys.executable if word == "python" else word for word in arguments]
+        self._child = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            env=None if environment is None else dict(environment),
+        )
+        self._reader = threading.Thread(target=self._read, name=f"{name}-output", daemon=True)
+        self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._child.pid
+
+    @property
+    def returncode(self) -> int | None:
+        """Exit code, or None while it runs."""
+        return self._child.poll()
+
+    @property
+    def text(self) -> str:
+        """Everything it has printed."""
+        with self._changed:
+            return "\n".join(self.lines)
+
+    def wait_for(self, fragment: str, timeout_s: float, *, after: int = 0) -> str:
+        """Wait for a line that contains ``fragment``, from line number ``after`` on.
+
+        Returns:
+            The line.
+
+        Raises:
+            ProcessError: it ended, or the time is over.
+        """
+        deadline = time.monotonic() + timeout_s
+        with self._changed:
+            while True:
+                for line in self.lines[after:]:
+                    if fragment in line:
+                        return line
+                left_s = deadline - time.monotonic()
+                ended = self._child.poll() is not None and not self._reader.is_alive()
+                if ended or left_s <= 0.0:
+                    break
+                self._changed.wait(min(left_s, 0.1))
+        why = f"ended with {self.returncode}" if ended else f"did not in {timeout_s:g} s"
+        raise ProcessError(
+            f"{self.name} should have printed '{fragment}' but {why}. It printed:\n"
+            + "\n".join(self.lines[-20:])
+        )
+
+    def wait(self, timeout_s: float) -> int:
+        """Wait for the end and return the exit code.
+
+        Raises:
+            ProcessError: it is still running after ``timeout_s``.
+        """
+        try:
+            code = self._child.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            raise ProcessError(
+                f"{self.name} was still running after {timeout_s:g} s. It printed:\n"
+                + "\n".join(self.lines[-20:])
+            ) from None
+        self._reader.join(5.0)
+        return code
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal if it still runs."""
+        if self._child.poll() is None:
+            self._child.send_signal(number)
+
+    def stop(self, timeout_s: float = 5.0) -> int:
+        """End it: SIGINT, then after ``timeout_s`` SIGKILL; return the exit code."""
+        self.signal(signal.SIGINT)
+        try:
+            self._child.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait(10.0)
+        self._reader.join(5.0)
+        if self._child.stdout is not None:
+            self._child.stdout.close()
+        if self._log is not None:
+            self._log.close()
+            self._log = None
+        return self._child.returncode
+
+    def _read(self) -> None:
+        assert self._child.stdout is not None
+        for line in self._child.stdout:
+            with self._changed:
+                self.lines.append(line.rstrip("\n"))
+                if self._log is not None:
+                    self._log.write(line)
+                    self._log.flush()
+                self._changed.notify_all()
+        with self._changed:
+            self._changed.notify_all()
+
+
+@contextmanager
+def running(*arguments: Process) -> Iterator[None]:
+    """Stop the given processes on the way out, the last one first."""
+    try:
+        yield
+    finally:
+        for process in reversed(arguments):
+            process.stop()

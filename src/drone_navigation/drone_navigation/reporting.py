@@ -1,0 +1,110 @@
+"""What the bridge tells: feedback, ends, rejections, log lines and notes. No ROS."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
+from navigation_core.tasks.base import Outcome, Progress
+from navigation_core.tasks.goto import GotoGoal
+
+from drone_navigation import notes
+from drone_navigation.goal import (
+    ActiveGoal,
+    Annotation,
+    GoalFeedback,
+    GoalRejected,
+    LogLevel,
+    LogLine,
+    Output,
+)
+from drone_navigation.map_frame import MapFrame
+
+
+class Reporter:
+    """Collects outputs until the driver thread fetches them."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame) -> None:
+        """Report about ``vehicle`` in ``map_frame``."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._outputs: deque[Output] = deque()
+        self._position_known = False
+
+    def next_output(self) -> Output | None:
+        """Return the next thing to tell, or None."""
+        return self._outputs.popleft() if self._outputs else None
+
+    def log(self, level: LogLevel, text: str) -> None:
+        """Tell people."""
+        self._outputs.append(LogLine(level, text))
+
+    def note(self, message: Message) -> None:
+        """Write into the recording."""
+        self._outputs.append(Annotation(message))
+
+    def rejected(self, rejection: Rejection) -> None:
+        """Tell that a goal was refused."""
+        output = GoalRejected(rejection)
+        self._outputs.append(output)
+        self.log(LogLevel.WARN, f"Goal rejected: {output.text}")
+
+    def accepted(self, goal: ActiveGoal, target: GotoGoal, speed_default_m_s: float) -> None:
+        """Tell that a goal begins."""
+        x, y, z = target.position_enu_m
+        speed = target.max_speed_m_s or speed_default_m_s
+        self.log(
+            LogLevel.INFO,
+            f"Goal {goal.short_id} accepted: map ({x:.2f}, {y:.2f}, {z:.2f}) m at up to "
+            f"{speed:g} m/s",
+        )
+        self.note(notes.goal_accepted(goal.short_id, target.position_enu_m))
+
+    def status(self, goal: ActiveGoal, progress: Progress) -> None:
+        """Tell when a goal's status is another one than before."""
+        if progress.status is goal.status:
+            return
+        goal.status = progress.status
+        text = f"{goal.short_id} {progress.status.value}"
+        self.log(LogLevel.INFO, f"Goal {text}")
+        self.note(notes.text(f"goal {text}"))
+
+    def feedback(self, goal: ActiveGoal, progress: Progress, now: float) -> None:
+        """Tell how far a goal is."""
+        state = self._vehicle.state
+        self._outputs.append(
+            GoalFeedback(
+                goal_id=goal.goal_id,
+                pose=self._map_frame.pose(state),
+                distance_remaining_m=progress.distance_remaining_m,
+                time_remaining_s=progress.time_remaining_s,
+                battery_remaining=None if state.battery is None else state.battery.remaining,
+                status=progress.status,
+            )
+        )
+        for message in notes.progress(progress, now):
+            self.note(message)
+
+    def ended(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """Move a goal to its end and tell it."""
+        finished = goal.finish(outcome, self._map_frame.pose(self._vehicle.state), now)
+        self._outputs.append(finished)
+        self.note(notes.text(f"goal {goal.short_id} ended {finished.code.value}"))
+        self.log(
+            LogLevel.INFO if finished.code is OutcomeCode.SUCCESS else LogLevel.WARN,
+            f"Goal {goal.short_id} {finished.state.value}: {finished.message}",
+        )
+
+    def position(self) -> None:
+        """Tell when the position has become valid, or is no longer."""
+        valid = self._map_frame.pose(self._vehicle.state) is not None
+        if valid is self._position_known:
+            return
+        self._position_known = valid
+        if valid:
+            self.log(LogLevel.INFO, "Position valid: goals can be taken")
+        else:
+            self.log(LogLevel.WARN, "The vehicle's position is no longer valid")

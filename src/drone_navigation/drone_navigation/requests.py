@@ -1,0 +1,144 @@
+"""What a client asks for, checked and resolved into the map frame. No ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import FlightVolume, Rejection, check_target
+from navigation_core.tasks.goto import GotoGoal
+
+from mavlink_vehicle import frames
+
+FRAME_MAP = "map"
+FRAME_BASE_LINK = "base_link"
+
+# A quaternion whose norm is this near to 1 has suffered from rounding (float32, YAML
+# typed by hand); one further off was not meant as an orientation.
+_NORM_TOLERANCE = 0.1
+_ZERO_QUATERNION = 1e-6
+# A slower flight than this would be lost in the noise of any position estimate.
+SPEED_MIN_M_S = 0.05
+
+
+@dataclass(frozen=True)
+class NavigateRequest:
+    """A goal of ``custom_interfaces/action/Navigate`` as it was sent.
+
+    Attributes:
+        frame_id: "map", "" (which means map) or "base_link".
+        position_m: target in that frame, ENU or FLU metres.
+        orientation_xyzw: target orientation; all zero = face the direction of travel.
+        avoid_obstacles: whether the client asked for obstacle avoidance.
+        max_speed_m_s: highest ground speed; 0 = the configured default.
+    """
+
+    frame_id: str
+    position_m: Vector3
+    orientation_xyzw: tuple[float, float, float, float]
+    avoid_obstacles: bool
+    max_speed_m_s: float
+
+
+@dataclass(frozen=True)
+class MapPose:
+    """Where the vehicle is: ENU metres from the map origin, yaw ENU in radians."""
+
+    position_enu_m: Vector3
+    yaw_enu_rad: float
+    orientation_xyzw: tuple[float, float, float, float]
+
+
+def check_request(request: NavigateRequest) -> Rejection | None:
+    """Check all that can be judged without a vehicle: numbers, frame, speed, orientation."""
+    numbers = (*request.position_m, *request.orientation_xyzw, request.max_speed_m_s)
+    if not all(math.isfinite(number) for number in numbers):
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            "The goal contains a number that is NaN or infinite; every number must be finite.",
+        )
+    if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK):
+        return Rejection(
+            OutcomeCode.UNKNOWN_FRAME,
+            f"Frame '{request.frame_id}' is not known; use '{FRAME_MAP}' (ENU metres from the "
+            f"vehicle's local origin) or '{FRAME_BASE_LINK}' (FLU metres from the vehicle).",
+        )
+    if request.max_speed_m_s < 0.0:
+        return Rejection(
+            OutcomeCode.NEGATIVE_SPEED,
+            f"max_speed is {request.max_speed_m_s:g} m/s; it must be positive, or 0 for the "
+            "configured default.",
+        )
+    if 0.0 < request.max_speed_m_s < SPEED_MIN_M_S:
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            f"max_speed is {request.max_speed_m_s:g} m/s; the least speed that can be flown is "
+            f"{SPEED_MIN_M_S:g} m/s.",
+        )
+    norm = math.sqrt(math.fsum(part * part for part in request.orientation_xyzw))
+    if norm > _ZERO_QUATERNION and abs(norm - 1.0) > _NORM_TOLERANCE:
+        return Rejection(
+            OutcomeCode.INVALID_ORIENTATION,
+            f"The orientation's norm is {norm:.3f}; send a unit quaternion, or all zeros to face "
+            "the direction of travel.",
+        )
+    if norm > _ZERO_QUATERNION and _yaw_enu_rad(request.orientation_xyzw) is None:
+        return Rejection(
+            OutcomeCode.INVALID_ORIENTATION,
+            "The orientation points straight up or down, so that it has no yaw; send one that "
+            "turns about z, or all zeros to face the direction of travel.",
+        )
+    return None
+
+
+def resolve(
+    request: NavigateRequest,
+    pose: MapPose,
+    ground_enu_m: float,
+    volume: FlightVolume,
+    speed_max_m_s: float,
+) -> GotoGoal | Rejection:
+    """Turn a request that passed :func:`check_request` into a target in the map frame.
+
+    Args:
+        request: what the client sent.
+        pose: the vehicle's pose now; a base_link target is relative to its position and yaw
+            (the level body frame: roll and pitch of the moment do not tilt the target).
+        ground_enu_m: height of the ground in the map frame.
+        volume: where targets are accepted.
+        speed_max_m_s: highest ground speed the server is configured to fly.
+
+    Returns:
+        The goal, or why it is refused.
+    """
+    yaw = _yaw_enu_rad(request.orientation_xyzw)
+    position = request.position_m
+    if request.frame_id == FRAME_BASE_LINK:
+        offset = frames.body_flu_to_enu(request.position_m, pose.yaw_enu_rad)
+        position = (
+            pose.position_enu_m[0] + offset[0],
+            pose.position_enu_m[1] + offset[1],
+            pose.position_enu_m[2] + offset[2],
+        )
+        if yaw is not None:
+            yaw = frames.normalize_angle(pose.yaw_enu_rad + yaw)
+    speed = None
+    if request.max_speed_m_s > 0.0:
+        speed = min(request.max_speed_m_s, speed_max_m_s)
+    rejection = check_target(position, speed, ground_enu_m, volume)
+    if rejection is not None:
+        return rejection
+    return GotoGoal(position_enu_m=position, yaw_enu_rad=yaw, max_speed_m_s=speed)
+
+
+def _yaw_enu_rad(orientation_xyzw: tuple[float, float, float, float]) -> float | None:
+    """Return the yaw of a quaternion; None if it is all zero or has no heading."""
+    x, y, z, w = orientation_xyzw
+    # Direction of the body's x axis in the horizontal plane, unnormalised.
+    east = w * w + x * x - y * y - z * z
+    north = 2.0 * (x * y + w * z)
+    if math.hypot(east, north) < 1e-3:
+        return None
+    return math.atan2(north, east)

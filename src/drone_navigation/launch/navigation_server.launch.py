@@ -1,0 +1,32 @@
+"""Start the navigation server: ``ros2 launch drone_navigation navigation_server.launch.py``."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import LaunchConfigurationEquals, LaunchConfigurationNotEquals
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the server with a parameter file, or with the simulator's set-up without one."""
+    config = LaunchConfiguration("config")
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "config", default_value="", description="ROS parameter file of the server"
+            ),
+            Node(
+                package="drone_navigation",
+                executable="navigation_server",
+                output="screen",
+                condition=LaunchConfigurationEquals("config", ""),
+            ),
+            Node(
+                package="drone_navigation",
+                executable="navigation_server",
+                output="screen",
+                parameters=[config],
+                condition=LaunchConfigurationNotEquals("config", ""),
+            ),
+        ]
+    )

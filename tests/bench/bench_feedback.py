@@ -1,0 +1,131 @@
+"""From a GLOBAL_POSITION_INT datagram arriving to the feedback message leaving."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+
+HERE = Path(__file__).resolve().parent
+GOAL_MS = 5.0
+RATE_HZ = 50.0
+FLIGHT_S = 25.0
+
+
+def measures() -> list[dict[str, Any]]:
+    """Measure one vehicle at 50 Hz, and the bare loop beside it."""
+    ours_ms = _percentile_ms(_flown())
+    bare_ms = _percentile_ms(_bare())
+    return [
+        {
+            "name": "position datagram to feedback, 99th percentile",
+            "value": ours_ms,
+            "unit": "ms",
+            "reference": "recv + pymavlink + rclpy publish",
+            "reference_value": bare_ms,
+            "ratio": ours_ms / bare_ms,
+            "goal": f"< {GOAL_MS:g} ms",
+            "met": ours_ms < GOAL_MS,
+        }
+    ]
+
+
+def _percentile_ms(pair: tuple[dict[str, float], dict[str, float]]) -> float:
+    arrived_s, left_s = pair
+    delays_ms = [1e3 * (left_s[key] - arrived_s[key]) for key in left_s if key in arrived_s]
+    if len(delays_ms) < 200:
+        raise RuntimeError(f"Only {len(delays_ms)} positions were followed by feedback.")
+    return float(np.percentile(delays_ms, 99.0))
+
+
+class _Relay:
+    """The stamping relay as a child process."""
+
+    def __init__(self, server_port: int) -> None:
+        self._child = subprocess.Popen(
+            [sys.executable, str(HERE / "stamping_relay.py"), str(server_port)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self._child.stdout is not None
+        self.port = int(self._child.stdout.readline())
+
+    def finish(self) -> dict[str, float]:
+        output, _ = self._child.communicate("\n", timeout=10.0)
+        stamps: dict[str, float] = json.loads(output)
+        return stamps
+
+    def kill(self) -> None:
+        self._child.kill()
+        self._child.wait(5.0)
+
+
+def _simulator(port: int, environment: dict[str, str]) -> Process:
+    link = f"udpout://127.0.0.1:{port}"
+    return Process("mavlink_sitl", ["python", "-m", "mavlink_sitl", "--link", link], environment)
+
+
+def _flown() -> tuple[dict[str, float], dict[str, float]]:
+    port = free_udp_port()
+    relay = _Relay(port)
+    environment = ros_environment(free_domain(os.getpid()))
+    processes: list[Process] = []
+    with tempfile.TemporaryDirectory() as folder:
+        stamps = Path(folder) / "feedback.json"
+        environment["BENCH_FEEDBACK_FILE"] = str(stamps)
+        rates = ["-p", f"feedback_rate_hz:={RATE_HZ}", "-p", f"position_rate_hz:={RATE_HZ}"]
+        try:
+            server = Process(
+                "server",
+                ["python", str(HERE / "instrumented_server.py"), "--link",
+                 f"udpin://127.0.0.1:{port}", "--arming", "auto", "--ros-args", *rates],
+                environment,
+            )  # fmt: skip
+            processes.append(server)
+            processes.append(_simulator(relay.port, environment))
+            server.wait_for("Position valid", 30.0)
+            client = Process(
+                "client",
+                ["python", "-m", "drone_navigation.navigation_client", "--plain",
+                 "--goal", "100", "0", "5", "--cancel-after", str(FLIGHT_S)],
+                environment,
+            )  # fmt: skip
+            processes.append(client)
+            client.wait(FLIGHT_S + 60.0)
+            arrived_s = relay.finish()
+        finally:
+            relay.kill()
+            for process in reversed(processes):
+                process.stop(15.0)
+        return arrived_s, json.loads(stamps.read_text(encoding="utf-8"))
+
+
+def _bare() -> tuple[dict[str, float], dict[str, float]]:
+    port = free_udp_port()
+    relay = _Relay(port)
+    environment = ros_environment(free_domain(os.getpid() + 50))
+    processes: list[Process] = []
+    try:
+        bare = Process(
+            "bare", ["python", str(HERE / "bare_feedback.py"), str(port), str(FLIGHT_S)],
+            environment,
+        )  # fmt: skip
+        processes.append(bare)
+        bare.wait_for("ready", 30.0)
+        processes.append(_simulator(relay.port, environment))
+        bare.wait(FLIGHT_S + 30.0)
+        time.sleep(0.1)
+        return relay.finish(), json.loads(bare.lines[-1])
+    finally:
+        relay.kill()
+        for process in reversed(processes):
+            process.stop()

@@ -1,0 +1,102 @@
+"""The two executables as a person uses them."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+from drone_navigation.processes import Process, free_udp_port, ros_environment
+
+from tests.support.ros_flight import Flight, new_domain
+
+pytestmark = pytest.mark.xdist_group("ros_command_line")
+CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
+SERVER = ["python", "-m", "drone_navigation.navigation_server"]
+
+
+def client(flight: Flight, *arguments: str) -> Process:
+    return Process("navigation_client", [*CLIENT, *arguments], flight.environment)
+
+
+@pytest.mark.parametrize("command", [CLIENT, SERVER], ids=["client", "server"])
+def test_help_and_usage(command: list[str]) -> None:
+    environment = ros_environment(new_domain())
+    helped = Process("help", [*command, "--help"], environment)
+    assert helped.wait(30.0) == 0
+    assert "usage:" in helped.text
+    wrong = Process("wrong", [*command, "--no-such-option"], environment)
+    assert wrong.wait(30.0) == 2
+    assert "no-such-option" in wrong.text
+    assert "Traceback" not in wrong.text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--link", "carrier-pigeon://coop"], "carrier-pigeon"),
+        (["--ros-args", "-p", "no_such_parameter:=1"], "no_such_parameter"),
+        (["--ros-args", "-p", "setpoint_rate_hz:=0.1"], "setpoint_rate_hz"),
+        (["--ros-args", "-p", "on_new_goal:=maybe"], "on_new_goal"),
+        (["--config", "no/such/file.yaml"], "no/such/file.yaml"),
+    ],
+    ids=["link", "unknown", "range", "choice", "file"],
+)
+def test_a_bad_set_up_is_one_sentence_and_exit_code_2(arguments: list[str], sentence: str) -> None:
+    server = Process("server", [*SERVER, *arguments], ros_environment(new_domain()))
+    try:
+        assert server.wait(30.0) == 2
+    finally:
+        server.stop()
+    assert sentence in server.text
+    assert "Traceback" not in server.text
+
+
+def test_the_client_says_when_there_is_no_server() -> None:
+    lonely = Process("client", [*CLIENT, "--server-timeout", "1"], ros_environment(new_domain()))
+    assert lonely.wait(30.0) == 5
+    assert "start navigation_server" in lonely.text
+
+
+def test_the_client_shows_a_flight_and_exits_with_0(flight: Flight) -> None:
+    shown = client(flight, "--goal", "3", "2", "2", "--speed", "2")
+    assert shown.wait(60.0) == 0, shown.text
+    for words in ("Goal accepted", "TAKING_OFF", "NAVIGATING", "battery", "SUCCESS: "):
+        assert words in shown.text
+    assert "\x1b[" not in shown.text  # no colours where there is no terminal
+
+
+def test_a_rejected_goal_gives_the_reason_and_exit_code_3(flight: Flight) -> None:
+    shown = client(flight, "--goal", "3", "2", "-5")
+    assert shown.wait(30.0) == 3
+    assert "BELOW_GROUND: " in shown.text
+
+
+def test_ctrl_c_cancels_and_waits_for_the_stop(flight: Flight) -> None:
+    shown = client(flight, "--goal", "40", "0", "3", "--yaw", "90")
+    shown.wait_for("NAVIGATING", 40.0)
+    shown.signal(signal.SIGINT)
+    assert shown.wait(30.0) == 4, shown.text
+    assert "CANCELED: " in shown.text
+
+
+def test_cancel_after_is_a_cancel(flight: Flight) -> None:
+    shown = client(flight, "--goal", "40", "30", "3", "--cancel-after", "2")
+    assert shown.wait(60.0) == 4, shown.text
+
+
+def test_a_parameter_file_is_a_set_up(tmp_path: Path) -> None:
+    port = free_udp_port()
+    config = tmp_path / "mine.yaml"
+    config.write_text(
+        "navigation_server:\n  ros__parameters:\n"
+        f"    link_url: 'udpin://127.0.0.1:{port}'\n    speed_default_m_s: 2\n",
+        encoding="utf-8",
+    )
+    server = Process("server", [*SERVER, "--config", str(config)], ros_environment(new_domain()))
+    try:
+        line = server.wait_for("Navigation server ready", 30.0)
+        assert str(port) in line
+        assert "never arms" in line  # a link was named, so nobody may arm unless told
+    finally:
+        assert server.stop() == 0

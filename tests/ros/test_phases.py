@@ -1,0 +1,73 @@
+"""Cancel and replacement before the vehicle flies."""
+
+from __future__ import annotations
+
+import pytest
+from action_msgs.msg import GoalStatus
+
+from tests.support.ros_flight import Flight, navigate_goal
+
+pytestmark = pytest.mark.xdist_group("ros_phases")
+_ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
+
+
+def _armed(flight: Flight) -> bool:
+    return bool(flight.relay.from_vehicle("HEARTBEAT")[-1].base_mode & _ARMED)
+
+
+@pytest.mark.parametrize("phase", ["PREPARING", "ARMING"])
+def test_a_cancel_on_the_ground_leaves_a_disarmed_vehicle(flight: Flight, phase: str) -> None:
+    record = flight.send(navigate_goal(10.0, 0.0, 5.0))
+    if phase == "ARMING":
+        flight.wait_for_status(record, phase)
+    flight.cancel(record)
+    result = flight.wait_for_result(record)
+    assert record.status == GoalStatus.STATUS_CANCELED, result.message
+    flight.wait(lambda: not _armed(flight), 5.0, "disarming")
+
+
+def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
+    record = flight.send(navigate_goal(10.0, 0.0, 5.0))
+    flight.wait_for_status(record, "TAKING_OFF")
+    flight.wait(
+        lambda: flight.relay.from_vehicle("GLOBAL_POSITION_INT")[-1].relative_alt > 800,
+        20.0,
+        "lifting off",
+    )
+    flight.cancel(record)
+    result = flight.wait_for_result(record)
+    assert record.status == GoalStatus.STATUS_CANCELED, result.message
+    height_m = result.final_pose.pose.position.z
+    assert 0.5 < height_m < 2.6
+    flight.spin_for(2.0)
+    later_m = flight.relay.from_vehicle("GLOBAL_POSITION_INT")[-1].relative_alt / 1000.0
+    assert later_m == pytest.approx(height_m, abs=0.5)
+
+
+def test_no_setpoint_is_sent_during_a_take_off(flight: Flight) -> None:
+    # The vehicle of this module is in the air now; land it first, as a pilot would.
+    flight.relay.set_mode(9)  # LAND
+    flight.wait(lambda: not _armed(flight), 40.0, "landing and disarming")
+    before = len(flight.relay.from_server("SET_POSITION_TARGET_LOCAL_NED"))
+    record = flight.send(navigate_goal(4.0, 0.0, 2.0))
+    flight.wait_for_status(record, "TAKING_OFF")
+    flight.wait(
+        lambda: flight.relay.from_vehicle("GLOBAL_POSITION_INT")[-1].relative_alt > 1000,
+        20.0,
+        "climbing",
+    )
+    assert record.feedback[-1].current_status == "TAKING_OFF"
+    assert len(flight.relay.from_server("SET_POSITION_TARGET_LOCAL_NED")) == before
+    result = flight.wait_for_result(record)
+    assert result.success, result.message
+
+
+def test_a_cancel_while_settling_is_canceled_or_came_too_late(flight: Flight) -> None:
+    record = flight.send(navigate_goal(8.0, 0.0, 2.0))
+    flight.wait_for_status(record, "SETTLING")
+    answer = flight.cancel(record)
+    flight.wait_for_result(record)
+    if answer.goals_canceling:
+        assert record.status == GoalStatus.STATUS_CANCELED
+    else:
+        assert record.status == GoalStatus.STATUS_SUCCEEDED

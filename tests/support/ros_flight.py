@@ -1,0 +1,199 @@
+"""A simulator and a navigation server as processes, and an action client of the test's own."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import time
+import uuid
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from drone_navigation.topics import LATCHED_QOS
+from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.task import Future
+from std_msgs.msg import String
+
+from custom_interfaces.action import Navigate
+from tests.support.relay import Relay
+
+READY_TIMEOUT_S = 30.0
+FLIGHT_TIMEOUT_S = 60.0
+_counter = itertools.count()
+
+
+def new_domain() -> int:
+    """Return a ROS domain that no neighbour uses, another one at each call."""
+    return free_domain(7 * os.getpid() + 13 * next(_counter))
+
+
+class GoalRecord:
+    """One goal that a test sent: what came back, in the order in which it came."""
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self.accepted: bool | None = None
+        self.handle: Any = None
+        self.feedback: list[Navigate.Feedback] = []
+        self.result: Navigate.Result | None = None
+        self.status: int | None = None
+        self.feedback_after_end = 0
+
+    @property
+    def statuses(self) -> list[str]:
+        """The ``current_status`` values in the order of their first appearance."""
+        return list(dict.fromkeys(feedback.current_status for feedback in self.feedback))
+
+
+class Flight:
+    """Server and simulator in a domain of their own, with a relay between them."""
+
+    def __init__(self, folder: Path, *server_arguments: str, arming: str = "auto") -> None:
+        """Start both and wait until the server has a position."""
+        self.domain = new_domain()
+        self.environment = ros_environment(self.domain)
+        self.folder = folder
+        self.port = free_udp_port()
+        self.relay = Relay(self.port)
+        self._arguments = (*server_arguments, "--arming", arming)
+        self.server: Process | None = None
+        self.simulator: Process | None = None
+        self._context = rclpy.Context()
+        self._node: Any = None
+        try:
+            self.server = self.start_server()
+            self.simulator = self.start_simulator()
+            self.server.wait_for("Position valid", READY_TIMEOUT_S)
+            self._start_client()
+        except BaseException:
+            self.close()
+            raise
+
+    def start_server(self) -> Process:
+        """Start a navigation server."""
+        return Process(
+            "navigation_server",
+            [
+                "python", "-m", "drone_navigation.navigation_server",
+                "--link", f"udpin://127.0.0.1:{self.port}",
+                "--tlog", str(self.folder / f"flight-{uuid.uuid4().hex[:6]}.tlog"),
+                *self._arguments,
+            ],
+            self.environment,
+        )  # fmt: skip
+
+    def start_simulator(self) -> Process:
+        """Start a simulated copter that sends to the relay."""
+        link = f"udpout://127.0.0.1:{self.relay.vehicle_port}"
+        return Process(
+            "mavlink_sitl",
+            ["python", "-m", "mavlink_sitl", "--link", link, "--ready-after", "1"],
+            self.environment,
+        )
+
+    def _start_client(self) -> None:
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        rclpy.init(context=self._context, domain_id=self.domain)
+        self._node = rclpy.create_node("test_client", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self.client = ActionClient(self._node, Navigate, ACTION_NAME)
+        self.rejections: list[str] = []
+        self._node.create_subscription(
+            String,
+            f"{SERVER_NODE_NAME}/last_rejection",
+            lambda message: self.rejections.append(message.data),
+            LATCHED_QOS,
+        )
+        assert self.client.wait_for_server(timeout_sec=READY_TIMEOUT_S), "no action server"
+
+    def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
+        """Spin until ``condition`` holds; fail after ``timeout_s``."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline:
+                text = self.server.text[-3000:] if self.server is not None else ""
+                raise AssertionError(f"{what} did not happen in {timeout_s:g} s. Server:\n{text}")
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def spin_for(self, seconds: float) -> None:
+        """Let messages come in for a while."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def send(self, goal: Navigate.Goal) -> GoalRecord:
+        """Send a goal and wait until it is accepted or rejected."""
+        record = GoalRecord()
+
+        def on_feedback(message: Any) -> None:
+            record.feedback.append(message.feedback)
+            if record.result is not None:
+                record.feedback_after_end += 1
+
+        future = self.client.send_goal_async(goal, feedback_callback=on_feedback)
+        self.wait(future.done, 10.0, "an answer to the goal")
+        record.handle = future.result()
+        record.accepted = record.handle.accepted
+        if record.accepted:
+            record.handle.get_result_async().add_done_callback(
+                lambda done: self._on_result(record, done)
+            )
+        return record
+
+    @staticmethod
+    def _on_result(record: GoalRecord, done: Future) -> None:
+        record.status = done.result().status
+        record.result = done.result().result
+
+    def cancel(self, record: GoalRecord) -> Any:
+        """Ask for a cancel and return the service's answer."""
+        future = record.handle.cancel_goal_async()
+        self.wait(future.done, 10.0, "an answer to the cancel")
+        return future.result()
+
+    def wait_for_status(self, record: GoalRecord, status: str) -> None:
+        """Wait until a goal's feedback says ``status``."""
+        self.wait(
+            lambda: bool(record.feedback) and record.feedback[-1].current_status == status,
+            FLIGHT_TIMEOUT_S,
+            f"status {status}",
+        )
+
+    def wait_for_result(
+        self, record: GoalRecord, timeout_s: float = FLIGHT_TIMEOUT_S
+    ) -> Navigate.Result:
+        """Wait for the end of a goal, and a little longer for feedback that must not come."""
+        self.wait(lambda: record.result is not None, timeout_s, "the end of the goal")
+        self.spin_for(0.3)
+        assert record.feedback_after_end == 0
+        assert record.result is not None
+        return record.result
+
+    def close(self) -> None:
+        """Stop everything."""
+        if self._node is not None:
+            self.client.destroy()
+            self._node.destroy_node()
+            self._executor.shutdown()
+            rclpy.try_shutdown(context=self._context)
+        for process in (self.simulator, self.server):
+            if process is not None:
+                process.stop()
+        self.relay.close()
+
+
+def navigate_goal(x: float, y: float, z: float, speed: float = 0.0) -> Navigate.Goal:
+    """Return a goal in the map frame that looks east."""
+    goal = Navigate.Goal()
+    goal.target_pose.header.frame_id = "map"
+    position = goal.target_pose.pose.position
+    position.x, position.y, position.z = x, y, z
+    goal.target_pose.pose.orientation.w = 1.0
+    goal.max_speed = speed
+    return goal

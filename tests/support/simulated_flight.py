@@ -1,0 +1,157 @@
+"""Bridge and simulated copter on one simulated clock: a whole goal in milliseconds."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import TypeVar
+
+from drone_navigation.bridge import Bridge
+from drone_navigation.configuration import ParameterValue, make_config
+from drone_navigation.goal import GoalFeedback, GoalFinished, GoalRejected, LogLine
+from drone_navigation.requests import NavigateRequest
+from mavlink_sitl.simulation import Simulation, VehicleConfig
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.geometry import Vector3
+from navigation_core.safety import Rejection
+
+_TICK_S = 0.01
+_Output = TypeVar("_Output", GoalFeedback, GoalFinished, GoalRejected, LogLine)
+
+
+class SimulatedFlight:
+    """Runs both sides tick by tick; the link between them can be cut."""
+
+    def __init__(self, seed: int = 1, **parameters: ParameterValue) -> None:
+        """Start both, with parameters of the server; ``arming`` is auto unless given."""
+        self.config = make_config({"arming": "auto", **parameters})
+        self.simulation = Simulation(vehicles=[VehicleConfig(ready_after_s=1.0)], seed=seed)
+        self.vehicle = Vehicle(self.config.vehicle)
+        self.bridge = Bridge(self.vehicle, self.config.bridge)
+        self.now = 0.0
+        self.link_up = True
+        self.outputs: list[tuple[float, object]] = []
+        self.sent: list[tuple[float, Message]] = []
+        self._codec = Codec(1, 191)
+        self._ids = itertools.count(1)
+        self.bridge.start(self.now)
+
+    def tick(self) -> None:
+        """Go on by one hundredth of a second."""
+        self.now += _TICK_S
+        self.simulation.run_for(_TICK_S)
+        for data in self.simulation.link.read_datagrams():
+            if self.link_up:
+                for message in self._codec.decode(data):
+                    self.bridge.receive(message, self.now)
+        deadline = self.bridge.next_deadline()
+        if deadline is not None and deadline <= self.now:
+            self.bridge.handle_timer(self.now)
+        for message in self.bridge.messages_to_send():
+            self.sent.append((self.now, message))
+            data = self._codec.encode(message)
+            if self.link_up:
+                self.simulation.link.write(data)
+        self._collect()
+
+    def _collect(self) -> None:
+        while (output := self.bridge.next_output()) is not None:
+            self.outputs.append((self.now, output))
+
+    def run_for(self, seconds: float) -> None:
+        """Go on for a while."""
+        end_s = self.now + seconds
+        while self.now < end_s:
+            self.tick()
+
+    def run_until(self, condition: Callable[[], bool], timeout_s: float = 120.0) -> None:
+        """Go on until ``condition`` holds; fail after ``timeout_s`` of simulated time."""
+        end_s = self.now + timeout_s
+        while not condition():
+            assert self.now < end_s, f"not in {timeout_s:g} s; last: {self.outputs[-5:]}"
+            self.tick()
+
+    def ready(self) -> SimulatedFlight:
+        """Go on until goals can be taken."""
+        self.run_until(lambda: self.bridge.pose is not None, 60.0)
+        return self
+
+    def request(
+        self,
+        x: float,
+        y: float,
+        z: float,
+        speed: float = 0.0,
+        frame: str = "map",
+        orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
+    ) -> NavigateRequest:
+        """Return a request."""
+        return NavigateRequest(frame, (x, y, z), orientation, False, speed)
+
+    def send(self, x: float, y: float, z: float, speed: float = 0.0) -> str:
+        """Send a goal that must be accepted, and return its id."""
+        request = self.request(x, y, z, speed)
+        rejection = self.bridge.check(request, self.now)
+        assert rejection is None, rejection
+        goal_id = f"{next(self._ids):032x}"
+        self.bridge.start_goal(goal_id, request, self.now)
+        self._collect()
+        return goal_id
+
+    def check(self, request: NavigateRequest) -> Rejection | None:
+        """Ask whether a request would be accepted."""
+        return self.bridge.check(request, self.now)
+
+    def all(self, kind: type[_Output]) -> list[_Output]:
+        """Return all outputs of one kind."""
+        return [output for _, output in self.outputs if isinstance(output, kind)]
+
+    def ends(self, goal_id: str) -> list[GoalFinished]:
+        """Return how often and how a goal has ended."""
+        return [end for end in self.all(GoalFinished) if end.goal_id == goal_id]
+
+    def feedback(self, goal_id: str) -> list[GoalFeedback]:
+        """Return a goal's feedback."""
+        return [item for item in self.all(GoalFeedback) if item.goal_id == goal_id]
+
+    def status(self, goal_id: str) -> str:
+        """Return the last status that a goal's feedback told; empty before the first."""
+        feedback = self.feedback(goal_id)
+        return feedback[-1].status.value if feedback else ""
+
+    def run_to_status(self, goal_id: str, status: str) -> None:
+        """Go on until a goal's feedback tells ``status``."""
+        self.run_until(lambda: self.status(goal_id) == status)
+
+    def run_to_end(self, goal_id: str, timeout_s: float = 120.0) -> GoalFinished:
+        """Go on until a goal has ended, and 2 s further, in which nothing more may come."""
+        self.run_until(lambda: bool(self.ends(goal_id)), timeout_s)
+        count = len(self.feedback(goal_id))
+        self.run_for(2.0)
+        assert len(self.feedback(goal_id)) == count, "feedback after the end"
+        (end,) = self.ends(goal_id)
+        return end
+
+    def fly_up(self) -> None:
+        """Bring the vehicle into the air at (0, 0, 3)."""
+        end = self.run_to_end(self.send(0.0, 0.0, 3.0))
+        assert end.code.value == "SUCCESS", end.message
+
+    def setpoint_times(self, since_s: float) -> list[float]:
+        """Return when setpoints were sent."""
+        return [
+            time_s
+            for time_s, message in self.sent
+            if time_s >= since_s and message.get_type() == "SET_POSITION_TARGET_LOCAL_NED"
+        ]
+
+    def truth(self) -> tuple[Vector3, float]:
+        """Return the true position (ENU about the origin, m) and the true speed (m/s)."""
+        north, east, down = (float(v) for v in self.simulation.truth.position_ned_m[0])
+        velocity = self.simulation.truth.velocity_ned_m_s[0]
+        return (east, north, -down), float((velocity**2).sum() ** 0.5)
+
+    def set_mode_as_pilot(self, mode: str) -> None:
+        """Change the mode as a pilot's switch does."""
+        assert self.simulation.vehicles[0].pilot_mode_change(mode), f"the vehicle refused {mode}"

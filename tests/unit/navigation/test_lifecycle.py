@@ -1,0 +1,64 @@
+"""The life cycle of a goal over all its states and events."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from drone_navigation.lifecycle import (
+    TERMINAL_STATES,
+    TRANSITIONS,
+    GoalEvent,
+    GoalState,
+    LifecycleError,
+    next_state,
+    terminal_event,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+from navigation_core.outcomes import OutcomeCode
+
+PAIRS = list(itertools.product(GoalState, GoalEvent))
+
+
+@pytest.mark.parametrize(("state", "event"), PAIRS, ids=lambda value: value.value)
+def test_every_pair_moves_by_the_table_or_is_refused(state: GoalState, event: GoalEvent) -> None:
+    if (state, event) in TRANSITIONS:
+        assert next_state(state, event) is TRANSITIONS[(state, event)]
+    else:
+        with pytest.raises(LifecycleError, match=f"is {state.value} cannot take {event.value}"):
+            next_state(state, event)
+
+
+def test_nothing_leads_out_of_a_terminal_state() -> None:
+    assert not [pair for pair in TRANSITIONS if pair[0] in TERMINAL_STATES]
+
+
+def test_canceled_is_reached_through_canceling_alone() -> None:
+    sources = {state for (state, _), to in TRANSITIONS.items() if to is GoalState.CANCELED}
+    assert sources == {GoalState.CANCELING}
+
+
+def test_every_state_can_still_end() -> None:
+    for state in set(GoalState) - TERMINAL_STATES:
+        assert next_state(state, GoalEvent.ABORT) is GoalState.ABORTED
+
+
+@given(st.lists(st.sampled_from(GoalEvent), max_size=12))
+def test_a_goal_ends_at_most_once(events: list[GoalEvent]) -> None:
+    state, ends = GoalState.ACCEPTED, 0
+    for event in events:
+        try:
+            state = next_state(state, event)
+        except LifecycleError:
+            continue
+        ends += state in TERMINAL_STATES
+    assert ends <= 1
+    assert (ends == 1) == (state in TERMINAL_STATES)
+
+
+@pytest.mark.parametrize("code", OutcomeCode, ids=lambda code: code.value)
+def test_every_outcome_ends_a_goal_that_is_being_cancelled(code: OutcomeCode) -> None:
+    state = next_state(GoalState.CANCELING, terminal_event(code))
+    assert state in TERMINAL_STATES
+    assert (state is GoalState.SUCCEEDED) == (code is OutcomeCode.SUCCESS)

@@ -1,0 +1,136 @@
+"""Validation and resolution of what a client asks for."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from drone_navigation.requests import MapPose, NavigateRequest, check_request, resolve
+from hypothesis import given
+from hypothesis import strategies as st
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import FlightVolume, Rejection
+from navigation_core.tasks.goto import GotoGoal
+
+VOLUME = FlightVolume(radius_max_m=100.0, altitude_min_m=0.5, altitude_max_m=50.0)
+UNIT = (0.0, 0.0, 0.0, 1.0)
+ZERO = (0.0, 0.0, 0.0, 0.0)
+
+
+def request(
+    position: tuple[float, float, float] = (10.0, 5.0, 2.0),
+    orientation: tuple[float, float, float, float] = UNIT,
+    frame: str = "map",
+    speed: float = 0.0,
+) -> NavigateRequest:
+    return NavigateRequest(frame, position, orientation, avoid_obstacles=False, max_speed_m_s=speed)
+
+
+def pose(x: float = 0.0, y: float = 0.0, z: float = 5.0, yaw: float = 0.0) -> MapPose:
+    return MapPose((x, y, z), yaw, (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+
+
+def goal(asked: NavigateRequest, at: MapPose | None = None) -> GotoGoal:
+    assert check_request(asked) is None
+    result = resolve(asked, at or pose(), 0.0, VOLUME, 10.0)
+    assert isinstance(result, GotoGoal), result
+    return result
+
+
+NUMBERS = [*(("position", i) for i in range(3)), *(("orientation", i) for i in range(4))]
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(("part", "index"), [*NUMBERS, ("speed", 0)])
+def test_a_number_that_is_not_finite_is_refused(part: str, index: int, bad: float) -> None:
+    position, orientation, speed = [10.0, 5.0, 2.0], list(UNIT), 0.0
+    if part == "position":
+        position[index] = bad
+    elif part == "orientation":
+        orientation[index] = bad
+    else:
+        speed = bad
+    asked = NavigateRequest("map", tuple(position), tuple(orientation), False, speed)  # type: ignore[arg-type]
+    rejection = check_request(asked)
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.INVALID_NUMBER
+
+
+@pytest.mark.parametrize("frame", ["odom", "world", "/map", "MAP", "base_footprint", " "])
+def test_an_unknown_frame_is_refused_and_named(frame: str) -> None:
+    rejection = check_request(request(frame=frame))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.UNKNOWN_FRAME
+    assert f"'{frame}'" in rejection.message
+
+
+def test_negative_and_vanishing_speeds_are_refused() -> None:
+    negative, tiny = check_request(request(speed=-0.5)), check_request(request(speed=1e-9))
+    assert negative is not None
+    assert negative.code is OutcomeCode.NEGATIVE_SPEED
+    assert tiny is not None
+    assert "0.05" in tiny.message
+
+
+def test_speed_zero_means_the_default_and_a_high_one_is_capped() -> None:
+    assert goal(request(speed=0.0)).max_speed_m_s is None
+    assert goal(request(speed=2.5)).max_speed_m_s == 2.5
+    assert goal(request(speed=40.0)).max_speed_m_s == 10.0
+
+
+def test_an_all_zero_quaternion_faces_the_direction_of_travel() -> None:
+    assert goal(request(orientation=ZERO)).yaw_enu_rad is None
+
+
+@pytest.mark.parametrize("norm", [0.95, 1.05])
+def test_a_quaternion_off_by_rounding_is_normalised(norm: float) -> None:
+    half = math.radians(30.0) / 2
+    orientation = (0.0, 0.0, norm * math.sin(half), norm * math.cos(half))
+    assert goal(request(orientation=orientation)).yaw_enu_rad == pytest.approx(math.radians(30.0))
+
+
+@pytest.mark.parametrize("norm", [0.5, 1.5, 100.0])
+def test_a_quaternion_that_is_no_rotation_is_refused(norm: float) -> None:
+    rejection = check_request(request(orientation=(0.0, 0.0, 0.0, norm)))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.INVALID_ORIENTATION
+
+
+def test_an_orientation_without_a_heading_is_refused() -> None:
+    half = math.sqrt(0.5)  # pitched straight down
+    rejection = check_request(request(orientation=(0.0, half, 0.0, half)))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.INVALID_ORIENTATION
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
+def test_base_link_is_relative_to_position_and_yaw(vehicle_yaw: float, turn: float) -> None:
+    orientation = (0.0, 0.0, math.sin(turn / 2), math.cos(turn / 2))
+    asked = request((4.0, 1.0, -2.0), orientation, "base_link")
+    resolved = goal(asked, pose(20.0, 30.0, 10.0, vehicle_yaw))
+    east, north, up = resolved.position_enu_m
+    assert up == pytest.approx(8.0)
+    assert math.dist((east, north), (20.0, 30.0)) == pytest.approx(math.hypot(4.0, 1.0))
+    forward = (east - 20.0) * math.cos(vehicle_yaw) + (north - 30.0) * math.sin(vehicle_yaw)
+    assert forward == pytest.approx(4.0)
+    assert resolved.yaw_enu_rad is not None
+    difference = resolved.yaw_enu_rad - vehicle_yaw - turn
+    assert math.cos(difference) == pytest.approx(1.0)
+
+
+def test_below_ground_and_outside_the_volume() -> None:
+    below = resolve(request((1.0, 1.0, -3.0)), pose(), 0.0, VOLUME, 10.0)
+    assert isinstance(below, Rejection)
+    assert below.code is OutcomeCode.BELOW_GROUND
+    far = resolve(request((99.0, 99.0, 5.0)), pose(), 0.0, VOLUME, 10.0)
+    assert isinstance(far, Rejection)
+    assert far.code is OutcomeCode.OUTSIDE_VOLUME
+    high = resolve(request((1.0, 1.0, 51.0)), pose(), 0.0, VOLUME, 10.0)
+    assert isinstance(high, Rejection)
+    assert high.code is OutcomeCode.OUTSIDE_VOLUME
+
+
+def test_heights_are_judged_above_the_ground_not_above_the_origin() -> None:
+    below = resolve(request((1.0, 1.0, 2.0)), pose(), 3.0, VOLUME, 10.0)
+    assert isinstance(below, Rejection)
+    assert below.code is OutcomeCode.BELOW_GROUND
