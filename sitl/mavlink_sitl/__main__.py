@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
-from typing import Sequence
+from pathlib import Path
 
 from mavlink_sitl.link import LinkError, Runner
 from mavlink_sitl.options import parse
@@ -40,7 +41,7 @@ class Reporter:
 
     def watch(self) -> None:
         """Print what is not as it was."""
-        for vehicle, seen in zip(self._simulation.vehicles, self._seen):
+        for vehicle, seen in zip(self._simulation.vehicles, self._seen, strict=True):
             copter = vehicle.copter
             now = {
                 "armed": "armed" if copter.armed else "disarmed",
@@ -66,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options, config = parse(sys.argv[1:] if arguments is None else arguments)
     with ExitStack() as stack:
         try:
-            log = stack.enter_context(open(options.tlog, "wb")) if options.tlog else None
+            log = stack.enter_context(Path(options.tlog).open("wb")) if options.tlog else None
             simulation = Simulation([config], options.seed, log, options.wind)
             reporter = Reporter(simulation, options.quiet)
             runner = Runner(simulation, options.link, options.speedup, reporter.watch)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Mapping
 
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
@@ -47,7 +47,7 @@ class VehicleConfig:
     heading_deg: float = DEFAULT_HEADING_DEG
     ready_after_s: float = 2.0
     parameters: Mapping[str, float] = field(default_factory=dict)
-    battery: BatteryModel = BatteryModel()
+    battery: BatteryModel = field(default_factory=BatteryModel)
     battery_remaining: float = 1.0
     faults: LinkFaults | None = None
 
@@ -59,9 +59,7 @@ class VehicleConfig:
             f"the system id must be between 1 and 255, not {self.system_id}",
         )
         latitude, longitude, altitude = self.home
-        _require(
-            abs(latitude) <= 90.0, f"the latitude of home must be -90 to 90, not {latitude}"
-        )
+        _require(abs(latitude) <= 90.0, f"the latitude of home must be -90 to 90, not {latitude}")
         _require(
             abs(longitude) <= 180.0, f"the longitude of home must be -180 to 180, not {longitude}"
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple, Union
+from typing import NamedTuple, TypeAlias
 
 from mavlink_sitl.geodesy import GeoPoint
 
@@ -131,6 +131,19 @@ class Motors(IntEnum):
 
 
 @dataclass(frozen=True)
+class Limits:
+    """How fast and how abruptly a vehicle may move; m/s, m/s2 and m/s3, all above 0."""
+
+    speed_xy_m_s: float = 10.0
+    speed_up_m_s: float = 2.5
+    speed_down_m_s: float = 1.5
+    acceleration_xy_m_s2: float = 2.5
+    acceleration_z_m_s2: float = 1.0
+    jerk_xy_m_s3: float = 5.0
+    jerk_z_m_s3: float = 5.0
+
+
+@dataclass(frozen=True)
 class Guidance:
     """What the controllers are to do until told otherwise. Plain floats, NED, SI units.
 
@@ -156,13 +169,7 @@ class Guidance:
     acceleration_north_m_s2: float = 0.0
     acceleration_east_m_s2: float = 0.0
     acceleration_down_m_s2: float = 0.0
-    speed_xy_m_s: float = 10.0
-    speed_up_m_s: float = 2.5
-    speed_down_m_s: float = 1.5
-    acceleration_xy_m_s2: float = 2.5
-    acceleration_z_m_s2: float = 1.0
-    jerk_xy_m_s3: float = 5.0
-    jerk_z_m_s3: float = 5.0
+    limits: Limits = Limits()
     yaw_mode: YawMode = YawMode.HOLD
     yaw_rad: float = 0.0
     yaw_rate_rad_s: float = 0.0
@@ -216,6 +223,12 @@ class RebootRequested:
     """The firmware is about to start again."""
 
 
-Event = Union[
-    StatusText, ModeChanged, ArmedChanged, LandedChanged, HomeChanged, OriginSet, RebootRequested
-]
+Event: TypeAlias = (
+    StatusText
+    | ModeChanged
+    | ArmedChanged
+    | LandedChanged
+    | HomeChanged
+    | OriginSet
+    | RebootRequested
+)

@@ -6,10 +6,12 @@ what the vehicle says, and sleeps until the next tick or the next packet.
 
 from __future__ import annotations
 
+import contextlib
 import selectors
 import socket
 import time
-from typing import Callable, Protocol
+from collections.abc import Callable
+from typing import Protocol
 
 from mavlink_sitl.addresses import LinkAddress
 from mavlink_sitl.mavlink.codec import Decoder
@@ -278,10 +280,8 @@ class Runner:
     def stop(self) -> None:
         """End `run` at once; may be called from a signal handler."""
         self._stop_requested = True
-        try:
+        with contextlib.suppress(OSError):  # a full buffer: already awake
             self._wake_in.send(b"x")
-        except OSError:
-            pass  # already awake
 
     def close(self) -> None:
         """Close all sockets."""

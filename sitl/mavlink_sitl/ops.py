@@ -57,11 +57,11 @@ class Ops(Protocol):
         ...
 
     def clip(self, x: Lane, low: Lane, high: Lane) -> Lane:
-        """x limited to low..high; low <= high."""
+        """X limited to low..high; low <= high."""
         ...
 
     def where(self, condition: Lane, x: Lane, y: Lane) -> Lane:
-        """x where the condition holds, else y."""
+        """X where the condition holds, else y."""
         ...
 
     def wrap_pi(self, angle: Lane) -> Lane:
@@ -95,21 +95,21 @@ class ScalarOps:
     @staticmethod
     def minimum(x: Lane, y: Lane) -> Lane:
         """The smaller one."""
-        return x if x < y else y
+        return min(y, x)
 
     @staticmethod
     def maximum(x: Lane, y: Lane) -> Lane:
         """The larger one."""
-        return x if x > y else y
+        return max(y, x)
 
     @staticmethod
     def clip(x: Lane, low: Lane, high: Lane) -> Lane:
-        """x limited to low..high."""
-        return low if x < low else (high if x > high else x)
+        """X limited to low..high."""
+        return low if x < low else (min(x, high))
 
     @staticmethod
     def where(condition: Lane, x: Lane, y: Lane) -> Lane:
-        """x if the condition holds, else y."""
+        """X if the condition holds, else y."""
         return x if condition else y
 
     @staticmethod

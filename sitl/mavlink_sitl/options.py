@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from typing import Callable, NoReturn, Sequence
+from collections.abc import Callable, Sequence
+from typing import NoReturn
 
 from mavlink_sitl.addresses import AddressError, parse_address
 from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
@@ -94,9 +95,7 @@ def _settings(known: dict[str, str]) -> Callable[[str], dict[str, float]]:
             try:
                 settings[known[key]] = float(value)
             except ValueError:
-                raise argparse.ArgumentTypeError(
-                    f"{key} needs a number, not {value!r}"
-                ) from None
+                raise argparse.ArgumentTypeError(f"{key} needs a number, not {value!r}") from None
         return settings
 
     return parse
@@ -147,8 +146,7 @@ def make_parser() -> argparse.ArgumentParser:
         type=_number("the speed-up", 0.01, 1000.0),
         default=1.0,
         metavar="FACTOR",
-        help="simulated seconds per second, 0.01 to 1000, as far as the machine can "
-        "(default: 1)",
+        help="simulated seconds per second, 0.01 to 1000, as far as the machine can (default: 1)",
     )
     add("--seed", type=int, default=0, help="of everything random (default: 0)")
     add(

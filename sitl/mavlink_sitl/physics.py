@@ -7,7 +7,7 @@ MAVLink or of modes; `Guidance` goes in, `Motion` comes out.
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from mavlink_sitl.ops import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
 
 DT_S = 0.01
+
+Vector = tuple[float, float, float]
 
 
 class Physics:
@@ -129,7 +131,7 @@ class Physics:
             self.targets = controller.targets_of(self.guidance, self.o)
         else:
             one = controller.targets_of([guidance], ops_for(1))
-            for lane, value in zip(self.targets, one):
+            for lane, value in zip(self.targets, one, strict=True):
                 lane[index] = value
         self.control = self._retarget(index, guidance)
 
@@ -172,7 +174,7 @@ class Physics:
         """Where a vehicle believes to be, or where it is."""
         return self._motion(self.body, None if truth else self.error, index)
 
-    def gps(self, index: int) -> tuple[float, tuple[float, float, float], tuple[float, float, float]]:
+    def gps(self, index: int) -> tuple[float, Vector, Vector]:
         """Time, position and velocity of the receiver's latest sample."""
         time_s, body, error = self.gps_sample
         motion = self._motion(body, error, index)
@@ -184,7 +186,7 @@ class Physics:
         if self.count == 1:
             n, e, d, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e = body[:10]
             yaw, yaw_rate = body.yaw_rad, body.yaw_rate_rad_s
-            errors = error or (0.0,) * 6
+            errors: tuple[float, ...] = error or (0.0,) * 6
         else:
             n, e, d, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e = (
                 float(lane[index]) for lane in body[:10]

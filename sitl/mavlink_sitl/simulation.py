@@ -17,7 +17,8 @@ between is cut into runs.
 from __future__ import annotations
 
 import math
-from typing import BinaryIO, Callable, NamedTuple, Sequence
+from collections.abc import Callable, Sequence
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray

@@ -209,7 +209,9 @@ class SimulatedVehicle:
 
     def _shut_down(self) -> None:
         """The firmware stops; it will start again where the vehicle now is."""
-        self._boot_at_us = self.now_us + REBOOT_US
+        # The firmware is silent for a while after it has started, too; that counts in.
+        first_s = self.config.personality().first_heartbeat_s * self.copter.estimator.time_scale
+        self._boot_at_us = self.now_us + REBOOT_US - round(first_s * 1e6)
         motion = self._physics.motion(self.index, truth=True)
         self.origin = to_geodetic(self.origin, *motion[:3])
         self.offset_ned_m = to_local(self.config.home, self.origin)

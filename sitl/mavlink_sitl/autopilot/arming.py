@@ -10,14 +10,27 @@ if TYPE_CHECKING:
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
 
+NOT_STARTED = (
+    "Need Alt Estimate",
+    "Hardware safety switch",
+    "Gyros not healthy",
+    "EKF attitude is bad",
+    "Compass not healthy",
+    "AHRS: waiting for home",
+    "Battery 1 unhealthy",
+)
+"""Recorded one second after power-up (`copter_acks`)"""
+
 
 def prearm_failures(copter: Copter) -> list[str]:
     """Why the vehicle would refuse to arm; empty when it would not."""
     reasons = []
     spec = copter.mode.spec
     if not copter.started:
-        reasons.append("System not initialised")
+        return list(NOT_STARTED)
     if spec.requires_position:
+        if not copter.estimator.has_origin:
+            reasons.append("AHRS: waiting for home")
         if not copter.estimator.gps_fix:
             reasons.append("GPS 1: Bad fix")
         if not copter.estimator.position_ok:

@@ -16,6 +16,8 @@ from mavlink_sitl.exchange import Guidance, Motors, YawMode
 from mavlink_sitl.ops import Lane, Ops
 
 GRAVITY_M_S2 = 9.80665
+OVERSPEED_GAIN = 2.0
+"""POSCONTROL_OVERSPEED_GAIN_Z of the firmware"""
 
 
 class ControllerGains(NamedTuple):
@@ -123,16 +125,16 @@ def initial(belief: Belief, o: Ops) -> ControllerState:
     """Controllers that want to be where the vehicle is."""
     zero = o.full(0.0)
     here = (belief.north_m, belief.east_m, belief.down_m)
-    return ControllerState(
-        *here, zero, zero, zero, *here, *([zero] * 9), belief.yaw_rad, zero
-    )
+    still = (zero, zero, zero)
+    return ControllerState(*here, *still, *here, *still, *still, *still, belief.yaw_rad, zero)
 
 
 def targets_of(guidance: list[Guidance], o: Ops) -> Targets:
     """The steady part of what each vehicle is told, one lane per field."""
 
     def lane(name: str) -> Lane:
-        return o.pack([getattr(g, name) for g in guidance])
+        # A limit or a field of the guidance itself.
+        return o.pack([getattr(g.limits if hasattr(g.limits, name) else g, name) for g in guidance])
 
     return Targets(
         fly=o.pack([float(g.motors is Motors.FLY) for g in guidance]),
@@ -189,9 +191,7 @@ def step(
     state, lean_n, lean_e = _horizontal(state, targets, belief, free, dt, gains, o)
     state, lift = _vertical(state, targets, belief, free, dt, gains, o)
     thrust = lift * o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
-    ramp = o.where(
-        spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2
-    )
+    ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
     thrust = targets.fly * o.clip(thrust, 0.0, ramp)
     thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2
     state, yaw_rate = _yaw(state, targets, belief, free, dt, gains, o)
@@ -219,9 +219,7 @@ def _horizontal(
     d_n = e_n * scale + target_v_n - s.velocity_north_m_s
     d_e = e_e * scale + target_v_e - s.velocity_east_m_s
     difference = o.hypot(d_n, d_e)
-    wanted = sqrt_approach(
-        difference, t.jerk_xy_m_s3 / t.acceleration_xy_m_s2, t.jerk_xy_m_s3, o
-    )
+    wanted = sqrt_approach(difference, t.jerk_xy_m_s3 / t.acceleration_xy_m_s2, t.jerk_xy_m_s3, o)
     wanted = o.minimum(wanted, t.acceleration_xy_m_s2)
     scale = t.track_velocity_xy * wanted / o.maximum(difference, 1e-6)
     # From acceleration error to jerk.
@@ -263,16 +261,21 @@ def _vertical(
     target_v = s.target_velocity_down_m_s + t.acceleration_down_m_s2 * dt * t.track_velocity_z
     target = s.target_down_m + target_v * dt
     error = target - s.down_m
+    # Faster than allowed, as after a mode with other limits: brake harder in proportion.
+    allowed = o.where(s.velocity_down_m_s > 0.0, t.speed_down_m_s, t.speed_up_m_s)
+    excess = abs(s.velocity_down_m_s) / allowed
+    boost = o.where(excess > 1.0, OVERSPEED_GAIN * excess, 1.0)
+    acceleration, max_jerk = t.acceleration_z_m_s2 * boost, t.jerk_z_m_s3 * boost
     gain = 0.5 * t.jerk_z_m_s3 / t.acceleration_z_m_s2
     speed = sqrt_approach(abs(error), gain, 0.5 * t.acceleration_z_m_s2, o)
-    speed = o.where(error > 0.0, o.minimum(speed, t.speed_down_m_s), -o.minimum(speed, t.speed_up_m_s))
-    difference = t.track_position_z * speed + target_v - s.velocity_down_m_s
-    wanted = sqrt_approach(
-        abs(difference), t.jerk_z_m_s3 / t.acceleration_z_m_s2, t.jerk_z_m_s3, o
+    speed = o.where(
+        error > 0.0, o.minimum(speed, t.speed_down_m_s), -o.minimum(speed, t.speed_up_m_s)
     )
-    wanted = o.minimum(wanted, t.acceleration_z_m_s2)
+    difference = t.track_position_z * speed + target_v - s.velocity_down_m_s
+    wanted = sqrt_approach(abs(difference), max_jerk / acceleration, max_jerk, o)
+    wanted = o.minimum(wanted, acceleration)
     wanted = t.track_velocity_z * o.where(difference > 0.0, wanted, -wanted)
-    most = t.jerk_z_m_s3 * dt
+    most = max_jerk * dt
     jerk = o.clip(wanted + t.acceleration_down_m_s2 - s.acceleration_down_m_s2, -most, most)
     a = (s.acceleration_down_m_s2 + jerk) * free
     v = (s.velocity_down_m_s + a * dt) * free

@@ -8,8 +8,8 @@ methods, at any time in between). It answers with `guidance` for the controllers
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Callable
 
 from mavlink_sitl.autopilot.arming import PrearmMonitor, prearm_failures
 from mavlink_sitl.autopilot.estimator import Estimator
@@ -28,6 +28,7 @@ from mavlink_sitl.exchange import (
     HomeChanged,
     LandedChanged,
     LandedState,
+    Limits,
     ModeChanged,
     Motion,
     Motors,
@@ -41,7 +42,7 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.geodesy import GeoPoint, to_geodetic, to_local
 
-BEHAVIOURS: dict[str, Callable[["Copter", ModeSpec], Mode]] = {
+BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
     "stabilize": Stabilize,
     "alt_hold": PilotHeight,
     "auto": Auto,
@@ -108,7 +109,7 @@ class Copter:
         self._landing = LandDetector()
         self._landed_state = LandedState.ON_GROUND
         self._said_boot = 0
-        self._impact_m_s = 0.0
+        self._impact_m_s = observation.impact_m_s
         self._wanted = Guidance()
         self._modes: dict[int, Mode] = {
             spec.number: BEHAVIOURS[spec.behaviour](self, spec)
@@ -165,8 +166,7 @@ class Copter:
     @property
     def guided(self) -> Guided:
         """The GUIDED mode, whether it flies or not."""
-        mode = next(mode for mode in self._modes.values() if isinstance(mode, Guided))
-        return mode
+        return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
 
     def here(self) -> GeoPoint:
         """Where it believes to be, on earth."""
@@ -181,19 +181,19 @@ class Copter:
         """Height above home."""
         return self.home_ned_m()[2] - self.motion.down_m
 
-    def limits(self) -> dict[str, float]:
-        """Speed, acceleration and jerk for `Guidance`, from the parameters."""
+    def limits(self) -> Limits:
+        """Speed, acceleration and jerk, from the parameters and DO_CHANGE_SPEED."""
         p = self.parameters
         speed_xy, up, down = self.speed_xy_m_s, self.speed_up_m_s, self.speed_down_m_s
-        return {
-            "speed_xy_m_s": p["WPNAV_SPEED"] / 100.0 if speed_xy is None else speed_xy,
-            "speed_up_m_s": p["WPNAV_SPEED_UP"] / 100.0 if up is None else up,
-            "speed_down_m_s": p["WPNAV_SPEED_DN"] / 100.0 if down is None else down,
-            "acceleration_xy_m_s2": max(p["WPNAV_ACCEL"] / 100.0, 0.1),
-            "acceleration_z_m_s2": max(p["WPNAV_ACCEL_Z"] / 100.0, 0.1),
-            "jerk_xy_m_s3": max(p["PSC_JERK_XY"], 0.1),
-            "jerk_z_m_s3": max(p["PSC_JERK_Z"], 0.1),
-        }
+        return Limits(
+            speed_xy_m_s=_positive(p["WPNAV_SPEED"] / 100.0 if speed_xy is None else speed_xy),
+            speed_up_m_s=_positive(p["WPNAV_SPEED_UP"] / 100.0 if up is None else up),
+            speed_down_m_s=_positive(p["WPNAV_SPEED_DN"] / 100.0 if down is None else down),
+            acceleration_xy_m_s2=_positive(p["WPNAV_ACCEL"] / 100.0),
+            acceleration_z_m_s2=_positive(p["WPNAV_ACCEL_Z"] / 100.0),
+            jerk_xy_m_s3=_positive(p["PSC_JERK_XY"]),
+            jerk_z_m_s3=_positive(p["PSC_JERK_Z"]),
+        )
 
     def pilot_throttle(self) -> float:
         """The throttle stick, 0..1."""
@@ -214,10 +214,12 @@ class Copter:
 
     def update(self, observation: Observation) -> None:
         """Take notice of the world and act; called at a fixed rate."""
-        had_origin = self.estimator.has_origin
+        had_origin, was_started = self.estimator.has_origin, self.started
         self.observation = observation
         self.estimator.update(observation.time_s, observation.gps_fix)
         self._say_boot()
+        if self.started and not was_started:
+            self.enter_mode(min(self._modes))  # what was chosen too early is forgotten
         if self.estimator.has_origin and not had_origin:
             self.events.append(OriginSet())
             self.set_home()
@@ -320,6 +322,11 @@ class Copter:
         self._settle()
         return True
 
+    def land_after_pause(self) -> None:
+        """In LAND: stay for a while before sinking."""
+        if isinstance(self.mode, Land):
+            self.mode.pause()
+
     # What people want of it.
 
     def set_mode(self, number: int) -> Result:
@@ -397,7 +404,7 @@ class Copter:
             down_m=down,
             restart_xy=False,
             restart_z=False,
-            **self.limits(),
+            limits=self.limits(),
         )
         self.guide(changed)
         return Result.ACCEPTED
@@ -416,3 +423,8 @@ class Copter:
             return Result.FAILED
         self.events.append(RebootRequested())
         return Result.ACCEPTED
+
+
+def _positive(value: float) -> float:
+    """A limit that the controllers can divide by, whatever the parameter says."""
+    return max(value, 0.1)

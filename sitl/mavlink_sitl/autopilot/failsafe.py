@@ -117,5 +117,7 @@ class Failsafes:
             return
         if copter.landed:
             copter.disarm(force=True)
-        elif copter.mode.spec.number != MODE_LAND and not copter.enter_mode(mode):
-            copter.enter_mode(MODE_LAND)
+        elif mode == MODE_RTL and copter.enter_mode(MODE_RTL):
+            return
+        elif copter.mode.spec.number != MODE_LAND and copter.enter_mode(MODE_LAND):
+            copter.land_after_pause()

@@ -149,9 +149,7 @@ class Guided(Mode):
                 position[1] + motion.east_m,
                 position[2] + motion.down_m,
             )
-        return Setpoint(
-            Frame.LOCAL, position, velocity, acceleration, yaw, setpoint.yaw_rate_rad_s
-        )
+        return Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, setpoint.yaw_rate_rad_s)
 
     def _take(self, submode: Submode, setpoint: Setpoint) -> None:
         restart = submode is not self.submode
@@ -193,7 +191,7 @@ class Guided(Mode):
             yaw_mode=yaw_mode,
             yaw_rad=yaw,
             yaw_rate_rad_s=setpoint.yaw_rate_rad_s or 0.0,
-            **self.copter.limits(),
+            limits=self.copter.limits(),
         )
 
     def update(self) -> None:

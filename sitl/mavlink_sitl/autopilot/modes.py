@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.controller import sqrt_approach
-from mavlink_sitl.exchange import Guidance, Motors, YawMode
+from mavlink_sitl.exchange import Guidance, Motors
 from mavlink_sitl.ops import ScalarOps
 
 if TYPE_CHECKING:
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 BRAKE_DECELERATION_M_S2 = 7.5
 """BRAKE_MODE_DECEL_RATE, 750 cm/s2"""
+LAND_PAUSE_S = 4.0
+"""From a failsafe's change to LAND until it sinks"""
 
 _SCALAR = ScalarOps()
 
@@ -60,7 +62,7 @@ class Mode:
     def hold_guidance(self) -> Guidance:
         """Brake to a standstill and stay there, nose where it is."""
         return Guidance(
-            motors=Motors.FLY, restart_xy=True, restart_z=True, **self.copter.limits()
+            motors=Motors.FLY, restart_xy=True, restart_z=True, limits=self.copter.limits()
         )
 
 
@@ -102,12 +104,12 @@ class PilotHeight(Mode):
             return
         first = self._climb is None
         self._climb = climb
-        acceleration = self.copter.parameters["PILOT_ACCEL_Z"] / 100.0
+        acceleration = max(self.copter.parameters["PILOT_ACCEL_Z"] / 100.0, 0.1)
         self.guide(
             replace(
                 self.hold_guidance(),
                 velocity_down_m_s=-climb,
-                acceleration_z_m_s2=acceleration,
+                limits=replace(self.copter.limits(), acceleration_z_m_s2=acceleration),
                 restart_xy=first,
                 restart_z=first,
             )
@@ -123,7 +125,8 @@ class Brake(Mode):
 
     def enter(self) -> None:
         """Brake hard."""
-        self.guide(replace(self.hold_guidance(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2))
+        limits = replace(self.copter.limits(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2)
+        self.guide(replace(self.hold_guidance(), limits=limits))
 
 
 class Auto(Mode):
@@ -145,10 +148,19 @@ class Land(Mode):
     def enter(self) -> None:
         """Brake and sink."""
         self._speed: float | None = None
+        self._sink_from_s = self.copter.now_s
         self.update()
+
+    def pause(self) -> None:
+        """Stay for a while before sinking: what a failsafe does, for a pilot to step in."""
+        self._speed = 0.0
+        self._sink_from_s = self.copter.now_s + LAND_PAUSE_S
+        self.guide(self.hold_guidance())
 
     def update(self) -> None:
         """Slow down near the ground."""
+        if self.copter.now_s < self._sink_from_s:
+            return
         speed = landing_speed_m_s(self.copter)
         if self._speed is not None and abs(speed - self._speed) < 0.02:
             return
@@ -171,39 +183,4 @@ def landing_speed_m_s(copter: Copter) -> float:
     fast = (parameters["LAND_SPEED_HIGH"] or parameters["WPNAV_SPEED_DN"]) / 100.0
     above = copter.height_above_home_m() - parameters["LAND_ALT_LOW"] / 100.0
     limit = parameters["WPNAV_ACCEL_Z"] / 100.0
-    return min(max(sqrt_approach(above, 1.0, limit, _SCALAR), final), fast)
-
-
-def line_guidance(
-    base: Guidance,
-    start: tuple[float, float, float],
-    direction: tuple[float, float, float],
-    motion: tuple[float, float, float],
-) -> Guidance:
-    """Guidance along a line.
-
-    Args:
-        base: limits and motors.
-        start: where the line begins, NED metres.
-        direction: unit vector.
-        motion: distance from the start, speed and acceleration along the line.
-    """
-    s, v, a = motion
-    n, e, d = direction
-    return replace(
-        base,
-        track_position_xy=1.0,
-        track_position_z=1.0,
-        north_m=start[0] + n * s,
-        east_m=start[1] + e * s,
-        down_m=start[2] + d * s,
-        velocity_north_m_s=n * v,
-        velocity_east_m_s=e * v,
-        velocity_down_m_s=d * v,
-        acceleration_north_m_s2=n * a,
-        acceleration_east_m_s2=e * a,
-        acceleration_down_m_s2=d * a,
-        yaw_mode=YawMode.HOLD,
-        restart_xy=False,
-        restart_z=False,
-    )
+    return min(max(float(sqrt_approach(above, 1.0, limit, _SCALAR)), final), fast)

@@ -46,7 +46,7 @@ class LineProfile:
         times = (ramp, steady, ramp, cruise, ramp, steady, ramp)
         self._phases: list[tuple[float, float, float, float, float, float]] = []
         t = s = v = a = 0.0
-        for jerk, span in zip(jerks, times):
+        for jerk, span in zip(jerks, times, strict=True):
             self._phases.append((t, span, s, v, a, jerk))
             s += v * span + a * span**2 / 2.0 + jerk * span**3 / 6.0
             v += a * span + jerk * span**2 / 2.0

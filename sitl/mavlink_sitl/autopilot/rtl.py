@@ -1,15 +1,15 @@
-"""RTL: stop, climb, fly home, wait, land. Recorded in `copter_lowbatt` and others."""
+"""RTL: stop, climb, fly home, wait, land. Recorded in `copter_gcsloss` and `copter_lowbatt`."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from dataclasses import replace
-
-from mavlink_sitl.autopilot.modes import Mode, landing_speed_m_s, line_guidance
+from mavlink_sitl.autopilot.modes import Mode, landing_speed_m_s
 from mavlink_sitl.autopilot.profile import LineProfile
+from mavlink_sitl.exchange import Guidance
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 CONE_SLOPE = 3.0
 """RTL_CONE_SLOPE: close to home it climbs no higher than three times the distance"""
+LEAST_HEIGHT_M = 2.0
+"""RTL_ALT_MIN"""
+OVERLAP_S = 1.8
+"""The way home begins so long before the climb ends, in the recordings"""
 
 
 class Stage(Enum):
@@ -26,6 +30,48 @@ class Stage(Enum):
     RETURN = 2
     WAIT = 3
     LAND = 4
+
+
+class Leg:
+    """A way along one direction, from rest to rest.
+
+    Args:
+        start: where it begins, metres.
+        end: where it ends, metres; as many coordinates as start.
+        profile: how it is flown; its length is the distance from start to end.
+        began_s: when it begins.
+    """
+
+    def __init__(
+        self, start: tuple[float, ...], end: tuple[float, ...], profile: LineProfile, began_s: float
+    ) -> None:
+        """See the class."""
+        self._start = start
+        length = math.dist(start, end)
+        self._direction = tuple(
+            (b - a) / length if length > 0.0 else 0.0 for a, b in zip(start, end, strict=True)
+        )
+        self._profile = profile
+        self._began_s = began_s
+
+    def remaining_s(self, now_s: float) -> float:
+        """Time until it ends."""
+        return self._began_s + self._profile.duration_s - now_s
+
+    def at(self, now_s: float) -> list[tuple[float, float, float]]:
+        """Position, speed and acceleration of each coordinate."""
+        s, v, a = self._profile.at(now_s - self._began_s)
+        return [
+            (x + d * s, d * v, d * a) for x, d in zip(self._start, self._direction, strict=True)
+        ]
+
+
+def stopping_distance(speed_m_s: float, acceleration_m_s2: float) -> float:
+    """How far a vehicle goes until it stands, braking by the square-root controller (gain 1)."""
+    speed = abs(speed_m_s)
+    if speed <= acceleration_m_s2:
+        return speed
+    return 0.5 * acceleration_m_s2 + speed * speed / (2.0 * acceleration_m_s2)
 
 
 class ReturnToLaunch(Mode):
@@ -47,92 +93,106 @@ class ReturnToLaunch(Mode):
 
     def enter(self) -> None:
         """Brake, and climb to the height of the way home."""
-        copter = self.copter
-        motion = copter.motion
         self.stage = Stage.CLIMB
-        self._home = copter.home_ned_m()
-        distance = math.hypot(motion.north_m - self._home[0], motion.east_m - self._home[1])
-        height = self._home[2] - motion.down_m
-        wanted = min(copter.parameters["RTL_ALT"] / 100.0, max(distance * CONE_SLOPE, 2.0))
-        self._down_m = self._home[2] - max(height, wanted)
-        self._braking = replace(self.hold_guidance(), track_position_z=1.0)
-        stop = self._stopping_down_m()
-        self._climb = self._leg((0.0, 0.0, stop), (0.0, 0.0, self._down_m), vertical=True)
-        self.update()
+        self._home = self.copter.home_ned_m()
+        north, east, down = self._stopping_point()
+        distance = math.dist((north, east), self._home[:2])
+        cone = max(distance * CONE_SLOPE, LEAST_HEIGHT_M)
+        height = max(self._home[2] - down, min(self.copter.parameters["RTL_ALT"] / 100.0, cone))
+        self._down_m = self._home[2] - height
+        self._stop = (north, east)
+        limits = self.copter.limits()
+        self._climb = self._leg(
+            (down,), (self._down_m,), limits.speed_up_m_s, limits.acceleration_z_m_s2
+        )
+        self._base = replace(
+            self.hold_guidance(),
+            track_position_xy=1.0,
+            track_position_z=1.0,
+            north_m=north,
+            east_m=east,
+            down_m=down,
+        )
+        self.guide(self._base)
+        self._base = replace(self._base, restart_xy=False, restart_z=False)
 
-    def _stopping_down_m(self) -> float:
-        """Where a climb or descent that is still going on would end."""
-        motion = self.copter.motion
-        speed = motion.velocity_down_m_s
-        acceleration = self.copter.limits()["acceleration_z_m_s2"]
-        return motion.down_m + speed * abs(speed) / (2.0 * acceleration)
+    def _stopping_point(self) -> tuple[float, float, float]:
+        motion, limits = self.copter.motion, self.copter.limits()
+        v_n, v_e = motion.velocity_north_m_s, motion.velocity_east_m_s
+        speed = math.hypot(v_n, v_e)
+        ahead = stopping_distance(speed, limits.acceleration_xy_m_s2) / max(speed, 1e-6)
+        v_d = motion.velocity_down_m_s
+        below = math.copysign(stopping_distance(v_d, limits.acceleration_z_m_s2), v_d)
+        return motion.north_m + v_n * ahead, motion.east_m + v_e * ahead, motion.down_m + below
 
     def _leg(
         self,
-        start: tuple[float, float, float],
-        end: tuple[float, float, float],
-        vertical: bool = False,
-    ) -> tuple[tuple[float, float, float], tuple[float, float, float], LineProfile, float]:
-        """Start, direction, profile and starting time of a straight way."""
-        delta = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
-        length = math.sqrt(sum(x * x for x in delta))
-        direction = (0.0, 0.0, 0.0)
-        if length > 0.0:
-            direction = (delta[0] / length, delta[1] / length, delta[2] / length)
-        limits = self.copter.limits()
-        parameters = self.copter.parameters
-        speed = (parameters["RTL_SPEED"] or parameters["WPNAV_SPEED"]) / 100.0
-        acceleration = limits["acceleration_xy_m_s2"]
-        if vertical:
-            speed = limits["speed_up_m_s"] if delta[2] < 0.0 else limits["speed_down_m_s"]
-            acceleration = limits["acceleration_z_m_s2"]
-        profile = LineProfile(length, speed, acceleration, parameters["WPNAV_JERK"])
-        return start, direction, profile, self.copter.now_s
+        start: tuple[float, ...],
+        end: tuple[float, ...],
+        speed_m_s: float,
+        acceleration_m_s2: float,
+    ) -> Leg:
+        jerk = max(self.copter.parameters["WPNAV_JERK"], 0.1)
+        profile = LineProfile(math.dist(start, end), speed_m_s, acceleration_m_s2, jerk)
+        return Leg(start, end, profile, self.copter.now_s)
 
     def update(self) -> None:
         """Go on with the stage, or to the next."""
-        if self.copter.landed or not self.copter.armed:
+        copter = self.copter
+        if copter.landed or not copter.armed:
             return
         if self.stage is Stage.CLIMB:
-            self._update_climb()
+            self.guide(self._climbing(self._base))
+            if self._climb.remaining_s(copter.now_s) <= OVERLAP_S:
+                self._begin_return()
         elif self.stage is Stage.RETURN:
             self._update_return()
         elif self.stage is Stage.WAIT:
-            wait_s = self.copter.parameters["RTL_LOIT_TIME"] / 1000.0
-            if self.copter.now_s - self._arrived_s >= wait_s:
-                self.stage = Stage.LAND
-                self._speed = 0.0
+            self._update_wait()
         if self.stage is Stage.LAND:
             self._update_land()
 
-    def _update_climb(self) -> None:
-        start, direction, profile, began_s = self._climb
-        since_s = self.copter.now_s - began_s
-        moved = line_guidance(self._braking, start, direction, profile.at(since_s))
-        if since_s < profile.duration_s:
-            self.guide(
-                replace(
-                    moved,
-                    track_position_xy=0.0,
-                    velocity_north_m_s=0.0,
-                    velocity_east_m_s=0.0,
-                    restart_xy=since_s == 0.0,
-                    restart_z=since_s == 0.0,
-                )
-            )
-            return
-        motion = self.copter.motion
-        here = (motion.north_m, motion.east_m, self._down_m)
-        self._return = self._leg(here, (self._home[0], self._home[1], self._down_m))
+    def _climbing(self, guidance: Guidance) -> Guidance:
+        """Add the climb, which goes on into the next stage."""
+        ((down, speed, acceleration),) = self._climb.at(self.copter.now_s)
+        return replace(
+            guidance,
+            down_m=down,
+            velocity_down_m_s=speed,
+            acceleration_down_m_s2=acceleration,
+        )
+
+    def _begin_return(self) -> None:
+        parameters = self.copter.parameters
+        limits = self.copter.limits()
+        speed = parameters["RTL_SPEED"] / 100.0 or limits.speed_xy_m_s
+        self._return = self._leg(
+            self._stop, self._home[:2], max(speed, 0.1), limits.acceleration_xy_m_s2
+        )
         self.stage = Stage.RETURN
 
     def _update_return(self) -> None:
-        start, direction, profile, began_s = self._return
-        since_s = self.copter.now_s - began_s
-        self.guide(line_guidance(self._braking, start, direction, profile.at(since_s)))
-        if since_s >= profile.duration_s:
+        now_s = self.copter.now_s
+        north, east = self._return.at(now_s)
+        guidance = replace(
+            self._base,
+            north_m=north[0],
+            east_m=east[0],
+            velocity_north_m_s=north[1],
+            velocity_east_m_s=east[1],
+            acceleration_north_m_s2=north[2],
+            acceleration_east_m_s2=east[2],
+        )
+        self.guide(self._climbing(guidance))
+        if self._return.remaining_s(now_s) <= 0.0 and self._climb.remaining_s(now_s) <= 0.0:
             self.stage = Stage.WAIT
-            self._arrived_s = self.copter.now_s
+            self._arrived_s = now_s
+
+    def _update_wait(self) -> None:
+        waited_s = self.copter.now_s - self._arrived_s
+        if waited_s >= self.copter.parameters["RTL_LOIT_TIME"] / 1000.0:
+            self.stage = Stage.LAND
+            self._speed = 0.0
 
     def _update_land(self) -> None:
         speed = landing_speed_m_s(self.copter)
@@ -142,12 +202,11 @@ class ReturnToLaunch(Mode):
         self._speed = speed
         self.guide(
             replace(
-                self.hold_guidance(),
-                track_position_xy=1.0,
+                self._base,
                 north_m=self._home[0],
                 east_m=self._home[1],
+                track_position_z=0.0,
                 velocity_down_m_s=speed,
-                restart_xy=False,
                 restart_z=first,
             )
         )

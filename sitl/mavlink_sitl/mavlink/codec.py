@@ -81,7 +81,9 @@ class Decoder:
 
     def _next_mark(self, start: int) -> int:
         buffer = self._buffer
-        marks = [i for i in (buffer.find(_MAGIC_V2, start), buffer.find(_MAGIC_V1, start)) if i >= 0]
+        marks = [
+            i for i in (buffer.find(_MAGIC_V2, start), buffer.find(_MAGIC_V1, start)) if i >= 0
+        ]
         found = min(marks, default=len(buffer))
         self.bad_bytes += found - start
         return found

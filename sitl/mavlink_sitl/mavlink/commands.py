@@ -8,8 +8,9 @@ is UNSUPPORTED.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.exchange import Result, Severity
@@ -104,7 +105,7 @@ def _take_off(server: MavlinkServer, command: Command) -> Result:
 
 
 def _mode(number: int) -> Callable[[MavlinkServer, Command], Result]:
-    return lambda server, command: server.copter.set_mode(number)
+    return lambda server, _: server.copter.set_mode(number)
 
 
 def _reposition(server: MavlinkServer, command: Command) -> Result:
@@ -170,7 +171,7 @@ def _request_message(server: MavlinkServer, command: Command) -> Result:
 
 
 def _request(message_id: int) -> Callable[[MavlinkServer, Command], Result]:
-    def handler(server: MavlinkServer, command: Command) -> Result:
+    def handler(server: MavlinkServer, _: Command) -> Result:
         server.send_later(message_id)
         return Result.ACCEPTED
 
@@ -191,11 +192,11 @@ def _reboot(server: MavlinkServer, command: Command) -> Result:
     return server.copter.reboot()
 
 
-def _prearm_checks(server: MavlinkServer, command: Command) -> Result:
+def _prearm_checks(server: MavlinkServer, _: Command) -> Result:
     return server.copter.run_prearm_checks()
 
 
-def _mission_start(server: MavlinkServer, command: Command) -> Result:
+def _mission_start(server: MavlinkServer, _: Command) -> Result:
     server.copter.say(Severity.WARNING, "Mode change to AUTO failed: init failed")
     return Result.FAILED
 

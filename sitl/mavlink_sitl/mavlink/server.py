@@ -9,7 +9,7 @@ when home is set. Commands are answered for any component of the own system, fro
 
 from __future__ import annotations
 
-from typing import Callable
+from collections.abc import Callable
 
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Setpoint
@@ -70,7 +70,8 @@ class MavlinkServer:
         self._parameters = ParameterServer(copter.parameters)
         self._later: list[int] = []
         self._boot_us = now_us
-        self._heartbeat_due_us = now_us
+        first_s = copter.estimator.scaled(copter.personality.first_heartbeat_s)
+        self._heartbeat_due_us = round(first_s * 1e6)
         self._timesync_due_us = now_us + TIMESYNC_US
         self._handlers: dict[str, Callable[[Message], None]] = {
             "HEARTBEAT": self._on_heartbeat,
@@ -177,9 +178,9 @@ class MavlinkServer:
         return frames
 
     def _dispatch(self, message: Message) -> None:
-        if message.get_srcSystem() == self.system_id:
-            if message.get_srcComponent() == COMPONENT_AUTOPILOT:
-                return  # our own words come back
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        if sender == (self.system_id, COMPONENT_AUTOPILOT):
+            return  # our own words come back
         target = getattr(message, "target_system", 0)
         if target not in (0, self.system_id):
             return

@@ -99,9 +99,7 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
         if position is None:
             return None
     velocity, acceleration, yaw, yaw_rate = _groups(message)
-    return _refuse_unfinite(
-        Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate)
-    )
+    return _refuse_unfinite(Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate))
 
 
 def local_position(

@@ -37,15 +37,12 @@ class StreamSchedule:
     def take_due(self, now_us: int) -> list[int]:
         """The messages that are due by now, each once, and the next time for each."""
         due = []
-        next_due_us = NEVER_US
         for message_id, due_us in self._due_us.items():
             if due_us <= now_us:
                 due.append(message_id)
                 interval_us = self._interval_us[message_id]
                 # Missed times are not made up for: a link needs news, not history.
-                due_us += interval_us * ((now_us - due_us) // interval_us + 1)
-                self._due_us[message_id] = due_us
-            if due_us < next_due_us:
-                next_due_us = due_us
-        self.next_due_us = next_due_us
+                missed = (now_us - due_us) // interval_us
+                self._due_us[message_id] = due_us + interval_us * (missed + 1)
+        self.next_due_us = min(self._due_us.values(), default=NEVER_US)
         return due

@@ -7,7 +7,8 @@ recorded to send.
 from __future__ import annotations
 
 import math
-from typing import Callable, NamedTuple, Optional
+from collections.abc import Callable
+from typing import NamedTuple
 
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion, Motors
@@ -29,7 +30,7 @@ class Snapshot(NamedTuple):
     """0 while the GPS has not told the time."""
     copter: Copter
     motion: Motion
-    gps: Optional[GpsReading]
+    gps: GpsReading | None
     """None before the receiver is found."""
     battery: BatteryReading
     thrust_over_hover: float
@@ -68,7 +69,9 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     copter = s.copter
     mode = copter.mode.spec
     base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-    base_mode |= dialect.MAV_MODE_FLAG_STABILIZE_ENABLED | dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+    base_mode |= (
+        dialect.MAV_MODE_FLAG_STABILIZE_ENABLED | dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+    )
     if mode.position_controlled or was_position_controlled or not copter.started:
         base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED
     if copter.armed:
@@ -351,7 +354,7 @@ def mission_current(s: Snapshot) -> Message:
     return dialect.MAVLink_mission_current_message(0, 0, 1, in_auto)
 
 
-def power_status(s: Snapshot) -> Message:
+def power_status(_: Snapshot) -> Message:
     """POWER_STATUS: a board at 5 V."""
     return dialect.MAVLink_power_status_message(5000, 0, 0)
 
@@ -383,7 +386,7 @@ def vibration(s: Snapshot) -> Message:
     return dialect.MAVLink_vibration_message(s.time_boot_us, 0.003, 0.003, z, 0, 0, 0)
 
 
-BUILDERS: dict[int, Callable[[Snapshot], Optional[Message]]] = {
+BUILDERS: dict[int, Callable[[Snapshot], Message | None]] = {
     0: heartbeat,
     1: sys_status,
     2: system_time,

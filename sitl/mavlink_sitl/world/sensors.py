@@ -24,9 +24,9 @@ class SensorModel(NamedTuple):
 
     update_s: float = 0.2
     """The GPS runs at 5 Hz; the error changes course as often."""
-    position_sigma_m: float = 0.02
+    position_sigma_m: float = 0.015
     """Standard deviation of each axis with a fix."""
-    correlation_s: float = 15.0
+    correlation_s: float = 30.0
     drift_m_s2: float = 0.08
     """Standard deviation of the velocity error's growth in a second without GPS."""
     satellites: int = 10
@@ -52,9 +52,7 @@ def no_error(o: Ops) -> EstimateError:
 def advance(error: EstimateError, dt: float) -> EstimateError:
     """Between two updates the error grows at its rate."""
     n, e, d, rate_n, rate_e, rate_d = error
-    return EstimateError(
-        n + rate_n * dt, e + rate_e * dt, d + rate_d * dt, rate_n, rate_e, rate_d
-    )
+    return EstimateError(n + rate_n * dt, e + rate_e * dt, d + rate_d * dt, rate_n, rate_e, rate_d)
 
 
 def update(
@@ -109,9 +107,9 @@ class Noise:
 
     def draw(self, o: Ops) -> tuple[Lane, Lane, Lane]:
         """Three independent lanes."""
-        draws = [(g.gauss(0.0, 1.0), g.gauss(0.0, 1.0), g.gauss(0.0, 1.0)) for g in self._generators]
-        north, east, down = zip(*draws)
-        return o.pack(list(north)), o.pack(list(east)), o.pack(list(down))
+        draws = [[g.gauss(0.0, 1.0) for _ in range(3)] for g in self._generators]
+        north, east, down = ([three[axis] for three in draws] for axis in range(3))
+        return o.pack(north), o.pack(east), o.pack(down)
 
 
 def gps_reading(

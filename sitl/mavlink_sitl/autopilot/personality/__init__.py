@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Mapping
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec
 
@@ -56,6 +56,7 @@ class Personality:
         gps_fix_s: when the receiver has its fix.
         battery_ready_s: when the power monitor has readings.
         origin_s: when the estimator has its origin and home is set.
+        first_heartbeat_s: when it is first heard.
         standby_s: when HEARTBEAT.system_status goes from BOOT to STANDBY.
         streams: REQUEST_DATA_STREAM groups: stream id to message ids.
         shortest_interval_us: SET_MESSAGE_INTERVAL below it is denied.
@@ -74,6 +75,7 @@ class Personality:
     gps_fix_s: float
     battery_ready_s: float
     origin_s: float
+    first_heartbeat_s: float
     standby_s: float
     streams: Mapping[int, tuple[int, ...]]
     shortest_interval_us: int
