@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3, horizontal_norm
 
-
 # Least time in which a goal's speed, and its acceleration, are reached (see with_speed).
 _SPEED_UP_TIME_S = 1.5
 _JERK_TIME_S = 0.4

@@ -5,17 +5,22 @@ from __future__ import annotations
 import math
 
 from navigation_core.geometry import (
+    ZERO,
     KinematicState,
     Vector3,
+    across,
     add,
-    distance,
+    dot,
     limit_norm,
     norm,
     scale,
     slew_angle,
+    subtract,
+    unit_between,
     wrap_angle,
 )
 from navigation_core.tasks.base import Setpoint
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.trajectory import Trajectory
 
 # The carrot runs freely until the vehicle lags this share of the greatest tracking error.
@@ -26,6 +31,8 @@ _RATE_CHANGE_PER_S = 2.0
 # Smoothing of the rate that the time remaining is divided by, and its floor.
 _RATE_AVERAGE_S = 2.0
 _RATE_FLOOR = 0.1
+# Trajectory time that counts as progress.
+_PROGRESS_S = 0.5
 
 
 class Carrot:
@@ -41,7 +48,7 @@ class Carrot:
     def __init__(
         self,
         trajectory: Trajectory,
-        tracking_error_max_m: float,
+        config: GotoConfig,
         yaw_enu_rad: float,
         yaw_goal_enu_rad: float,
     ) -> None:
@@ -49,15 +56,17 @@ class Carrot:
 
         Args:
             trajectory: where to walk.
-            tracking_error_max_m: lag at which the carrot stands still.
+            config: its ``tracking_error_max_m`` and ``tracking_lag_s``.
             yaw_enu_rad: yaw to begin with.
             yaw_goal_enu_rad: yaw to turn to, the shortest way.
         """
         self.trajectory = trajectory
-        self._error_max_m = tracking_error_max_m
+        self._config = config
         self._yaw = wrap_angle(yaw_enu_rad)
         self._yaw_goal = wrap_angle(yaw_goal_enu_rad)
         self._time_s = 0.0
+        self._stalled_s = 0.0
+        self._stalled_at_s = 0.0
         self._rate = 1.0
         self._rate_average = 1.0
         self._state = trajectory.sample(0.0)
@@ -83,9 +92,9 @@ class Carrot:
         )
 
     @property
-    def travelled_s(self) -> float:
-        """Trajectory time that has passed."""
-        return self._time_s
+    def stalled_s(self) -> float:
+        """Time since the carrot last made progress; 0 once it has come to its end."""
+        return 0.0 if self._time_s >= self.trajectory.duration_s else self._stalled_s
 
     @property
     def arrived(self) -> bool:
@@ -124,6 +133,9 @@ class Carrot:
         self._rate_average += share * (self._rate - self._rate_average)
         # The mean of both rates makes the position the integral of the velocity.
         self._time_s += 0.5 * (before + self._rate) * dt_s
+        self._stalled_s += dt_s
+        if self._time_s - self._stalled_at_s >= _PROGRESS_S:
+            self._stalled_s, self._stalled_at_s = 0.0, self._time_s
         self._state = self._scaled(
             self.trajectory.sample(self._time_s), (self._rate - before) / dt_s
         )
@@ -132,15 +144,25 @@ class Carrot:
     def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, speed: float) -> float:
         wanted = 1.0
         if position_enu_m is not None:
-            lag_m = distance(self._state.position_enu_m, position_enu_m)
-            room = (self._error_max_m - lag_m) / (self._error_max_m * (1.0 - _FREE_SHARE))
-            wanted = min(max(room, 0.0), 1.0)
+            error_max_m = self._config.tracking_error_max_m
+            room_m = error_max_m - self._lag_m(position_enu_m)
+            wanted = min(max(room_m / (error_max_m * (1.0 - _FREE_SHARE)), 0.0), 1.0)
         limits = self.trajectory.limits
         acceleration = min(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2)
         change = _RATE_CHANGE_PER_S
         if speed * change > acceleration:
             change = acceleration / speed
         return min(max(wanted, self._rate - change * dt_s), self._rate + change * dt_s)
+
+    def _lag_m(self, position_enu_m: Vector3) -> float:
+        """Return how far the vehicle is behind or beside the setpoint; ahead does not count."""
+        offset = subtract(self._state.position_enu_m, position_enu_m)
+        course = unit_between(ZERO, self._state.velocity_enu_m_s)
+        if course is None:
+            return norm(offset)
+        natural_m = self._config.tracking_lag_s * norm(self._state.velocity_enu_m_s)
+        behind_m = max(dot(offset, course) - natural_m, 0.0)
+        return math.hypot(behind_m, norm(across(offset, course)))
 
     def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
         velocity = nominal.velocity_enu_m_s

@@ -1,4 +1,4 @@
-"""Small conditions that tasks share: dwelling, waiting for an operation, being located."""
+"""Small conditions that tasks share: dwelling, and waiting for an operation."""
 
 from __future__ import annotations
 
@@ -12,11 +12,7 @@ from navigation_core.tasks.base import (
     OperationState,
     Outcome,
     Perform,
-    Requirement,
-    check_requirements,
 )
-
-_LOCATED = Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
 
 _WHAT = {
     OperationKind.TAKE_CONTROL: "change to the mode in which it obeys setpoints",
@@ -92,16 +88,3 @@ class Operation:
             OperationState.CANCELLED: "was given up",
         }[state]
         return Outcome(self.refusal, f"The request to {what} {ending}{because}", None)
-
-
-def is_located(observation: Observation, age_max_s: float) -> bool:
-    """Whether position, velocity and yaw are known, finite and recent."""
-    return check_requirements(_LOCATED, observation, age_max_s) is None
-
-
-def is_airborne(observation: Observation, height_min_m: float) -> bool:
-    """Whether the vehicle flies: as it says, or by its height if it does not say."""
-    if observation.airborne is not None:
-        return observation.airborne
-    position = observation.position_enu_m
-    return position is not None and position[2] - observation.ground_enu_m > height_min_m

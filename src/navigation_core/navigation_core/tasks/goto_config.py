@@ -48,7 +48,9 @@ class GotoConfig:
         takeoff_climb_rate_m_s: assumed climb rate of a take-off, for the estimate of time.
         arming_time_s: assumed time to arm and spin up, for the estimate of time.
         operation_timeout_s: longest wait for the report of an operation.
-        tracking_error_max_m: lag at which the setpoint waits for the vehicle.
+        tracking_error_max_m: tracking error at which the setpoint waits for the vehicle.
+        tracking_lag_s: time by which a vehicle follows its setpoint as a matter of course; it
+            does not count as tracking error.
         position_stale_s: age of the position from which the vehicle is held.
         position_timeout_s: age of the position from which the goal is given up.
         step_gap_s: time without a step after which the flight is planned anew.
@@ -74,10 +76,11 @@ class GotoConfig:
     arming_time_s: float = 3.0
     operation_timeout_s: float = 60.0
     tracking_error_max_m: float = 3.0
+    tracking_lag_s: float = 0.3
     position_stale_s: float = 1.0
     position_timeout_s: float = 2.0
     step_gap_s: float = 0.5
-    landed_timeout_s: float = 1.0
+    landed_timeout_s: float = 2.0
     airborne_height_m: float = 0.5
     yaw_distance_min_m: float = 1.0
 
@@ -88,7 +91,13 @@ class GotoConfig:
             GotoConfigError: a number is NaN, infinite or negative, or not positive where it
                 must be, or the take-off heights are not in order.
         """
-        may_be_zero = {"arrival_dwell_s", "stop_dwell_s", "arming_time_s", "yaw_distance_min_m"}
+        may_be_zero = {
+            "arrival_dwell_s",
+            "stop_dwell_s",
+            "arming_time_s",
+            "tracking_lag_s",
+            "yaw_distance_min_m",
+        }
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if not isinstance(value, (int, float)) or isinstance(value, bool):

@@ -53,14 +53,11 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
     (Phase.PREPARING, Event.STOP_ON_GROUND): Phase.DISARMING,
     (Phase.PREPARING, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.ARMING, Event.NEEDS_TAKEOFF): Phase.TAKING_OFF,
-    (Phase.ARMING, Event.FLIES): Phase.NAVIGATING,
     (Phase.ARMING, Event.STOP_ON_GROUND): Phase.DISARMING,
-    (Phase.ARMING, Event.STOP_IN_AIR): Phase.BRAKING,
     # Some autopilots leave the mode that obeys setpoints for the take-off.
     (Phase.TAKING_OFF, Event.NEEDS_CONTROL): Phase.PREPARING,
     (Phase.TAKING_OFF, Event.FLIES): Phase.NAVIGATING,
     (Phase.TAKING_OFF, Event.STOP_ON_GROUND): Phase.DISARMING,
-    (Phase.TAKING_OFF, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.NAVIGATING, Event.TRAJECTORY_ENDED): Phase.SETTLING,
     (Phase.NAVIGATING, Event.POSITION_LOST): Phase.HOLDING,
     (Phase.NAVIGATING, Event.REPLAN): Phase.NAVIGATING,
@@ -70,7 +67,6 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
     (Phase.SETTLING, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.HOLDING, Event.REPLAN): Phase.NAVIGATING,
     (Phase.HOLDING, Event.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.BRAKING, Event.REPLAN): Phase.BRAKING,
     (Phase.DISARMING, Event.STOP_IN_AIR): Phase.BRAKING,
 }
 TRANSITIONS.update(

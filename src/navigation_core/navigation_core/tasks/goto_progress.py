@@ -6,9 +6,9 @@ from navigation_core.geometry import KinematicState, Vector3, distance, is_finit
 from navigation_core.limits import Limits
 from navigation_core.tasks.base import Observation, Progress, Status
 from navigation_core.tasks.carrot import Carrot
-from navigation_core.tasks.conditions import is_airborne
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
+from navigation_core.tasks.measurement import is_airborne
 from navigation_core.trajectory import TrajectoryError, plan_to
 
 _STATUS = {

@@ -1,0 +1,166 @@
+"""Motions that Ruckig calculates: along a line, and from one velocity to another.
+
+Each is one Ruckig profile on axes that are chosen so that the norm of the horizontal
+velocity is known, because Ruckig itself limits every axis on its own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import ruckig
+
+from navigation_core.geometry import (
+    ZERO,
+    KinematicState,
+    Vector3,
+    across,
+    add,
+    distance,
+    dot,
+    norm,
+    subtract,
+    unit_between,
+)
+from navigation_core.limits import AxisLimits, Limits
+
+UP: Vector3 = (0.0, 0.0, 1.0)
+EAST: Vector3 = (1.0, 0.0, 0.0)
+# Below these, numbers count as zero: far under what a vehicle or its estimator resolves,
+# far above what double precision leaves of a 10 km position.
+TINY_M = 1e-6
+TINY_M_S = 1e-6
+TINY_M_S2 = 1e-6
+# A turn may be flown as one chord in space if the start hardly climbs or sinks. Otherwise
+# the climb rate changes by itself, as fast as it may: a descent must not be drawn out by
+# a long turn, because there is ground below.
+_LEVEL_M_S = 0.1
+
+
+class TrajectoryError(RuntimeError):
+    """No trajectory could be calculated from the given state; the vehicle should hold."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One Ruckig profile along fixed axes of the map frame.
+
+    Attributes:
+        origin_enu_m: where the profile's zero lies.
+        axes_enu: unit vectors, one for each degree of freedom.
+        profile: what Ruckig calculated.
+        duration_s: its duration.
+    """
+
+    origin_enu_m: Vector3
+    axes_enu: tuple[Vector3, ...]
+    profile: ruckig.Trajectory
+    duration_s: float
+
+    def sample(self, t_s: float) -> KinematicState:
+        """Return the state at a time since the beginning of the piece."""
+        positions, velocities, accelerations = self.profile.at_time(t_s)
+        return KinematicState(
+            add(self.origin_enu_m, self._combine(positions)),
+            self._combine(velocities),
+            self._combine(accelerations),
+        )
+
+    @property
+    def end(self) -> KinematicState:
+        """State at the end of the piece."""
+        return self.sample(self.duration_s)
+
+    def _combine(self, values: list[float]) -> Vector3:
+        x = y = z = 0.0
+        for value, axis in zip(values, self.axes_enu, strict=True):
+            x += value * axis[0]
+            y += value * axis[1]
+            z += value * axis[2]
+        return (x, y, z)
+
+
+def plan_straight(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Piece:
+    """Plan along the line to the goal, from a state that moves along it."""
+    axis = unit_between(state.position_enu_m, goal_enu_m) or EAST
+    axis_limits = limits.along(axis)
+    request = ruckig.InputParameter(1)
+    request.target_position = [distance(state.position_enu_m, goal_enu_m)]
+    request.max_velocity = [axis_limits.speed_forward_m_s]
+    request.min_velocity = [-axis_limits.speed_backward_m_s]
+    return _solve(request, state, (axis,), (axis_limits,))
+
+
+def change_velocity(state: KinematicState, target_m_s: Vector3, limits: Limits) -> Piece:
+    """Plan from a state to a velocity without acceleration, wherever that ends."""
+    axes = _turn_axes(state, subtract(target_m_s, state.velocity_enu_m_s))
+    return _reach(state, target_m_s, axes, limits)
+
+
+def _reach(
+    state: KinematicState, target_m_s: Vector3, axes: tuple[Vector3, ...], limits: Limits
+) -> Piece:
+    """Reach a velocity on each axis as fast as it goes."""
+    request = ruckig.InputParameter(len(axes))
+    request.control_interface = ruckig.ControlInterface.Velocity
+    request.synchronization = ruckig.Synchronization.No
+    request.target_velocity = [dot(target_m_s, axis) for axis in axes]
+    return _solve(request, state, axes, tuple(limits.along(axis) for axis in axes))
+
+
+def _turn_axes(state: KinematicState, change_m_s: Vector3) -> tuple[Vector3, ...]:
+    """Choose axes for a change of velocity: the chord in velocity space comes first."""
+    chord = unit_between(ZERO, change_m_s)
+    if (
+        chord is not None
+        and abs(state.velocity_enu_m_s[2]) <= _LEVEL_M_S
+        and norm(across(state.acceleration_enu_m_s2, chord)) < TINY_M_S2
+    ):
+        # What does not change is carried on by a second axis.
+        side = unit_between(ZERO, across(state.velocity_enu_m_s, chord))
+        return (chord,) if side is None else (chord, side)
+    level = unit_between(ZERO, (change_m_s[0], change_m_s[1], 0.0)) or EAST
+    return (level, (-level[1], level[0], 0.0), UP)
+
+
+def _solve(
+    request: ruckig.InputParameter,
+    state: KinematicState,
+    axes: tuple[Vector3, ...],
+    axis_limits: tuple[AxisLimits, ...],
+) -> Piece:
+    """Fill in start and limits and let Ruckig calculate.
+
+    Raises:
+        TrajectoryError: Ruckig finds no solution.
+    """
+    request.current_position = [0.0] * len(axes)
+    request.current_velocity = [dot(state.velocity_enu_m_s, axis) for axis in axes]
+    request.current_acceleration = [dot(state.acceleration_enu_m_s2, axis) for axis in axes]
+    request.max_acceleration = [limit.acceleration_m_s2 for limit in axis_limits]
+    request.max_jerk = [limit.jerk_m_s3 for limit in axis_limits]
+    profile = ruckig.Trajectory(len(axes))
+    try:
+        result = ruckig.Ruckig(len(axes)).calculate(request, profile)
+    except ruckig.RuckigError as error:
+        raise TrajectoryError(f"Ruckig refuses {request}: {error}") from error
+    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
+        raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")
+    return Piece(state.position_enu_m, axes, profile, profile.duration)
+
+
+def relaxed_velocity(state: KinematicState, limits: Limits) -> Vector3:
+    """Return the velocity that is left once the acceleration has gone, at the full jerk."""
+    ax, ay, az = state.acceleration_enu_m_s2
+    vx, vy, vz = state.velocity_enu_m_s
+    level = 0.5 * math.hypot(ax, ay) / limits.jerk_m_s3
+    return (vx + ax * level, vy + ay * level, vz + 0.5 * az * abs(az) / limits.jerk_m_s3)
+
+
+def relax(state: KinematicState, limits: Limits) -> Piece:
+    """Take the acceleration away as fast as the jerk allows, along its own direction."""
+    ax, ay, _ = state.acceleration_enu_m_s2
+    level = unit_between(ZERO, (ax, ay, 0.0)) or EAST
+    axes = (level, (-level[1], level[0], 0.0), UP)
+    return _reach(state, relaxed_velocity(state, limits), axes, limits)

@@ -1,0 +1,41 @@
+"""What a task reads from an observation."""
+
+from __future__ import annotations
+
+from navigation_core.geometry import KinematicState, Vector3, add, norm, scale
+from navigation_core.tasks.base import Observation, Requirement, check_requirements
+
+_LOCATED = Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
+
+
+def is_located(observation: Observation, age_max_s: float) -> bool:
+    """Whether position, velocity and yaw are known, finite and recent."""
+    return check_requirements(_LOCATED, observation, age_max_s) is None
+
+
+def is_airborne(observation: Observation, height_min_m: float) -> bool:
+    """Whether the vehicle flies: as it says, or by its height if it does not say."""
+    if observation.airborne is not None:
+        return observation.airborne
+    position = observation.position_enu_m
+    return position is not None and position[2] - observation.ground_enu_m > height_min_m
+
+
+def measured_state(observation: Observation) -> KinematicState:
+    """Return the state where the vehicle is now, taken to be without acceleration.
+
+    A position that is a little old is carried on at the measured velocity.
+
+    Raises:
+        ValueError: position or velocity is not known; ask :func:`is_located` first.
+    """
+    position, velocity = observation.position_enu_m, observation.velocity_enu_m_s
+    if position is None or velocity is None:
+        raise ValueError("The observation holds no position and velocity.")
+    return KinematicState(add(position, scale(velocity, observation.position_age_s)), velocity)
+
+
+def measured_speed(observation: Observation) -> float | None:
+    """Return the measured speed, or None."""
+    velocity: Vector3 | None = observation.velocity_enu_m_s
+    return None if velocity is None else norm(velocity)
