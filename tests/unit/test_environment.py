@@ -1,0 +1,236 @@
+"""The set-up says what is missing, and the environment can be entered from anywhere.
+
+The set-up as a whole is what every run of the suite starts with; here are its edges.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ROS_KIND = (ROOT / "install/environment.bash").read_text("utf-8").split(None, 3)[2]
+
+
+def bash(
+    script: str, variables: Mapping[str, str] | None = None, cwd: Path = ROOT
+) -> subprocess.CompletedProcess[str]:
+    """Runs a script in a shell that has nothing but the system's commands."""
+    environment = {"PATH": "/usr/bin:/bin", "HOME": os.environ.get("HOME", "/")}
+    return subprocess.run(
+        ["bash", "-c", script],
+        cwd=cwd,
+        env={**environment, **(variables or {})},
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+
+
+# --- The set-up ---
+
+
+@pytest.fixture
+def fresh_clone(tmp_path: Path) -> Path:
+    """As much of a clone as the checks of the set-up look at, never set up."""
+    for folder in ("scripts", "requirements"):
+        shutil.copytree(ROOT / folder, tmp_path / "clone" / folder)
+    (tmp_path / "clone/src").mkdir()
+    return tmp_path / "clone"
+
+
+def set_up_with(commands: dict[str, str], clone: Path, **variables: str) -> str:
+    """Runs the set-up where only some commands exist; returns what it says as it fails.
+
+    Args:
+        commands: path by name.
+        clone: the folder to set up.
+        variables: further environment.
+    """
+    path = clone / "commands"
+    path.mkdir()
+    for name, target in commands.items():
+        (path / name).symlink_to(target)
+    # Should a check not stop it, then this does.
+    variables |= {"PATH": str(path), "PIP_NO_INDEX": "1"}
+    result = bash("scripts/setup.sh", variables, clone)
+    assert result.returncode == 1
+    assert not (clone / ".venv").exists()
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    return result.stderr
+
+
+def commands(*names: str) -> dict[str, str]:
+    """The path of each command."""
+    found = {name: shutil.which(name) for name in ("bash", "env", "readlink", *names)}
+    return {name: path for name, path in found.items() if path}
+
+
+BASE_PYTHON = os.path.realpath(getattr(sys, "_base_executable", sys.executable))
+
+
+def test_missing_python_is_one_sentence_with_its_package(fresh_clone: Path) -> None:
+    said = set_up_with(commands("git", "make", "cc", "c++"), fresh_clone)
+    assert "No Python 3.10 to 3.13 was found: sudo apt install python3" in said
+
+
+@pytest.mark.parametrize(
+    ("missing", "package"),
+    [
+        ("git", "git"),
+        ("make", "build-essential"),
+        ("cc", "build-essential"),
+        ("c++", "build-essential"),
+    ],
+)
+def test_missing_tool_is_one_sentence_with_its_package(
+    fresh_clone: Path, missing: str, package: str
+) -> None:
+    tools = {**commands("git", "make", "cc", "c++"), "python3": BASE_PYTHON}
+    del tools[missing]
+    said = set_up_with(tools, fresh_clone, MAVBRIDGE_ROS="wheels")
+    assert f"There is no {missing} (" in said
+    assert f"sudo apt install {package}" in said
+
+
+def test_compiler_named_by_the_environment_is_the_one_looked_for(fresh_clone: Path) -> None:
+    tools = {**commands("git", "make", "cc", "c++"), "python3": BASE_PYTHON}
+    said = set_up_with(tools, fresh_clone, MAVBRIDGE_ROS="wheels", CXX="no-such-compiler -O2")
+    assert "There is no no-such-compiler (the C++ compiler)" in said
+
+
+@pytest.fixture
+def setup_environment() -> ModuleType:
+    """The module that does the set-up."""
+    path = ROOT / "scripts/setup_environment.py"
+    spec = importlib.util.spec_from_file_location("setup_environment", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_missing_headers_are_named(
+    setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sysconfig.get_path", lambda _name: str(tmp_path))
+    with pytest.raises(setup_environment.SetupError, match=r"headers of .*: sudo apt .*-dev$"):
+        setup_environment.check_prerequisites("system")
+
+
+def test_missing_venv_module_is_named(
+    setup_environment: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(setup_environment, "base_interpreter", lambda: "/bin/false")
+    with pytest.raises(setup_environment.SetupError, match=r"venv module .*: sudo apt .*-venv$"):
+        setup_environment.check_prerequisites("system")
+
+
+def test_entries_of_the_project_are_taken_out_of_an_environment(
+    setup_environment: ModuleType,
+) -> None:
+    before = {"PATH": "/w/.venv/bin:/usr/bin:/w/.venv2/bin", "PYTHONPATH": "/w/.venv", "X": "/w"}
+    after = setup_environment.without_folders(before, ["/w/.venv"])
+    assert after == {"PATH": "/usr/bin:/w/.venv2/bin", "PYTHONPATH": "", "X": "/w"}
+
+
+@pytest.mark.parametrize("python", ["no-such-python", "/bin/false"])
+def test_chosen_python_that_does_not_fit_is_refused(fresh_clone: Path, python: str) -> None:
+    said = set_up_with(commands("git", "make", "cc", "c++"), fresh_clone, PYTHON=python)
+    assert f"PYTHON is '{python}', which is not a working Python 3.10 to 3.13" in said
+
+
+@pytest.mark.parametrize(
+    ("variables", "kind"),
+    [
+        ({}, "wheels"),
+        ({"ROS_DISTRO": "jazzy", "AMENT_PREFIX_PATH": "/opt/ros/jazzy"}, "system"),
+        ({"ROS_DISTRO": "jazzy"}, "wheels"),
+        (
+            {
+                "ROS_DISTRO": "jazzy",
+                "AMENT_PREFIX_PATH": "/opt/ros/jazzy",
+                "MAVBRIDGE_ROS": "wheels",
+            },
+            "wheels",
+        ),
+        ({"ROS_DISTRO": "humble", "MAVBRIDGE_ROS": "wheels"}, "wheels"),
+    ],
+)
+def test_kind_of_ros_follows_the_shell(variables: dict[str, str], kind: str) -> None:
+    result = bash(". scripts/ros_kind.sh && mavbridge_ros_kind", variables)
+    assert (result.returncode, result.stdout, result.stderr) == (0, f"{kind}\n", "")
+
+
+@pytest.mark.parametrize(
+    ("variables", "said"),
+    [
+        ({"ROS_DISTRO": "humble"}, "ROS 2 humble is sourced, but this project is for Jazzy"),
+        ({"MAVBRIDGE_ROS": "system"}, "needs a sourced ROS 2 Jazzy"),
+        ({"MAVBRIDGE_ROS": "apt"}, "can only be 'wheels' or 'system'"),
+    ],
+)
+def test_contradiction_about_ros_is_one_sentence(variables: dict[str, str], said: str) -> None:
+    for script in ("scripts/setup.sh", "source ./setup.bash"):
+        result = bash(script, variables)
+        assert result.returncode == 1
+        assert said in result.stderr
+        assert len(result.stderr.strip().splitlines()) == 1
+
+
+# --- The environment ---
+
+
+def test_environment_enters_strict_shells_twice_from_anywhere(tmp_path: Path) -> None:
+    enter = f"source '{ROOT}/setup.bash'"
+    script = f"""
+        set -euo pipefail
+        {enter}; once=$(env | grep -v '^_=' | sort)
+        {enter}; twice=$(env | grep -v '^_=' | sort)
+        [ "$once" = "$twice" ]
+        command -v navigation_server navigation_client python
+        python -c 'import custom_interfaces.action, drone_navigation, mavlink_sitl, rclpy'
+        echo "$ROS_AUTOMATIC_DISCOVERY_RANGE"
+    """
+    result = bash(script, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    executables = ROOT / "install/drone_navigation/lib/drone_navigation"
+    assert result.stdout.splitlines() == [
+        f"{executables}/navigation_server",
+        f"{executables}/navigation_client",
+        f"{ROOT}/.venv/bin/python",
+        "LOCALHOST",
+    ]
+
+
+def test_environment_keeps_what_was_chosen_before() -> None:
+    script = 'source ./setup.bash; echo "$ROS_AUTOMATIC_DISCOVERY_RANGE ${PATH##*:}"'
+    result = bash(script, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "PATH": "/usr/bin:/bin:/own"})
+    assert result.stdout == "OFF /own\n"
+
+
+def test_environment_of_a_fresh_clone_names_the_command_to_run(fresh_clone: Path) -> None:
+    shutil.copy(ROOT / "setup.bash", fresh_clone)
+    result = bash("source ./setup.bash", {"MAVBRIDGE_ROS": "wheels"}, fresh_clone)
+    assert result.returncode == 1
+    assert "run 'make setup'" in result.stderr
+
+
+def test_other_ros_does_not_reach_an_environment_made_from_wheels() -> None:
+    if ROS_KIND != "wheels":
+        pytest.skip("set up on a sourced ROS")
+    foreign = dict.fromkeys(("AMENT_PREFIX_PATH", "PYTHONPATH"), "/opt/ros/humble")
+    foreign |= {"ROS_DISTRO": "humble", "MAVBRIDGE_ROS": "wheels"}
+    result = bash("source ./setup.bash; env", foreign)
+    assert "VIRTUAL_ENV=" in result.stdout
+    assert "humble" not in result.stdout

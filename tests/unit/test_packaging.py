@@ -1,0 +1,159 @@
+"""The lock, the packages, the action and the import rules are what they claim to be."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from custom_interfaces.action import Navigate
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).resolve().parents[2]
+PYPROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+ROS_KIND = (ROOT / "install/environment.bash").read_text("utf-8").split(None, 3)[2]
+LOCKS = ("wheels", "system")
+# Layers whose modules are still to come.
+PLANNED = {"navigation_core.planner", "navigation_core.replanner"}
+
+
+def lock_entries(kind: str) -> list[str]:
+    """The entries of a lock, each with its continuation lines."""
+    text = (ROOT / f"requirements/{kind}.txt").read_text("utf-8")
+    return [entry for entry in re.split(r"\n(?=\S)", text.strip()) if not entry.startswith("#")]
+
+
+def requirement(entry: str) -> Requirement:
+    return Requirement(entry.split("\\", maxsplit=1)[0])
+
+
+@pytest.mark.parametrize("kind", LOCKS)
+def test_lock_pins_everything_by_hash_and_names_no_host(kind: str) -> None:
+    entries = lock_entries(kind)
+    assert len(entries) > 50
+    for entry in entries:
+        first, *hashes = (line.rstrip("\\ ").strip() for line in entry.splitlines())
+        assert re.match(r"[a-z0-9-]+==[\w.]+( ; .+)?$", first), first
+        assert hashes, first
+        assert all(re.fullmatch(r"--hash=sha256:[0-9a-f]{64}", line) for line in hashes), first
+    assert "://" not in "".join(entries)
+
+
+@pytest.mark.parametrize("kind", LOCKS)
+def test_lock_holds_every_declared_dependency(kind: str) -> None:
+    groups = PYPROJECT["dependency-groups"]
+    locked = {canonicalize_name(requirement(entry).name) for entry in lock_entries(kind)}
+    for group in ("runtime", "build", "dev", f"ros-{kind}"):
+        declared = {canonicalize_name(Requirement(line).name) for line in groups[group]}
+        assert declared <= locked
+
+
+def test_installed_packages_are_those_of_the_lock() -> None:
+    for entry in lock_entries(ROS_KIND):
+        wanted = requirement(entry)
+        if wanted.marker is None or wanted.marker.evaluate():
+            installed = importlib.metadata.version(wanted.name)
+            assert installed in wanted.specifier, f"{wanted.name} {installed}"
+
+
+def test_entry_points_can_be_called() -> None:
+    points = importlib.metadata.distribution("drone_navigation").entry_points
+    scripts = {point.name: point.load() for point in points if point.group == "console_scripts"}
+    assert scripts.keys() == {"navigation_server", "navigation_client"}
+    assert all(callable(main) for main in scripts.values())
+
+
+def test_simulator_installs_on_its_own(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "sitl", tmp_path / "sitl")
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    offline = ["--no-index", "--no-deps", "--no-build-isolation"]
+    target = tmp_path / "target"
+    subprocess.run([*pip, *offline, "--target", target, tmp_path / "sitl"], check=True, timeout=50)
+    [installed] = importlib.metadata.distributions(path=[str(target)])
+    needs = {canonicalize_name(Requirement(line).name) for line in installed.requires or ()}
+    assert needs == {"jsonschema", "numpy", "pymavlink", "pyyaml"}
+    modules = {path.relative_to(ROOT / "sitl") for path in ROOT.glob("sitl/mavlink_sitl/**/*.py")}
+    missing = [module for module in modules if not (target / module).is_file()]
+    assert not missing
+
+
+COURSE_POSE = "geometry_msgs/PoseStamped"
+
+
+@pytest.mark.parametrize(
+    ("part", "fields"),
+    [
+        (
+            Navigate.Goal,
+            {"target_pose": COURSE_POSE, "avoid_obstacles": "boolean", "max_speed": "float"},
+        ),
+        (
+            Navigate.Result,
+            {
+                "success": "boolean",
+                "final_pose": COURSE_POSE,
+                "total_elapsed_time": "float",
+                "final_error": "float",
+                "message": "string",
+            },
+        ),
+        (
+            Navigate.Feedback,
+            {
+                "current_pose": COURSE_POSE,
+                "distance_remaining": "float",
+                "estimated_time_remaining": "float",
+                "battery_percentage": "float",
+                "current_status": "string",
+            },
+        ),
+    ],
+)
+def test_action_has_exactly_the_fields_of_the_course(part: Any, fields: dict[str, str]) -> None:
+    assert list(part.get_fields_and_field_types().items()) == list(fields.items())
+
+
+def test_names_and_values_of_the_constants_agree() -> None:
+    text = (ROOT / "src/custom_interfaces/action/Navigate.action").read_text("utf-8")
+    names = re.findall(r'^string (?:CODE|STATUS)_(\w+)="(\w+)"$', text, re.MULTILINE)
+    assert len(names) > 20
+    assert [name for name, value in names if name != value] == []
+
+
+def contract_modules() -> list[str]:
+    """Every module that an import contract names, optional layers included."""
+    found = []
+    for contract in PYPROJECT["tool"]["importlinter"]["contracts"]:
+        found += contract.get("modules", []) + contract.get("source_modules", [])
+        for container in contract.get("containers", []):
+            for layer in contract["layers"]:
+                found += [f"{container}.{name}" for name in re.findall(r"\w+", layer)]
+    return sorted(set(found))
+
+
+@pytest.mark.parametrize("module", contract_modules())
+def test_modules_named_by_the_import_contracts_exist(module: str) -> None:
+    # A contract about a misspelt optional layer would hold for ever.
+    exists = importlib.util.find_spec(module) is not None
+    assert exists == (module not in PLANNED)
+
+
+def test_make_lists_its_targets() -> None:
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    [declared] = re.findall(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)
+    shown = subprocess.run(["make"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    listed = re.findall(r"^make (\w+) ", shown, re.MULTILINE)
+    assert sorted(listed) == sorted(declared.split())
