@@ -29,7 +29,8 @@ class VehicleConfig:
     Attributes:
         vehicle: "copter".
         autopilot: "ardupilot".
-        system_id: MAVLink system id, 1..255; None for the vehicle's place in the list, from 1.
+        system_id: MAVLink system id, 1..255; None for the vehicle's place in the list, from 1
+            (and again from 1 after 255).
         home: where it starts.
         heading_deg: where its nose points at start, clockwise from North.
         ready_after_s: from power-up until the estimator uses GPS. The real firmware's

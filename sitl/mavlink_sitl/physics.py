@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mavlink_sitl.autopilot import controller
 from mavlink_sitl.dynamics import battery, quadrotor
-from mavlink_sitl.exchange import BatteryReading, Guidance, Motion
+from mavlink_sitl.exchange import BatteryReading, Guidance, Motion, YawMode
 from mavlink_sitl.ops import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
 
@@ -136,38 +137,40 @@ class Physics:
         self.control = self._retarget(index, guidance)
 
     def _retarget(self, index: int, g: Guidance) -> controller.ControllerState:
-        changes = {
-            "target_north_m": g.north_m,
-            "target_east_m": g.east_m,
-            "target_down_m": g.down_m,
-            "target_velocity_north_m_s": g.velocity_north_m_s,
-            "target_velocity_east_m_s": g.velocity_east_m_s,
-            "target_velocity_down_m_s": g.velocity_down_m_s,
-        }
-        belief = self._belief()
-        axes = ("north", "east") * g.restart_xy + ("down",) * g.restart_z
-        for axis in axes:
-            for name in (f"{axis}_m", f"velocity_{axis}_m_s"):
-                changes[name] = self.at(getattr(belief, name), index)
-        if g.yaw_mode == 1:
-            changes["yaw_rad"] = g.yaw_rad
-        control = self.control
-        return control._replace(
-            **{
-                name: self.with_value(getattr(control, name), index, value)
-                for name, value in changes.items()
+        control, belief = self.control, self._belief()
+
+        def changed(group: NamedTuple, axes: tuple[str, ...], restart: bool) -> dict[str, Lane]:
+            values = {}
+            for axis in axes:
+                values[f"target_{axis}_m"] = getattr(g, f"{axis}_m")
+                values[f"target_velocity_{axis}_m_s"] = getattr(g, f"velocity_{axis}_m_s")
+                for name in (f"{axis}_m", f"velocity_{axis}_m_s") * restart:
+                    values[name] = self.at(getattr(belief, name), index)
+            return {
+                name: self.with_value(getattr(group, name), index, value)
+                for name, value in values.items()
             }
+
+        level = changed(control.horizontal, ("north", "east"), g.restart_xy)
+        upright = changed(control.vertical, ("down",), g.restart_z)
+        yaw = control.yaw_rad
+        if g.yaw_mode is YawMode.ANGLE:
+            yaw = self.with_value(yaw, index, g.yaw_rad)
+        return control._replace(
+            horizontal=control.horizontal._replace(**level),
+            vertical=control.vertical._replace(**upright),
+            yaw_rad=yaw,
         )
 
     # Views.
 
     def moving_target(self, index: int) -> tuple[float, float, float]:
         """Where a vehicle's target is now, NED metres."""
-        control = self.control
+        horizontal = self.control.horizontal
         return (
-            self.at(control.target_north_m, index),
-            self.at(control.target_east_m, index),
-            self.at(control.target_down_m, index),
+            self.at(horizontal.target_north_m, index),
+            self.at(horizontal.target_east_m, index),
+            self.at(self.control.vertical.target_down_m, index),
         )
 
     def motion(self, index: int, truth: bool = False) -> Motion:

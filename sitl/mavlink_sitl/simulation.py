@@ -61,8 +61,7 @@ class Simulation:
         wind_ned_m_s: speed of the air.
 
     Raises:
-        ConfigurationError: two vehicles have the same system id, or something in a vehicle's
-            configuration does not fit.
+        ConfigurationError: the vehicles do not go together.
 
     Attributes:
         vehicles: the vehicles, with their links.
@@ -79,11 +78,7 @@ class Simulation:
         configs = [VehicleConfig()] if vehicles is None else list(vehicles)
         if not configs:
             raise ConfigurationError("a simulation needs at least one vehicle")
-        ids = [config.system_id or place for place, config in enumerate(configs, start=1)]
-        if len(set(ids)) != len(ids) or max(ids) > 255:
-            raise ConfigurationError(
-                f"each vehicle needs its own system id between 1 and 255, not {ids}"
-            )
+        ids = [config.system_id or place % 255 + 1 for place, config in enumerate(configs)]
         packs = {config.battery for config in configs}
         if len(packs) > 1:
             raise ConfigurationError("all vehicles must have the same battery model")

@@ -73,30 +73,48 @@ class Targets(NamedTuple):
     yaw_rate_rad_s: Lane
 
 
-class ControllerState(NamedTuple):
-    """What the controllers remember. Every field is a lane, NED and SI units."""
+class HorizontalState(NamedTuple):
+    """What the controllers remember about North and East. Every field is a lane."""
 
     target_north_m: Lane
     target_east_m: Lane
-    target_down_m: Lane
     target_velocity_north_m_s: Lane
     target_velocity_east_m_s: Lane
-    target_velocity_down_m_s: Lane
     north_m: Lane
     east_m: Lane
-    down_m: Lane
     velocity_north_m_s: Lane
     velocity_east_m_s: Lane
-    velocity_down_m_s: Lane
     acceleration_north_m_s2: Lane
     acceleration_east_m_s2: Lane
-    acceleration_down_m_s2: Lane
     integrator_north_m_s2: Lane
     integrator_east_m_s2: Lane
+
+
+class VerticalState(NamedTuple):
+    """The same about down."""
+
+    target_down_m: Lane
+    target_velocity_down_m_s: Lane
+    down_m: Lane
+    velocity_down_m_s: Lane
+    acceleration_down_m_s2: Lane
     integrator_down_m_s2: Lane
+
+
+class ControllerState(NamedTuple):
+    """What the controllers remember. NED and SI units.
+
+    Attributes:
+        horizontal: targets, desired motion and integrators, North and East.
+        vertical: the same, down.
+        yaw_rad: the desired yaw, a lane.
+        spool: 0 at idle .. 1 when the motors may do what they are told, a lane.
+    """
+
+    horizontal: HorizontalState
+    vertical: VerticalState
     yaw_rad: Lane
     spool: Lane
-    """0 at idle .. 1 when the motors may do what they are told"""
 
 
 class Belief(NamedTuple):
@@ -124,9 +142,16 @@ class Output(NamedTuple):
 def initial(belief: Belief, o: Ops) -> ControllerState:
     """Controllers that want to be where the vehicle is."""
     zero = o.full(0.0)
-    here = (belief.north_m, belief.east_m, belief.down_m)
-    still = (zero, zero, zero)
-    return ControllerState(*here, *still, *here, *still, *still, *still, belief.yaw_rad, zero)
+    return ControllerState(
+        HorizontalState(
+            belief.north_m, belief.east_m, zero, zero,
+            belief.north_m, belief.east_m, zero, zero,
+            zero, zero, zero, zero,
+        ),
+        VerticalState(belief.down_m, zero, belief.down_m, zero, zero, zero),
+        belief.yaw_rad,
+        zero,
+    )  # fmt: skip
 
 
 def targets_of(guidance: list[Guidance], o: Ops) -> Targets:
@@ -187,20 +212,24 @@ def step(
     spool = o.clip(state.spool + (2.0 * targets.fly - 1.0) * (dt / gains.spool_up_s), 0.0, 1.0)
     # Until the motors may lift, nothing winds up and nothing runs ahead of the vehicle.
     free = targets.fly * (1.0 - belief.on_ground * (spool < 1.0))
-    state = state._replace(spool=spool)
-    state, lean_n, lean_e = _horizontal(state, targets, belief, free, dt, gains, o)
-    state, lift = _vertical(state, targets, belief, free, dt, gains, o)
+    horizontal, lean_n, lean_e = _horizontal(state.horizontal, targets, belief, free, dt, gains, o)
+    vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o)
     thrust = lift * o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
     ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
     thrust = targets.fly * o.clip(thrust, 0.0, ramp)
     thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2
-    state, yaw_rate = _yaw(state, targets, belief, free, dt, gains, o)
+    speed = o.hypot(horizontal.velocity_north_m_s, horizontal.velocity_east_m_s)
+    course = o.atan2(horizontal.velocity_east_m_s, horizontal.velocity_north_m_s)
+    ahead = (targets.yaw_mode == YawMode.LOOK_AHEAD) * (speed > 0.05 * targets.speed_xy_m_s)
+    wanted = o.where(ahead, course, state.yaw_rad)
+    yaw_rad, yaw_rate = _yaw(wanted, targets, belief, free, dt, gains, o)
+    state = ControllerState(horizontal, vertical, yaw_rad, spool)
     return state, Output(lean_n * free, lean_e * free, thrust, yaw_rate)
 
 
 def _horizontal(
-    s: ControllerState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
-) -> tuple[ControllerState, Lane, Lane]:
+    s: HorizontalState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+) -> tuple[HorizontalState, Lane, Lane]:
     """Shape and track North and East; returns the leans."""
     # The target itself moves.
     target_v_n = s.target_velocity_north_m_s + t.acceleration_north_m_s2 * dt * t.track_velocity_xy
@@ -244,19 +273,16 @@ def _horizontal(
     grow = k.velocity_xy_i * dt * (asked < most)
     integrator_n = (s.integrator_north_m_s2 + error_n * grow) * free
     integrator_e = (s.integrator_east_m_s2 + error_e * grow) * free
-    state = s._replace(
-        target_north_m=target_n, target_east_m=target_e,
-        target_velocity_north_m_s=target_v_n, target_velocity_east_m_s=target_v_e,
-        north_m=n, east_m=e, velocity_north_m_s=v_n, velocity_east_m_s=v_e,
-        acceleration_north_m_s2=a_n, acceleration_east_m_s2=a_e,
-        integrator_north_m_s2=integrator_n, integrator_east_m_s2=integrator_e,
+    state = HorizontalState(
+        target_n, target_e, target_v_n, target_v_e, n, e, v_n, v_e, a_n, a_e,
+        integrator_n, integrator_e,
     )  # fmt: skip
     return state, p_n * scale / GRAVITY_M_S2, p_e * scale / GRAVITY_M_S2
 
 
 def _vertical(
-    s: ControllerState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
-) -> tuple[ControllerState, Lane]:
+    s: VerticalState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+) -> tuple[VerticalState, Lane]:
     """Shape and track down; returns the upward specific force, m/s2."""
     target_v = s.target_velocity_down_m_s + t.acceleration_down_m_s2 * dt * t.track_velocity_z
     target = s.target_down_m + target_v * dt
@@ -284,24 +310,16 @@ def _vertical(
     slip = v + k.position_z * (d - b.down_m) - b.velocity_down_m_s
     integrator = o.clip(s.integrator_down_m_s2 + slip * (k.velocity_z_i * dt), -5.0, 5.0) * free
     lift = GRAVITY_M_S2 - (a + k.velocity_z * slip + integrator)
-    state = s._replace(
-        target_down_m=target, target_velocity_down_m_s=target_v, down_m=d,
-        velocity_down_m_s=v, acceleration_down_m_s2=a, integrator_down_m_s2=integrator,
-    )  # fmt: skip
-    return state, lift
+    return VerticalState(target, target_v, d, v, a, integrator), lift
 
 
 def _yaw(
-    s: ControllerState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
-) -> tuple[ControllerState, Lane]:
-    """Turn towards the wanted yaw; returns the rate."""
-    fast = o.hypot(s.velocity_north_m_s, s.velocity_east_m_s) > 0.05 * t.speed_xy_m_s
-    ahead = (t.yaw_mode == YawMode.LOOK_AHEAD) * fast
-    heading = o.where(ahead, o.atan2(s.velocity_east_m_s, s.velocity_north_m_s), s.yaw_rad)
+    wanted: Lane, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+) -> tuple[Lane, Lane]:
+    """Turn towards the wanted yaw; returns that yaw, turned on in rate mode, and the rate."""
     turning = t.yaw_mode == YawMode.RATE
-    heading = o.where(turning, heading + t.yaw_rate_rad_s * dt, heading)
-    heading = o.where(free, heading, b.yaw_rad)
-    error = o.wrap_pi(heading - b.yaw_rad)
+    wanted = o.where(turning, wanted + t.yaw_rate_rad_s * dt, wanted)
+    wanted = o.where(free, wanted, b.yaw_rad)
+    error = o.wrap_pi(wanted - b.yaw_rad)
     rate = o.clip(k.yaw * error, -k.yaw_slew_rad_s, k.yaw_slew_rad_s)
-    rate = (rate + turning * t.yaw_rate_rad_s) * free
-    return s._replace(yaw_rad=heading), rate
+    return wanted, (rate + turning * t.yaw_rate_rad_s) * free
