@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
 
 HERE = Path(__file__).resolve().parent

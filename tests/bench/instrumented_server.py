@@ -12,10 +12,9 @@ import sys
 import time
 from pathlib import Path
 
+from drone_navigation import navigation_server
 from drone_navigation.goal import GoalFeedback
 from mavlink_vehicle.codec import Message
-
-from drone_navigation import navigation_server
 
 left_s: dict[int, float] = {}
 

@@ -6,9 +6,8 @@ import selectors
 import socket
 import threading
 
-from mavlink_vehicle.codec import Codec, Message
-
 from mavlink_vehicle import codec
+from mavlink_vehicle.codec import Codec, Message
 
 _LOOPBACK = "127.0.0.1"
 _GROUND_STATION_SYSTEM = 255

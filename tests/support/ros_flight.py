@@ -11,15 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
-from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
-from drone_navigation.topics import LATCHED_QOS
+from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 from std_msgs.msg import String
 
 from custom_interfaces.action import Navigate
+from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from drone_navigation.topics import LATCHED_QOS
 from tests.support.relay import Relay
 
 READY_TIMEOUT_S = 30.0
@@ -155,6 +156,15 @@ class Flight:
         """Ask for a cancel and return the service's answer."""
         future = record.handle.cancel_goal_async()
         self.wait(future.done, 10.0, "an answer to the cancel")
+        return future.result()
+
+    def cancel_all(self) -> CancelGoal.Response:
+        """Ask for a cancel of every goal, as the action's own service allows."""
+        service = self._node.create_client(CancelGoal, f"{ACTION_NAME}/_action/cancel_goal")
+        assert service.wait_for_service(timeout_sec=10.0)
+        future = service.call_async(CancelGoal.Request())  # all zeros: every goal
+        self.wait(future.done, 10.0, "an answer to cancel all")
+        self._node.destroy_client(service)
         return future.result()
 
     def wait_for_status(self, record: GoalRecord, status: str) -> None:

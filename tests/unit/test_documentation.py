@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+
 from drone_navigation.configuration import PARAMETERS
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Status
@@ -29,7 +30,7 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_make_targets_modules_and_files_exist(page: Path) -> None:
     text = page.read_text("utf-8")
     targets = set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE))
-    for target in re.findall(r"`make ([a-z-]+)", text) + re.findall(r"^make ([a-z-]+)", text, re.MULTILINE):
+    for target in re.findall(r"(?:^|`)make ([a-z-]+)", text, re.MULTILINE):
         assert target in targets, f"{page.name}: make {target}"
     for module in re.findall(r"python -m ((?:drone_navigation|mavlink_sitl)[\w.]*)", text):
         package = {"drone_navigation": "src/drone_navigation", "mavlink_sitl": "sitl"}
@@ -54,10 +55,10 @@ def test_every_parameter_is_documented_with_its_default() -> None:
 def test_every_code_and_status_is_documented_and_a_constant_of_the_action() -> None:
     for code in OutcomeCode:
         assert f"`{code.value}`" in NAVIGATE, code
-        assert re.search(rf'^string CODE_{code.value}\s*=\s*"{code.value}"', ACTION, re.MULTILINE), code
+        assert f'\nstring CODE_{code.value}="{code.value}"\n' in ACTION, code
     for status in Status:
         assert f"`{status.value}`" in NAVIGATE, status
-        assert re.search(rf'^string STATUS_{status.value}\s*=\s*"{status.value}"', ACTION, re.MULTILINE)
+        assert f'\nstring STATUS_{status.value}="{status.value}"\n' in ACTION, status
 
 
 def test_parameters_named_on_the_navigate_page_exist() -> None:

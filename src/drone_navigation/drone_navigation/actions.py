@@ -15,8 +15,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from action_msgs.srv import CancelGoal
-from mavlink_vehicle.io.clock import Clock
-from mavlink_vehicle.io.driver import Driver
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -29,6 +27,9 @@ from drone_navigation.bridge import Bridge
 from drone_navigation.goal import GoalFeedback, GoalFinished
 from drone_navigation.lifecycle import GoalState
 from drone_navigation.names import ACTION_NAME
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import Driver
 
 if TYPE_CHECKING:
     from navigation_core.safety import Rejection
@@ -49,7 +50,7 @@ class _Session:
     finished: GoalFinished | None = None
 
 
-class _CompleteCancelActionServer(ActionServer):  # type: ignore[misc]
+class _CompleteCancelActionServer(ActionServer):
     """An action server whose "cancel all" cancels all.
 
     rclpy 7.1 removes refused goals from the list that it is iterating, so that the goal
@@ -115,7 +116,7 @@ class NavigateServer:
             rejection: Rejection | None = self._driver.call(
                 lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
             )
-        except TimeoutError:
+        except DriverError:
             self._node.get_logger().error("Goal rejected: the driver thread does not answer")
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
@@ -135,7 +136,7 @@ class NavigateServer:
             accepted = self._driver.call(
                 lambda: self._bridge.cancel_goal(goal_id, self._clock.now()), _CALL_TIMEOUT_S
             )
-        except TimeoutError:
+        except DriverError:
             accepted = False
         return CancelResponse.ACCEPT if accepted else CancelResponse.REJECT
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from drone_navigation.map_frame import MapFrame
+from drone_navigation.requests import NavigateRequest, check_request, resolve
+from drone_navigation.settings import BridgeConfig
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
 from navigation_core.tasks.goto import GotoGoal
-
-from drone_navigation.map_frame import MapFrame
-from drone_navigation.requests import NavigateRequest, check_request, resolve
-from drone_navigation.settings import BridgeConfig
 
 
 def admit(

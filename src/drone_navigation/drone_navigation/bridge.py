@@ -12,6 +12,15 @@ from __future__ import annotations
 
 import math
 
+from drone_navigation import notes
+from drone_navigation.admission import admit
+from drone_navigation.goal import ActiveGoal, LogLevel, Output
+from drone_navigation.lifecycle import GoalEvent
+from drone_navigation.map_frame import MapFrame
+from drone_navigation.observation import hold_setpoint_ned, observe, setpoint_ned
+from drone_navigation.reporting import Reporter
+from drone_navigation.requests import MapPose, NavigateRequest
+from drone_navigation.settings import BridgeConfig
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
@@ -41,16 +50,6 @@ from navigation_core.tasks.base import (
     Status,
 )
 from navigation_core.tasks.goto import Goto, GotoGoal
-
-from drone_navigation import notes
-from drone_navigation.admission import admit
-from drone_navigation.goal import ActiveGoal, LogLevel, Output
-from drone_navigation.lifecycle import GoalEvent
-from drone_navigation.map_frame import MapFrame
-from drone_navigation.observation import hold_setpoint_ned, observe, setpoint_ned
-from drone_navigation.reporting import Reporter
-from drone_navigation.requests import MapPose, NavigateRequest
-from drone_navigation.settings import BridgeConfig
 
 __all__ = ["Bridge", "BridgeConfig"]
 

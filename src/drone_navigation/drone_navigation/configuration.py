@@ -11,12 +11,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from drone_navigation.settings import BridgeConfig
 from mavlink_vehicle.vehicle import VehicleConfig
 from navigation_core.safety import FlightVolume
 from navigation_core.tasks.goto import GotoConfig
 from navigation_core.trajectory import Limits
-
-from drone_navigation.settings import BridgeConfig
 
 ParameterValue: TypeAlias = bool | int | float | str
 _Number = Callable[[str], float]

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import matplotlib as mpl
-from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.io.tlog import TlogReader
 
 from drone_navigation import notes
 from mavlink_vehicle import frames
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.io.tlog import TlogReader
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt
@@ -51,7 +51,7 @@ def read_flight(path: Path) -> Flight:
         records = list(TlogReader(path))
     except OSError as error:
         raise PlotError(f"{path} cannot be read: {error.strerror or error}") from error
-    codec = Codec(source_system=255, source_component=0)
+    codec = Codec(source_system=255, source_component=190)
     flight = Flight()
     origin: tuple[float, float, float] | None = None
     start_s: float | None = None

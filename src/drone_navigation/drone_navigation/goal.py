@@ -7,6 +7,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
 
+from drone_navigation.lifecycle import (
+    TERMINAL_STATES,
+    GoalEvent,
+    GoalState,
+    next_state,
+    terminal_event,
+)
+from drone_navigation.requests import MapPose, NavigateRequest
 from mavlink_vehicle.codec import Message
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -17,15 +25,6 @@ from navigation_core.tasks.base import (
     Status,
     Task,
 )
-
-from drone_navigation.lifecycle import (
-    TERMINAL_STATES,
-    GoalEvent,
-    GoalState,
-    next_state,
-    terminal_event,
-)
-from drone_navigation.requests import MapPose, NavigateRequest
 
 
 class LogLevel(Enum):

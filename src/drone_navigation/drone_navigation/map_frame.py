@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.state import VehicleState
-from navigation_core.geometry import Vector3
-
 from drone_navigation.requests import MapPose
 from mavlink_vehicle import frames
+from mavlink_vehicle.state import VehicleState
+from navigation_core.geometry import Vector3
 
 # Latitude and longitude in degrees, altitude above mean sea level in metres.
 Geodetic = tuple[float, float, float]

@@ -10,13 +10,6 @@ import traceback
 from types import FrameType
 
 import rclpy
-from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.clock import MonotonicClock
-from mavlink_vehicle.io.driver import Driver
-from mavlink_vehicle.io.links import open_link
-from mavlink_vehicle.io.tlog import TlogWriter
-from mavlink_vehicle.vehicle import Vehicle
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -38,6 +31,13 @@ from drone_navigation.goal import (
 from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.parameters import declare_parameters
 from drone_navigation.topics import Topics
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.errors import LinkError
+from mavlink_vehicle.io.clock import MonotonicClock
+from mavlink_vehicle.io.driver import Driver
+from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.vehicle import Vehicle
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -88,6 +88,16 @@ class ServerApplication:
         """Return what is to be sent, after publishing what a request brought about."""
         self._publish()
         return self._bridge.messages_to_send()
+
+    def fail(self, error: Exception) -> None:
+        """End the active goal because of a defect, and tell it with its traceback."""
+        text = "".join(traceback.format_exception(type(error), error, error.__traceback__))
+        if self._node is not None:
+            self._node.get_logger().error(f"Internal error: {text}")
+        self._bridge.fail(
+            f"The server has a defect ({error}); the vehicle was told to hold.", self._clock.now()
+        )
+        self._publish()
 
     def _publish(self) -> None:
         while (output := self._bridge.next_output()) is not None:
@@ -170,7 +180,7 @@ def _run(options: argparse.Namespace) -> int:
     node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
     try:
         config = declare_parameters(node)
-        link = open_link(config.link_url)
+        link = open_link(config.link_url, node.get_logger().warning)
         recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     except (ConfigurationError, LinkError, OSError) as error:
         node.get_logger().fatal(str(error))
@@ -179,18 +189,12 @@ def _run(options: argparse.Namespace) -> int:
     clock = MonotonicClock()
     bridge = Bridge(Vehicle(config.vehicle), config.bridge)
     application = ServerApplication(bridge, recorder, clock)
-    failed = threading.Event()
     stop = threading.Event()
-
-    def on_error(error: BaseException) -> None:
-        text = "".join(traceback.format_exception(type(error), error, error.__traceback__))
-        node.get_logger().error(f"Internal error; the vehicle is left to hold: {text}")
-
     codec = Codec(
         source_system=config.vehicle.source_system or 1,
         source_component=config.vehicle.source_component,
     )
-    driver = Driver(application, link, codec, clock, recorder, on_error)
+    driver = Driver(application, link, codec, clock, recorder, application.fail)
     server = NavigateServer(node, bridge, driver, clock)
     application.attach(node, server, Topics(node))
     executor = MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS)
@@ -210,12 +214,10 @@ def _run(options: argparse.Namespace) -> int:
     stop.wait()
     _stop_goals(bridge, driver, server, clock, config)
     executor.shutdown(timeout_sec=1.0)
+    gave_up = not driver.running
     driver.stop(_STOP_TIMEOUT_S)
-    link.close()
-    if recorder is not None:
-        recorder.close()
     node.destroy_node()
-    return EXIT_FAILED if failed.is_set() else EXIT_OK
+    return EXIT_FAILED if gave_up else EXIT_OK
 
 
 def _stop_goals(

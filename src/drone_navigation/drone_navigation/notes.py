@@ -7,11 +7,10 @@ sends anything on the link (:data:`COMPONENT_ID`). Any tlog viewer shows them.
 
 from __future__ import annotations
 
+from mavlink_vehicle import codec
 from mavlink_vehicle.codec import Message
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.base import Progress
-
-from mavlink_vehicle import codec
 
 # MAV_COMP_ID_ONBOARD_COMPUTER4 (common.xml): the recorder's own voice.
 COMPONENT_ID = 194

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
+from drone_navigation.map_frame import MapFrame
+from mavlink_vehicle import frames
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle
 from navigation_core.tasks.base import Observation, OperationReport, Setpoint
-
-from drone_navigation.map_frame import MapFrame
-from mavlink_vehicle import frames
 
 _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.UNDEFINED: None,

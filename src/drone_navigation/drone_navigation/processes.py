@@ -9,8 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 _LOOPBACK = "127.0.0.1"
@@ -149,7 +148,7 @@ class Process:
                 f"{self.name} was still running after {timeout_s:g} s. It printed:\n"
                 + "\n".join(self.lines[-20:])
             ) from None
-        self._reader.join(5.0)
+        self._close()
         return code
 
     def signal(self, number: signal.Signals) -> None:
@@ -165,13 +164,16 @@ class Process:
         except subprocess.TimeoutExpired:
             self._child.kill()
             self._child.wait(10.0)
+        self._close()
+        return self._child.returncode
+
+    def _close(self) -> None:
         self._reader.join(5.0)
         if self._child.stdout is not None:
             self._child.stdout.close()
         if self._log is not None:
             self._log.close()
             self._log = None
-        return self._child.returncode
 
     def _read(self) -> None:
         assert self._child.stdout is not None
@@ -184,13 +186,3 @@ class Process:
                 self._changed.notify_all()
         with self._changed:
             self._changed.notify_all()
-
-
-@contextmanager
-def running(*arguments: Process) -> Iterator[None]:
-    """Stop the given processes on the way out, the last one first."""
-    try:
-        yield
-    finally:
-        for process in reversed(arguments):
-            process.stop()

@@ -4,13 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 
-from mavlink_vehicle.codec import Message
-from mavlink_vehicle.vehicle import Vehicle
-from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety import Rejection
-from navigation_core.tasks.base import Outcome, Progress
-from navigation_core.tasks.goto import GotoGoal
-
 from drone_navigation import notes
 from drone_navigation.goal import (
     ActiveGoal,
@@ -22,6 +15,12 @@ from drone_navigation.goal import (
     Output,
 )
 from drone_navigation.map_frame import MapFrame
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
+from navigation_core.tasks.base import Outcome, Progress
+from navigation_core.tasks.goto import GotoGoal
 
 
 class Reporter:

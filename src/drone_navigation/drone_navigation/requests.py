@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mavlink_vehicle import frames
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import FlightVolume, Rejection, check_target
 from navigation_core.tasks.goto import GotoGoal
-
-from mavlink_vehicle import frames
 
 FRAME_MAP = "map"
 FRAME_BASE_LINK = "base_link"

@@ -9,6 +9,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 import yaml
+
 from drone_navigation.configuration import (
     PARAMETERS,
     ConfigurationError,

@@ -5,6 +5,9 @@ from __future__ import annotations
 import itertools
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from drone_navigation.lifecycle import (
     TERMINAL_STATES,
     TRANSITIONS,
@@ -14,8 +17,6 @@ from drone_navigation.lifecycle import (
     next_state,
     terminal_event,
 )
-from hypothesis import given
-from hypothesis import strategies as st
 from navigation_core.outcomes import OutcomeCode
 
 PAIRS = list(itertools.product(GoalState, GoalEvent))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
-from drone_navigation.requests import MapPose, NavigateRequest, check_request, resolve
 from hypothesis import given
 from hypothesis import strategies as st
+
+from drone_navigation.requests import MapPose, NavigateRequest, check_request, resolve
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import FlightVolume, Rejection
 from navigation_core.tasks.goto import GotoGoal
