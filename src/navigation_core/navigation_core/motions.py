@@ -32,10 +32,10 @@ EAST: Vector3 = (1.0, 0.0, 0.0)
 TINY_M = 1e-6
 TINY_M_S = 1e-6
 TINY_M_S2 = 1e-6
-# A turn may be flown as one chord in space if the start hardly climbs or sinks. Otherwise
-# the climb rate changes by itself, as fast as it may: a descent must not be drawn out by
-# a long turn, because there is ground below.
-_LEVEL_M_S = 0.1
+# From about rest, all three axes keep in step, so that the path is as good as straight.
+# From a faster start the climb rate changes by itself, as fast as it may: a descent must not
+# be drawn out by a long turn, because there is ground below.
+_ABOUT_REST_M_S = 0.3
 
 
 class TrajectoryError(RuntimeError):
@@ -114,7 +114,7 @@ def _turn_axes(state: KinematicState, change_m_s: Vector3) -> tuple[Vector3, ...
     chord = unit_between(ZERO, change_m_s)
     if (
         chord is not None
-        and abs(state.velocity_enu_m_s[2]) <= _LEVEL_M_S
+        and norm(state.velocity_enu_m_s) <= _ABOUT_REST_M_S
         and norm(across(state.acceleration_enu_m_s2, chord)) < TINY_M_S2
     ):
         # What does not change is carried on by a second axis.

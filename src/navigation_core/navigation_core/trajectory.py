@@ -48,7 +48,10 @@ __all__ = ["Limits", "LimitsError", "Trajectory", "TrajectoryError", "plan_stop"
 
 # A start may be this much faster than the limit before it is braked first.
 _OVERSPEED = 1e-4
-_LENGTH_SAMPLES = 64
+# Steps in which the length of a path is measured. Linear between them, the error is a few
+# millimetres at usual accelerations.
+_LENGTH_STEP_S = 0.1
+_LENGTH_STEPS_MAX = 1000
 
 
 @dataclass(frozen=True)
@@ -83,25 +86,26 @@ class Trajectory:
         return KinematicState(self.end_position_enu_m)
 
     def remaining_distance_m(self, t_s: float) -> float:
-        """Return the length of the path that lies ahead at a time."""
-        times, lengths = self._length_table
+        """Return the length of the path that lies ahead at a time; it never grows."""
         if t_s >= self.duration_s:
             return 0.0
-        # Equal steps over the whole duration, so the next sample is found by division.
-        index = max(0, min(int(t_s / self.duration_s * _LENGTH_SAMPLES), _LENGTH_SAMPLES - 1))
-        here = self.sample(t_s).position_enu_m
-        following = self.sample(times[index + 1]).position_enu_m
-        return distance(here, following) + lengths[index + 1]
+        lengths = self._lengths_ahead
+        place = max(t_s, 0.0) / self.duration_s * (len(lengths) - 1)
+        index = min(int(place), len(lengths) - 2)
+        here, ahead = lengths[index], lengths[index + 1]
+        return here + (ahead - here) * (place - index)
 
     @cached_property
-    def _length_table(self) -> tuple[list[float], list[float]]:
-        """Sample times, and the length of the path from each to the end."""
-        times = [self.duration_s * i / _LENGTH_SAMPLES for i in range(_LENGTH_SAMPLES + 1)]
-        points = [self.sample(t).position_enu_m for t in times]
+    def _lengths_ahead(self) -> list[float]:
+        """Lengths of the path that lies ahead, at equal steps of time."""
+        count = min(max(int(self.duration_s / _LENGTH_STEP_S), 1), _LENGTH_STEPS_MAX)
+        step_s = self.duration_s / count
+        points = [self.sample(i * step_s).position_enu_m for i in range(count)]
+        points.append(self.end_position_enu_m)
         lengths = [0.0] * len(points)
-        for i in range(len(points) - 2, -1, -1):
+        for i in range(count - 1, -1, -1):
             lengths[i] = lengths[i + 1] + distance(points[i], points[i + 1])
-        return times, lengths
+        return lengths
 
 
 def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Trajectory:

@@ -192,13 +192,15 @@ class Goto:
         """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
         self._ending = ending
         inherited = self._phase is Phase.PREPARING and self._flight.commanded is not None
-        taking_off = self._phase is Phase.TAKING_OFF or _is_pending(
-            observation, OperationKind.TAKE_OFF
+        # A replaced goal may have left something under way.
+        on_ground = self._phase is Phase.TAKING_OFF or any(
+            _is_pending(observation, kind)
+            for kind in (OperationKind.ARM, OperationKind.DISARM, OperationKind.TAKE_OFF)
         )
         if self._phase in _FLYING or (inherited and observation.in_control):
             self._flight.plan_stop(observation)
             self._go(Event.STOP_IN_AIR, now)
-        elif taking_off or self._arming_asked:
+        elif on_ground or self._arming_asked:
             # Whoever armed it: a take-off under way has to be stopped.
             self._go(Event.STOP_ON_GROUND, now)
 
@@ -229,6 +231,8 @@ class Goto:
                 "off yourself, or allow the server to arm."
             )
             return self._over(OutcomeCode.ARMING_NOT_ALLOWED, text, observation)
+        if _is_pending(observation, OperationKind.DISARM):
+            return Perform(OperationKind.DISARM)  # of a replaced goal; it cannot be taken back
         # A take-off that a replaced goal began goes on.
         taking_off = _is_pending(observation, OperationKind.TAKE_OFF)
         if not observation.in_control and not taking_off:
