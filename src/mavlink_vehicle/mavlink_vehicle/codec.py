@@ -91,7 +91,7 @@ class _Layout:
                     values[start] if length == 1 else list(values[start : start + length])
                 )
         else:
-            attributes.update(zip(self.names, values, strict=True))
+            attributes.update(zip(self.names, values))  # noqa: B905 - equal by construction
         for name in self.strings:
             raw = attributes[name].rstrip(b"\x00")
             attributes[f"_{name}_raw"] = raw

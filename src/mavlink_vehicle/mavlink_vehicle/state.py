@@ -17,6 +17,29 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.frames import Vector3, normalize_angle
 from mavlink_vehicle.status_text import StatusText, StatusTexts, add_chunk, expire
+from mavlink_vehicle.telemetry import (
+    Attitude,
+    Battery,
+    Estimator,
+    GlobalPosition,
+    GpsFix,
+    Home,
+    LocalPosition,
+    Origin,
+)
+
+__all__ = [
+    "Attitude",
+    "Battery",
+    "Estimator",
+    "GlobalPosition",
+    "GpsFix",
+    "Home",
+    "LocalPosition",
+    "Origin",
+    "VehicleState",
+    "reduce",
+]
 
 REORDER_LIMIT_MS = 3000
 """Time since boot going back by less is a late packet; by more, a restart."""
@@ -24,134 +47,15 @@ REORDER_LIMIT_MS = 3000
 _UINT16_MAX = 0xFFFF
 _INT32_MAX = 0x7FFFFFFF
 _UINT32 = 1 << 32
+_CENTIDEGREE = math.radians(0.01)
 _WRAP_MARGIN_MS = 60_000
 _AUTOPILOT_INVALID = mavlink.MAV_AUTOPILOT_INVALID
 _ARMED_FLAG = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-_GPS_FIX_2D = mavlink.GPS_FIX_TYPE_2D_FIX
 # The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
 _FIRMWARE_TYPES = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
-
-
-@dataclass(frozen=True, slots=True)
-class GlobalPosition:
-    """GLOBAL_POSITION_INT.
-
-    Attributes:
-        time_s: when it came.
-        time_boot_ms: the vehicle's time of it.
-        latitude_deg: WGS-84.
-        longitude_deg: WGS-84.
-        altitude_amsl_m: above mean sea level.
-        relative_altitude_m: above home.
-        velocity_ned_m_s: ground velocity, north, east, down.
-        heading_ned_rad: heading of the nose, 0 north, clockwise, in (-pi, pi].
-    """
-
-    time_s: float
-    time_boot_ms: int
-    latitude_deg: float
-    longitude_deg: float
-    altitude_amsl_m: float
-    relative_altitude_m: float
-    velocity_ned_m_s: Vector3
-    heading_ned_rad: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class LocalPosition:
-    """LOCAL_POSITION_NED: about the vehicle's local origin."""
-
-    time_s: float
-    time_boot_ms: int
-    position_ned_m: Vector3
-    velocity_ned_m_s: Vector3
-
-
-@dataclass(frozen=True, slots=True)
-class Attitude:
-    """ATTITUDE: FRD body against NED; rates about the body's axes."""
-
-    time_s: float
-    time_boot_ms: int
-    roll_rad: float
-    pitch_rad: float
-    yaw_ned_rad: float
-    rates_frd_rad_s: Vector3
-
-
-@dataclass(frozen=True, slots=True)
-class Battery:
-    """BATTERY_STATUS of battery 0, or what SYS_STATUS says until the first of those.
-
-    Attributes:
-        time_s: when it came.
-        remaining: fraction 0 to 1, None when unknown.
-        voltage_v: of the whole pack, None when unknown.
-        current_a: positive when discharging, None when unknown.
-        consumed_ah: charge used, None when unknown.
-        charge_state: MAV_BATTERY_CHARGE_STATE, 0 when unknown.
-        from_summary: it came from SYS_STATUS.
-    """
-
-    time_s: float
-    remaining: float | None
-    voltage_v: float | None
-    current_a: float | None
-    consumed_ah: float | None = None
-    charge_state: int = 0
-    from_summary: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Home:
-    """HOME_POSITION; `position_ned_m` (about the local origin) is None until it is known."""
-
-    time_s: float
-    latitude_deg: float
-    longitude_deg: float
-    altitude_amsl_m: float
-    position_ned_m: Vector3 | None
-
-
-@dataclass(frozen=True, slots=True)
-class Origin:
-    """GPS_GLOBAL_ORIGIN: where the local origin lies."""
-
-    time_s: float
-    latitude_deg: float
-    longitude_deg: float
-    altitude_amsl_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class GpsFix:
-    """GPS_RAW_INT; `fix_type` is GPS_FIX_TYPE (3 = 3D)."""
-
-    time_s: float
-    fix_type: int
-    satellites: int | None
-    hdop: float | None
-    vdop: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Estimator:
-    """EKF_STATUS_REPORT or ESTIMATOR_STATUS.
-
-    Attributes:
-        time_s: when it came.
-        flags: as sent.
-        horizontal_position_ok: an absolute horizontal position is estimated.
-        horizontal_relative_ok: the same for a position relative to the start.
-    """
-
-    time_s: float
-    flags: int
-    horizontal_position_ok: bool
-    horizontal_relative_ok: bool
 
 
 @dataclass(frozen=True)
@@ -247,12 +151,12 @@ def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
     return reducer(state, message, now)
 
 
-def _evolve(state: VehicleState, **changes: Any) -> VehicleState:
+def _evolve(state: VehicleState, changes: dict[str, Any]) -> VehicleState:
     """Do what dataclasses.replace does, several times faster: this runs for every message."""
+    if not changes:
+        return state
     new = object.__new__(VehicleState)
-    attributes = new.__dict__
-    attributes.update(state.__dict__)
-    attributes.update(changes)
+    object.__setattr__(new, "__dict__", {**state.__dict__, **changes})
     return new
 
 
@@ -260,46 +164,50 @@ def _heartbeat(state: VehicleState, message: Message, now: float) -> VehicleStat
     if message.autopilot == _AUTOPILOT_INVALID:
         return state
     header = message._header
-    return _evolve(
-        state,
-        system_id=header.srcSystem,
-        component_id=header.srcComponent,
-        autopilot=message.autopilot,
-        vehicle_type=message.type,
-        last_heartbeat_s=now,
-        armed=bool(message.base_mode & _ARMED_FLAG),
-        base_mode=message.base_mode,
-        custom_mode=message.custom_mode,
-        system_status=message.system_status,
-        texts=expire(state.texts, now),
-    )
+    changes = {
+        "system_id": header.srcSystem,
+        "component_id": header.srcComponent,
+        "autopilot": message.autopilot,
+        "vehicle_type": message.type,
+        "last_heartbeat_s": now,
+        "armed": bool(message.base_mode & _ARMED_FLAG),
+        "base_mode": message.base_mode,
+        "custom_mode": message.custom_mode,
+        "system_status": message.system_status,
+        "texts": expire(state.texts, now),
+    }
+    return _evolve(state, changes)
 
 
-def _booted(state: VehicleState, time_boot_ms: int) -> VehicleState:
-    """Take note of the time since boot; after a restart what was measured before is void."""
+_VOID_AFTER_RESTART: dict[str, Any] = {
+    "landed_state": LandedState.UNDEFINED,
+    "global_position": None,
+    "local_position": None,
+    "attitude": None,
+    "home": None,
+    "origin": None,
+    "gps": None,
+    "estimator": None,
+    "sensors_health": None,
+    "prearm_ok": None,
+}
+
+
+def _boot_changes(state: VehicleState, time_boot_ms: int) -> dict[str, Any]:
+    """Return what a time since boot changes; after a restart what was measured before is void."""
     last = state.boot_time_ms
     if last is None or last <= time_boot_ms:
-        return _evolve(state, boot_time_ms=time_boot_ms)
+        return {"boot_time_ms": time_boot_ms}
     back = last - time_boot_ms
     if back < REORDER_LIMIT_MS:
-        return state
+        return {}
     if back > _UINT32 - _WRAP_MARGIN_MS:  # the counter's own end, after 49.7 days
-        return _evolve(state, boot_time_ms=time_boot_ms)
-    return _evolve(
-        state,
-        boot_count=state.boot_count + 1,
-        boot_time_ms=time_boot_ms,
-        landed_state=LandedState.UNDEFINED,
-        global_position=None,
-        local_position=None,
-        attitude=None,
-        home=None,
-        origin=None,
-        gps=None,
-        estimator=None,
-        sensors_health=None,
-        prearm_ok=None,
-    )
+        return {"boot_time_ms": time_boot_ms}
+    return {
+        **_VOID_AFTER_RESTART,
+        "boot_count": state.boot_count + 1,
+        "boot_time_ms": time_boot_ms,
+    }
 
 
 def _is_late(part: GlobalPosition | LocalPosition | Attitude | None, time_boot_ms: int) -> bool:
@@ -307,57 +215,59 @@ def _is_late(part: GlobalPosition | LocalPosition | Attitude | None, time_boot_m
 
 
 def _system_time(state: VehicleState, message: Message, _now: float) -> VehicleState:
-    return _booted(state, message.time_boot_ms)
+    return _evolve(state, _boot_changes(state, message.time_boot_ms))
 
 
 def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
     time_boot_ms = message.time_boot_ms
-    state = _booted(state, time_boot_ms)
     if _is_late(state.global_position, time_boot_ms):
         return state
-    if (message.lat == 0 and message.lon == 0) or _INT32_MAX in (message.lat, message.lon):
-        return state if state.global_position is None else _evolve(state, global_position=None)
-    heading = message.hdg
-    return _evolve(
-        state,
-        global_position=GlobalPosition(
+    changes = _boot_changes(state, time_boot_ms)
+    latitude, longitude, heading = message.lat, message.lon, message.hdg
+    if (latitude == 0 and longitude == 0) or _INT32_MAX in (latitude, longitude):
+        changes["global_position"] = None
+    else:
+        changes["global_position"] = GlobalPosition(
             now,
             time_boot_ms,
-            message.lat * 1e-7,
-            message.lon * 1e-7,
+            latitude * 1e-7,
+            longitude * 1e-7,
             message.alt * 1e-3,
             message.relative_alt * 1e-3,
             (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01),
-            None if heading == _UINT16_MAX else normalize_angle(math.radians(heading * 0.01)),
-        ),
-    )
+            None if heading == _UINT16_MAX else normalize_angle(heading * _CENTIDEGREE),
+        )
+    return _evolve(state, changes)
 
 
 def _local_position(state: VehicleState, message: Message, now: float) -> VehicleState:
     time_boot_ms = message.time_boot_ms
-    state = _booted(state, time_boot_ms)
     if _is_late(state.local_position, time_boot_ms):
         return state
+    changes = _boot_changes(state, time_boot_ms)
     position = (message.x, message.y, message.z)
     velocity = (message.vx, message.vy, message.vz)
-    if not (_finite(position) and _finite(velocity)):
-        return state if state.local_position is None else _evolve(state, local_position=None)
-    return _evolve(state, local_position=LocalPosition(now, time_boot_ms, position, velocity))
+    changes["local_position"] = (
+        LocalPosition(now, time_boot_ms, position, velocity)
+        if _finite(position) and _finite(velocity)
+        else None
+    )
+    return _evolve(state, changes)
 
 
 def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState:
     time_boot_ms = message.time_boot_ms
-    state = _booted(state, time_boot_ms)
-    angles = (message.roll, message.pitch, message.yaw)
-    rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
-    if _is_late(state.attitude, time_boot_ms) or not (_finite(angles) and _finite(rates)):
+    if _is_late(state.attitude, time_boot_ms):
         return state
-    return _evolve(
-        state,
-        attitude=Attitude(
-            now, time_boot_ms, angles[0], angles[1], normalize_angle(angles[2]), rates
-        ),
+    changes = _boot_changes(state, time_boot_ms)
+    roll, pitch, yaw = message.roll, message.pitch, message.yaw
+    rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
+    changes["attitude"] = (
+        Attitude(now, time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
+        if _finite((roll, pitch, yaw)) and _finite(rates)
+        else None
     )
+    return _evolve(state, changes)
 
 
 def _battery_status(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -372,17 +282,15 @@ def _battery_status(state: VehicleState, message: Message, now: float) -> Vehicl
     unknown_current = current_ca == -1 or (
         current_ca == -100 and state.autopilot == mavlink.MAV_AUTOPILOT_PX4
     )
-    return _evolve(
-        state,
-        battery=Battery(
-            now,
-            _fraction(message.battery_remaining),
-            sum(cells) / 1000 if cells else None,
-            None if unknown_current else current_ca / 100,
-            None if consumed_mah < 0 else consumed_mah / 1000,
-            message.charge_state,
-        ),
+    battery = Battery(
+        now,
+        _fraction(message.battery_remaining),
+        sum(cells) / 1000 if cells else None,
+        None if unknown_current else current_ca / 100,
+        None if consumed_mah < 0 else consumed_mah / 1000,
+        message.charge_state,
     )
+    return _evolve(state, {"battery": battery})
 
 
 def _sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -402,7 +310,7 @@ def _sys_status(state: VehicleState, message: Message, now: float) -> VehicleSta
             None if message.current_battery == -1 else message.current_battery * 0.01,
             from_summary=True,
         )
-    return _evolve(state, **changes)
+    return _evolve(state, changes)
 
 
 def _extended_sys_state(state: VehicleState, message: Message, _now: float) -> VehicleState:
@@ -410,67 +318,64 @@ def _extended_sys_state(state: VehicleState, message: Message, _now: float) -> V
         landed = LandedState(message.landed_state)
     except ValueError:  # a state that a newer dialect may define
         landed = LandedState.UNDEFINED
-    return state if landed is state.landed_state else _evolve(state, landed_state=landed)
+    return state if landed is state.landed_state else _evolve(state, {"landed_state": landed})
 
 
 def _home_position(state: VehicleState, message: Message, now: float) -> VehicleState:
     if message.latitude == 0 and message.longitude == 0:
         return state
     position = (message.x, message.y, message.z)
-    return _evolve(
-        state,
-        home=Home(
-            now,
-            message.latitude * 1e-7,
-            message.longitude * 1e-7,
-            message.altitude * 1e-3,
-            position if _finite(position) else None,
-        ),
+    home = Home(
+        now,
+        message.latitude * 1e-7,
+        message.longitude * 1e-7,
+        message.altitude * 1e-3,
+        position if _finite(position) else None,
     )
+    return _evolve(state, {"home": home})
 
 
 def _gps_global_origin(state: VehicleState, message: Message, now: float) -> VehicleState:
     if message.latitude == 0 and message.longitude == 0:
         return state
     origin = Origin(now, message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
-    return _evolve(state, origin=origin)
+    return _evolve(state, {"origin": origin})
 
 
 def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
-    return _evolve(
-        state,
-        gps=GpsFix(
-            now,
-            message.fix_type,
-            None if message.satellites_visible == 255 else message.satellites_visible,
-            None if message.eph == _UINT16_MAX else message.eph * 0.01,
-            None if message.epv == _UINT16_MAX else message.epv * 0.01,
-        ),
+    gps = GpsFix(
+        now,
+        message.fix_type,
+        None if message.satellites_visible == 255 else message.satellites_visible,
+        None if message.eph == _UINT16_MAX else message.eph / 100,
+        None if message.epv == _UINT16_MAX else message.epv / 100,
     )
+    return _evolve(state, {"gps": gps})
 
 
 def _estimator(state: VehicleState, message: Message, now: float) -> VehicleState:
     # The constant-position flag says nothing more: ArduPilot clears these two with it, PX4's
     # simulator sets it at rest although its position is good.
     flags = message.flags
-    return _evolve(
-        state,
-        estimator=Estimator(
-            now,
-            flags,
-            bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
-            bool(flags & _ESTIMATOR_HORIZONTAL_RELATIVE),
-        ),
+    estimator = Estimator(
+        now,
+        flags,
+        bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
+        bool(flags & _ESTIMATOR_HORIZONTAL_RELATIVE),
     )
+    return _evolve(state, {"estimator": estimator})
 
 
 def _autopilot_version(state: VehicleState, message: Message, _now: float) -> VehicleState:
     version = message.flight_sw_version
+    changes: dict[str, Any] = {"capabilities": message.capabilities}
     if not version:
-        return _evolve(state, capabilities=message.capabilities)
+        return _evolve(state, changes)
     suffix = _FIRMWARE_TYPES.get(version & 0xFF, "-dev")
-    text = f"{version >> 24 & 0xFF}.{version >> 16 & 0xFF}.{version >> 8 & 0xFF}{suffix}"
-    return _evolve(state, firmware_version=text, capabilities=message.capabilities)
+    changes["firmware_version"] = (
+        f"{version >> 24 & 0xFF}.{version >> 16 & 0xFF}.{version >> 8 & 0xFF}{suffix}"
+    )
+    return _evolve(state, changes)
 
 
 def _status_text(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -483,7 +388,7 @@ def _status_text(state: VehicleState, message: Message, now: float) -> VehicleSt
         sequence=message._header.seq,
         now=now,
     )
-    return state if texts is state.texts else _evolve(state, texts=texts)
+    return state if texts is state.texts else _evolve(state, {"texts": texts})
 
 
 def _finite(vector: Vector3) -> bool:

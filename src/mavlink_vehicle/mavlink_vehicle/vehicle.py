@@ -43,7 +43,7 @@ from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.operations import Goal, Operation, OperationTiming
 from mavlink_vehicle.protocols.requested_changes import RequestedChanges
-from mavlink_vehicle.protocols.sequence import SequenceWatch
+from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.setpoint_stream import (
     SetpointNed,
     SetpointStream,
@@ -159,12 +159,14 @@ class Vehicle:
         self._rates = MessageRates(self.config.message_rates_hz, self._command_timing)
         self._requests = MessageRequests(_WANTED_ONCE)
         self._stream = SetpointStream()
-        self._sequence = SequenceWatch()
+        self._heartbeat_place = 0
+        self._sequence = SequenceOrder()
         self._requested = RequestedChanges(self.config.grace_s)
         self._operation: Operation | None = None
         self._next_operation_id = 1
         self._events: deque[VehicleEvent] = deque()
-        self._parts = (self._sender, self._watch, self._rates, self._requests, self._stream)
+        self._parts = (self._sender, self._watch, self._rates, self._requests)
+        self._senders = (self._stream, self._sender, self._rates, self._requests)
 
     # What is known
 
@@ -234,10 +236,12 @@ class Vehicle:
             header.srcSystem != before.system_id and before.system_id != 0
         ):
             return
-        late = self._sequence.is_late(header.seq, now)
+        place = self._sequence.place(header.seq, now)
         kind = message.__class__
-        if kind is _HEARTBEAT and late and self.discovered:
-            return  # it would show a mode that has been left since
+        if kind is _HEARTBEAT:
+            if place < self._heartbeat_place:
+                return  # it would show a mode that has been left since
+            self._heartbeat_place = place
         state = reduce(before, message, now)
         if state.system_id == 0:
             return
@@ -258,10 +262,12 @@ class Vehicle:
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""
-        times = [part.next_deadline() for part in self._parts]
-        if self._operation is not None:
-            times.append(self._operation.next_deadline())
-        return min((time for time in times if time is not None), default=None)
+        earliest = None if self._operation is None else self._operation.next_deadline()
+        for part in self._parts:
+            time = part.next_deadline()
+            if time is not None and (earliest is None or time < earliest):
+                earliest = time
+        return earliest
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -280,10 +286,8 @@ class Vehicle:
 
     def messages_to_send(self) -> list[Message]:
         """Take what is to be sent, with our ids in it."""
-        messages: list[Message] = []
-        if self._operation is not None:
-            messages += self._operation.messages_to_send()
-        for part in self._parts:
+        messages = [] if self._operation is None else self._operation.messages_to_send()
+        for part in self._senders:
             messages += part.messages_to_send()
         if messages:
             address = self.address
@@ -437,7 +441,7 @@ class Vehicle:
             if self._operation is not None:
                 self._operation.lose("the autopilot restarted", now)
                 self._collect(now)
-        if before.last_heartbeat_s is not None and state.last_heartbeat_s is not None:
+        if before.last_heartbeat_s is not None:
             self._compare_heartbeats(before, now)
         if state.landed_state is not before.landed_state:
             self._events.append(LandedChanged(before.landed_state, state.landed_state))

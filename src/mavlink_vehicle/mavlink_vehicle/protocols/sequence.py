@@ -1,4 +1,4 @@
-"""Tells late packets from new ones by MAVLink's sequence number.
+"""Puts packets into the order in which they were sent, by MAVLink's sequence number.
 
 HEARTBEAT carries no time, and an old one that arrives after a newer one would show a mode that
 has been left since: it would look like a pilot's intervention.
@@ -10,7 +10,7 @@ _HALF = 128
 _RESYNC_S = 1.0
 
 
-class SequenceWatch:
+class SequenceOrder:
     """Follows the sequence numbers (0 to 255, wrapping) of one sender."""
 
     def __init__(self) -> None:
@@ -18,18 +18,22 @@ class SequenceWatch:
         self._newest: int | None = None
         self._advanced_s = 0.0
 
-    def is_late(self, sequence: int, now: float) -> bool:
-        """Take in a packet's number; True when a newer packet came before it, or it is a double.
+    def place(self, sequence: int, now: float) -> int:
+        """Return the packet's place in the order of sending; it grows from packet to packet.
 
-        After a second without progress any number is taken as new: the sender restarted, or so
-        much was lost that the number says nothing.
+        A number up to half the circle behind the newest is a late packet. After a second
+        without progress any number is taken as a new one: the sender restarted, or so much was
+        lost that the number says nothing.
         """
-        if (
-            self._newest is not None
-            and now - self._advanced_s < _RESYNC_S
-            and not 0 < (sequence - self._newest) % 256 < _HALF
-        ):
-            return True
-        self._newest = sequence
-        self._advanced_s = now
-        return False
+        newest = self._newest
+        if newest is None:
+            self._newest = sequence
+            self._advanced_s = now
+            return sequence
+        ahead = (sequence - newest) % 256
+        if ahead >= _HALF and now - self._advanced_s < _RESYNC_S:
+            return newest + ahead - 256
+        if ahead:
+            self._newest = newest + ahead
+            self._advanced_s = now
+        return newest + ahead

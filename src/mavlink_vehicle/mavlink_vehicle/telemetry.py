@@ -1,0 +1,122 @@
+"""The parts of a vehicle's state, each as it came with one message.
+
+Named tuples, because several of them are made for every position that arrives, and a frozen
+dataclass takes three times as long to make.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mavlink_vehicle.frames import Vector3
+
+
+class GlobalPosition(NamedTuple):
+    """GLOBAL_POSITION_INT.
+
+    Attributes:
+        time_s: when it came.
+        time_boot_ms: the vehicle's time of it.
+        latitude_deg: WGS-84.
+        longitude_deg: WGS-84.
+        altitude_amsl_m: above mean sea level.
+        relative_altitude_m: above home.
+        velocity_ned_m_s: ground velocity, north, east, down.
+        heading_ned_rad: heading of the nose, 0 north, clockwise, in (-pi, pi].
+    """
+
+    time_s: float
+    time_boot_ms: int
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+    relative_altitude_m: float
+    velocity_ned_m_s: Vector3
+    heading_ned_rad: float | None
+
+
+class LocalPosition(NamedTuple):
+    """LOCAL_POSITION_NED: about the vehicle's local origin."""
+
+    time_s: float
+    time_boot_ms: int
+    position_ned_m: Vector3
+    velocity_ned_m_s: Vector3
+
+
+class Attitude(NamedTuple):
+    """ATTITUDE: FRD body against NED; rates about the body's axes."""
+
+    time_s: float
+    time_boot_ms: int
+    roll_rad: float
+    pitch_rad: float
+    yaw_ned_rad: float
+    rates_frd_rad_s: Vector3
+
+
+class Battery(NamedTuple):
+    """BATTERY_STATUS of battery 0, or what SYS_STATUS says until the first of those.
+
+    Attributes:
+        time_s: when it came.
+        remaining: fraction 0 to 1, None when unknown.
+        voltage_v: of the whole pack, None when unknown.
+        current_a: positive when discharging, None when unknown.
+        consumed_ah: charge used, None when unknown.
+        charge_state: MAV_BATTERY_CHARGE_STATE, 0 when unknown.
+        from_summary: it came from SYS_STATUS.
+    """
+
+    time_s: float
+    remaining: float | None
+    voltage_v: float | None
+    current_a: float | None
+    consumed_ah: float | None = None
+    charge_state: int = 0
+    from_summary: bool = False
+
+
+class Home(NamedTuple):
+    """HOME_POSITION; `position_ned_m` (about the local origin) is None until it is known."""
+
+    time_s: float
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+    position_ned_m: Vector3 | None
+
+
+class Origin(NamedTuple):
+    """GPS_GLOBAL_ORIGIN: where the local origin lies."""
+
+    time_s: float
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+
+
+class GpsFix(NamedTuple):
+    """GPS_RAW_INT; `fix_type` is GPS_FIX_TYPE (3 = 3D)."""
+
+    time_s: float
+    fix_type: int
+    satellites: int | None
+    hdop: float | None
+    vdop: float | None
+
+
+class Estimator(NamedTuple):
+    """EKF_STATUS_REPORT or ESTIMATOR_STATUS.
+
+    Attributes:
+        time_s: when it came.
+        flags: as sent.
+        horizontal_position_ok: an absolute horizontal position is estimated.
+        horizontal_relative_ok: the same for a position relative to the start.
+    """
+
+    time_s: float
+    flags: int
+    horizontal_position_ok: bool
+    horizontal_relative_ok: bool
