@@ -1,0 +1,218 @@
+"""CPU for receiving telemetry and reducing it to the vehicle's state, per message.
+
+Three receivers take the same datagrams from a real UDP socket: the driver with its link, codec
+and vehicle, whole and in its own thread; a bare loop of `socket.recv` and pymavlink's
+`parse_buffer`, which keeps nothing; and pymavlink's `mavutil.recv_match`, which keeps the last
+message of each kind. They take turns, and the least of several rounds counts, because whatever
+disturbs a round only adds to it. The time is the receiving thread's own CPU time.
+"""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import all as mavlink
+
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.io.clock import MonotonicClock
+from mavlink_vehicle.io.driver import Driver
+from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.vehicle import Vehicle
+from tests.bench.telemetry_sender import telemetry
+
+HERE = Path(__file__).resolve().parent
+ROUNDS = 7
+BATCH = 100
+FLOOD_S = 40
+PACED_S = 8
+
+
+class _Counting(Vehicle):
+    """A vehicle that counts, and gives up its events as a bridge does."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.received = 0
+
+    def receive(self, message: Message, now: float) -> None:
+        self.received += 1
+        super().receive(message, now)
+        while self.next_event() is not None:
+            pass
+
+
+def measures() -> list[dict[str, Any]]:
+    """Measure at volume, and at the pace of one vehicle."""
+    frames = [frame for _, frame in telemetry(FLOOD_S)]
+    ours_us, bare_us, mavutil_us = _least(
+        lambda: _driver_us(frames), lambda: _bare_us(frames), lambda: _mavutil_us(frames)
+    )
+    paced_ms, paced_bare_ms = _least(_driver_paced_ms, _bare_paced_ms, rounds=2)
+    name = "CPU per telemetry message, received and reduced"
+    return [
+        _row(name, ours_us, "us", "recv + parse_buffer", bare_us, 1.5),
+        _row(name, ours_us, "us", "mavutil.recv_match", mavutil_us, 1.0),
+        {
+            "name": "CPU of the driver with one vehicle's telemetry, per second",
+            "value": paced_ms,
+            "unit": "ms",
+            "reference": "recv + parse_buffer",
+            "reference_value": paced_bare_ms,
+            "ratio": paced_ms / paced_bare_ms,
+            "goal": "< 20 ms",
+            "met": paced_ms < 20.0,
+        },
+    ]
+
+
+def _row(
+    name: str, value: float, unit: str, reference: str, reference_value: float, goal: float
+) -> dict[str, Any]:
+    ratio = value / reference_value
+    return {
+        "name": name,
+        "value": value,
+        "unit": unit,
+        "reference": reference,
+        "reference_value": reference_value,
+        "ratio": ratio,
+        "goal": f"<= {goal:g} x" if goal != 1.0 else "< 1 x",
+        "met": ratio <= goal if goal != 1.0 else ratio < 1.0,
+    }
+
+
+def _least(*contenders: Callable[[], float], rounds: int = ROUNDS) -> list[float]:
+    results = [[contender() for contender in contenders] for _ in range(rounds)]
+    return [min(column) for column in zip(*results, strict=True)]
+
+
+def _driver_us(frames: list[bytes]) -> float:
+    link = open_link("udpin://127.0.0.1:0")
+    vehicle = _Counting()
+    driver = Driver(vehicle, link, Codec(1, 191), MonotonicClock(), on_error=_raise)
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sender.connect(("127.0.0.1", link.port))  # type: ignore[attr-defined]
+    driver.start()
+    try:
+        begin_s = driver.call(time.thread_time)
+        for start in range(0, len(frames), BATCH):
+            batch = frames[start : start + BATCH]
+            for frame in batch:
+                sender.send(frame)
+            limit_s = time.monotonic() + 5.0
+            while vehicle.received < start + len(batch):
+                time.sleep(0.0005)
+                if time.monotonic() > limit_s:
+                    raise RuntimeError("Datagrams were lost on the loopback; nothing measured.")
+        return 1e6 * (driver.call(time.thread_time) - begin_s) / len(frames)
+    finally:
+        driver.stop()
+        sender.close()
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+def _bare_us(frames: list[bytes]) -> float:
+    receiver = _receiver()
+    parser = mavlink.MAVLink(None)
+    received = 0
+
+    def drain(count: int) -> None:
+        nonlocal received
+        for _ in range(count):
+            received += len(parser.parse_buffer(receiver.recv(65536)) or ())
+
+    try:
+        return _batches_us(frames, receiver.getsockname(), drain)
+    finally:
+        receiver.close()
+        assert received == len(frames)
+
+
+def _mavutil_us(frames: list[bytes]) -> float:
+    port = _free_port()
+    connection = mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", dialect="all")
+
+    def drain(count: int) -> None:
+        while count:
+            if connection.recv_match() is not None:
+                count -= 1
+
+    try:
+        return _batches_us(frames, ("127.0.0.1", port), drain)
+    finally:
+        connection.close()
+
+
+def _batches_us(
+    frames: list[bytes], address: tuple[str, int], drain: Callable[[int], None]
+) -> float:
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    total_s = 0.0
+    with sender:
+        for start in range(0, len(frames), BATCH):
+            batch = frames[start : start + BATCH]
+            for frame in batch:
+                sender.sendto(frame, address)
+            begin_s = time.thread_time()
+            drain(len(batch))
+            total_s += time.thread_time() - begin_s
+    return 1e6 * total_s / len(frames)
+
+
+def _driver_paced_ms() -> float:
+    link = open_link("udpin://127.0.0.1:0")
+    driver = Driver(_Counting(), link, Codec(1, 191), MonotonicClock(), on_error=_raise)
+    driver.start()
+    try:
+        begin_s = driver.call(time.thread_time)
+        _send_paced(link.port)  # type: ignore[attr-defined]
+        return 1e3 * (driver.call(time.thread_time) - begin_s) / PACED_S
+    finally:
+        driver.stop()
+
+
+def _bare_paced_ms() -> float:
+    receiver = _receiver()
+    receiver.settimeout(1.0)
+    parser = mavlink.MAVLink(None)
+    port = receiver.getsockname()[1]
+    with receiver, subprocess.Popen(_paced_command(port)):
+        parser.parse_buffer(receiver.recv(65536))
+        begin_s = time.thread_time()
+        try:
+            while True:
+                parser.parse_buffer(receiver.recv(65536))
+        except TimeoutError:
+            return 1e3 * (time.thread_time() - begin_s) / PACED_S
+
+
+def _send_paced(port: int) -> None:
+    subprocess.run(_paced_command(port), check=True, timeout=PACED_S + 30.0)
+
+
+def _paced_command(port: int) -> list[str]:
+    return [sys.executable, str(HERE / "telemetry_sender.py"), str(port), str(PACED_S)]
+
+
+def _receiver() -> socket.socket:
+    """Return a blocking socket: with a timeout, Python polls before each recv."""
+    receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+    receiver.bind(("127.0.0.1", 0))
+    return receiver
+
+
+def _free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
