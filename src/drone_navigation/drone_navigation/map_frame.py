@@ -67,7 +67,8 @@ class MapFrame:
         attitude = frames.quaternion_ned_frd_to_enu_flu(
             frames.quaternion_from_euler(roll_rad, pitch_rad, yaw_ned_rad)
         )
-        w, x, y, z = attitude
+        # Of the two quaternions of an attitude, the one that people expect to read.
+        w, x, y, z = (-part for part in attitude) if attitude[0] < 0.0 else attitude
         return MapPose(
             position_enu_m=self._enu(
                 position.latitude_deg, position.longitude_deg, position.altitude_amsl_m

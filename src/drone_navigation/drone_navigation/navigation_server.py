@@ -214,6 +214,8 @@ def _run(options: argparse.Namespace) -> int:
     stop.wait()
     _stop_goals(bridge, driver, server, clock, config)
     executor.shutdown(timeout_sec=1.0)
+    # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.
+    spinner.join(_STOP_TIMEOUT_S)
     gave_up = not driver.running
     driver.stop(_STOP_TIMEOUT_S)
     node.destroy_node()

@@ -22,6 +22,11 @@ from navigation_core.trajectory import plan_stop, plan_to
 _START_ERROR_SHARE = 1.5
 
 
+# Share of the goal's speed that is planned with. A vehicle sways about the speed it is told
+# (simulated copter: up to 6 % after a change), and a goal's speed bounds what it really does.
+_CRUISE_SHARE = 0.97
+
+
 class Flight:
     """Plans trajectories and remembers the last setpoint, so that the next one fits it."""
 
@@ -40,7 +45,8 @@ class Flight:
             predecessor: state of the setpoint that was sent last, by whomever.
             predecessor_yaw: yaw of that setpoint.
         """
-        self.limits: Limits = config.limits.with_speed(goal.max_speed_m_s)
+        asked_m_s = goal.max_speed_m_s
+        self.limits: Limits = config.limits.with_speed(asked_m_s and asked_m_s * _CRUISE_SHARE)
         self.carrot: Carrot | None = None
         self.commanded = predecessor
         self.commanded_yaw = predecessor_yaw
