@@ -3,8 +3,9 @@
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
 from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.simulation import Simulation, Truth
-from mavlink_sitl.vehicle import SimulatedLink, SimulatedVehicle
+from mavlink_sitl.vehicle import SimulatedVehicle
 
 __all__ = [
     "ConfigurationError",

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mavlink_sitl.autopilot import controller
+from mavlink_sitl.autopilot import control_state, controller
 from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.exchange import BatteryReading, Guidance, Motion, YawMode
 from mavlink_sitl.ops import Lane, Ops, ops_for
@@ -50,7 +50,7 @@ class Physics:
         zero = o.full(0.0)
         self.body_model = quadrotor.QuadrotorModel()
         self.sensor_model = sensors.SensorModel()
-        self.gains = controller.ControllerGains()
+        self.gains = control_state.ControllerGains()
         self.pack = pack
         self.wind = (
             o.full(wind_ned_m_s[0]),
@@ -64,8 +64,8 @@ class Physics:
         self.battery = battery.charged(o.pack(list(remaining)), pack, o)
         self.gps_fix = zero == zero
         self.guidance = [Guidance() for _ in range(self.count)]
-        self.targets = controller.targets_of(self.guidance, o)
-        self.control = controller.initial(self._belief(), o)
+        self.targets = control_state.targets_of(self.guidance, o)
+        self.control = control_state.initial(self._belief(), o)
         self.gps_sample = (0.0, self.body, self.error)
         self._noise = sensors.Noise(seed, self.count)
 
@@ -81,9 +81,9 @@ class Physics:
         changed[index] = value
         return changed
 
-    def _belief(self) -> controller.Belief:
+    def _belief(self) -> control_state.Belief:
         body, error = self.body, self.error
-        return controller.Belief(
+        return control_state.Belief(
             body.north_m + error.north_m,
             body.east_m + error.east_m,
             body.down_m + error.down_m,
@@ -129,14 +129,14 @@ class Physics:
         """Give a vehicle's controllers new guidance."""
         self.guidance[index] = guidance
         if self.count == 1:
-            self.targets = controller.targets_of(self.guidance, self.o)
+            self.targets = control_state.targets_of(self.guidance, self.o)
         else:
-            one = controller.targets_of([guidance], ops_for(1))
+            one = control_state.targets_of([guidance], ops_for(1))
             for lane, value in zip(self.targets, one, strict=True):
                 lane[index] = value
         self.control = self._retarget(index, guidance)
 
-    def _retarget(self, index: int, g: Guidance) -> controller.ControllerState:
+    def _retarget(self, index: int, g: Guidance) -> control_state.ControllerState:
         control, belief = self.control, self._belief()
 
         def changed(group: NamedTuple, axes: tuple[str, ...], restart: bool) -> dict[str, Lane]:
@@ -214,8 +214,8 @@ class Physics:
             yaw_rate,
         )
 
-    def battery_reading(self, index: int) -> BatteryReading:
-        """What a vehicle's power monitor says."""
+    def battery_reading(self, index: int, capacity_mah: float) -> BatteryReading:
+        """What a vehicle's power monitor says, told how much the pack holds."""
         state = self.battery
         consumed = self.at(state.consumed_mah, index)
         return BatteryReading(
@@ -223,7 +223,7 @@ class Physics:
             self.at(state.current_a, index),
             consumed,
             self.at(state.consumed_wh, index),
-            max(100.0 * (1.0 - consumed / self.pack.capacity_mah), 0.0),
+            max(100.0 * (1.0 - consumed / max(capacity_mah, 1.0)), 0.0),
         )
 
     def table(self, *names: str) -> NDArray[np.float64]:
@@ -232,6 +232,8 @@ class Physics:
 
     def put_at_origin(self, index: int) -> None:
         """Make where a vehicle is its origin: a firmware that starts again does that."""
+        ground = self.at(self.ground_down_m, index) - self.at(self.body.down_m, index)
+        self.ground_down_m = self.with_value(self.ground_down_m, index, ground)
         for name in ("north_m", "east_m", "down_m"):
             lane = self.with_value(getattr(self.body, name), index, 0.0)
             self.body = self.body._replace(**{name: lane})

@@ -25,8 +25,9 @@ from numpy.typing import NDArray
 
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
 from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.tlog import TlogWriter
-from mavlink_sitl.vehicle import SimulatedLink, SimulatedVehicle
+from mavlink_sitl.vehicle import SimulatedVehicle
 
 TICK_US = round(DT_S * 1e6)
 AUTOPILOT_TICKS = 5

@@ -11,13 +11,13 @@ from typing import Protocol
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.exchange import GpsReading, Observation, Result
-from mavlink_sitl.faults import FaultyPipe, LinkFaults
+from mavlink_sitl.exchange import GpsReading, Guidance, Observation, Result
 from mavlink_sitl.geodesy import to_geodetic, to_local
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
-from mavlink_sitl.mavlink.telemetry import Snapshot
+from mavlink_sitl.mavlink.snapshot import Snapshot
 from mavlink_sitl.physics import Physics
+from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.world import sensors
 
 REBOOT_US = 1_200_000
@@ -30,72 +30,6 @@ class FrameLog(Protocol):
     def write(self, unix_time_us: int, frame: bytes) -> None:
         """Record a frame."""
         ...
-
-
-class SimulatedLink:
-    """The ground station's end of a vehicle's link.
-
-    Attributes:
-        silent: while true, nothing passes in either direction.
-    """
-
-    def __init__(self, vehicle: SimulatedVehicle, seed: int, faults: LinkFaults | None) -> None:
-        """Made by the vehicle."""
-        self.silent = False
-        self._vehicle = vehicle
-        self._seed = f"link:{seed}:{vehicle.index}"
-        self._arrived: list[bytes] = []
-        self.set_faults(faults)
-
-    def set_faults(self, faults: LinkFaults | None) -> None:
-        """Make the link bad from now on, or good; what is under way in it is lost."""
-        self._up = self._down = None
-        if faults is not None:
-            self._up = FaultyPipe(faults, f"{self._seed}:up")
-            self._down = FaultyPipe(faults, f"{self._seed}:down")
-
-    def write(self, data: bytes, datagram: bool = True) -> None:
-        """Send bytes to the vehicle, now.
-
-        Args:
-            data: any number of whole frames, or anything else.
-            datagram: a frame that is cut short ends here. False on a stream of bytes.
-        """
-        if self.silent:
-            return
-        if self._up is None:
-            self._vehicle.receive(data, datagram)
-        else:
-            self._up.push(data, self._vehicle.now_us)
-            self.pump()
-
-    def read(self) -> bytes:
-        """Everything the vehicle has sent since the last reading."""
-        return b"".join(self.read_datagrams())
-
-    def read_datagrams(self) -> list[bytes]:
-        """The same, one frame per item."""
-        arrived, self._arrived = self._arrived, []
-        return arrived
-
-    def pump(self) -> None:
-        """Move on what is late; called by the vehicle at every tick."""
-        now_us = self._vehicle.now_us
-        if self._up is not None:
-            for data in self._up.pop(now_us):
-                if not self.silent:
-                    self._vehicle.receive(data, True)
-        if self._down is not None:
-            self._arrived += self._down.pop(now_us)
-
-    def deliver(self, frame: bytes) -> None:
-        """A frame from the vehicle; called by it."""
-        if self.silent:
-            return
-        if self._down is None:
-            self._arrived.append(frame)
-        else:
-            self._down.push(frame, self._vehicle.now_us)
 
 
 class SimulatedVehicle:
@@ -138,10 +72,14 @@ class SimulatedVehicle:
         self._gps_lost_at_s: float | None = None
         self._boot_at_us: int | None = None
         self._snapshot_cache: tuple[int, Snapshot] | None = None
-        self.link = SimulatedLink(self, seed, config.faults)
+        self.link = SimulatedLink(
+            f"link:{seed}:{index}", config.faults, self.receive, lambda: self.now_us
+        )
         self._boot()
 
     def _boot(self) -> None:
+        if self._boot_at_us is not None:
+            self._move_origin()
         self._boot_at_us = None
         self._boot_us = self.now_us
         self._snapshot_cache = None
@@ -207,15 +145,19 @@ class SimulatedVehicle:
             self._revision = self.copter.revision
             self._physics.guide(self.index, self.copter.guidance)
 
-    def _shut_down(self) -> None:
-        """The firmware stops; it will start again where the vehicle now is."""
-        # The firmware is silent for a while after it has started, too; that counts in.
-        first_s = self.config.personality().first_heartbeat_s * self.copter.estimator.time_scale
-        self._boot_at_us = self.now_us + REBOOT_US - round(first_s * 1e6)
+    def _move_origin(self) -> None:
+        """A firmware that starts takes the place where it is for its origin."""
         motion = self._physics.motion(self.index, truth=True)
         self.origin = to_geodetic(self.origin, *motion[:3])
         self.offset_ned_m = to_local(self.config.home, self.origin)
         self._physics.put_at_origin(self.index)
+
+    def _shut_down(self) -> None:
+        """The firmware stops, and the motors; it will start again where the vehicle then is."""
+        # It is silent for a while after it has started, too; that counts in.
+        first_s = self.config.personality().first_heartbeat_s * self.copter.estimator.time_scale
+        self._boot_at_us = self.now_us + REBOOT_US - round(first_s * 1e6)
+        self._physics.guide(self.index, Guidance())
 
     def _apply_simulated_parameters(self) -> None:
         voltage = self.parameters["SIM_BATT_VOLTAGE"]
@@ -232,7 +174,7 @@ class SimulatedVehicle:
             time_s=self.now_us / 1e6,
             motion=physics.motion(index),
             gps_fix=self._gps_lost_at_s is None,
-            battery=physics.battery_reading(index),
+            battery=physics.battery_reading(index, self.parameters["BATT_CAPACITY"]),
             touching_ground=bool(physics.at(body.on_ground, index)),
             impact_m_s=physics.at(body.impact_m_s, index),
             thrust_over_hover=physics.at(body.thrust_m_s2, index) / 9.80665,
@@ -255,7 +197,7 @@ class SimulatedVehicle:
             copter=self.copter,
             motion=physics.motion(index),
             gps=gps,
-            battery=physics.battery_reading(index),
+            battery=physics.battery_reading(index, self.parameters["BATT_CAPACITY"]),
             thrust_over_hover=thrust / 9.80665,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
             truth=truth,
@@ -304,6 +246,10 @@ class SimulatedVehicle:
     def pilot_throttle(self, raw_us: int) -> None:
         """The pilot moves the throttle stick: 1000 (lowest) to 2000."""
         self.copter.pilot.throttle_us = raw_us
+
+    def power_cycle(self) -> None:
+        """The firmware stops and starts again where the vehicle is, as after a crash of it."""
+        self._shut_down()
 
     def lose_gps(self) -> None:
         """The receiver loses its satellites."""

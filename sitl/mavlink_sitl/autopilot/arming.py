@@ -1,14 +1,20 @@
-"""The checks before arming. Each gives its reason in the firmware's words."""
+"""Arming, disarming, and the checks before; each gives its reason in the firmware's words."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+from mavlink_sitl.exchange import ArmedChanged, Motors, Result, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
 
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
+LANDED_TO_DISARM_S = 0.5
+"""In LAND and RTL, from 'landed' to disarming"""
+THROTTLE_LOW = 0.05
+"""The stick counts as lowest below this; higher, DISARM_DELAY does not run"""
 
 NOT_STARTED = (
     "Need Alt Estimate",
@@ -41,23 +47,94 @@ def prearm_failures(copter: Copter) -> list[str]:
     return reasons
 
 
-class PrearmMonitor:
-    """Runs the checks once a second while disarmed, and says what fails every half minute."""
+class Arming:
+    """Whether the motors of one vehicle are armed, and who may change that.
 
-    def __init__(self, boot_s: float) -> None:
-        """Start counting at power-up."""
-        self.passed = False
-        self._next_check_s = boot_s
-        self._last_text_s = boot_s
+    Args:
+        copter: the vehicle.
 
-    def update(self, copter: Copter, now_s: float) -> list[str]:
-        """Look, if it is time; the texts to send."""
-        if copter.armed or now_s < self._next_check_s:
-            return []
+    Attributes:
+        armed: whether they are.
+        armed_at_s: simulated time of the latest arming.
+        checks_passed: what the latest look at the checks gave.
+    """
+
+    def __init__(self, copter: Copter) -> None:
+        """See the class."""
+        self._copter = copter
+        self.armed = False
+        self.armed_at_s = copter.boot_s
+        self.checks_passed = False
+        self._next_check_s = copter.boot_s
+        self._last_text_s = copter.boot_s
+
+    def arm(self, force: bool) -> Result:
+        """Arm the motors, after the checks unless forced."""
+        copter = self._copter
+        if self.armed:
+            return Result.ACCEPTED
+        reasons = []
+        if not copter.mode.spec.armable:
+            reasons.append(f"{copter.mode.spec.name} mode not armable")
+        elif not force:
+            reasons = prearm_failures(copter)
+        for reason in reasons:
+            copter.say(Severity.CRITICAL, f"Arm: {reason}")
+        if reasons:
+            return Result.FAILED
+        self.armed = True
+        self.armed_at_s = copter.now_s
+        if copter.estimator.has_origin:
+            copter.set_home()
+        copter.say(Severity.INFO, "Arming motors")
+        copter.events.append(ArmedChanged(True))
+        return Result.ACCEPTED
+
+    def disarm(self, force: bool) -> Result:
+        """Disarm the motors; in the air only when forced."""
+        copter = self._copter
+        if not self.armed:
+            return Result.ACCEPTED
+        if not copter.landed and not force:
+            return Result.FAILED
+        self.armed = False
+        copter.say(Severity.INFO, "Disarming motors")
+        copter.events.append(ArmedChanged(False))
+        return Result.ACCEPTED
+
+    def run_checks(self) -> Result:
+        """RUN_PREARM_CHECKS."""
+        copter = self._copter
+        if self.armed:
+            return Result.TEMPORARILY_REJECTED
+        for reason in prearm_failures(copter):
+            copter.say(Severity.CRITICAL, f"PreArm: {reason}")
+        return Result.ACCEPTED
+
+    def watch(self) -> None:
+        """While disarmed, look at the checks once a second; say what fails every half minute."""
+        copter = self._copter
+        now_s = copter.now_s
+        if self.armed or now_s < self._next_check_s:
+            return
         self._next_check_s = now_s + CHECK_INTERVAL_S
         reasons = prearm_failures(copter)
-        self.passed = not reasons
+        self.checks_passed = not reasons
         if not reasons or now_s - self._last_text_s < REPEAT_TEXT_S:
-            return []
+            return
         self._last_text_s = now_s
-        return [f"PreArm: {reason}" for reason in reasons]
+        for reason in reasons:
+            copter.say(Severity.CRITICAL, f"PreArm: {reason}")
+
+    def disarm_is_due(self, landed_since_s: float) -> bool:
+        """Whether an armed vehicle on the ground is to disarm by itself."""
+        copter = self._copter
+        if not self.armed or not copter.landed:
+            return False
+        if copter.mode.landing or copter.mode.spec.behaviour == "rtl":
+            return copter.now_s - landed_since_s >= LANDED_TO_DISARM_S
+        delay_s = copter.parameters["DISARM_DELAY"]
+        resting = copter.mode.ground_motors() is not Motors.FLY
+        idle_s = copter.now_s - max(self.armed_at_s, landed_since_s)
+        throttle_low = copter.pilot_throttle() < THROTTLE_LOW
+        return delay_s > 0.0 and idle_s >= delay_s and resting and throttle_low

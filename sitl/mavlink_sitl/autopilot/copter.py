@@ -11,24 +11,23 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.arming import PrearmMonitor, prearm_failures
+from mavlink_sitl.autopilot.arming import Arming
 from mavlink_sitl.autopilot.estimator import Estimator
 from mavlink_sitl.autopilot.failsafe import Failsafes
 from mavlink_sitl.autopilot.guided import Guided, Setpoint
 from mavlink_sitl.autopilot.landing import LandDetector
 from mavlink_sitl.autopilot.modes import Auto, Brake, Land, Mode, PilotHeight, Stabilize
+from mavlink_sitl.autopilot.navigation import Navigator
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.pilot import Pilot
 from mavlink_sitl.autopilot.rtl import ReturnToLaunch
 from mavlink_sitl.exchange import (
-    ArmedChanged,
     Event,
     Guidance,
     HomeChanged,
     LandedChanged,
     LandedState,
-    Limits,
     ModeChanged,
     Motion,
     Motors,
@@ -40,7 +39,7 @@ from mavlink_sitl.exchange import (
     StatusText,
     SystemStatus,
 )
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic, to_local
+from mavlink_sitl.geodesy import GeoPoint
 
 BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
     "stabilize": Stabilize,
@@ -52,9 +51,6 @@ BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
     "land": Land,
     "brake": Brake,
 }
-
-LANDED_TO_DISARM_S = 0.5
-"""In LAND and RTL, from 'landed' to disarming"""
 
 
 class Copter:
@@ -68,10 +64,12 @@ class Copter:
         ready_after_s: how long its estimator takes to use GPS.
 
     Attributes:
-        armed: whether the motors are armed.
-        armed_at_s: simulated time of the latest arming.
+        navigator: origin, home and limits.
+        arming: whether the motors are armed.
+        estimator: what it knows of its position.
+        failsafe: what is wrong.
+        pilot: the sticks.
         mode: the flight mode.
-        home: where RTL goes, or None before the estimator has an origin.
         guidance: what the controllers are to do.
         revision: grows with every change of `guidance`.
         events: what happened, for the outside to take away.
@@ -88,22 +86,16 @@ class Copter:
         """See the class."""
         self.personality = personality
         self.parameters = parameters
-        self.origin = origin
+        self.navigator = Navigator(origin, parameters)
         self.observation = observation
         self.boot_s = observation.time_s
         self.estimator = Estimator(personality, self.boot_s, ready_after_s)
         self.failsafe = Failsafes()
         self.pilot = Pilot()
-        self.prearm = PrearmMonitor(self.boot_s)
-        self.armed = False
-        self.armed_at_s = self.boot_s
-        self.home: GeoPoint | None = None
+        self.arming = Arming(self)
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
-        self.speed_xy_m_s: float | None = None
-        self.speed_up_m_s: float | None = None
-        self.speed_down_m_s: float | None = None
         self.moving_target: Callable[[], tuple[float, float, float]] = lambda: (0.0, 0.0, 0.0)
         """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
         self._landing = LandDetector()
@@ -129,6 +121,11 @@ class Copter:
     def motion(self) -> Motion:
         """Where it believes to be."""
         return self.observation.motion
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors are armed."""
+        return self.arming.armed
 
     @property
     def landed(self) -> bool:
@@ -168,33 +165,6 @@ class Copter:
         """The GUIDED mode, whether it flies or not."""
         return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
 
-    def here(self) -> GeoPoint:
-        """Where it believes to be, on earth."""
-        motion = self.motion
-        return to_geodetic(self.origin, motion.north_m, motion.east_m, motion.down_m)
-
-    def home_ned_m(self) -> tuple[float, float, float]:
-        """Home in the local frame; the origin until home is set."""
-        return (0.0, 0.0, 0.0) if self.home is None else to_local(self.origin, self.home)
-
-    def height_above_home_m(self) -> float:
-        """Height above home."""
-        return self.home_ned_m()[2] - self.motion.down_m
-
-    def limits(self) -> Limits:
-        """Speed, acceleration and jerk, from the parameters and DO_CHANGE_SPEED."""
-        p = self.parameters
-        speed_xy, up, down = self.speed_xy_m_s, self.speed_up_m_s, self.speed_down_m_s
-        return Limits(
-            speed_xy_m_s=_positive(p["WPNAV_SPEED"] / 100.0 if speed_xy is None else speed_xy),
-            speed_up_m_s=_positive(p["WPNAV_SPEED_UP"] / 100.0 if up is None else up),
-            speed_down_m_s=_positive(p["WPNAV_SPEED_DN"] / 100.0 if down is None else down),
-            acceleration_xy_m_s2=_positive(p["WPNAV_ACCEL"] / 100.0),
-            acceleration_z_m_s2=_positive(p["WPNAV_ACCEL_Z"] / 100.0),
-            jerk_xy_m_s3=_positive(p["PSC_JERK_XY"]),
-            jerk_z_m_s3=_positive(p["PSC_JERK_Z"]),
-        )
-
     def pilot_throttle(self) -> float:
         """The throttle stick, 0..1."""
         return self.pilot.throttle(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
@@ -211,11 +181,12 @@ class Copter:
     def observe(self, observation: Observation) -> None:
         """Know better where it is, without acting: for commands between two updates."""
         self.observation = observation
+        self.navigator.observe(observation.motion, self.estimator.lost)
 
     def update(self, observation: Observation) -> None:
         """Take notice of the world and act; called at a fixed rate."""
         had_origin, was_started = self.estimator.has_origin, self.started
-        self.observation = observation
+        self.observe(observation)
         self.estimator.update(observation.time_s, observation.gps_fix)
         self._say_boot()
         if self.started and not was_started:
@@ -227,10 +198,10 @@ class Copter:
         self._feel_ground(observation)
         if self.battery_known:
             self.failsafe.update(self, observation)
-        for text in self.prearm.update(self, observation.time_s):
-            self.say(Severity.CRITICAL, text)
+        self.arming.watch()
         self.mode.update()
-        self._disarm_by_itself()
+        if self.arming.disarm_is_due(self._landing.landed_since_s):
+            self.arming.disarm(force=True)
         self._settle()
 
     def _say_boot(self) -> None:
@@ -240,27 +211,14 @@ class Copter:
             if self.now_s < self.estimator.scaled(step.at_s):
                 return
             self._said_boot += 1
-            self.say(Severity.INFO, step.text.format(elevation=self.origin.altitude_amsl_m))
+            elevation = self.navigator.origin.altitude_amsl_m
+            self.say(Severity.INFO, step.text.format(elevation=elevation))
 
     def _feel_ground(self, observation: Observation) -> None:
         impact = observation.impact_m_s
         if impact != self._impact_m_s and impact > 0.0:
             self.say(Severity.INFO, f"SIM Hit ground at {impact:.6f} m/s")
         self._impact_m_s = impact
-
-    def _disarm_by_itself(self) -> None:
-        if not self.armed or not self.landed:
-            return
-        landed_s = self.now_s - self._landing.landed_since_s
-        if self.mode.landing or self.mode.spec.behaviour == "rtl":
-            if landed_s >= LANDED_TO_DISARM_S:
-                self.disarm(force=True)
-            return
-        idle_s = self.now_s - max(self.armed_at_s, self._landing.landed_since_s)
-        delay_s = self.parameters["DISARM_DELAY"]
-        resting = self.mode.ground_motors() is not Motors.FLY and self.pilot_throttle() < 0.05
-        if delay_s > 0 and idle_s >= delay_s and resting:
-            self.disarm(force=True)
 
     def _settle(self) -> None:
         """Give the motors what arming and the ground allow; tell a new landed state."""
@@ -296,7 +254,7 @@ class Copter:
 
     def set_home(self) -> None:
         """Home is here."""
-        self.home = self.here()
+        self.navigator.set_home()
         self.events.append(HomeChanged())
 
     def enter_mode(self, number: int) -> bool:
@@ -316,7 +274,7 @@ class Copter:
                 return False
         previous = self.mode
         self.mode = mode
-        self.speed_xy_m_s = self.speed_up_m_s = self.speed_down_m_s = None
+        self.navigator.forget_speeds()
         mode.enter()
         self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
         self._settle()
@@ -338,47 +296,25 @@ class Copter:
 
     def arm(self, force: bool = False) -> Result:
         """Arm the motors, after the checks unless forced."""
-        if self.armed:
-            return Result.ACCEPTED
-        reasons = []
-        if not self.mode.spec.armable:
-            reasons.append(f"{self.mode.spec.name} mode not armable")
-        elif not force:
-            reasons = prearm_failures(self)
-        for reason in reasons:
-            self.say(Severity.CRITICAL, f"Arm: {reason}")
-        if reasons:
-            return Result.FAILED
-        self.armed = True
-        self.armed_at_s = self.now_s
-        if self.estimator.has_origin:
-            self.set_home()
-        self.say(Severity.INFO, "Arming motors")
-        self.events.append(ArmedChanged(True))
+        result = self.arming.arm(force)
         self._settle()
-        return Result.ACCEPTED
+        return result
 
     def disarm(self, force: bool = False) -> Result:
         """Disarm the motors; in the air only when forced."""
-        if not self.armed:
-            return Result.ACCEPTED
-        if not self.landed and not force:
-            return Result.FAILED
-        self.armed = False
-        self.say(Severity.INFO, "Disarming motors")
-        self.events.append(ArmedChanged(False))
-        self._landing.update(self.observation, False)
+        result = self.arming.disarm(force)
+        self._landing.update(self.observation, self.armed)
         self._settle()
-        return Result.ACCEPTED
+        return result
 
     def take_off(self, altitude_above_home_m: float) -> Result:
         """NAV_TAKEOFF: in GUIDED, armed, on the ground, upwards."""
         mode = self.mode
         if not isinstance(mode, Guided) or not self.armed or not self.landed:
             return Result.FAILED
-        if altitude_above_home_m <= max(self.height_above_home_m(), 0.0):
+        if not max(self.navigator.height_above_home_m(), 0.0) < altitude_above_home_m:
             return Result.FAILED
-        mode.take_off(self.home_ned_m()[2] - altitude_above_home_m)
+        mode.take_off(self.navigator.home_ned_m()[2] - altitude_above_home_m)
         return Result.ACCEPTED
 
     def setpoint(self, setpoint: Setpoint) -> None:
@@ -388,14 +324,8 @@ class Copter:
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking; GUIDED only."""
-        if not isinstance(self.mode, Guided) or not speed_m_s > 0.0 or kind not in (0, 1, 2, 3):
+        if not isinstance(self.mode, Guided) or not self.navigator.change_speed(kind, speed_m_s):
             return Result.FAILED
-        if kind == 2:
-            self.speed_up_m_s = speed_m_s
-        elif kind == 3:
-            self.speed_down_m_s = speed_m_s
-        else:
-            self.speed_xy_m_s = speed_m_s
         north, east, down = self.moving_target()
         changed = replace(
             self._wanted,
@@ -404,17 +334,9 @@ class Copter:
             down_m=down,
             restart_xy=False,
             restart_z=False,
-            limits=self.limits(),
+            limits=self.navigator.limits(),
         )
         self.guide(changed)
-        return Result.ACCEPTED
-
-    def run_prearm_checks(self) -> Result:
-        """RUN_PREARM_CHECKS."""
-        if self.armed:
-            return Result.TEMPORARILY_REJECTED
-        for reason in prearm_failures(self):
-            self.say(Severity.CRITICAL, f"PreArm: {reason}")
         return Result.ACCEPTED
 
     def reboot(self) -> Result:
@@ -423,8 +345,3 @@ class Copter:
             return Result.FAILED
         self.events.append(RebootRequested())
         return Result.ACCEPTED
-
-
-def _positive(value: float) -> float:
-    """A limit that the controllers can divide by, whatever the parameter says."""
-    return max(value, 0.1)

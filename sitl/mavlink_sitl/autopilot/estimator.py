@@ -82,6 +82,11 @@ class Estimator:
         return self._now_s >= self._ready_at_s and self._outage_s() < LOST_AFTER_S
 
     @property
+    def lost(self) -> bool:
+        """Whether there was a position once and is none now: latitude and longitude freeze."""
+        return self._now_s >= self._ready_at_s and not self.using_gps
+
+    @property
     def variance(self) -> bool:
         """Whether the EKF failsafe is due."""
         return self._outage_s() >= VARIANCE_AFTER_S

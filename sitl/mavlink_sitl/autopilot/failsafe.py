@@ -61,7 +61,7 @@ class Failsafes:
         below = {
             2: 0.0 < battery.voltage_v < parameters["BATT_CRT_VOLT"],
             1: 0.0 < battery.voltage_v < parameters["BATT_LOW_VOLT"]
-            or left_mah < parameters["BATT_LOW_MAH"],
+            or left_mah < parameters["BATT_LOW_MAH"] > 0.0,
         }
         for level, is_below in below.items():
             if not is_below:

@@ -191,14 +191,14 @@ class Guided(Mode):
             yaw_mode=yaw_mode,
             yaw_rad=yaw,
             yaw_rate_rad_s=setpoint.yaw_rate_rad_s or 0.0,
-            limits=self.copter.limits(),
+            limits=self.copter.navigator.limits(),
         )
 
     def update(self) -> None:
         """Start a waiting take-off, end a finished one, let old setpoints run out."""
         copter = self.copter
         if self._takeoff_pending and copter.armed:
-            if copter.now_s - copter.armed_at_s >= ARMING_DELAY_S:
+            if copter.now_s - copter.arming.armed_at_s >= ARMING_DELAY_S:
                 self._takeoff_pending = False
                 self.guide(self._takeoff_guidance())
         elif self.submode is Submode.TAKEOFF:

@@ -62,7 +62,10 @@ class Mode:
     def hold_guidance(self) -> Guidance:
         """Brake to a standstill and stay there, nose where it is."""
         return Guidance(
-            motors=Motors.FLY, restart_xy=True, restart_z=True, limits=self.copter.limits()
+            motors=Motors.FLY,
+            restart_xy=True,
+            restart_z=True,
+            limits=self.copter.navigator.limits(),
         )
 
 
@@ -109,7 +112,7 @@ class PilotHeight(Mode):
             replace(
                 self.hold_guidance(),
                 velocity_down_m_s=-climb,
-                limits=replace(self.copter.limits(), acceleration_z_m_s2=acceleration),
+                limits=replace(self.copter.navigator.limits(), acceleration_z_m_s2=acceleration),
                 restart_xy=first,
                 restart_z=first,
             )
@@ -125,7 +128,9 @@ class Brake(Mode):
 
     def enter(self) -> None:
         """Brake hard."""
-        limits = replace(self.copter.limits(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2)
+        limits = replace(
+            self.copter.navigator.limits(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2
+        )
         self.guide(replace(self.hold_guidance(), limits=limits))
 
 
@@ -181,6 +186,6 @@ def landing_speed_m_s(copter: Copter) -> float:
     parameters = copter.parameters
     final = parameters["LAND_SPEED"] / 100.0
     fast = (parameters["LAND_SPEED_HIGH"] or parameters["WPNAV_SPEED_DN"]) / 100.0
-    above = copter.height_above_home_m() - parameters["LAND_ALT_LOW"] / 100.0
+    above = copter.navigator.height_above_home_m() - parameters["LAND_ALT_LOW"] / 100.0
     limit = parameters["WPNAV_ACCEL_Z"] / 100.0
     return min(max(float(sqrt_approach(above, 1.0, limit, _SCALAR)), final), fast)

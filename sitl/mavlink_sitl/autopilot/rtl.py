@@ -94,14 +94,14 @@ class ReturnToLaunch(Mode):
     def enter(self) -> None:
         """Brake, and climb to the height of the way home."""
         self.stage = Stage.CLIMB
-        self._home = self.copter.home_ned_m()
+        self._home = self.copter.navigator.home_ned_m()
         north, east, down = self._stopping_point()
         distance = math.dist((north, east), self._home[:2])
         cone = max(distance * CONE_SLOPE, LEAST_HEIGHT_M)
         height = max(self._home[2] - down, min(self.copter.parameters["RTL_ALT"] / 100.0, cone))
         self._down_m = self._home[2] - height
         self._stop = (north, east)
-        limits = self.copter.limits()
+        limits = self.copter.navigator.limits()
         self._climb = self._leg(
             (down,), (self._down_m,), limits.speed_up_m_s, limits.acceleration_z_m_s2
         )
@@ -117,7 +117,7 @@ class ReturnToLaunch(Mode):
         self._base = replace(self._base, restart_xy=False, restart_z=False)
 
     def _stopping_point(self) -> tuple[float, float, float]:
-        motion, limits = self.copter.motion, self.copter.limits()
+        motion, limits = self.copter.motion, self.copter.navigator.limits()
         v_n, v_e = motion.velocity_north_m_s, motion.velocity_east_m_s
         speed = math.hypot(v_n, v_e)
         ahead = stopping_distance(speed, limits.acceleration_xy_m_s2) / max(speed, 1e-6)
@@ -164,7 +164,7 @@ class ReturnToLaunch(Mode):
 
     def _begin_return(self) -> None:
         parameters = self.copter.parameters
-        limits = self.copter.limits()
+        limits = self.copter.navigator.limits()
         speed = parameters["RTL_SPEED"] / 100.0 or limits.speed_xy_m_s
         self._return = self._leg(
             self._stop, self._home[:2], max(speed, 0.1), limits.acceleration_xy_m_s2

@@ -7,7 +7,6 @@ is UNSUPPORTED.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -75,7 +74,7 @@ def handle(server: MavlinkServer, command: Command) -> Result:
     if handler is None:
         return Result.UNSUPPORTED
     used = _USED_PARAMS.get(command.id, 4)
-    if not all(math.isfinite(value) for value in command.params[:used]):
+    if not all(setpoints.usable(value) for value in command.params[:used]):
         return Result.DENIED
     return handler(server, command)
 
@@ -99,7 +98,7 @@ def _set_mode(server: MavlinkServer, command: Command) -> Result:
 def _take_off(server: MavlinkServer, command: Command) -> Result:
     if command.frame != RELATIVE_ALT:
         return Result.DENIED
-    if not math.isfinite(command.z):
+    if not setpoints.usable(command.z):
         return Result.DENIED
     return server.copter.take_off(command.z)
 
@@ -115,7 +114,7 @@ def _reposition(server: MavlinkServer, command: Command) -> Result:
     change_mode = int(command.params[1]) & 1
     if not isinstance(copter.mode, Guided) and not change_mode:
         return Result.DENIED
-    if not math.isfinite(command.z) or (command.x == 0 and command.y == 0):
+    if not setpoints.usable(command.z) or (command.x == 0 and command.y == 0):
         return Result.DENIED
     position = setpoints.local_position(
         copter, command.frame, int(command.x), int(command.y), command.z
@@ -126,7 +125,7 @@ def _reposition(server: MavlinkServer, command: Command) -> Result:
         return Result.FAILED
     yaw = command.params[3]
     copter.setpoint(
-        Setpoint(Frame.LOCAL, position_m=position, yaw_rad=yaw if math.isfinite(yaw) else None)
+        Setpoint(Frame.LOCAL, position_m=position, yaw_rad=yaw if setpoints.usable(yaw) else None)
     )
     if command.params[0] > 0.0:
         copter.change_speed(1, command.params[0])
@@ -193,7 +192,7 @@ def _reboot(server: MavlinkServer, command: Command) -> Result:
 
 
 def _prearm_checks(server: MavlinkServer, _: Command) -> Result:
-    return server.copter.run_prearm_checks()
+    return server.copter.arming.run_checks()
 
 
 def _mission_start(server: MavlinkServer, _: Command) -> Result:

@@ -45,7 +45,7 @@ def position_target_global_int(copter: Copter, time_boot_ms: int) -> Message | N
     if copter.mode is not copter.guided or copter.guided.submode is not Submode.POSITION:
         return None
     target = copter.guided.target.position_m or (0.0, 0.0, 0.0)
-    point = to_geodetic(copter.origin, *target)
+    point = to_geodetic(copter.navigator.origin, *target)
     return dialect.MAVLink_position_target_global_int_message(
         time_boot_ms,
         dialect.MAV_FRAME_GLOBAL,

@@ -23,6 +23,8 @@ from mavlink_sitl.exchange import (
 from mavlink_sitl.mavlink import commands, setpoints, telemetry
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
 from mavlink_sitl.mavlink.parameters import ParameterServer
+from mavlink_sitl.mavlink.snapshot import Snapshot
+from mavlink_sitl.mavlink.status_messages import heartbeat
 from mavlink_sitl.mavlink.statustext import StatusTexts
 from mavlink_sitl.mavlink.streams import StreamSchedule
 
@@ -54,7 +56,7 @@ class MavlinkServer:
         encoder: Encoder,
         system_id: int,
         now_us: int,
-        snapshot: Callable[[], telemetry.Snapshot],
+        snapshot: Callable[[], Snapshot],
     ) -> None:
         """See the class."""
         self.copter = copter
@@ -118,7 +120,7 @@ class MavlinkServer:
         self.now_us = now_us
         if now_us >= self._heartbeat_due_us:
             self._heartbeat_due_us += HEARTBEAT_US
-            self.send(telemetry.heartbeat(self._snapshot()))
+            self.send(heartbeat(self._snapshot()))
         if now_us >= self._timesync_due_us:
             self._timesync_due_us += TIMESYNC_US
             self.send(dialect.MAVLink_timesync_message(0, self._boot_ns()))
@@ -145,7 +147,7 @@ class MavlinkServer:
                     self.send(message)
             elif isinstance(event, ModeChanged):
                 was = event.previously_position_controlled
-                self.send(telemetry.heartbeat(self._snapshot(), was))
+                self.send(heartbeat(self._snapshot(), was))
             elif isinstance(event, HomeChanged):
                 self._send_telemetry(_HOME_POSITION)
                 self._send_telemetry(_GPS_GLOBAL_ORIGIN)
@@ -222,7 +224,7 @@ class MavlinkServer:
     def _take_setpoint(self, decode: Callable[[], Setpoint | None]) -> None:
         try:
             setpoint = decode()
-        except setpoints.NotFiniteError as error:
+        except setpoints.UnusableError as error:
             self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
             return
         if setpoint is not None:

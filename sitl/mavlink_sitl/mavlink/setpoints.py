@@ -6,8 +6,6 @@ ignores the whole group. What is left must make sense (`Guided.setpoint` decides
 
 from __future__ import annotations
 
-import math
-
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
 from mavlink_sitl.geodesy import GeoPoint, to_local
@@ -30,12 +28,21 @@ TERRAIN_FRAMES = (10, 11)
 """MAV_FRAME_GLOBAL_TERRAIN_ALT, _INT: the ground is flat, so the same as above home"""
 
 
-class NotFiniteError(ValueError):
-    """A field that is not ignored is NaN or infinite."""
+MOST = 1e9
+"""No sensible metre, metre per second or radian is larger; beyond it floats run out"""
+
+
+class UnusableError(ValueError):
+    """A field that is not ignored is NaN, infinite or beyond all sense."""
 
     def __init__(self, fields: list[str]) -> None:
         """Name the fields."""
-        super().__init__(f"{', '.join(fields)} not finite")
+        super().__init__(f"{', '.join(fields)} not usable")
+
+
+def usable(value: float) -> bool:
+    """Whether a number is finite and not beyond all sense."""
+    return abs(value) <= MOST  # false for NaN, too
 
 
 def _groups(message: Message) -> tuple[Vector | None, Vector | None, float | None, float | None]:
@@ -48,7 +55,7 @@ def _groups(message: Message) -> tuple[Vector | None, Vector | None, float | Non
     return velocity, acceleration, yaw, yaw_rate
 
 
-def _refuse_unfinite(setpoint: Setpoint) -> Setpoint:
+def _refuse_unusable(setpoint: Setpoint) -> Setpoint:
     bad = []
     named = (
         ("position", setpoint.position_m),
@@ -58,10 +65,10 @@ def _refuse_unfinite(setpoint: Setpoint) -> Setpoint:
         ("yaw_rate", None if setpoint.yaw_rate_rad_s is None else (setpoint.yaw_rate_rad_s,)),
     )
     for name, values in named:
-        if values is not None and not all(math.isfinite(value) for value in values):
+        if values is not None and not all(usable(value) for value in values):
             bad.append(name)
     if bad:
-        raise NotFiniteError(bad)
+        raise UnusableError(bad)
     return setpoint
 
 
@@ -69,7 +76,7 @@ def from_local_ned(message: Message) -> Setpoint | None:
     """The setpoint, or None for a frame that is silently ignored.
 
     Raises:
-        NotFiniteError: a field in use is NaN or infinite. (The real firmware's simulator
+        UnusableError: a field in use is NaN, infinite or absurd. (The real firmware's simulator
             aborts on a NaN in a position.)
     """
     frame = LOCAL_FRAMES.get(message.coordinate_frame)
@@ -79,27 +86,27 @@ def from_local_ned(message: Message) -> Setpoint | None:
     if not message.type_mask & POSITION_IGNORE:
         position = (message.x, message.y, message.z)
     velocity, acceleration, yaw, yaw_rate = _groups(message)
-    return _refuse_unfinite(Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
+    return _refuse_unusable(Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
 
 
 def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
     """The setpoint in the local frame, or None for a frame or place that is ignored.
 
     Raises:
-        NotFiniteError: a field in use is NaN or infinite.
+        UnusableError: a field in use is NaN, infinite or absurd.
     """
     frame = message.coordinate_frame
     if frame not in AMSL_FRAMES + RELATIVE_FRAMES + TERRAIN_FRAMES:
         return None
     position = None
     if not message.type_mask & POSITION_IGNORE:
-        if not math.isfinite(message.alt):
-            raise NotFiniteError(["altitude"])
+        if not usable(message.alt):
+            raise UnusableError(["altitude"])
         position = local_position(copter, frame, message.lat_int, message.lon_int, message.alt)
         if position is None:
             return None
     velocity, acceleration, yaw, yaw_rate = _groups(message)
-    return _refuse_unfinite(Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate))
+    return _refuse_unusable(Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate))
 
 
 def local_position(
@@ -112,8 +119,8 @@ def local_position(
     if frame in AMSL_FRAMES:
         altitude_amsl_m = altitude_m
     elif frame in RELATIVE_FRAMES + TERRAIN_FRAMES:
-        home = copter.home or copter.origin
+        home = copter.navigator.home or copter.navigator.origin
         altitude_amsl_m = home.altitude_amsl_m + altitude_m
     else:
         return None
-    return to_local(copter.origin, GeoPoint(latitude, longitude, altitude_amsl_m))
+    return to_local(copter.navigator.origin, GeoPoint(latitude, longitude, altitude_amsl_m))

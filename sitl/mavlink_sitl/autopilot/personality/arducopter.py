@@ -22,7 +22,6 @@ _MODES = (
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (
-    ParameterSpec("ATC_SLEW_YAW", 6000.0),
     ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
     ParameterSpec("BATT_CRT_VOLT", 0.0),
     ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),

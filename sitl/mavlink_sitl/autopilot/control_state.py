@@ -1,0 +1,162 @@
+"""What the controllers are given, remember and give. Every field of a lane type is a lane."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mavlink_sitl.exchange import Guidance, Motors
+from mavlink_sitl.ops import Lane, Ops
+
+GRAVITY_M_S2 = 9.80665
+
+
+class ControllerGains(NamedTuple):
+    """Gains of the tracking half; the same for all lanes."""
+
+    position_xy: float = 1.0
+    """PSC_POSXY_P"""
+    velocity_xy: float = 2.0
+    """PSC_VELXY_P"""
+    velocity_xy_i: float = 1.0
+    """PSC_VELXY_I"""
+    integrator_xy_limit_m_s2: float = 10.0
+    """PSC_VELXY_IMAX"""
+    position_z: float = 1.0
+    """PSC_POSZ_P"""
+    velocity_z: float = 5.0
+    """PSC_VELZ_P"""
+    velocity_z_i: float = 2.0
+    max_lean: float = 0.5774
+    """Tangent of ANGLE_MAX, 30 degrees"""
+    most_ahead_m: float = 5.0
+    """How far the desired position may be from the vehicle, in any direction but down"""
+    most_below_m: float = 2.0
+    """The same, down"""
+    yaw: float = 3.0
+    """From yaw error to rate"""
+    yaw_slew_rad_s: float = 1.0472
+    """ATC_SLEW_YAW, 60 degrees a second"""
+    spool_up_s: float = 1.0
+    """From idle to the thrust that lifts"""
+    spool_thrust: float = 1.12
+    """Thrust over weight at the end of spooling up"""
+    max_thrust_m_s2: float = GRAVITY_M_S2 / 0.39
+
+
+class Targets(NamedTuple):
+    """`Guidance` as lanes (see there), packed once per change."""
+
+    fly: Lane
+    manual: Lane
+    throttle: Lane
+    track_position_xy: Lane
+    track_velocity_xy: Lane
+    track_position_z: Lane
+    track_velocity_z: Lane
+    acceleration_north_m_s2: Lane
+    acceleration_east_m_s2: Lane
+    acceleration_down_m_s2: Lane
+    speed_xy_m_s: Lane
+    speed_up_m_s: Lane
+    speed_down_m_s: Lane
+    acceleration_xy_m_s2: Lane
+    acceleration_z_m_s2: Lane
+    jerk_xy_m_s3: Lane
+    jerk_z_m_s3: Lane
+    yaw_mode: Lane
+    yaw_rate_rad_s: Lane
+
+
+class HorizontalState(NamedTuple):
+    """What the controllers remember about North and East. Every field is a lane."""
+
+    target_north_m: Lane
+    target_east_m: Lane
+    target_velocity_north_m_s: Lane
+    target_velocity_east_m_s: Lane
+    north_m: Lane
+    east_m: Lane
+    velocity_north_m_s: Lane
+    velocity_east_m_s: Lane
+    acceleration_north_m_s2: Lane
+    acceleration_east_m_s2: Lane
+    integrator_north_m_s2: Lane
+    integrator_east_m_s2: Lane
+
+
+class VerticalState(NamedTuple):
+    """The same about down."""
+
+    target_down_m: Lane
+    target_velocity_down_m_s: Lane
+    down_m: Lane
+    velocity_down_m_s: Lane
+    acceleration_down_m_s2: Lane
+    integrator_down_m_s2: Lane
+
+
+class ControllerState(NamedTuple):
+    """What the controllers remember. NED and SI units.
+
+    Attributes:
+        horizontal: targets, desired motion and integrators, North and East.
+        vertical: the same, down.
+        yaw_rad: the desired yaw, a lane.
+        spool: 0 at idle .. 1 when the motors may do what they are told, a lane.
+    """
+
+    horizontal: HorizontalState
+    vertical: VerticalState
+    yaw_rad: Lane
+    spool: Lane
+
+
+class Belief(NamedTuple):
+    """Where the estimators believe the vehicles are. Every field is a lane."""
+
+    north_m: Lane
+    east_m: Lane
+    down_m: Lane
+    velocity_north_m_s: Lane
+    velocity_east_m_s: Lane
+    velocity_down_m_s: Lane
+    yaw_rad: Lane
+    on_ground: Lane
+
+
+class Output(NamedTuple):
+    """What the controllers ask of the vehicles. Every field is a lane."""
+
+    lean_north: Lane
+    lean_east: Lane
+    thrust_m_s2: Lane
+    yaw_rate_rad_s: Lane
+
+
+def initial(belief: Belief, o: Ops) -> ControllerState:
+    """Controllers that want to be where the vehicle is."""
+    zero = o.full(0.0)
+    return ControllerState(
+        HorizontalState(
+            belief.north_m, belief.east_m, zero, zero,
+            belief.north_m, belief.east_m, zero, zero,
+            zero, zero, zero, zero,
+        ),
+        VerticalState(belief.down_m, zero, belief.down_m, zero, zero, zero),
+        belief.yaw_rad,
+        zero,
+    )  # fmt: skip
+
+
+def targets_of(guidance: list[Guidance], o: Ops) -> Targets:
+    """The steady part of what each vehicle is told, one lane per field."""
+
+    def lane(name: str) -> Lane:
+        # A limit or a field of the guidance itself.
+        return o.pack([getattr(g.limits if hasattr(g.limits, name) else g, name) for g in guidance])
+
+    return Targets(
+        fly=o.pack([float(g.motors is Motors.FLY) for g in guidance]),
+        manual=o.pack([float(g.motors is Motors.MANUAL) for g in guidance]),
+        **{name: lane(name) for name in Targets._fields if name not in ("fly", "manual")},
+    )

@@ -1,0 +1,182 @@
+"""Telemetry about the vehicle's condition, one function per message.
+
+Values before the battery is known and so on are those the firmware was recorded to send.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.snapshot import (
+    Snapshot,
+    boot_ms,
+    to_i16,
+    to_i32,
+    to_int,
+    to_u16,
+)
+
+MAX_VOLTAGE_MV = 65534
+
+
+def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
+    """HEARTBEAT; at a mode change the flag of the old mode still counts, as recorded."""
+    copter = s.copter
+    mode = copter.mode.spec
+    base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    base_mode |= (
+        dialect.MAV_MODE_FLAG_STABILIZE_ENABLED | dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+    )
+    if mode.position_controlled or was_position_controlled or not copter.started:
+        base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED
+    if copter.armed:
+        base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
+    personality = copter.personality
+    return dialect.MAVLink_heartbeat_message(
+        personality.mav_type,
+        personality.mav_autopilot,
+        base_mode,
+        mode.number,
+        int(copter.system_status),
+        3,
+    )
+
+
+# SYS_STATUS bit fields as recorded: before the battery is known, before the GPS, after.
+_PRESENT_EARLY, _PRESENT_NO_GPS, _PRESENT = 0x5331FC0F, 0x5371FC0F, 0x5371FC2F
+_AHRS_ENABLED = 0x00200000
+_ENABLED_ARMED, _HEALTHY_ARMED = 0x01006000, 0x00006000
+_BATTERY = 0x02000000
+_PREARM = 0x10000000
+
+
+def sys_status(s: Snapshot) -> Message:
+    """SYS_STATUS."""
+    copter = s.copter
+    known = copter.battery_known
+    if not known:
+        present, enabled, health = _PRESENT_EARLY, 0x52019C0F, 0x45119C0B
+    elif not copter.estimator.gps_started:
+        present, enabled, health = _PRESENT_NO_GPS, 0x52419C0F, 0x47519C0F
+    else:
+        present, enabled, health = _PRESENT, 0x52419C2F, 0x47519C2F
+    if copter.estimator.has_origin:
+        enabled |= _AHRS_ENABLED
+        health |= _AHRS_ENABLED
+    if copter.armed:
+        enabled |= _ENABLED_ARMED
+        health |= _HEALTHY_ARMED
+    if copter.armed or copter.arming.checks_passed:
+        health |= _PREARM
+    if copter.failsafe.battery_level:
+        health &= ~_BATTERY
+    battery = s.battery
+    return dialect.MAVLink_sys_status_message(
+        present,
+        enabled,
+        health,
+        0,
+        to_int(battery.voltage_v * 1000.0, 0, MAX_VOLTAGE_MV) if known else 0,
+        to_i16(battery.current_a * 100.0) if known else -1,
+        to_int(battery.remaining_percent, 0, 100) if known else -1,
+        0, 0, 0, 0, 0, 0,
+    )  # fmt: skip
+
+
+def battery_status(s: Snapshot) -> Message:
+    """BATTERY_STATUS: the whole pack's voltage in the first cell's place, as recorded."""
+    copter, battery = s.copter, s.battery
+    known = copter.battery_known
+    voltages = [65535] * 10
+    charge_state = dialect.MAV_BATTERY_CHARGE_STATE_UNHEALTHY
+    if known:
+        voltages[0] = to_int(battery.voltage_v * 1000.0, 0, MAX_VOLTAGE_MV)
+        charge_state = dialect.MAV_BATTERY_CHARGE_STATE_OK + copter.failsafe.battery_level
+    return dialect.MAVLink_battery_status_message(
+        0,
+        0,
+        0,
+        32767,
+        voltages,
+        to_i16(battery.current_a * 100.0) if known else 0,
+        to_i32(battery.consumed_mah) if known else 0,
+        to_i32(battery.consumed_wh * 36.0) if known else 0,
+        to_int(battery.remaining_percent, 0, 100) if known else -1,
+        0,
+        charge_state,
+    )
+
+
+def extended_sys_state(s: Snapshot) -> Message:
+    """EXTENDED_SYS_STATE: a copter's VTOL state is always MC."""
+    return dialect.MAVLink_extended_sys_state_message(
+        dialect.MAV_VTOL_STATE_MC, int(s.copter.landed_state)
+    )
+
+
+def system_time(s: Snapshot) -> Message:
+    """SYSTEM_TIME: no date before the GPS."""
+    return dialect.MAVLink_system_time_message(s.unix_time_us, boot_ms(s))
+
+
+def autopilot_version(s: Snapshot) -> Message:
+    """AUTOPILOT_VERSION."""
+    p = s.copter.personality
+    return dialect.MAVLink_autopilot_version_message(
+        p.capabilities,
+        p.flight_sw_version,
+        0,
+        0,
+        0,
+        list(p.flight_custom_version.encode("ascii")[:8].ljust(8, b"\0")),
+        [0] * 8,
+        [0] * 8,
+        0,
+        0,
+        0,
+    )
+
+
+def ekf_status_report(s: Snapshot) -> Message:
+    """EKF_STATUS_REPORT."""
+    bad = 1.0 if s.copter.estimator.variance else 0.0
+    return dialect.MAVLink_ekf_status_report_message(
+        s.copter.estimator.flags, 0.005 + bad, 0.001 + bad, 0.007, 0.03, 0.0
+    )
+
+
+def servo_output_raw(s: Snapshot) -> Message:
+    """SERVO_OUTPUT_RAW: four motors, 1000 at rest; hover is near 1590 as recorded."""
+    # Thrust goes with the square of the motor command above idle; hover pins the scale.
+    raw = to_u16(1000.0 + 590.0 * math.sqrt(max(s.thrust_over_hover, 0.0)))
+    motors = [min(raw, 2000)] * 4
+    return dialect.MAVLink_servo_output_raw_message(
+        s.time_boot_us & 0xFFFFFFFF, 0, *motors, 0, 0, 0, 0
+    )
+
+
+def rc_channels(s: Snapshot) -> Message:
+    """RC_CHANNELS."""
+    copter = s.copter
+    channels = copter.pilot.channels(copter.now_s, copter.parameters["RC_OVERRIDE_TIME"])
+    return dialect.MAVLink_rc_channels_message(
+        boot_ms(s), len(channels), *channels, *([0] * (18 - len(channels))), 255
+    )
+
+
+def mission_current(s: Snapshot) -> Message:
+    """MISSION_CURRENT: there is none."""
+    in_auto = int(s.copter.mode.spec.behaviour == "auto")
+    return dialect.MAVLink_mission_current_message(0, 0, 1, in_auto)
+
+
+def power_status(_: Snapshot) -> Message:
+    """POWER_STATUS: a board at 5 V."""
+    return dialect.MAVLink_power_status_message(5000, 0, 0)
+
+
+def vibration(s: Snapshot) -> Message:
+    """VIBRATION: a little while the motors run."""
+    z = 0.25 if s.thrust_over_hover > 0.0 else 0.003
+    return dialect.MAVLink_vibration_message(s.time_boot_us, 0.003, 0.003, z, 0, 0, 0)
