@@ -2,14 +2,15 @@
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
-from launch.conditions import LaunchConfigurationEquals, LaunchConfigurationNotEquals
-from launch.substitutions import LaunchConfiguration
+from launch.conditions import IfCondition, UnlessCondition
+from launch.substitutions import EqualsSubstitution, LaunchConfiguration
 from launch_ros.actions import Node
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the server with a parameter file, or with the simulator's set-up without one."""
     config = LaunchConfiguration("config")
+    without = EqualsSubstitution(config, "")
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -19,14 +20,14 @@ def generate_launch_description() -> LaunchDescription:
                 package="drone_navigation",
                 executable="navigation_server",
                 output="screen",
-                condition=LaunchConfigurationEquals("config", ""),
+                condition=IfCondition(without),
             ),
             Node(
                 package="drone_navigation",
                 executable="navigation_server",
                 output="screen",
                 parameters=[config],
-                condition=LaunchConfigurationNotEquals("config", ""),
+                condition=UnlessCondition(without),
             ),
         ]
     )
