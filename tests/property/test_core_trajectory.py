@@ -21,9 +21,7 @@ from navigation_core.trajectory import Limits, Trajectory, plan_stop, plan_to
 from tests.support.core_strategies import fractions, limits, points, states
 
 # Examples cost half a millisecond to some milliseconds each.
-quickly = settings(
-    max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
+quickly = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 _TOLERANCE = 1.0 + 1e-3
 
 
@@ -85,8 +83,8 @@ def _minimum_time_s(length: float, speed: float, acceleration: float, jerk: floa
     if speed * run_up <= length:
         return 2.0 * run_up + (length - speed * run_up) / speed
     if 2.0 * acceleration * ramp**2 >= length:  # four equal ramps
-        return 4.0 * (length / (2.0 * jerk)) ** (1.0 / 3.0)
-    return ramp + math.sqrt(ramp**2 + 4.0 * length / acceleration)
+        return 4.0 * math.pow(length / (2.0 * jerk), 1.0 / 3.0)
+    return ramp + math.sqrt(ramp * ramp + 4.0 * length / acceleration)
 
 
 @quickly

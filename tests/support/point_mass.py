@@ -102,7 +102,12 @@ class PointMass:
         self.now += dt_s
         if self._pending is not None:
             self._work_on(self._pending, dt_s)
-        elif self._target is not None and self.airborne and self.obeys and self.in_control:
+        elif (
+            self._target is not None
+            and self.airborne is not False
+            and self.obeys
+            and self.in_control
+        ):
             self._follow(self._target, dt_s)
         elif self.airborne:
             self.velocity = scale(self.velocity, math.exp(-dt_s / 0.3))

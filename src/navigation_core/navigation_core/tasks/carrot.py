@@ -128,7 +128,7 @@ class Carrot:
             return
         before = self._rate
         nominal = self.trajectory.sample(self._time_s)
-        self._rate = self._next_rate(dt_s, position_enu_m, norm(nominal.velocity_enu_m_s))
+        self._rate = self._next_rate(dt_s, position_enu_m, nominal.velocity_enu_m_s)
         share = min(dt_s / _RATE_AVERAGE_S, 1.0)
         self._rate_average += share * (self._rate - self._rate_average)
         # The mean of both rates makes the position the integral of the velocity.
@@ -141,17 +141,19 @@ class Carrot:
         )
         self._yaw = slew_angle(self._yaw, self._yaw_goal, self._yaw_rate * dt_s)
 
-    def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, speed: float) -> float:
+    def _next_rate(
+        self, dt_s: float, position_enu_m: Vector3 | None, velocity_enu_m_s: Vector3
+    ) -> float:
         wanted = 1.0
         if position_enu_m is not None:
             error_max_m = self._config.tracking_error_max_m
             room_m = error_max_m - self._lag_m(position_enu_m)
             wanted = min(max(room_m / (error_max_m * (1.0 - _FREE_SHARE)), 0.0), 1.0)
-        limits = self.trajectory.limits
-        acceleration = min(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2)
         change = _RATE_CHANGE_PER_S
-        if speed * change > acceleration:
-            change = acceleration / speed
+        course = unit_between(ZERO, velocity_enu_m_s)
+        if course is not None:
+            limit = self.trajectory.limits.along(course).acceleration_m_s2
+            change = min(change, limit / norm(velocity_enu_m_s))
         return min(max(wanted, self._rate - change * dt_s), self._rate + change * dt_s)
 
     def _lag_m(self, position_enu_m: Vector3) -> float:

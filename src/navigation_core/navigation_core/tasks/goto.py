@@ -7,6 +7,7 @@ is sent, because a real ArduCopter then stays on the ground (observed).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from navigation_core.geometry import KinematicState, distance, norm
@@ -343,8 +344,10 @@ class Goto:
             self._begin_flight(Event.REPLAN, observation, now)
             return None
         timeout_s = self._config.position_timeout_s
+        age_s = observation.position_age_s
+        too_old = math.isfinite(age_s) and age_s > timeout_s
         # The age alone is not enough: the position may be new and its heading missing.
-        if max(observation.position_age_s, now - self._phase_since_s) > timeout_s:
+        if too_old or now - self._phase_since_s > timeout_s:
             text = f"The vehicle has given no valid position, velocity and yaw for {timeout_s:g} s."
             return Outcome(OutcomeCode.NO_POSITION, text, None)
         self._flight.walk(None)

@@ -1,0 +1,793 @@
+"""The life of a flight to a point, in every phase and with everything that can happen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from navigation_core.geometry import distance, horizontal_norm, norm
+from navigation_core.limits import Limits
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.base import (
+    Fly,
+    OperationKind,
+    OperationState,
+    Outcome,
+    Perform,
+    Requirement,
+    Status,
+    Wait,
+    check_requirements,
+)
+from navigation_core.tasks.goto import Goto, GotoConfig, GotoConfigError, GotoGoal
+from navigation_core.tasks.goto_phases import TRANSITIONS, Event, Phase, PhaseError, next_phase
+from tests.support.point_mass import Flight, PointMass, fly
+
+TARGET = (10.0, 5.0, 2.0)
+CONFIG = GotoConfig(may_arm=True)
+
+
+def hovering(**changes: object) -> PointMass:
+    """Return a vehicle that flies and obeys."""
+    vehicle = PointMass(position=(0.0, 0.0, 2.5), armed=True, in_control=True, airborne=True)
+    for name, value in changes.items():
+        setattr(vehicle, name, value)
+    return vehicle
+
+
+def goto(
+    target: tuple[float, float, float] = TARGET,
+    yaw: float | None = None,
+    speed: float | None = None,
+    config: GotoConfig = CONFIG,
+) -> Goto:
+    return Goto(GotoGoal(target, yaw, speed), config)
+
+
+def cancel_in(task: Goto, phase: Phase, after_s: float = 0.0) -> Callable[[float], None]:
+    """Return what cancels a task once it has been in a phase for a time."""
+    entered: list[float] = []
+
+    def each_step(elapsed_s: float) -> None:
+        if task.phase is phase and not entered:
+            entered.append(elapsed_s)
+        if entered and elapsed_s >= entered[0] + after_s:
+            task.cancel(elapsed_s)
+
+    return each_step
+
+
+def assert_silent_on_the_ground(flight: Flight) -> None:
+    """No setpoint goes out on the ground, unarmed, or while a take-off is under way."""
+    for _, observation, answer in flight.steps:
+        if isinstance(answer, Fly):
+            assert observation.armed
+            assert observation.in_control
+            assert observation.airborne is not False
+            report = observation.operation
+            taking_off = report is not None and report.kind is OperationKind.TAKE_OFF
+            assert not (taking_off and report and report.state is OperationState.PENDING)
+
+
+# --- the whole flight ----------------------------------------------------------------
+
+
+def test_from_the_ground_to_the_target() -> None:
+    vehicle, task = PointMass(), goto()
+    statuses: list[Status] = []
+
+    def note(_: float) -> None:
+        status = task.progress(vehicle.observe(), vehicle.now).status
+        if not statuses or statuses[-1] is not status:
+            statuses.append(status)
+
+    flight = fly(task, vehicle, note)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert statuses == [
+        Status.PREPARING,
+        Status.ARMING,
+        Status.TAKING_OFF,
+        Status.NAVIGATING,
+        Status.SETTLING,
+    ]
+    assert [request.kind for request in vehicle.requests] == [
+        OperationKind.TAKE_CONTROL,
+        OperationKind.ARM,
+        OperationKind.TAKE_OFF,
+    ]
+    assert_silent_on_the_ground(flight)
+    error_m = distance(flight.steps[-1][1].position_enu_m or (0.0, 0.0, 0.0), TARGET)
+    assert flight.outcome.final_error_m == pytest.approx(error_m)
+    assert error_m < CONFIG.arrival_radius_m
+    assert task.step(vehicle.observe(), vehicle.now + 1.0) is flight.outcome
+
+
+def test_a_vehicle_that_flies_and_obeys_goes_at_once() -> None:
+    vehicle, task = hovering(), goto()
+    flight = fly(task, vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert vehicle.requests == []
+    assert all(isinstance(answer, Fly) for _, _, answer in flight.steps[:-1])
+
+
+def test_a_vehicle_that_flies_in_another_mode_is_only_taken_control_of() -> None:
+    vehicle, task = hovering(in_control=False), goto()
+    flight = fly(task, vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert [request.kind for request in vehicle.requests] == [OperationKind.TAKE_CONTROL]
+    assert_silent_on_the_ground(flight)
+
+
+def test_a_vehicle_that_does_not_say_whether_it_flies_is_judged_by_its_height() -> None:
+    vehicle = hovering(airborne=None)
+    assert fly(goto(), vehicle).outcome.code is OutcomeCode.SUCCESS
+    assert vehicle.requests == []
+    vehicle = PointMass(airborne=None, in_control=True, armed=True)
+    assert fly(goto(), vehicle).outcome.code is OutcomeCode.SUCCESS
+    assert [request.kind for request in vehicle.requests] == [OperationKind.TAKE_OFF]
+
+
+@pytest.mark.parametrize(
+    ("z", "expected"), [(0.3, 1.5), (1.5, 1.5), (2.0, 2.0), (2.5, 2.5), (30.0, 2.5)]
+)
+def test_the_takeoff_climbs_towards_the_target_within_bounds(z: float, expected: float) -> None:
+    vehicle = PointMass()
+    flight = fly(goto((5.0, 0.0, z)), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert vehicle.requests[-1] == Perform(OperationKind.TAKE_OFF, expected)
+
+
+def test_arrival_does_not_overshoot() -> None:
+    vehicle = hovering()
+    flight = fly(goto((40.0, 0.0, 2.5)), vehicle)
+    furthest = max(o.position_enu_m[0] for _, o, _ in flight.steps if o.position_enu_m)
+    assert furthest < 40.0 + CONFIG.arrival_radius_m
+    assert max(f.setpoint.position_enu_m[0] for _, f in flight.setpoints) <= 40.0 + 1e-9
+
+
+def test_the_speed_of_a_goal_bounds_setpoint_and_vehicle() -> None:
+    vehicle = hovering()
+    flight = fly(goto((40.0, 30.0, 2.5), speed=2.0), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    for _, observation, answer in flight.steps:
+        if isinstance(answer, Fly):
+            assert horizontal_norm(answer.setpoint.velocity_enu_m_s) <= 2.0 * 1.001
+        assert observation.velocity_enu_m_s is not None
+        assert horizontal_norm(observation.velocity_enu_m_s) <= 2.0 * 1.05
+
+
+def test_success_takes_the_whole_dwell() -> None:
+    flight = fly(goto(), hovering())
+    inside = [
+        t
+        for t, o, _ in flight.steps
+        if o.position_enu_m is not None
+        and o.velocity_enu_m_s is not None
+        and distance(o.position_enu_m, TARGET) <= CONFIG.arrival_radius_m
+        and norm(o.velocity_enu_m_s) <= CONFIG.arrival_speed_m_s
+    ]
+    assert flight.steps[-1][0] - inside[0] >= CONFIG.arrival_dwell_s - 1e-9
+
+
+def test_a_repeated_position_is_not_dwelt_on() -> None:
+    vehicle, task = hovering(), goto()
+    frozen: list[float] = []
+
+    def lose_after_arrival(_: float) -> None:
+        if task.phase is Phase.SETTLING:
+            frozen.append(vehicle.now)
+            vehicle.position_age_s = vehicle.now - frozen[0]
+
+    flight = fly(task, vehicle, lose_after_arrival)
+    assert flight.outcome.code is OutcomeCode.NO_POSITION
+
+
+# --- yaw -----------------------------------------------------------------------------
+
+
+def test_without_a_yaw_it_faces_the_direction_of_travel() -> None:
+    vehicle = hovering(yaw=-2.0)
+    fly(goto((0.0, 20.0, 2.5)), vehicle)
+    assert vehicle.yaw == pytest.approx(math.pi / 2.0)
+
+
+@pytest.mark.parametrize("target", [(0.0, 0.0, 12.0), (0.6, 0.5, 2.5), (0.0, 0.0, 2.5)])
+def test_close_by_or_straight_up_it_keeps_its_yaw(target: tuple[float, float, float]) -> None:
+    vehicle = hovering(yaw=-2.0)
+    flight = fly(goto(target), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert {fly_.setpoint.yaw_enu_rad for _, fly_ in flight.setpoints} == {-2.0}
+
+
+def test_the_yaw_turns_the_shortest_way_at_its_rate_and_arrives() -> None:
+    vehicle = hovering(yaw=3.0)
+    task = goto((0.0, 0.0, 2.5), yaw=-2.5)
+    flight = fly(task, vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    yaws = [fly_.setpoint.yaw_enu_rad for _, fly_ in flight.setpoints]
+    assert yaws[-1] == -2.5
+    rate = CONFIG.limits.yaw_rate_rad_s
+    for before, after in pairwise(yaws):
+        assert abs(math.remainder(after - before, math.tau)) <= rate * 0.05 + 1e-9
+        assert abs(after) > 2.4  # never through zero
+    expected_s = (math.tau - 5.5) / rate + CONFIG.arrival_dwell_s
+    assert flight.steps[-1][0] - 100.0 == pytest.approx(expected_s, abs=0.15)
+
+
+# --- refusals ------------------------------------------------------------------------
+
+
+def test_without_leave_to_arm_nothing_is_asked_of_the_vehicle() -> None:
+    vehicle = PointMass()
+    flight = fly(goto(config=GotoConfig(may_arm=False)), vehicle)
+    assert flight.outcome.code is OutcomeCode.ARMING_NOT_ALLOWED
+    assert "arm it" in flight.outcome.message
+    assert vehicle.requests == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"),
+    [
+        (OperationKind.TAKE_CONTROL, OutcomeCode.MODE_REFUSED),
+        (OperationKind.ARM, OutcomeCode.ARMING_REFUSED),
+        (OperationKind.TAKE_OFF, OutcomeCode.TAKEOFF_REFUSED),
+    ],
+)
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        (OperationState.REFUSED, "was refused: Arm: need 3D fix."),
+        (OperationState.TIMED_OUT, "timed out: Arm: need 3D fix."),
+        (OperationState.CANCELLED, "was given up: Arm: need 3D fix."),
+    ],
+)
+def test_a_refusal_ends_the_goal_with_the_vehicles_reason(
+    kind: OperationKind, code: OutcomeCode, state: OperationState, words: str
+) -> None:
+    vehicle = PointMass(results={kind: state}, reason="Arm: need 3D fix")
+    flight = fly(goto(), vehicle)
+    assert flight.outcome.code is code
+    assert words in flight.outcome.message
+    assert flight.setpoints == []
+    assert vehicle.armed is False  # nobody leaves propellers turning on the ground
+
+
+def test_a_refusal_without_a_reason_says_so() -> None:
+    vehicle = PointMass(results={OperationKind.ARM: OperationState.REFUSED})
+    assert "gave no reason" in fly(goto(), vehicle).outcome.message
+
+
+def test_a_link_lost_while_arming_is_called_that() -> None:
+    vehicle = PointMass(results={OperationKind.ARM: OperationState.LINK_LOST})
+    assert fly(goto(), vehicle).outcome.code is OutcomeCode.LINK_LOST
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"),
+    [
+        (OperationKind.TAKE_CONTROL, OutcomeCode.MODE_REFUSED),
+        (OperationKind.ARM, OutcomeCode.ARMING_REFUSED),
+        (OperationKind.TAKE_OFF, OutcomeCode.TAKEOFF_REFUSED),
+    ],
+)
+def test_an_operation_that_never_reports_does_not_hang(
+    kind: OperationKind, code: OutcomeCode
+) -> None:
+    vehicle = PointMass(delays={kind: 1e9})
+    flight = fly(goto(), vehicle)
+    assert flight.outcome.code is code
+    assert "timed out" in flight.outcome.message
+
+
+def test_a_takeoff_that_sticks_in_the_air_is_left_hovering() -> None:
+    vehicle = PointMass()
+
+    def stick(_: float) -> None:
+        if vehicle.airborne:
+            vehicle.delays[OperationKind.TAKE_OFF] = 1e9
+
+    flight = fly(goto(), vehicle, stick)
+    assert flight.outcome.code is OutcomeCode.TAKEOFF_REFUSED
+    assert vehicle.armed
+    assert OperationKind.DISARM not in [request.kind for request in vehicle.requests]
+
+
+# --- cancelling ----------------------------------------------------------------------
+
+
+def test_cancel_before_the_first_step() -> None:
+    vehicle, task = PointMass(), goto()
+    task.start(vehicle.observe(), vehicle.now)
+    task.cancel(vehicle.now)
+    outcome = task.step(vehicle.observe(), vehicle.now)
+    assert isinstance(outcome, Outcome)
+    assert outcome.code is OutcomeCode.CANCELED
+
+
+def test_cancel_while_preparing_ends_at_once() -> None:
+    vehicle, task = PointMass(), goto()
+    flight = fly(task, vehicle, cancel_in(task, Phase.PREPARING, 0.1))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert len(flight.steps) <= 4
+    assert [request.kind for request in vehicle.requests] == [OperationKind.TAKE_CONTROL]
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2])
+def test_cancel_while_arming_disarms(delay: float) -> None:
+    vehicle, task = PointMass(delays={OperationKind.ARM: 0.5}), goto()
+    flight = fly(task, vehicle, cancel_in(task, Phase.ARMING, delay))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "disarmed" in flight.outcome.message
+    assert vehicle.requests[-1].kind is OperationKind.DISARM
+    assert not vehicle.armed
+    assert flight.setpoints == []
+
+
+def test_cancel_before_lift_off_disarms() -> None:
+    vehicle, task = PointMass(delays={OperationKind.TAKE_OFF: 3.0}), goto()
+    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 1.0))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert not vehicle.armed
+    assert vehicle.position[2] == 0.0
+    assert flight.setpoints == []
+
+
+def test_a_disarm_that_is_refused_is_admitted() -> None:
+    vehicle = PointMass(
+        delays={OperationKind.TAKE_OFF: 3.0},
+        results={OperationKind.DISARM: OperationState.REFUSED},
+        reason="not landed",
+    )
+    task = goto()
+    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 1.0))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "to disarm was refused: not landed." in flight.outcome.message
+    assert "may still be armed" in flight.outcome.message
+
+
+def test_cancel_while_climbing_stops_in_the_air() -> None:
+    vehicle, task = PointMass(), goto((10.0, 5.0, 8.0))
+    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 2.0))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "stands still" in flight.outcome.message
+    assert vehicle.armed
+    assert vehicle.speed < CONFIG.stop_speed_m_s
+    assert 0.5 < vehicle.position[2] < 2.5
+    assert flight.setpoints
+
+
+def test_a_vehicle_that_lifts_off_instead_of_disarming_is_stopped_in_the_air() -> None:
+    vehicle = PointMass(delays={OperationKind.TAKE_OFF: 3.0, OperationKind.DISARM: 5.0})
+    task = goto()
+    cancel = cancel_in(task, Phase.TAKING_OFF, 1.0)
+
+    def lift_off(elapsed_s: float) -> None:
+        cancel(elapsed_s)
+        if task.phase is Phase.DISARMING and not vehicle.airborne:
+            vehicle.airborne = True
+            vehicle.position, vehicle.velocity = (0.0, 0.0, 0.6), (0.0, 0.0, 1.0)
+
+    flight = fly(task, vehicle, lift_off)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "stands still" in flight.outcome.message
+    assert vehicle.armed
+
+
+@pytest.mark.parametrize("after_s", [0.0, 1.0, 2.0, 3.0])
+def test_cancel_in_flight_brakes_without_a_jump(after_s: float) -> None:
+    vehicle, task = hovering(), goto((60.0, 20.0, 12.0))
+    flight = fly(task, vehicle, cancel_in(task, Phase.NAVIGATING, after_s))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert vehicle.speed < CONFIG.stop_speed_m_s
+    assert_setpoints_are_smooth(flight, CONFIG.limits)
+    # Nothing goes further than from the greatest speed.
+    stopped = flight.setpoints[-1][1].setpoint.position_enu_m
+    assert distance(stopped, vehicle.position) < 0.5
+
+
+def test_cancel_while_settling() -> None:
+    vehicle, task = hovering(), goto()
+    flight = fly(task, vehicle, cancel_in(task, Phase.SETTLING, 0.2))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+
+
+def test_a_vehicle_that_does_not_stop_ends_the_cancel_with_its_speed() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    cancel = cancel_in(task, Phase.NAVIGATING, 3.0)
+
+    def run_away(elapsed_s: float) -> None:
+        cancel(elapsed_s)
+        if task.phase is Phase.BRAKING:
+            vehicle.obeys = False
+            vehicle.velocity = (3.0, 0.0, 0.0)
+
+    flight = fly(task, vehicle, run_away)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "had not stopped after 10 s" in flight.outcome.message
+    assert "3.00 m/s" in flight.outcome.message
+
+
+def test_a_cancel_without_a_position_ends_with_an_unknown_speed() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    cancel = cancel_in(task, Phase.NAVIGATING, 2.0)
+
+    def blind(elapsed_s: float) -> None:
+        cancel(elapsed_s)
+        vehicle.position_known = task.phase is not Phase.BRAKING
+
+    flight = fly(task, vehicle, blind)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "unknown speed" in flight.outcome.message
+
+
+def test_cancelling_twice_is_cancelling_once() -> None:
+    vehicle, task = hovering(), goto()
+    flight = fly(task, vehicle, lambda t: task.cancel(t) if t > 1.0 else None)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+
+
+# --- what the vehicle does by itself ---------------------------------------------------
+
+
+@pytest.mark.parametrize("phase", [Phase.NAVIGATING, Phase.SETTLING, Phase.BRAKING])
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        ({"armed": False}, OutcomeCode.DISARMED),
+        ({"in_control": False}, OutcomeCode.PILOT_OVERRIDE),
+    ],
+)
+def test_a_vehicle_that_is_taken_away_ends_the_goal_at_once(
+    phase: Phase, change: dict[str, object], code: OutcomeCode
+) -> None:
+    vehicle, task = hovering(), goto()
+    cancel = cancel_in(task, Phase.NAVIGATING, 1.0)
+
+    def take_away(elapsed_s: float) -> None:
+        if phase is Phase.BRAKING:
+            cancel(elapsed_s)
+        if task.phase is phase:
+            for name, value in change.items():
+                setattr(vehicle, name, value)
+
+    flight = fly(task, vehicle, take_away)
+    assert flight.outcome.code is code
+    for _, observation, answer in flight.steps:
+        if not observation.armed or not observation.in_control:
+            assert isinstance(answer, Outcome)
+
+
+def test_a_vehicle_that_is_disarmed_before_lift_off() -> None:
+    vehicle, task = PointMass(delays={OperationKind.TAKE_OFF: 3.0}), goto()
+
+    def disarm(_: float) -> None:
+        if task.phase is Phase.TAKING_OFF:
+            vehicle.armed = False
+
+    flight = fly(task, vehicle, disarm)
+    assert flight.outcome.code is OutcomeCode.DISARMED
+
+
+def test_a_vehicle_that_lands_gets_no_setpoints_and_ends_the_goal() -> None:
+    vehicle, task = hovering(), goto((50.0, 0.0, 2.5))
+
+    def land(elapsed_s: float) -> None:
+        vehicle.airborne = elapsed_s < 3.0
+
+    flight = fly(task, vehicle, land)
+    assert flight.outcome.code is OutcomeCode.LANDED
+    assert_silent_on_the_ground(flight)
+
+
+def test_a_landed_state_that_flaps_does_not_end_the_goal() -> None:
+    vehicle, task = hovering(), goto()
+
+    def flap(elapsed_s: float) -> None:
+        vehicle.airborne = not 2.0 < elapsed_s < 2.3
+
+    flight = fly(task, vehicle, flap)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert_silent_on_the_ground(flight)
+
+
+def test_a_short_loss_of_position_holds_and_goes_on() -> None:
+    vehicle, task = hovering(), goto((30.0, 0.0, 2.5))
+    phases: set[Phase] = set()
+
+    def lose(elapsed_s: float) -> None:
+        phases.add(task.phase)
+        vehicle.position_age_s = elapsed_s - 2.0 if 2.0 < elapsed_s < 3.5 else 0.0
+
+    flight = fly(task, vehicle, lose)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert Phase.HOLDING in phases
+    assert_setpoints_are_smooth(flight, CONFIG.limits)
+
+
+@pytest.mark.parametrize("how", ["none", "old", "no yaw"])
+def test_a_long_loss_of_position_ends_the_goal(how: str) -> None:
+    vehicle, task = hovering(), goto((30.0, 0.0, 2.5))
+
+    def lose(elapsed_s: float) -> None:
+        if elapsed_s <= 2.0:
+            return
+        if how == "none":
+            vehicle.position_known = False
+        elif how == "old":
+            vehicle.position_age_s = elapsed_s - 2.0
+        else:
+            vehicle.yaw = math.nan
+
+    flight = fly(task, vehicle, lose)
+    assert flight.outcome.code is OutcomeCode.NO_POSITION
+    assert flight.outcome.final_error_m is None
+    # The last setpoints brake the vehicle where its last position led.
+    assert norm(flight.setpoints[-1][1].setpoint.velocity_enu_m_s) < 4.0
+
+
+def test_no_position_at_the_beginning_waits_and_gives_up() -> None:
+    vehicle = hovering(position_known=False)
+    flight = fly(goto(), vehicle)
+    assert flight.outcome.code is OutcomeCode.NO_POSITION
+    assert flight.setpoints == []
+    assert isinstance(flight.steps[0][2], Wait)
+
+
+def test_after_a_gap_the_flight_begins_anew_where_the_vehicle_is() -> None:
+    vehicle, task = hovering(), goto((40.0, 0.0, 2.5))
+    blown = (12.0, 6.0, 2.5)
+
+    def drop_out(elapsed_s: float) -> None:
+        vehicle.connected = not 3.0 < elapsed_s < 6.0
+        if not vehicle.connected:
+            vehicle.position, vehicle.velocity = blown, (0.0, 0.0, 0.0)
+
+    flight = fly(task, vehicle, drop_out)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    after = next(f for t, f in flight.setpoints if t > 105.9)
+    assert distance(after.setpoint.position_enu_m, blown) < 0.05
+
+
+def test_resume_plans_anew_without_a_gap() -> None:
+    vehicle, task = hovering(), goto((40.0, 0.0, 2.5))
+
+    def blow_away(elapsed_s: float) -> None:
+        if elapsed_s == pytest.approx(2.0):
+            vehicle.position, vehicle.velocity = (5.0, 9.0, 2.5), (0.0, 0.0, 0.0)
+            task.resume(vehicle.observe(), vehicle.now)
+
+    flight = fly(task, vehicle, blow_away)
+    after = next(f for t, f in flight.setpoints if t >= 102.0 - 1e-6)
+    assert distance(after.setpoint.position_enu_m, (5.0, 9.0, 2.5)) < 0.01
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+
+
+# --- the carrot ------------------------------------------------------------------------
+
+
+def test_the_setpoint_waits_for_a_slow_vehicle() -> None:
+    vehicle = hovering(speed_max_m_s=2.0)
+    flight = fly(goto((40.0, 0.0, 2.5)), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    for _, observation, answer in flight.steps:
+        if isinstance(answer, Fly) and observation.position_enu_m is not None:
+            lag_m = distance(answer.setpoint.position_enu_m, observation.position_enu_m)
+            assert lag_m < CONFIG.tracking_error_max_m + CONFIG.tracking_lag_s * 5.0 + 1.0
+    assert_setpoints_are_smooth(flight, CONFIG.limits)
+
+
+def test_a_vehicle_that_stands_in_the_wind_ends_in_timeout_with_numbers() -> None:
+    vehicle = hovering(speed_max_m_s=2.0, wind=(-6.0, 0.0, 0.0))
+    flight = fly(goto((40.0, 0.0, 2.5)), vehicle)
+    assert flight.outcome.code is OutcomeCode.TIMEOUT
+    assert "made no progress within 20 s" in flight.outcome.message
+    assert "m from the target" in flight.outcome.message
+
+
+def test_a_vehicle_that_does_not_settle_ends_in_timeout_with_numbers() -> None:
+    vehicle, task = hovering(), goto()
+
+    def pull(_: float) -> None:
+        if task.phase is Phase.SETTLING:
+            vehicle.wind = (1.5, 0.0, 0.0)
+
+    flight = fly(task, vehicle, pull)
+    assert flight.outcome.code is OutcomeCode.TIMEOUT
+    error_m = flight.outcome.final_error_m
+    assert error_m is not None
+    assert error_m > CONFIG.arrival_radius_m
+    assert f"{error_m:.2f} m from the target" in flight.outcome.message
+
+
+def assert_setpoints_are_smooth(flight: Flight, limits: Limits) -> None:
+    """Between consecutive setpoints neither position nor velocity jumps."""
+    a_max = 1.5 * math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2)
+    for (t0, first), (t1, second) in pairwise(flight.setpoints):
+        dt = t1 - t0
+        a, b = first.setpoint, second.setpoint
+        assert distance(a.velocity_enu_m_s, b.velocity_enu_m_s) <= a_max * dt + 1e-6
+        speed = max(norm(a.velocity_enu_m_s), norm(b.velocity_enu_m_s))
+        assert distance(a.position_enu_m, b.position_enu_m) <= (speed + a_max * dt) * dt + 1e-6
+
+
+# --- replacing ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("after_s", [0.5, 2.0, 4.0, 5.5])
+@pytest.mark.parametrize("target", [(-20.0, 10.0, 6.0), (40.0, -10.0, 2.5), (3.0, 1.0, 4.0)])
+def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
+    after_s: float, target: tuple[float, float, float]
+) -> None:
+    vehicle, first = hovering(), goto((30.0, 0.0, 8.0))
+    flight = Flight()
+    first.start(vehicle.observe(), vehicle.now)
+    sent_s = vehicle.now
+    while vehicle.now < 100.0 + after_s:
+        answer = first.step(vehicle.observe(), vehicle.now)
+        assert isinstance(answer, Fly)
+        flight.steps.append((vehicle.now, vehicle.observe(), answer))
+        sent_s = vehicle.now
+        vehicle.obey(answer)
+        vehicle.advance(0.05)
+    second = Goto(
+        GotoGoal(target),
+        CONFIG,
+        predecessor=first.commanded,
+        predecessor_yaw=first.commanded_yaw_enu_rad,
+        predecessor_time_s=sent_s,
+    )
+    flight.steps += fly(second, vehicle).steps
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert_setpoints_are_smooth(flight, CONFIG.limits)
+    times = [t for t, _ in flight.setpoints]
+    assert max(b - a for a, b in pairwise(times)) < 0.051
+
+
+def test_a_new_goal_on_the_way_up_waits_for_the_takeoff() -> None:
+    vehicle, first = PointMass(), goto()
+    first.start(vehicle.observe(), vehicle.now)
+    while vehicle.position[2] < 1.0:
+        vehicle.obey(_intent(first, vehicle))
+        vehicle.advance(0.05)
+    flight = fly(goto((-5.0, 0.0, 4.0)), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert_silent_on_the_ground(flight)
+    kinds = [request.kind for request in vehicle.requests]
+    assert kinds.count(OperationKind.TAKE_OFF) == 1
+
+
+def test_a_new_goal_that_is_cancelled_on_the_way_up_stops_there() -> None:
+    vehicle, first = PointMass(), goto()
+    first.start(vehicle.observe(), vehicle.now)
+    while vehicle.position[2] < 1.0:
+        vehicle.obey(_intent(first, vehicle))
+        vehicle.advance(0.05)
+    second = goto((-5.0, 0.0, 4.0))
+    second.cancel(vehicle.now)
+    flight = fly(second, vehicle)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert vehicle.speed < CONFIG.stop_speed_m_s
+    assert vehicle.position[2] < 2.4
+
+
+def test_a_new_goal_while_the_old_one_disarms_arms_again() -> None:
+    vehicle, first = PointMass(delays={OperationKind.TAKE_OFF: 5.0}), goto()
+    first.start(vehicle.observe(), vehicle.now)
+    while first.phase is not Phase.DISARMING:
+        if first.phase is Phase.TAKING_OFF:
+            first.cancel(vehicle.now)
+        vehicle.obey(_intent(first, vehicle))
+        vehicle.advance(0.05)
+    flight = fly(goto(), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert [request.kind for request in vehicle.requests][-3:] == [
+        OperationKind.DISARM,
+        OperationKind.ARM,
+        OperationKind.TAKE_OFF,
+    ]
+
+
+def test_a_successor_cancelled_before_its_first_step_still_brakes() -> None:
+    vehicle, first = hovering(), goto((60.0, 0.0, 2.5))
+    first.start(vehicle.observe(), vehicle.now)
+    while vehicle.now < 103.0:
+        vehicle.obey(_intent(first, vehicle))
+        vehicle.advance(0.05)
+    second = Goto(GotoGoal((0.0, 0.0, 2.5)), CONFIG, first.commanded, first.commanded_yaw_enu_rad)
+    second.cancel(vehicle.now)
+    flight = fly(second, vehicle)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert vehicle.speed < CONFIG.stop_speed_m_s
+
+
+def _intent(task: Goto, vehicle: PointMass) -> Fly | Perform | Wait:
+    answer = task.step(vehicle.observe(), vehicle.now)
+    assert not isinstance(answer, Outcome)
+    return answer
+
+
+# --- progress ------------------------------------------------------------------------------
+
+
+def test_the_estimate_falls_and_is_right_half_way() -> None:
+    vehicle, task = hovering(), goto((80.0, 20.0, 12.0))
+    estimates: list[tuple[float, float, float]] = []
+
+    def note(elapsed_s: float) -> None:
+        progress = task.progress(vehicle.observe(), vehicle.now)
+        estimates.append((elapsed_s, progress.time_remaining_s, progress.distance_remaining_m))
+
+    flight = fly(task, vehicle, note)
+    total_s = flight.steps[-1][0] - 100.0
+    for (_, t0, d0), (_, t1, d1) in pairwise(estimates):
+        assert t1 <= t0 + 0.05
+        assert d1 <= d0 + 0.05
+    elapsed_s, left_s, _ = estimates[len(estimates) // 2]
+    assert left_s == pytest.approx(total_s - elapsed_s, rel=0.1)
+    assert estimates[0][1] == pytest.approx(total_s, rel=0.1)
+
+
+def test_the_estimate_from_the_ground_counts_the_phases_ahead() -> None:
+    vehicle, task = PointMass(delays={OperationKind.ARM: 3.0, OperationKind.TAKE_OFF: 2.0}), goto()
+    task.start(vehicle.observe(), vehicle.now)
+    first = task.progress(vehicle.observe(), vehicle.now)
+    flight = fly(task, vehicle)
+    assert first.status is Status.PREPARING
+    assert first.time_remaining_s == pytest.approx(flight.steps[-1][0] - 100.0, rel=0.15)
+    assert first.distance_remaining_m == pytest.approx(2.0 + math.hypot(10.0, 5.0), rel=1e-3)
+
+
+def test_progress_after_the_end_is_nothing_left() -> None:
+    vehicle, task = hovering(), goto()
+    fly(task, vehicle)
+    progress = task.progress(vehicle.observe(), vehicle.now)
+    assert (progress.distance_remaining_m, progress.time_remaining_s) == (0.0, 0.0)
+
+
+# --- requirements, settings and the table -------------------------------------------------
+
+
+def test_requirements_name_what_is_missing() -> None:
+    requires = goto().requires
+    assert Requirement.POSITION in requires
+    assert check_requirements(requires, hovering().observe(), 2.0) is None
+    lost = check_requirements(requires, hovering(position_known=False).observe(), 2.0)
+    assert lost is not None
+    assert lost.code is OutcomeCode.NO_POSITION
+    assert "no valid position and no velocity and no yaw" in lost.message
+    old = check_requirements(requires, hovering(position_age_s=3.0).observe(), 2.0)
+    assert old is not None
+    assert "3.0 s old" in old.message
+    absent = check_requirements(requires, hovering(connected=False).observe(), 2.0)
+    assert absent is not None
+    assert absent.code is OutcomeCode.NO_VEHICLE
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("arrival_radius_m", 0.0),
+        ("arrival_dwell_s", -1.0),
+        ("cancel_timeout_s", math.nan),
+        ("tracking_error_max_m", math.inf),
+        ("takeoff_height_min_m", 9.0),
+    ],
+)
+def test_settings_that_make_no_sense_are_named(name: str, value: float) -> None:
+    with pytest.raises(GotoConfigError, match=name):
+        GotoConfig(**{name: value})  # type: ignore[arg-type]
+
+
+def test_every_phase_leads_to_the_end_and_none_leads_on_from_it() -> None:
+    for phase in Phase:
+        for event in Event:
+            if (phase, event) in TRANSITIONS:
+                assert next_phase(phase, event) is TRANSITIONS[phase, event]
+                assert phase is not Phase.ENDED
+            else:
+                with pytest.raises(PhaseError, match=f"{event.name} cannot happen"):
+                    next_phase(phase, event)
+        assert phase is Phase.ENDED or next_phase(phase, Event.OVER) is Phase.ENDED
