@@ -37,9 +37,11 @@ def main() -> None:
                 return
             if key.fileobj is front:
                 data, vehicle = front.recvfrom(65535)
-                # MAVLink 2: the message id is in bytes 7 to 9, the payload begins at 10.
+                # MAVLink 2: the length is in byte 1, the message id in bytes 7 to 9; the payload
+                # begins at 10 and ends before its trailing zeros.
                 if data[0] == 0xFD and data[7] == _GLOBAL_POSITION_INT and not data[8]:
-                    sent_s[struct.unpack_from("<I", data, 10)[0]] = time.monotonic()
+                    start = data[10 : 10 + min(data[1], 4)].ljust(4, b"\0")
+                    sent_s[struct.unpack("<I", start)[0]] = time.monotonic()
                 back.sendto(data, server)
             elif vehicle is not None:
                 front.sendto(back.recv(65535), vehicle)

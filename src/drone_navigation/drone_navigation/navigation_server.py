@@ -180,7 +180,7 @@ def _run(options: argparse.Namespace) -> int:
     node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
     try:
         config = declare_parameters(node)
-        link = open_link(config.link_url, node.get_logger().warning)
+        link = open_link(config.link_url, node.get_logger().info)
         recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     except (ConfigurationError, LinkError, OSError) as error:
         node.get_logger().fatal(str(error))
