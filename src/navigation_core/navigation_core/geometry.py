@@ -82,13 +82,6 @@ def across(a: Vector3, direction: Vector3) -> Vector3:
     return subtract(a, scale(direction, dot(a, direction)))
 
 
-def direction(origin: Vector3, target: Vector3) -> Vector3 | None:
-    """Return the unit vector between two points; None if they are the same."""
-    offset = subtract(target, origin)
-    length = norm(offset)
-    return None if length < _SAME_M else scale(offset, 1.0 / length)
-
-
 def unit_between(origin: Vector3, target: Vector3) -> Vector3 | None:
     """Return the unit vector between two points; None if they are the same."""
     offset = subtract(target, origin)

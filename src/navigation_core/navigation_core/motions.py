@@ -143,7 +143,9 @@ def _solve(
     profile = ruckig.Trajectory(len(axes))
     try:
         result = ruckig.Ruckig(len(axes)).calculate(request, profile)
-    except ruckig.RuckigError as error:
+    # A ValueError: the Python binding lacks names for some of the results, such as -101, a
+    # duration beyond what Ruckig allows (seen in 0.19).
+    except (ruckig.RuckigError, ValueError) as error:
         raise TrajectoryError(f"Ruckig refuses {request}: {error}") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")

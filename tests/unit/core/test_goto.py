@@ -551,6 +551,45 @@ def test_after_a_gap_the_flight_begins_anew_where_the_vehicle_is() -> None:
     assert distance(after.setpoint.position_enu_m, blown) < 0.05
 
 
+def test_a_gap_while_settling_is_flown_from_anew() -> None:
+    vehicle, task = hovering(), goto()
+    begun: list[float] = []
+
+    def drop_out(elapsed_s: float) -> None:
+        if task.phase is Phase.SETTLING and not begun:
+            begun.append(elapsed_s)
+            vehicle.position = (0.0, 0.0, 2.5)
+        vehicle.connected = not begun or elapsed_s > begun[0] + 2.0
+
+    flight = fly(task, vehicle, drop_out)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert flight.outcome.final_error_m is not None
+    assert flight.outcome.final_error_m < CONFIG.arrival_radius_m
+
+
+def test_a_gap_while_braking_brakes_where_the_vehicle_is() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    cancel = cancel_in(task, Phase.NAVIGATING, 3.0)
+
+    def drop_out(elapsed_s: float) -> None:
+        cancel(elapsed_s)
+        vehicle.connected = not 3.2 < elapsed_s < 6.0
+        if not vehicle.connected:
+            vehicle.position, vehicle.velocity = (50.0, 3.0, 2.5), (0.0, 0.0, 0.0)
+
+    flight = fly(task, vehicle, drop_out)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert distance(flight.setpoints[-1][1].setpoint.position_enu_m, (50.0, 3.0, 2.5)) < 3.0
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_target_that_is_no_number_never_becomes_a_setpoint(bad: float) -> None:
+    flight = fly(goto((bad, 0.0, 2.5)), hovering())
+    assert flight.outcome.code is OutcomeCode.INTERNAL_ERROR
+    assert "NaN or infinite" in flight.outcome.message
+    assert flight.setpoints == []
+
+
 def test_resume_plans_anew_without_a_gap() -> None:
     vehicle, task = hovering(), goto((40.0, 0.0, 2.5))
 

@@ -160,3 +160,21 @@ def test_all_derivatives_are_continuous_where_pieces_meet() -> None:
         before, after = trajectory.sample(i * dt), trajectory.sample((i + 1) * dt)
         jump = [after.acceleration_enu_m_s2[k] - before.acceleration_enu_m_s2[k] for k in range(3)]
         assert norm((jump[0], jump[1], jump[2])) <= 2.0 * 4.0 * dt
+
+
+@pytest.mark.parametrize("size", [1e6, 1e12, 1e100, 1e300])
+def test_absurd_numbers_end_in_a_named_error_or_a_finite_trajectory(size: float) -> None:
+    starts = [
+        KinematicState((size, -size, 0.0)),
+        KinematicState((0.0, 0.0, 0.0), (size, size, -size)),
+        KinematicState((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (size, 0.0, -size)),
+    ]
+    for start in starts:
+        for plan in (lambda s: plan_to(s, (1.0, 2.0, 3.0), LIMITS), lambda s: plan_stop(s, LIMITS)):
+            try:
+                trajectory = plan(start)
+            except TrajectoryError:
+                continue
+            assert math.isfinite(trajectory.duration_s)
+            for i in range(20):
+                assert trajectory.sample(trajectory.duration_s * i / 19).is_finite

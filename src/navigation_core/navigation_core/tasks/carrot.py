@@ -77,11 +77,6 @@ class Carrot:
         return self._state
 
     @property
-    def yaw_enu_rad(self) -> float:
-        """The setpoint's yaw."""
-        return self._yaw
-
-    @property
     def setpoint(self) -> Setpoint:
         """What to send now."""
         return Setpoint(
