@@ -1,0 +1,242 @@
+"""Rules observed before the real ArduPilot has a position, and after it lost it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from pymavlink.dialects.v20 import all as mav
+
+from tests.support.ground_station import (
+    ACCEPTED,
+    FAILED,
+    GUIDED,
+    LAND,
+    STABILIZE,
+    GroundStation,
+    copter,
+    flying,
+)
+
+READY_AFTER_S = 41.64
+
+
+def starting() -> GroundStation:
+    """A copter that starts as slowly as the real one, with streams on from the beginning."""
+    station = copter(ready_after_s=READY_AFTER_S)
+    for message_id in (1, 2, 24, 32, 33, 147, 193, 242):
+        assert station.interval(message_id, 4.0) == ACCEPTED
+    return station
+
+
+def test_global_position_is_zero_before_the_gps() -> None:
+    station = starting()
+    station.run(5.0)
+    message = station.last("GLOBAL_POSITION_INT")
+    assert (message.lat, message.lon, message.alt, message.relative_alt) == (0, 0, 0, 0)
+    station.run(7.0)
+    assert station.last("GLOBAL_POSITION_INT").lat == pytest.approx(-353632610, abs=10)
+
+
+def test_gps_raw_before_the_gps() -> None:
+    station = starting()
+    station.run(5.0)
+    message = station.last("GPS_RAW_INT")
+    assert (message.fix_type, message.eph, message.epv) == (0, 65535, 65535)
+    station.run(7.0)
+    message = station.last("GPS_RAW_INT")
+    assert (message.fix_type, message.satellites_visible) == (6, 10)
+
+
+def test_no_date_before_the_gps() -> None:
+    station = starting()
+    station.run(5.0)
+    assert station.last("SYSTEM_TIME").time_unix_usec == 0
+    station.run(7.0)
+    assert station.last("SYSTEM_TIME").time_unix_usec > 1.7e15
+
+
+def test_local_position_starts_only_when_the_ekf_uses_gps() -> None:
+    station = starting()
+    station.run(41.0)
+    assert station.messages("LOCAL_POSITION_NED") == []
+    station.run(1.5)
+    assert station.messages("LOCAL_POSITION_NED")
+    assert "EKF3 IMU0 is using GPS" in station.texts()
+
+
+def test_battery_status_until_ready() -> None:
+    station = starting()
+    station.run(1.0)
+    battery = station.last("BATTERY_STATUS")
+    assert list(battery.voltages) == [65535] * 10
+    assert battery.battery_remaining == -1
+    assert battery.charge_state == mav.MAV_BATTERY_CHARGE_STATE_UNHEALTHY == 6
+    status = station.last("SYS_STATUS")
+    assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (0, -1, -1)
+    station.run(3.0)
+    battery = station.last("BATTERY_STATUS")
+    assert list(battery.voltages) == [12600] + [65535] * 9
+    assert (battery.battery_remaining, battery.charge_state) == (100, 1)
+    assert station.last("SYS_STATUS").voltage_battery == 12600
+
+
+def test_home_position_comes_with_the_origin_and_its_q_is_nan() -> None:
+    station = starting()
+    station.run(19.0)
+    assert station.messages("HOME_POSITION") == []
+    station.run(2.0)
+    home = station.last("HOME_POSITION")
+    assert (home.latitude, home.longitude) == pytest.approx((-353632610, 1491652300), abs=10)
+    assert home.altitude == pytest.approx(584000, abs=100)
+    assert all(math.isnan(q) for q in home.q)
+    assert station.messages("GPS_GLOBAL_ORIGIN")
+
+
+def test_ekf_flags_while_starting() -> None:
+    station = starting()
+    station.run(43.0)
+    assert station.changes("EKF_STATUS_REPORT", "flags") == [0x400, 0, 0xA7, 0x33F]
+
+
+def test_system_status_is_boot_then_standby() -> None:
+    station = starting()
+    station.run(5.0)
+    assert station.changes("HEARTBEAT", "system_status") == [
+        mav.MAV_STATE_BOOT,
+        mav.MAV_STATE_STANDBY,
+    ]
+
+
+def test_first_heartbeat_a_second_after_power_up() -> None:
+    station = starting()
+    station.run(1.0)
+    assert station.messages("HEARTBEAT") == []
+    station.run(0.1)
+    assert len(station.messages("HEARTBEAT")) == 1
+
+
+def test_sys_status_bits_as_recorded() -> None:
+    station = starting()
+    station.run(45.0)
+    seen = []
+    for message in station.messages("SYS_STATUS"):
+        bits = (
+            message.onboard_control_sensors_present,
+            message.onboard_control_sensors_enabled,
+            message.onboard_control_sensors_health,
+        )
+        if bits not in seen:
+            seen.append(bits)
+    assert seen[0] == (0x5331FC0F, 0x52019C0F, 0x45119C0B)
+    # The prearm bit (0x10000000) is set as soon as STABILIZE may be armed.
+    assert seen[-1] == (0x5371FC2F, 0x52619C2F, 0x57719C2F)
+    station.mode(GUIDED)
+    station.arm()
+    station.run(0.5)
+    status = station.last("SYS_STATUS")
+    assert status.onboard_control_sensors_enabled == 0x5361FC2F
+    assert status.onboard_control_sensors_health == 0x5771FC2F
+
+
+def test_guided_is_accepted_before_the_ekf_is_ready_when_disarmed() -> None:
+    station = starting()
+    station.run(10.0)
+    assert station.mode(GUIDED) == ACCEPTED
+
+
+def test_a_mode_chosen_before_the_start_is_over_is_forgotten() -> None:
+    station = starting()
+    station.run(1.1)
+    assert station.mode(GUIDED) == ACCEPTED
+    station.run(2.0)
+    assert station.changes("HEARTBEAT", "custom_mode") == [STABILIZE, GUIDED, STABILIZE]
+
+
+def test_arming_in_guided_without_a_position_fails_with_one_text_per_reason() -> None:
+    station = starting()
+    station.run(15.0)
+    station.mode(GUIDED)
+    assert station.arm() == FAILED
+    assert station.texts()[-2:] == ["Arm: AHRS: waiting for home", "Arm: Need Position Estimate"]
+    assert {m.severity for m in station.messages("STATUSTEXT")[-2:]} == {2}
+
+
+def test_arming_right_after_power_up_fails_with_the_recorded_texts() -> None:
+    station = starting()
+    station.run(1.1)
+    station.mode(GUIDED)
+    assert station.arm() == FAILED
+    assert station.texts() == [
+        "Arm: Need Alt Estimate",
+        "Arm: Hardware safety switch",
+        "Arm: Gyros not healthy",
+        "Arm: EKF attitude is bad",
+        "Arm: Compass not healthy",
+        "Arm: AHRS: waiting for home",
+        "Arm: Battery 1 unhealthy",
+    ]
+
+
+def test_failing_checks_are_said_every_30_s() -> None:
+    station = starting()
+    station.run(5.0)
+    station.mode(GUIDED)
+    station.run(34.0)
+    assert station.texts().count("PreArm: Need Position Estimate") == 1
+
+
+# Losing the GPS in flight.
+
+
+def test_gps_loss_leads_to_land_after_8_s_and_ends_the_local_position_after_15_s() -> None:
+    station = flying()
+    station.interval(24, 4.0)
+    station.interval(193, 4.0)
+    lost_s = station.now_s
+    station.vehicle.lose_gps()
+    station.run(4.0)
+    raw = station.messages("GPS_RAW_INT", lost_s + 1.0)
+    assert {m.fix_type for m in raw} == {1}
+    assert len({m.time_usec for m in raw}) == 1
+    assert len({(m.lat, m.lon) for m in raw}) > 1, "the position keeps moving"
+    took = station.run_until(lambda: station.vehicle.copter.mode.spec.number == LAND, 10.0)
+    assert took + 4.0 == pytest.approx(8.0, abs=0.3)
+    assert station.texts(lost_s)[-2:] == ["EKF variance", "EKF Failsafe: changed to LAND Mode"]
+    station.run(1.5)
+    assert station.last("HEARTBEAT").system_status == mav.MAV_STATE_CRITICAL
+    assert station.last("EKF_STATUS_REPORT").flags == 0x25
+    # GPS and AHRS stay healthy in SYS_STATUS, as observed.
+    assert station.last("SYS_STATUS").onboard_control_sensors_health & 0x00200020 == 0x00200020
+    station.run(6.0)
+    assert station.last("EKF_STATUS_REPORT").flags == 0xA7
+    count = len(station.messages("LOCAL_POSITION_NED"))
+    frozen = station.messages("GLOBAL_POSITION_INT", station.now_s - 0.2)[-1]
+    station.run(3.0)
+    assert len(station.messages("LOCAL_POSITION_NED")) == count
+    latest = station.last("GLOBAL_POSITION_INT")
+    assert (latest.lat, latest.lon) == (frozen.lat, frozen.lon)
+    assert latest.relative_alt != frozen.relative_alt
+    station.vehicle.restore_gps()
+    station.run(2.0)
+    assert len(station.messages("LOCAL_POSITION_NED")) > count
+
+
+def test_guided_without_a_position_is_refused_in_the_air_and_land_goes_on() -> None:
+    station = flying()
+    station.vehicle.lose_gps()
+    station.run_until(lambda: station.vehicle.copter.mode.spec.number == LAND, 10.0)
+    assert station.mode(GUIDED) == FAILED
+    assert station.texts()[-1] == "Mode change to GUIDED failed: requires position"
+    assert station.vehicle.copter.mode.spec.number == LAND
+
+
+def test_a_short_gps_outage_changes_nothing() -> None:
+    station = flying()
+    station.vehicle.lose_gps()
+    station.run(5.0)
+    station.vehicle.restore_gps()
+    station.run(10.0)
+    assert station.vehicle.copter.mode.spec.number == GUIDED
+    north, east, _ = station.position
+    assert math.hypot(north, east) < 1.0
