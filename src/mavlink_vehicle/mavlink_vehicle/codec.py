@@ -340,9 +340,11 @@ class Codec:
 
     def _starts_a_frame(self, buffer: bytes, start: int, end: int) -> bool:
         """Tell whether a whole frame with a right checksum stands at `start`."""
+        if start == end or buffer[start] not in (_MAGIC_1, _MAGIC_2):
+            return False
         version_2 = buffer[start] == _MAGIC_2
         header = _HEADER_SIZE_2 if version_2 else _HEADER_SIZE_1
-        if buffer[start] not in (_MAGIC_1, _MAGIC_2) or end - start < header:
+        if end - start < header:
             return False
         number = (
             int.from_bytes(buffer[start + 7 : start + 10], "little")

@@ -192,6 +192,7 @@ class Operation(Machine[OperationFinished]):
         elif self._answer != ACCEPTED or not self._first_ack_counts:
             self._answer = result
             self._fire(OperationInput.REFUSED, now)
+            self._contradict(now)
         while self._command.next_event() is not None:  # what it says has been dealt with
             pass
 
@@ -208,7 +209,12 @@ class Operation(Machine[OperationFinished]):
         if failure is not None:
             self._result, self._reason = OperationResult.REFUSED, failure
             self._fire(OperationInput.FAILED, now)
-        elif self.state is OperationState.REFUSING and self.goal.under_way(state):
+        else:
+            self._contradict(now)
+
+    def _contradict(self, now: float) -> None:
+        """Take back a refusal when the vehicle is visibly at it."""
+        if self.state is OperationState.REFUSING and self.goal.under_way(self._vehicle):
             self._fire(OperationInput.UNDER_WAY, now)
 
     def settle(self) -> None:

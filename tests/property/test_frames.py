@@ -1,0 +1,224 @@
+"""Frames: every pair there and back, every heading, and signs against facts known beforehand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mavlink_vehicle import frames
+from mavlink_vehicle.frames import Quaternion, Vector3
+
+LENGTH = st.floats(-1e5, 1e5)
+VECTOR = st.tuples(LENGTH, LENGTH, LENGTH)
+ANGLE = st.floats(-20.0, 20.0)
+HEADINGS_DEG = range(-360, 721)
+SQRT_HALF = math.sqrt(0.5)
+
+
+def close(left: Vector3 | Quaternion, right: Vector3 | Quaternion, tolerance: float) -> bool:
+    return all(abs(a - b) <= tolerance for a, b in zip(left, right, strict=True))
+
+
+def same_direction(left_rad: float, right_rad: float) -> bool:
+    return abs(math.remainder(left_rad - right_rad, math.tau)) < 1e-9
+
+
+def rotate(quaternion: Quaternion, vector: Vector3) -> Vector3:
+    """Turn a vector by a quaternion, by way of the rotation matrix."""
+    w, x, y, z = np.array(quaternion) / np.linalg.norm(quaternion)
+    matrix = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    east, north, up = matrix @ np.array(vector)
+    return (float(east), float(north), float(up))
+
+
+# Facts
+
+
+def test_known_vectors() -> None:
+    assert frames.ned_to_enu((1.0, 2.0, 3.0)) == (2.0, 1.0, -3.0)
+    assert frames.enu_to_ned((1.0, 2.0, 3.0)) == (2.0, 1.0, -3.0)
+    assert frames.frd_to_flu((1.0, 2.0, 3.0)) == (1.0, -2.0, -3.0)
+    assert frames.flu_to_frd((1.0, 2.0, 3.0)) == (1.0, -2.0, -3.0)
+
+
+@pytest.mark.parametrize(
+    ("enu_deg", "ned_deg"),
+    [(0, 90), (90, 0), (180, -90), (-90, 180), (45, 45), (135, -45), (-45, 135)],
+)
+def test_known_headings(enu_deg: int, ned_deg: int) -> None:
+    """Facing east is ENU yaw 0 and NED yaw +90 degrees; north is ENU +90 and NED 0."""
+    enu, ned = math.radians(enu_deg), math.radians(ned_deg)
+    assert frames.yaw_enu_to_ned(enu) == pytest.approx(ned)
+    assert frames.yaw_ned_to_enu(ned) == pytest.approx(enu)
+
+
+def test_every_heading_in_every_frame() -> None:
+    for degrees in HEADINGS_DEG:
+        check_heading(degrees)
+
+
+def check_heading(degrees: int) -> None:
+    yaw_ned = math.radians(degrees)
+    yaw_enu = frames.yaw_ned_to_enu(yaw_ned)
+    assert -math.pi < yaw_enu <= math.pi
+    assert same_direction(frames.yaw_enu_to_ned(yaw_enu), yaw_ned)
+    # The nose points the same way in both frames.
+    nose_ned = (math.cos(yaw_ned), math.sin(yaw_ned), 0.0)
+    nose_enu = (math.cos(yaw_enu), math.sin(yaw_enu), 0.0)
+    assert close(frames.ned_to_enu(nose_ned), nose_enu, 1e-9)
+    assert close(frames.body_flu_to_enu((1.0, 0.0, 0.0), yaw_enu), nose_enu, 1e-9)
+    # Left of the nose is 90 degrees counter-clockwise seen from above.
+    left = frames.body_flu_to_enu((0.0, 1.0, 0.0), yaw_enu)
+    assert close(left, (-nose_enu[1], nose_enu[0], 0.0), 1e-9)
+    # And the same as quaternions.
+    level_ned = frames.quaternion_from_yaw(yaw_ned)
+    level_enu = frames.quaternion_ned_frd_to_enu_flu(level_ned)
+    assert same_direction(frames.yaw_from_quaternion(level_ned), yaw_ned)
+    assert same_direction(frames.yaw_from_quaternion(level_enu), yaw_enu)
+    assert close(rotate(level_enu, (0.0, 0.0, 1.0)), (0.0, 0.0, 1.0), 1e-9)  # still upright
+
+
+def test_a_known_attitude() -> None:
+    """Nose up and facing north: pitch is positive in FRD/NED, negative in FLU/ENU."""
+    ned = frames.quaternion_from_euler(0.0, math.radians(30.0), 0.0)
+    enu = frames.quaternion_ned_frd_to_enu_flu(ned)
+    nose = rotate(enu, (1.0, 0.0, 0.0))
+    assert close(nose, (0.0, math.cos(math.radians(30.0)), 0.5), 1e-12)
+    east = frames.quaternion_ned_frd_to_enu_flu((SQRT_HALF, 0.0, 0.0, SQRT_HALF))
+    assert frames.yaw_from_quaternion(east) == pytest.approx(0.0, abs=1e-12)
+
+
+# There and back
+
+
+@given(VECTOR)
+def test_vectors_round_trip(vector: Vector3) -> None:
+    assert frames.enu_to_ned(frames.ned_to_enu(vector)) == vector
+    assert frames.flu_to_frd(frames.frd_to_flu(vector)) == vector
+
+
+@given(VECTOR, ANGLE)
+def test_body_round_trips_and_keeps_lengths(vector: Vector3, yaw: float) -> None:
+    enu = frames.body_flu_to_enu(vector, yaw)
+    assert close(frames.enu_to_body_flu(enu, yaw), vector, 1e-9 * (1.0 + math.hypot(*vector)))
+    assert math.hypot(*enu) == pytest.approx(math.hypot(*vector))
+
+
+@given(ANGLE)
+def test_normalizing_keeps_the_direction_and_is_final(angle: float) -> None:
+    normal = frames.normalize_angle(angle)
+    assert -math.pi < normal <= math.pi
+    assert same_direction(normal, angle)
+    assert frames.normalize_angle(normal) == normal
+
+
+def test_normalizing_at_the_seam() -> None:
+    assert frames.normalize_angle(math.pi) == math.pi
+    assert frames.normalize_angle(-math.pi) == math.pi
+    assert math.isnan(frames.normalize_angle(math.inf))
+    assert math.isnan(frames.normalize_angle(math.nan))
+
+
+@given(ANGLE, st.floats(-1.5, 1.5), ANGLE)
+def test_attitudes_round_trip_and_agree_with_vectors(roll: float, pitch: float, yaw: float) -> None:
+    ned = frames.quaternion_from_euler(roll, pitch, yaw)
+    enu = frames.quaternion_ned_frd_to_enu_flu(ned)
+    back = frames.quaternion_enu_flu_to_ned_frd(enu)
+    same = (
+        1.0
+        if back[0] * ned[0] + back[1] * ned[1] + back[2] * ned[2] + back[3] * ned[3] > 0
+        else -1.0
+    )
+    assert close(back, tuple(same * part for part in ned), 1e-9)  # type: ignore[arg-type]
+    for body_flu in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -0.5, 0.8)):
+        in_ned = rotate(ned, frames.flu_to_frd(body_flu))
+        assert close(rotate(enu, body_flu), frames.ned_to_enu(in_ned), 1e-9)
+    if abs(pitch) < 1.4:
+        assert same_direction(frames.yaw_from_quaternion(ned), yaw)
+
+
+# Geodetic
+
+LATITUDE = st.floats(-89.0, 89.0)
+LONGITUDE = st.floats(-180.0, 180.0)
+ALTITUDE = st.floats(-400.0, 9000.0)
+NEAR = st.floats(-10_000.0, 10_000.0)
+
+
+@given(LATITUDE, LONGITUDE, ALTITUDE, st.tuples(NEAR, NEAR, st.floats(-500.0, 500.0)))
+def test_geodetic_round_trips_to_a_tenth_of_a_millimetre(
+    latitude: float, longitude: float, altitude: float, ned: Vector3
+) -> None:
+    origin = (latitude, longitude, altitude)
+    place = frames.ned_to_geodetic(ned, origin)
+    assert close(frames.geodetic_to_ned(*place, origin), ned, 1e-4)
+
+
+@given(LATITUDE, LONGITUDE, st.floats(0.0, math.tau), st.floats(1.0, 10_000.0))
+def test_distances_agree_with_the_radii_of_curvature(
+    latitude: float, longitude: float, bearing: float, distance: float
+) -> None:
+    """A reference by another way: small steps by the meridian and transverse radii."""
+    north, east = distance * math.cos(bearing), distance * math.sin(bearing)
+    a, f = 6378137.0, 1.0 / 298.257223563
+    e2 = f * (2.0 - f)
+    steps = 400
+    phi, lam = math.radians(latitude), math.radians(longitude)
+    for _ in range(steps):  # a line on the ellipsoid that keeps its direction: a rhumb line
+        w2 = 1.0 - e2 * math.sin(phi) ** 2
+        meridian, transverse = a * (1.0 - e2) / w2**1.5, a / math.sqrt(w2)
+        middle = phi + 0.5 * north / steps / meridian
+        phi += north / steps / meridian
+        lam += east / steps / (transverse * math.cos(middle))
+    ned = frames.geodetic_to_ned(
+        math.degrees(phi), math.degrees(lam), 0.0, (latitude, longitude, 0.0)
+    )
+    # A rhumb line and a straight one differ by what the meridians converge on the way, and the
+    # tangent plane rises above the earth by the square of the distance.
+    converge = distance**2 / a * (abs(math.tan(math.radians(latitude))) + 1.0)
+    assert abs(ned[0] - north) < converge + 1e-3
+    assert abs(ned[1] - east) < converge + 1e-3
+    assert ned[2] == pytest.approx(distance**2 / (2.0 * a), rel=0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("origin", "place", "expected"),
+    [
+        # A degree of latitude at the equator and at the pole, a degree of longitude at 60 N
+        # (published lengths of arcs: 110 574 m, 111 694 m, 55 800 m), cut down to 0.01 degree.
+        ((0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (1105.74, 0.0)),
+        ((89.9, 0.0, 0.0), (89.91, 0.0, 0.0), (1116.94, 0.0)),
+        ((60.0, 10.0, 0.0), (60.0, 10.01, 0.0), (0.0, 558.00)),
+    ],
+)
+def test_lengths_of_arcs(origin: Vector3, place: Vector3, expected: tuple[float, float]) -> None:
+    north, east, down = frames.geodetic_to_ned(*place, origin)
+    assert north == pytest.approx(expected[0], abs=0.1)
+    assert east == pytest.approx(expected[1], abs=0.1)
+    assert 0.0 <= down < 0.2
+
+
+def test_geodetic_signs() -> None:
+    origin = (47.0, 8.0, 500.0)
+    north, east, down = frames.geodetic_to_ned(47.001, 8.002, 510.0, origin)
+    assert north == pytest.approx(111.2, abs=0.2)
+    assert east == pytest.approx(152.1, abs=0.3)
+    assert down == pytest.approx(-10.0, abs=0.01)
+
+
+@given(st.sampled_from([-90.0, 90.0, 0.0]), st.sampled_from([180.0, -180.0, 0.0]), VECTOR)
+def test_poles_and_date_line(latitude: float, longitude: float, ned: Vector3) -> None:
+    origin = (latitude, longitude, 100.0)
+    place = frames.ned_to_geodetic(ned, origin)
+    assert all(math.isfinite(value) for value in place)
+    assert close(frames.geodetic_to_ned(*place, origin), ned, 1e-3)

@@ -1,0 +1,302 @@
+"""Every protocol, under any schedule of loss, delay, doubling and reordering, ends once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mavlink_vehicle.codec import Codec, Message, mavlink
+from mavlink_vehicle.events import (
+    HeartbeatLost,
+    HeartbeatRegained,
+    OperationFinished,
+    OperationResult,
+    VehicleEvent,
+)
+from mavlink_vehicle.protocols.command import (
+    Address,
+    Command,
+    CommandFinished,
+    CommandRequest,
+    CommandTiming,
+)
+from mavlink_vehicle.protocols.message_rates import MessageRates
+from mavlink_vehicle.protocols.message_requests import MessageRequests
+from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
+from tests.support.lossy_channel import FATES, Fate, LossyChannel
+from tests.support.model_autopilot import (
+    ACCEPTED,
+    ARM,
+    FAILED,
+    IN_PROGRESS,
+    SET_MODE,
+    TAKEOFF,
+    TICK_S,
+    ModelAutopilot,
+)
+
+ADDRESS = Address(1, 191, 1, 1)
+TIMING = CommandTiming(timeout_s=0.5, retries=4, progress_timeout_s=2.0, limit_s=8.0)
+GUIDED, BRAKE = 4, 17
+PERFECT: list[Fate] = [(0.0,)]
+RESULTS = st.lists(
+    st.sampled_from([ACCEPTED, FAILED, IN_PROGRESS, mavlink.MAV_RESULT_TEMPORARILY_REJECTED]),
+    max_size=3,
+).map(tuple)
+
+
+class Pair:
+    """A vehicle and the model, joined by two lossy channels, tick by tick."""
+
+    def __init__(self, model: ModelAutopilot, up: list[Fate], down: list[Fate]) -> None:
+        self.now = 0.0
+        self.model = model
+        self.vehicle = Vehicle(VehicleConfig(message_rates_hz={}, heartbeat_timeout_s=5.0))
+        self.events: list[VehicleEvent] = []
+        self.climb_seen_s: float | None = None
+        self.first_end_s = math.inf
+        self._codec = Codec(1, 191)
+        self._set_channels(PERFECT, PERFECT)
+        self.vehicle.start(0.0)
+        self.run(2.0)
+        self._set_channels(up, down)
+
+    def _set_channels(self, up: list[Fate], down: list[Fate]) -> None:
+        self.up: LossyChannel[bytes] = LossyChannel(up)
+        self.down: LossyChannel[bytes] = LossyChannel(down)
+
+    def run(self, seconds: float, until: Callable[[], bool] = lambda: False) -> None:
+        end_s = self.now + seconds
+        self._flush()
+        while self.now < end_s and not until():
+            self.now += TICK_S
+            for data in self.up.pop(self.now):
+                self.model.receive(data)
+            self.model.step(self.now)
+            for data in self.model.outbox:
+                self.down.push(data, self.now)
+            self.model.outbox.clear()
+            for data in self.down.pop(self.now):
+                for message in self._codec.decode(data):
+                    if _shows_climb(message) and self.climb_seen_s is None:
+                        self.climb_seen_s = self.now
+                    self.vehicle.receive(message, self.now)
+            deadline = self.vehicle.next_deadline()
+            if deadline is not None and deadline <= self.now:
+                self.vehicle.handle_timer(self.now)
+            self._flush()
+
+    def _flush(self) -> None:
+        for message in self.vehicle.messages_to_send():
+            self.up.push(self._codec.encode(message), self.now)
+        while (event := self.vehicle.next_event()) is not None:
+            self.events.append(event)
+            if isinstance(event, OperationFinished):
+                self.first_end_s = min(self.first_end_s, self.now)
+
+    def ends(self) -> list[OperationFinished]:
+        return [event for event in self.events if isinstance(event, OperationFinished)]
+
+
+def _shows_climb(message: Message) -> bool:
+    if message.get_type() == "EXTENDED_SYS_STATE":
+        return bool(message.landed_state == mavlink.MAV_LANDED_STATE_TAKEOFF)
+    return message.get_type() == "GLOBAL_POSITION_INT" and bool(message.relative_alt > 500)
+
+
+def the_one_end(pair: Pair, limit_s: float) -> OperationFinished:
+    pair.run(limit_s, until=lambda: bool(pair.ends()))
+    assert len(pair.ends()) == 1, "no end in bounded time"
+    pair.run(6.0)
+    assert len(pair.ends()) == 1, "a second end"
+    assert pair.vehicle.operation is None
+    return pair.ends()[0]
+
+
+@given(up=FATES, down=FATES, results=RESULTS)
+def test_a_command_ends_once(up: list[Fate], down: list[Fate], results: tuple[int, ...]) -> None:
+    model = ModelAutopilot(answers={SET_MODE: results})
+    to_model: LossyChannel[bytes] = LossyChannel(up)
+    to_us: LossyChannel[bytes] = LossyChannel(down)
+    ours, now = Codec(1, 191), 0.0
+    command = Command(CommandRequest(SET_MODE, (1.0, GUIDED)), ADDRESS, TIMING)
+    command.start(now)
+    ends: list[CommandFinished] = []
+    while now < 20.0:
+        for message in command.messages_to_send():
+            to_model.push(ours.encode(message), now)
+        for data in to_model.pop(now):
+            model.receive(data)
+        for data in model.outbox:
+            to_us.push(data, now)
+        model.outbox.clear()
+        for data in to_us.pop(now):
+            for message in ours.decode(data):
+                command.receive(message, now)
+        command.handle_timer(now)
+        while (end := command.next_event()) is not None:
+            ends.append(end)
+        now += TICK_S
+    (end,) = ends
+    assert end.attempts <= TIMING.retries + 1 + TIMING.limit_s / TIMING.progress_timeout_s
+    assert command.next_deadline() is None
+    final = [result for result in results if result != IN_PROGRESS]
+    assert end.result is None or end.result in final
+    confirmations = [m.confirmation for m in model.received]
+    assert all(0 <= c <= end.attempts for c in confirmations)
+
+
+@given(up=FATES, down=FATES, accepts=st.booleans())
+def test_a_mode_change_ends_once_and_truthfully(
+    up: list[Fate], down: list[Fate], accepts: bool
+) -> None:
+    model = ModelAutopilot(answers={} if accepts else {SET_MODE: (FAILED,)})
+    pair = Pair(model, up, down)
+    pair.vehicle.change_mode("GUIDED", pair.now)
+    end = the_one_end(pair, 12.0)
+    if end.result is OperationResult.ACHIEVED:
+        assert f"mode {GUIDED}" in model.diary
+    if end.result is OperationResult.REFUSED:
+        assert not accepts
+    if accepts and up == down == PERFECT:
+        assert end.result is OperationResult.ACHIEVED
+
+
+@given(up=FATES, down=FATES, accepts=st.booleans())
+def test_arming_ends_once_and_truthfully(up: list[Fate], down: list[Fate], accepts: bool) -> None:
+    model = ModelAutopilot(answers={} if accepts else {ARM: (FAILED,)})
+    pair = Pair(model, up, down)
+    pair.vehicle.arm(pair.now)
+    end = the_one_end(pair, 12.0)
+    if end.result is OperationResult.ACHIEVED:
+        assert "armed" in model.diary
+    if end.result is OperationResult.REFUSED:
+        assert not accepts
+
+
+@given(up=FATES, down=FATES, accepts=st.booleans())
+@settings(max_examples=60)
+def test_a_take_off_ends_once_and_truthfully(
+    up: list[Fate], down: list[Fate], accepts: bool
+) -> None:
+    model = ModelAutopilot(answers={} if accepts else {TAKEOFF: (FAILED,)}, mode=GUIDED, armed=True)
+    pair = Pair(model, up, down)
+    pair.vehicle.take_off(6.0, pair.now)
+    end = the_one_end(pair, 40.0)
+    if end.result is OperationResult.ACHIEVED:
+        assert "at height" in model.diary
+    if end.result is OperationResult.REFUSED and accepts:
+        # Only a repetition was refused, in the air, and nothing that came showed the climb.
+        assert pair.climb_seen_s is None or pair.climb_seen_s > pair.first_end_s
+
+
+@given(up=FATES, down=FATES, gap_s=st.sampled_from([0.0, 0.1, 0.6, 2.0]))
+@settings(max_examples=60)
+def test_a_replaced_operation_ends_before_the_new_one(
+    up: list[Fate], down: list[Fate], gap_s: float
+) -> None:
+    pair = Pair(ModelAutopilot(), up, down)
+    first = pair.vehicle.change_mode("GUIDED", pair.now)
+    pair.run(gap_s)
+    second = pair.vehicle.change_mode("BRAKE", pair.now)
+    pair.run(20.0)
+    assert [end.operation_id for end in pair.ends()] == [first, second]
+    if pair.ends()[1].result is OperationResult.ACHIEVED:
+        assert f"mode {BRAKE}" in pair.model.diary
+
+
+@given(down=FATES)
+def test_lost_and_regained_take_turns(down: list[Fate]) -> None:
+    pair = Pair(ModelAutopilot(), PERFECT, down)
+    pair.run(60.0)
+    changes = [e for e in pair.events if isinstance(e, HeartbeatLost | HeartbeatRegained)]
+    for number, change in enumerate(changes):
+        expected = HeartbeatLost if number % 2 == 0 else HeartbeatRegained
+        assert isinstance(change, expected)
+    assert pair.vehicle.connected == (len(changes) % 2 == 0)
+
+
+@given(up=FATES, down=FATES, accepts=st.booleans())
+@settings(max_examples=40)
+def test_message_rates_never_give_up_and_never_flood(
+    up: list[Fate], down: list[Fate], accepts: bool
+) -> None:
+    """Nothing ever arrives here, so everything is asked for again, but ever more rarely."""
+    result = ACCEPTED if accepts else mavlink.MAV_RESULT_DENIED
+    model = ModelAutopilot(answers={511: (result,)})
+    rates = MessageRates({"ATTITUDE": 10.0, "SYS_STATUS": 1.0}, TIMING)
+    now, sent = _drive(rates, lambda: rates.resume(ADDRESS, frozenset(), 0.0), model, up, down)
+    assert {message.param1 for message in sent} == {30.0, 1.0}
+    assert len(sent) <= 2 * (1 + TIMING.retries) * now / 2.0
+    late = [m for t, m in _timed(rates, now) if t > now + 20.0]
+    assert late, "it gave up"
+
+
+@given(up=FATES, down=FATES)
+@settings(max_examples=40)
+def test_message_requests_never_give_up_and_never_flood(up: list[Fate], down: list[Fate]) -> None:
+    requests = MessageRequests(["HOME_POSITION", "AUTOPILOT_VERSION"])
+    model = ModelAutopilot()
+    now, sent = _drive(requests, lambda: requests.resume(ADDRESS, 0.0), model, up, down)
+    assert 2 <= len(sent) <= 2 * (4 + now / 10.0 + 1)
+    assert len(requests.missing) == 2
+    assert requests.next_deadline() is not None
+
+
+Asking = MessageRates | MessageRequests
+
+
+def _drive(
+    asking: Asking,
+    resume: Callable[[], None],
+    model: ModelAutopilot,
+    up: list[Fate],
+    down: list[Fate],
+) -> tuple[float, list[Message]]:
+    to_model: LossyChannel[bytes] = LossyChannel(up)
+    to_us: LossyChannel[bytes] = LossyChannel(down)
+    codec, now = Codec(1, 191), 0.0
+    sent: list[Message] = []
+    resume()
+    while now < 40.0:
+        for message in asking.messages_to_send():
+            sent.append(message)
+            to_model.push(codec.encode(message), now)
+        for data in to_model.pop(now):
+            model.receive(data)
+        for data in model.outbox:
+            to_us.push(data, now)
+        model.outbox.clear()
+        for data in to_us.pop(now):
+            for message in codec.decode(data):
+                asking.receive(message, now)
+        asking.handle_timer(now)
+        now += TICK_S
+    return now, sent
+
+
+def _timed(asking: Asking, start_s: float) -> list[tuple[float, Message]]:
+    """Go on for a minute on a dead link."""
+    now, sent = start_s, []
+    while now < start_s + 60.0:
+        asking.handle_timer(now)
+        sent += [(now, message) for message in asking.messages_to_send()]
+        now += TICK_S
+    return sent
+
+
+@pytest.mark.parametrize("command", [SET_MODE, ARM, TAKEOFF])
+def test_on_a_perfect_link_everything_is_achieved(command: int) -> None:
+    model = ModelAutopilot(mode=GUIDED if command == TAKEOFF else 0, armed=command == TAKEOFF)
+    pair = Pair(model, PERFECT, PERFECT)
+    if command == SET_MODE:
+        pair.vehicle.change_mode("GUIDED", pair.now)
+    elif command == ARM:
+        pair.vehicle.arm(pair.now)
+    else:
+        pair.vehicle.take_off(6.0, pair.now)
+    assert the_one_end(pair, 40.0).result is OperationResult.ACHIEVED
