@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from navigation_core.geometry import distance, horizontal_norm, norm
+from navigation_core.geometry import KinematicState, distance, horizontal_norm, norm
 from navigation_core.limits import Limits
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
@@ -185,6 +185,35 @@ def test_a_repeated_position_is_not_dwelt_on() -> None:
     assert flight.outcome.code is OutcomeCode.NO_POSITION
 
 
+def test_a_vehicle_that_circles_fast_around_the_target_has_not_arrived() -> None:
+    vehicle, task = hovering(), goto()
+
+    def circle(elapsed_s: float) -> None:
+        if task.phase is Phase.SETTLING:
+            vehicle.position = (TARGET[0] + 0.2 * math.sin(2.0 * elapsed_s), *TARGET[1:])
+            vehicle.velocity = (0.4, 0.0, 0.0)
+
+    flight = fly(task, vehicle, circle)
+    assert flight.outcome.code is OutcomeCode.TIMEOUT
+    assert "moves at 0.40 m/s" in flight.outcome.message
+
+
+def test_the_dwell_begins_anew_after_the_position_was_lost() -> None:
+    vehicle, task = hovering(), goto()
+    settled: list[float] = []
+
+    def lose(elapsed_s: float) -> None:
+        if task.phase is Phase.SETTLING and not settled:
+            settled.append(elapsed_s)
+        lost_s = elapsed_s - settled[0] - 0.6 if settled else 0.0
+        vehicle.position_age_s = lost_s if 0.0 < lost_s < 1.5 else 0.0
+
+    flight = fly(task, vehicle, lose)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    back_s = 100.0 + settled[0] + 0.6 + 1.5
+    assert flight.steps[-1][0] - back_s >= CONFIG.arrival_dwell_s - 0.06
+
+
 # --- yaw -----------------------------------------------------------------------------
 
 
@@ -253,6 +282,11 @@ def test_a_refusal_ends_the_goal_with_the_vehicles_reason(
     assert words in flight.outcome.message
     assert flight.setpoints == []
     assert vehicle.armed is False  # nobody leaves propellers turning on the ground
+    # After anything but a clear refusal to arm, the motors may start in a moment.
+    unclear = kind is not OperationKind.TAKE_CONTROL and (
+        state is not OperationState.REFUSED or kind is OperationKind.TAKE_OFF
+    )
+    assert (vehicle.requests[-1].kind is OperationKind.DISARM) is unclear
 
 
 def test_a_refusal_without_a_reason_says_so() -> None:
@@ -408,6 +442,21 @@ def test_a_vehicle_that_does_not_stop_ends_the_cancel_with_its_speed() -> None:
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert "had not stopped after 10 s" in flight.outcome.message
     assert "3.00 m/s" in flight.outcome.message
+
+
+def test_a_cancel_waits_for_the_setpoint_to_stop_too() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    cancel = cancel_in(task, Phase.NAVIGATING, 3.0)
+
+    def freeze(elapsed_s: float) -> None:
+        cancel(elapsed_s)
+        if elapsed_s > 2.9:
+            vehicle.obeys, vehicle.velocity = False, (0.0, 0.0, 0.0)
+
+    flight = fly(task, vehicle, freeze)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    last = flight.setpoints[-1][1].setpoint
+    assert norm(last.velocity_enu_m_s) < CONFIG.stop_speed_m_s
 
 
 def test_a_cancel_without_a_position_ends_with_an_unknown_speed() -> None:
@@ -618,6 +667,34 @@ def test_the_setpoint_waits_for_a_slow_vehicle() -> None:
     assert_setpoints_are_smooth(flight, CONFIG.limits)
 
 
+def test_the_velocity_of_a_waiting_setpoint_is_its_true_derivative() -> None:
+    vehicle = hovering(speed_max_m_s=2.0)
+    flight = fly(goto((40.0, 10.0, 6.5)), vehicle)
+    waited = False
+    for (t0, first), (t1, second) in pairwise(flight.setpoints):
+        a, b = first.setpoint, second.setpoint
+        for k in range(3):
+            moved = (b.position_enu_m[k] - a.position_enu_m[k]) / (t1 - t0)
+            mean = 0.5 * (a.velocity_enu_m_s[k] + b.velocity_enu_m_s[k])
+            assert moved == pytest.approx(mean, abs=0.01)
+        waited = waited or 1.5 < norm(a.velocity_enu_m_s) < 2.5
+    assert waited
+
+
+def test_the_estimate_learns_that_the_vehicle_is_slow() -> None:
+    vehicle, task = hovering(speed_max_m_s=2.0), goto((60.0, 0.0, 2.5))
+    estimates: list[tuple[float, float]] = []
+
+    def note(elapsed_s: float) -> None:
+        progress = task.progress(vehicle.observe(), vehicle.now)
+        estimates.append((elapsed_s, progress.time_remaining_s))
+
+    flight = fly(task, vehicle, note)
+    total_s = flight.steps[-1][0] - 100.0
+    elapsed_s, left_s = estimates[len(estimates) // 2]
+    assert left_s == pytest.approx(total_s - elapsed_s, rel=0.35)
+
+
 def test_a_vehicle_that_stands_in_the_wind_ends_in_timeout_with_numbers() -> None:
     vehicle = hovering(speed_max_m_s=2.0, wind=(-6.0, 0.0, 0.0))
     flight = fly(goto((40.0, 0.0, 2.5)), vehicle)
@@ -683,6 +760,23 @@ def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
     assert_setpoints_are_smooth(flight, CONFIG.limits)
     times = [t for t, _ in flight.setpoints]
     assert max(b - a for a, b in pairwise(times)) < 0.051
+
+
+def test_a_predecessor_far_from_the_vehicle_is_no_start() -> None:
+    vehicle = hovering()
+    far = KinematicState((30.0, 0.0, 2.5), (3.0, 0.0, 0.0))
+    flight = fly(Goto(GotoGoal(TARGET), CONFIG, far, 0.0), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert distance(flight.setpoints[0][1].setpoint.position_enu_m, (0.0, 0.0, 2.5)) < 0.01
+
+
+def test_a_predecessor_in_the_air_is_no_start_on_the_ground() -> None:
+    vehicle = PointMass()
+    earlier = KinematicState((2.0, 0.0, 2.5), (3.0, 0.0, 0.0))
+    flight = fly(Goto(GotoGoal(TARGET), CONFIG, earlier, 0.0), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    start = flight.setpoints[0][1].setpoint.position_enu_m
+    assert distance(start, (0.0, 0.0, 2.0)) < 0.2
 
 
 def test_a_new_goal_on_the_way_up_waits_for_the_takeoff() -> None:

@@ -2,10 +2,11 @@
 
 import dataclasses
 import math
+from itertools import pairwise
 
 import pytest
 
-from navigation_core.geometry import KinematicState, horizontal_norm, norm
+from navigation_core.geometry import KinematicState, distance, horizontal_norm, norm
 from navigation_core.trajectory import (
     Limits,
     LimitsError,
@@ -170,11 +171,59 @@ def test_absurd_numbers_end_in_a_named_error_or_a_finite_trajectory(size: float)
         KinematicState((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (size, 0.0, -size)),
     ]
     for start in starts:
-        for plan in (lambda s: plan_to(s, (1.0, 2.0, 3.0), LIMITS), lambda s: plan_stop(s, LIMITS)):
+        for goal in ((1.0, 2.0, 3.0), None):
             try:
-                trajectory = plan(start)
+                trajectory = plan_to(start, goal, LIMITS) if goal else plan_stop(start, LIMITS)
             except TrajectoryError:
                 continue
             assert math.isfinite(trajectory.duration_s)
             for i in range(20):
                 assert trajectory.sample(trajectory.duration_s * i / 19).is_finite
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15, 0.3, 0.5, 0.7])
+def test_a_sluggish_vehicle_is_redirected_twice_within_its_speed(share: float) -> None:
+    # A jerk limit so low that the acceleration itself is worth more than the greatest speed.
+    sluggish = dataclasses.replace(
+        LIMITS, speed_horizontal_m_s=1.5, acceleration_horizontal_m_s2=4.0, jerk_m_s3=3.0
+    )
+    first = plan_to(KinematicState((0.0, 0.0, 10.0)), (4.0, 0.0, 10.0), sluggish)
+    for degrees in range(0, 360, 15):
+        angle = math.radians(degrees)
+        goal = (9.0 * math.cos(angle), 9.0 * math.sin(angle), 11.0)
+        second = plan_to(first.sample(share * first.duration_s), goal, sluggish)
+        third = plan_to(second.sample(0.1 * second.duration_s), (-6.0, 6.0, 9.0), sluggish)
+        for trajectory in (second, third):
+            for i in range(200):
+                state = trajectory.sample(trajectory.duration_s * i / 199)
+                assert horizontal_norm(state.velocity_enu_m_s) <= 1.5 * 1.001
+
+
+@pytest.mark.parametrize("degrees", range(30, 360, 30))
+@pytest.mark.parametrize("length_m", [4.0, 8.0, 15.0])
+def test_the_approach_after_a_turn_does_not_pass_the_goal(degrees: int, length_m: float) -> None:
+    angle = math.radians(degrees)
+    goal = (length_m * math.cos(angle), length_m * math.sin(angle), 10.0)
+    start = KinematicState((0.0, 0.0, 10.0), (4.0, 0.0, 0.0))
+    trajectory = plan_to(start, goal, LIMITS)
+    distances = [
+        distance(trajectory.sample(trajectory.duration_s * i / 400).position_enu_m, goal)
+        for i in range(401)
+    ]
+    # The last metre is approached once and for good.
+    close = max(i for i, d in enumerate(distances) if d > 0.5)
+    assert all(b <= a + 1e-6 for a, b in pairwise(distances[close:]))
+    assert min(distances[:close]) > 0.4
+
+
+def test_a_turn_that_would_pass_the_goal_is_not_taken() -> None:
+    # Found by search: without the check the fastest candidate goes 3 cm too far.
+    start = KinematicState((0.0, 0.0, 10.0), (1.7505322899934779, 3.2919670068076616, 0.0))
+    goal = (7.603049522255155, 3.564541620566505, 10.0)
+    trajectory = plan_to(start, goal, Limits())
+    assert trajectory.duration_s < 4.2
+    offsets = [
+        trajectory.sample(trajectory.duration_s * i / 400).position_enu_m[1] - goal[1]
+        for i in range(200, 401)
+    ]
+    assert min(offsets) * max(offsets) >= -1e-9
