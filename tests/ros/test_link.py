@@ -61,7 +61,7 @@ def test_a_killed_server_leaves_a_vehicle_that_stops_by_itself(flight: Flight) -
 
     flight.server = flight.start_server()
     flight.server.wait_for("Position valid", READY_TIMEOUT_S)
-    flight.wait(flight.client.server_is_ready, READY_TIMEOUT_S, "the new server")
+    flight.renew_client()
     again = flight.wait_for_result(flight.send(navigate_goal(5.0, 0.0, 4.0)))
     assert again.success, again.message
 

@@ -64,7 +64,6 @@ class Flight:
         self._arguments = (*server_arguments, "--arming", arming)
         self.server: Process | None = None
         self.simulator: Process | None = None
-        self._context = rclpy.Context()
         self._node: Any = None
         try:
             self.server = self.start_server()
@@ -97,7 +96,26 @@ class Flight:
             self.environment,
         )
 
+    def renew_client(self) -> None:
+        """Start over as a client that has never heard of a server that was killed.
+
+        DDS takes a killed participant for alive until its lease ends, so that the old client
+        would go on talking to it.
+        """
+        self._stop_client()
+        self._start_client()
+
+    def _stop_client(self) -> None:
+        if self._node is None:
+            return
+        self.client.destroy()
+        self._node.destroy_node()
+        self._executor.shutdown()
+        rclpy.try_shutdown(context=self._context)
+        self._node = None
+
     def _start_client(self) -> None:
+        self._context = rclpy.Context()
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
         rclpy.init(context=self._context, domain_id=self.domain)
         self._node = rclpy.create_node("test_client", context=self._context)
@@ -187,11 +205,7 @@ class Flight:
 
     def close(self) -> None:
         """Stop everything."""
-        if self._node is not None:
-            self.client.destroy()
-            self._node.destroy_node()
-            self._executor.shutdown()
-            rclpy.try_shutdown(context=self._context)
+        self._stop_client()
         for process in (self.simulator, self.server):
             if process is not None:
                 process.stop()
