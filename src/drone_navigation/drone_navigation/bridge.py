@@ -412,9 +412,8 @@ class Bridge:
         return goal.feedback_due_s + 0.5 * self._config.feedback_period_s
 
     def _give_feedback(self, goal: ActiveGoal, now: float) -> None:
-        goal.feedback_due_s = _next_on_grid(
-            goal.feedback_due_s, self._config.feedback_period_s, now
-        )
+        # From now on, not on a grid: so feedback falls into step with the positions.
+        goal.feedback_due_s = now + self._config.feedback_period_s
         self._report.feedback(goal, self._progress(goal, now), now)
 
 
