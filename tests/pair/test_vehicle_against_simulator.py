@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
 
@@ -40,11 +41,11 @@ LINKS = {
 def fly_up(pair: VehiclePair, height_m: float = 5.0) -> None:
     vehicle = pair.vehicle
     for operation in (
-        lambda: vehicle.change_mode("GUIDED", pair.now),
-        lambda: vehicle.arm(pair.now),
-        lambda: vehicle.take_off(height_m, pair.now),
+        partial(vehicle.change_mode, "GUIDED"),
+        vehicle.arm,
+        partial(vehicle.take_off, height_m),
     ):
-        end = pair.finish(operation())
+        end = pair.finish(operation(pair.now))
         assert end.result is ACHIEVED, end.reason
 
 

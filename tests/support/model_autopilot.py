@@ -105,6 +105,6 @@ class ModelAutopilot:
             self.diary.append("armed" if self.armed else "disarmed")
         elif message.command == TAKEOFF:
             if self.height_m > 0.0:  # a repetition: it flies already
-                return FAILED
+                return int(FAILED)
             self.target_m = float(message.param7)
-        return ACCEPTED
+        return int(ACCEPTED)

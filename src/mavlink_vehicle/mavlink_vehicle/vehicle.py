@@ -503,7 +503,7 @@ class Vehicle:
         armed: bool | None = None,
         doubt_s: float = 3.0,
     ) -> int:
-        self._cancel(f"a {goal.kind.value} was asked for instead", now)
+        self._cancel(f"{goal.kind.value} was asked for instead", now)
         operation = Operation(
             self._take_id(),
             goal,
@@ -546,7 +546,7 @@ class Vehicle:
     def _end_at_once(
         self, kind: OperationKind, result: OperationResult, reason: str, now: float
     ) -> int:
-        self._cancel(f"a {kind.value} was asked for instead", now)
+        self._cancel(f"{kind.value} was asked for instead", now)
         operation_id = self._take_id()
         self._events.append(OperationFinished(operation_id, kind, result, reason))
         return operation_id

@@ -155,7 +155,7 @@ def test_truncated_and_extended_payloads_decode() -> None:
 def frame_of(number: int, payload: bytes, crc_extra: int, flags: int = 0) -> bytes:
     header = bytes([0xFD, len(payload), flags, 0, 0, 1, 1]) + number.to_bytes(3, "little")
     crc = mavlink.x25crc(header[1:] + payload + bytes([crc_extra])).crc
-    return header + payload + crc.to_bytes(2, "little")
+    return bytes(header + payload + crc.to_bytes(2, "little"))
 
 
 def test_messages_that_the_dialect_lacks_pass_by_unharmed() -> None:

@@ -178,7 +178,10 @@ class Driver:
         try:
             self._guard(lambda: self._application.start(self._clock.now()))
             while not self._stopping:
-                self._turn()
+                try:
+                    self._turn()
+                except Exception as error:
+                    self._fail(error, self._clock.now())
             self._flush()
         finally:
             self._close()
@@ -243,10 +246,7 @@ class Driver:
             return
         for message in messages:
             self._guard(functools.partial(self._router.send, message))
-        try:
-            self._router.flush()
-        except OSError as error:  # the disk is full: flying goes before recording
-            self._report(error)
+        self._guard(self._router.flush)
 
     def _run_posts(self) -> None:
         for _ in range(min(len(self._mailbox), _MAX_POSTS)):

@@ -15,6 +15,7 @@ class Router:
         self.link = link
         self.codec = codec
         self._recorder = recorder
+        self._failure_told = False
         if recorder is not None:
             codec.frame_observer = recorder.write
 
@@ -37,9 +38,17 @@ class Router:
         self.link.send(frame)
 
     def flush(self) -> None:
-        """Hand the recording to the operating system."""
-        if self._recorder is not None:
-            self._recorder.flush()
+        """Hand the recording to the operating system.
+
+        Raises:
+            LinkError: the recording has ended for want of space or the like; raised once.
+        """
+        if self._recorder is None:
+            return
+        self._recorder.flush()
+        if self._recorder.failure is not None and not self._failure_told:
+            self._failure_told = True
+            raise self._recorder.failure
 
     def close(self) -> None:
         """Close the link and the recording."""

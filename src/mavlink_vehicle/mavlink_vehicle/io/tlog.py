@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from mavlink_vehicle.errors import LinkError
@@ -21,7 +21,12 @@ class TlogWriter:
     """Writes packets of both directions to a file.
 
     `flush` hands everything to the operating system, so that only what came since then is
-    lost when the process is killed; the driver calls it once a turn.
+    lost when the process is killed; the driver calls it once a turn. When the disk is full,
+    recording ends and flying goes on: nothing is raised, and `failure` says so.
+
+    Attributes:
+        path: the file.
+        failure: why recording has ended, None while all is well.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -31,28 +36,38 @@ class TlogWriter:
             LinkError: it can't be written.
         """
         self.path = Path(path)
+        self.failure: LinkError | None = None
+        self._dirty = False
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = self.path.open("wb")
         except OSError as error:
             raise LinkError(f"Cannot record to {path}: {error.strerror or error}.") from error
-        self._dirty = False
 
     def write(self, packet: bytes, unix_time_s: float | None = None) -> None:
         """Add one packet, by default at the present time."""
-        stamp = time.time() if unix_time_s is None else unix_time_s
-        self._file.write(_STAMP.pack(int(stamp * 1e6)) + packet)
-        self._dirty = True
+        if self.failure is None:
+            stamp = time.time() if unix_time_s is None else unix_time_s
+            self._dirty = True
+            self._try(lambda: self._file.write(_STAMP.pack(int(stamp * 1e6)) + packet))
 
     def flush(self) -> None:
         """Hand what was written to the operating system."""
-        if self._dirty:
-            self._file.flush()
+        if self._dirty and self.failure is None:
             self._dirty = False
+            self._try(self._file.flush)
 
     def close(self) -> None:
         """Close the file; closing twice is harmless."""
-        self._file.close()
+        self._try(self._file.close)
+
+    def _try(self, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except OSError as error:
+            self.failure = LinkError(
+                f"Recording to {self.path} has ended: {error.strerror or error}."
+            )
 
 
 class TlogReader:

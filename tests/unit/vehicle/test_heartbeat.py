@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import pytest
+
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
+from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
+from tests.support.autopilot_messages import AutopilotMessages
+
+
+def test_ours_goes_out_at_its_rate_as_an_onboard_computer() -> None:
+    sender = HeartbeatSender(1.0, mavlink.MAV_TYPE_ONBOARD_CONTROLLER)
+    sender.start(5.0)
+    times = []
+    now = 5.0
+    while now < 15.0:
+        for message in sender.messages_to_send():
+            times.append(now)
+            assert message.type == mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+            assert message.autopilot == mavlink.MAV_AUTOPILOT_INVALID
+            assert message.base_mode == 0
+            assert message.system_status == mavlink.MAV_STATE_ACTIVE
+        deadline = sender.next_deadline()
+        assert deadline is not None
+        now = deadline
+        sender.handle_timer(now)
+    assert times == pytest.approx([5.0 + n for n in range(10)])
+
+
+def test_after_a_pause_only_one_goes_out() -> None:
+    sender = HeartbeatSender(1.0, mavlink.MAV_TYPE_ONBOARD_CONTROLLER)
+    sender.start(0.0)
+    sender.messages_to_send()
+    sender.handle_timer(7.3)
+    sender.handle_timer(7.3)
+    assert len(sender.messages_to_send()) == 1
+    deadline = sender.next_deadline()
+    assert deadline is not None
+    assert 7.5 < deadline <= 8.3
+
+
+def test_theirs_is_lost_after_the_time_and_regained_with_the_next() -> None:
+    beat = AutopilotMessages().heartbeat()
+    watch = HeartbeatWatch(3.0)
+    watch.start(0.0)
+    watch.handle_timer(100.0)  # nobody was ever there: nothing is lost
+    assert watch.next_event() is None
+    assert not watch.alive
+    watch.receive(beat, 100.0)
+    watch.receive(beat, 101.0)
+    watch.handle_timer(103.9)
+    assert watch.alive
+    watch.handle_timer(104.0)
+    assert not watch.alive
+    assert watch.next_event() == HeartbeatLost(3.0)
+    watch.handle_timer(200.0)
+    assert watch.next_event() is None
+    watch.observe_boots(1)
+    watch.receive(beat, 201.0)
+    assert watch.alive
+    assert watch.next_event() == HeartbeatRegained(rebooted=True)
+    assert watch.next_event() is None

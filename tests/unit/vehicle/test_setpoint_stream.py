@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mavlink_vehicle.codec import Codec
+from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.frames import Vector3
+from mavlink_vehicle.profiles import GENERIC
+from mavlink_vehicle.profiles.ardupilot import COPTER, ROVER
+from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.setpoint_stream import SetpointNed, SetpointStream, check_setpoint
+
+ADDRESS = Address(1, 191, 1, 1)
+HERE: Vector3 = (1.0, 2.0, -3.0)
+
+
+def open_stream() -> SetpointStream:
+    stream = SetpointStream()
+    stream.start(0.0)
+    stream.open(0.0)
+    return stream
+
+
+def offer(stream: SetpointStream, setpoint: SetpointNed, now: float = 0.0) -> None:
+    stream.offer(setpoint, now, profile=COPTER, address=ADDRESS, time_boot_ms=5)
+
+
+def test_a_closed_stream_takes_nothing() -> None:
+    stream = SetpointStream()
+    with pytest.raises(SetpointError, match="closed; open it"):
+        offer(stream, SetpointNed(position_ned_m=HERE))
+    stream.open(0.0)
+    stream.open(0.0)
+    offer(stream, SetpointNed(position_ned_m=HERE))
+    stream.close()
+    stream.close()
+    assert not stream.messages_to_send()  # what waited is dropped
+    with pytest.raises(SetpointError):
+        offer(stream, SetpointNed(position_ned_m=HERE))
+
+
+@pytest.mark.parametrize(
+    ("setpoint", "mask"),
+    [
+        (SetpointNed(position_ned_m=HERE), 0x0DF8),  # as the real ArduCopter echoes it
+        (SetpointNed(velocity_ned_m_s=HERE), 0x0DC7),
+        (SetpointNed(velocity_ned_m_s=HERE, yaw_ned_rad=0.0), 0x09C7),
+        (SetpointNed(position_ned_m=HERE, velocity_ned_m_s=HERE, yaw_ned_rad=1.0), 0x09C0),
+        (SetpointNed(velocity_ned_m_s=HERE, yaw_rate_rad_s=0.1), 0x05C7),
+        (SetpointNed(acceleration_ned_m_s2=HERE), 0x0C3F),
+    ],
+)
+def test_masks_say_what_is_given(setpoint: SetpointNed, mask: int) -> None:
+    assert setpoint.type_mask() == mask
+    stream = open_stream()
+    offer(stream, setpoint)
+    (message,) = stream.messages_to_send()
+    assert message.type_mask == mask
+    assert message.coordinate_frame == 1
+
+
+def test_golden_bytes_of_the_usual_setpoint() -> None:
+    """Position, velocity and yaw, mask 0x09C0, frame LOCAL_NED, as it goes over the wire."""
+    stream = open_stream()
+    setpoint = SetpointNed((1.0, 2.0, -3.0), (0.5, -0.25, 0.125), yaw_ned_rad=0.75)
+    offer(stream, setpoint)
+    frame = Codec(1, 191).encode(stream.messages_to_send()[0])
+    assert frame[10:-2].hex() == (
+        "05000000"  # time_boot_ms 5
+        "0000803f00000040000040c0"  # x y z
+        "0000003f000080be0000003e"  # vx vy vz
+        "000000000000000000000000"  # afx afy afz
+        "0000403f00000000"  # yaw, yaw_rate
+        "c009010101"  # mask, target, component, frame
+    )  # fmt: skip
+
+
+BAD = [math.nan, math.inf, -math.inf, 2e6]
+
+
+@pytest.mark.parametrize("bad", BAD)
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("name", ["position_ned_m", "velocity_ned_m_s", "acceleration_ned_m_s2"])
+def test_what_is_not_finite_never_leaves(bad: float, axis: int, name: str) -> None:
+    values = [0.0, 0.0, 0.0]
+    values[axis] = bad
+    stream = open_stream()
+    fields = {"velocity_ned_m_s": (0.0, 0.0, 0.0), name: tuple(values)}
+    with pytest.raises(SetpointError, match=f"{name} is .*three finite numbers"):
+        offer(stream, SetpointNed(**fields))  # type: ignore[arg-type]
+    assert not stream.messages_to_send()
+    assert stream.statistics.sent == 0
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_yaw_must_be_finite_and_one(bad: float) -> None:
+    with pytest.raises(SetpointError, match="yaw_ned_rad is"):
+        check_setpoint(SetpointNed(HERE, yaw_ned_rad=bad), COPTER)
+    with pytest.raises(SetpointError, match="yaw_rate_rad_s is"):
+        check_setpoint(SetpointNed(HERE, yaw_rate_rad_s=bad), COPTER)
+    with pytest.raises(SetpointError, match="not both"):
+        check_setpoint(SetpointNed(HERE, yaw_ned_rad=0.0, yaw_rate_rad_s=0.0), COPTER)
+
+
+def test_only_combinations_that_the_vehicle_follows_are_legal() -> None:
+    legal = []
+    for position, velocity, acceleration in itertools.product([None, HERE], repeat=3):
+        setpoint = SetpointNed(position, velocity, acceleration)
+        try:
+            check_setpoint(setpoint, COPTER)
+        except SetpointError:
+            continue
+        legal.append("".join(n for n, v in zip("PVA", (position, velocity, acceleration)) if v))  # noqa: B905
+    assert sorted(legal) == ["A", "P", "PV", "PVA", "V", "VA"]
+    with pytest.raises(SetpointError, match="ArduRover does not follow setpoints with ACCEL"):
+        check_setpoint(SetpointNed(acceleration_ned_m_s2=HERE), ROVER)
+    with pytest.raises(SetpointError, match="generic autopilot does not follow"):
+        check_setpoint(SetpointNed(position_ned_m=HERE), GENERIC)
+
+
+def test_gaps_are_measured() -> None:
+    stream = open_stream()
+    for now in (1.0, 1.05, 1.10, 1.45, 1.50):
+        offer(stream, SetpointNed(HERE), now)
+    assert stream.statistics.sent == 5
+    assert stream.statistics.max_gap_s == pytest.approx(0.35)
+    stream.close()
+    stream.open(9.0)
+    assert stream.statistics.sent == 0
+    assert stream.next_deadline() is None
+
+
+@given(
+    st.tuples(*[st.floats(allow_nan=True, allow_infinity=True)] * 3),
+    st.floats(allow_nan=True, allow_infinity=True),
+)
+def test_whatever_is_offered_only_finite_numbers_are_encoded(position: Vector3, yaw: float) -> None:
+    stream = open_stream()
+    try:
+        offer(stream, SetpointNed(position, yaw_ned_rad=yaw))
+    except SetpointError:
+        assert not stream.messages_to_send()
+        return
+    (message,) = Codec(1, 1).decode(Codec(1, 191).encode(stream.messages_to_send()[0]))
+    values = (message.x, message.y, message.z, message.yaw)
+    assert all(math.isfinite(value) for value in values)
+    assert abs(message.yaw) <= math.pi + 1e-6

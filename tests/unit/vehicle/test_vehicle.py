@@ -1,0 +1,267 @@
+"""The vehicle put together, by script: what only shows in the composition."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.errors import ConfigurationError, MessageError, SetpointError
+from mavlink_vehicle.events import (
+    ArmedChanged,
+    LandedChanged,
+    LandedState,
+    ModeChanged,
+    OperationFinished,
+    OperationResult,
+    StatusTextReceived,
+    StreamClosed,
+    SystemStatusChanged,
+    VehicleDiscovered,
+    VehicleEvent,
+    VehicleRebooted,
+)
+from mavlink_vehicle.profiles.ardupilot import COPTER
+from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
+from tests.support.autopilot_messages import AutopilotMessages
+
+GUIDED, LOITER, BRAKE, RTL = 4, 5, 17, 6
+SET_MODE, ARM = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
+QUIET = VehicleConfig(message_rates_hz={})
+
+
+class Script:
+    """A vehicle that is told things at a time of the script's choosing."""
+
+    def __init__(self, config: VehicleConfig = QUIET) -> None:
+        self.vehicle = Vehicle(config)
+        self.autopilot = AutopilotMessages()
+        self.now = 0.0
+        self.sent: list[Message] = []
+        self.vehicle.start(0.0)
+
+    def say(self, *messages: Message) -> list[VehicleEvent]:
+        for message in messages:
+            self.vehicle.receive(message, self.now)
+        self.sent += self.vehicle.messages_to_send()
+        return self.events()
+
+    def wait(self, seconds: float) -> list[VehicleEvent]:
+        end_s = self.now + seconds
+        while (deadline := self.vehicle.next_deadline()) is not None and deadline <= end_s:
+            self.now = deadline
+            self.vehicle.handle_timer(self.now)
+            self.sent += self.vehicle.messages_to_send()
+        self.now = end_s
+        return self.events()
+
+    def events(self) -> list[VehicleEvent]:
+        self.sent += self.vehicle.messages_to_send()
+        events = []
+        while (event := self.vehicle.next_event()) is not None:
+            events.append(event)
+        return events
+
+    def commands(self, command: int) -> int:
+        return sum(m.get_type() == "COMMAND_LONG" and m.command == command for m in self.sent)
+
+
+@pytest.fixture
+def script() -> Script:
+    script = Script()
+    script.say(script.autopilot.heartbeat(mode=LOITER))
+    script.sent.clear()
+    return script
+
+
+def test_before_anyone_is_heard_it_only_beats() -> None:
+    script = Script()
+    script.wait(5.0)
+    assert {m.get_type() for m in script.sent} == {"HEARTBEAT"}
+    assert len(script.sent) == 6
+    header = script.sent[0].get_header()
+    assert (header.srcSystem, header.srcComponent) == (1, 191)
+    assert script.vehicle.mode_name == ""
+    assert not script.vehicle.connected
+    assert not script.vehicle.in_control_mode
+
+
+def test_it_takes_the_vehicles_own_system_id() -> None:
+    script = Script()
+    script.autopilot = AutopilotMessages(system_id=42)
+    (found,) = script.say(script.autopilot.heartbeat(mode=GUIDED))
+    assert found == VehicleDiscovered(42, 1, 3, 2, "ArduCopter")
+    script.wait(1.0)
+    for message in script.sent[1:]:
+        assert message.get_srcSystem() == 42
+        if message.get_type() == "COMMAND_LONG":
+            assert message.target_system == 42
+    assert script.vehicle.in_control_mode
+
+
+def test_a_configured_source_and_target_are_kept() -> None:
+    script = Script(dataclasses.replace(QUIET, source_system=245, target_system=7))
+    assert not script.say(AutopilotMessages(1, 1).heartbeat())
+    assert script.say(AutopilotMessages(7, 1).heartbeat())
+    assert script.vehicle.state.system_id == 7
+    assert {message.get_srcSystem() for message in script.sent} == {245}
+
+
+def test_events_tell_what_changed(script: Script) -> None:
+    autopilot = script.autopilot
+    assert script.say(autopilot.heartbeat(mode=LOITER)) == []
+    assert script.say(autopilot.heartbeat(mode=RTL, armed=True, status=5)) == [
+        ArmedChanged(armed=True, requested=False),
+        ModeChanged(LOITER, RTL, "RTL", requested=False),
+        SystemStatusChanged(3, 5),
+    ]
+    assert script.say(autopilot("EXTENDED_SYS_STATE", landed_state=2)) == [
+        LandedChanged(LandedState.UNDEFINED, LandedState.IN_AIR)
+    ]
+    assert script.say(autopilot("STATUSTEXT", severity=4, text="Battery Failsafe")) == [
+        StatusTextReceived("Battery Failsafe", 4)
+    ]
+
+
+def test_a_late_heartbeat_is_no_intervention(script: Script) -> None:
+    old = script.autopilot.heartbeat(mode=LOITER)
+    operation = script.vehicle.change_mode("GUIDED", 0.0)
+    events = script.say(script.autopilot.heartbeat(mode=GUIDED))
+    assert events[0] == ModeChanged(LOITER, GUIDED, "GUIDED", requested=True)
+    assert isinstance(events[1], OperationFinished)
+    assert events[1].operation_id == operation
+    assert script.say(old) == []
+    assert script.vehicle.mode_name == "GUIDED"
+
+
+def test_a_third_mode_ends_the_mode_change_and_its_repetitions(script: Script) -> None:
+    script.vehicle.change_mode("GUIDED", 0.0)
+    events = script.say(script.autopilot.heartbeat(mode=RTL))
+    assert isinstance(events[0], ModeChanged)
+    assert not events[0].requested
+    assert isinstance(events[1], OperationFinished)
+    assert events[1].result is OperationResult.CANCELLED
+    assert "switched to RTL meanwhile" in events[1].reason
+    script.sent.clear()
+    script.wait(5.0)
+    assert script.commands(SET_MODE) == 0
+
+
+def test_a_request_of_ours_that_shows_late_is_not_a_third_mode(script: Script) -> None:
+    script.vehicle.change_mode("BRAKE", 0.0)
+    script.events()
+    script.vehicle.change_mode("GUIDED", 0.1)
+    script.events()
+    assert script.say(script.autopilot.heartbeat(mode=BRAKE)) == [
+        ModeChanged(LOITER, BRAKE, "BRAKE", requested=True)
+    ]
+    events = script.say(script.autopilot.heartbeat(mode=GUIDED))
+    assert events[0] == ModeChanged(BRAKE, GUIDED, "GUIDED", requested=True)
+    assert isinstance(events[1], OperationFinished)
+    assert events[1].result is OperationResult.ACHIEVED
+
+
+def test_one_operation_at_a_time(script: Script) -> None:
+    first = script.vehicle.change_mode("GUIDED", 0.0)
+    second = script.vehicle.arm(0.0)
+    assert script.vehicle.operation == second
+    (end,) = script.events()
+    assert isinstance(end, OperationFinished)
+    assert (end.operation_id, end.result) == (first, OperationResult.CANCELLED)
+    assert end.reason.endswith("ended: arming was asked for instead.")
+    script.vehicle.cancel_operation(0.0)
+    script.vehicle.cancel_operation(0.0)
+    assert len(script.events()) == 1
+    assert script.vehicle.operation is None
+
+
+def test_a_restart_ends_the_operation_and_closes_the_stream() -> None:
+    script = Script()
+    autopilot = script.autopilot
+    script.say(autopilot.heartbeat(mode=GUIDED, armed=True), autopilot.position(100.0))
+    script.vehicle.open_stream(0.0)
+    script.vehicle.change_mode("RTL", 0.0)
+    script.events()
+    events = script.say(autopilot("SYSTEM_TIME", time_boot_ms=2000))
+    assert [type(event) for event in events] == [VehicleRebooted, StreamClosed, OperationFinished]
+    assert isinstance(events[2], OperationFinished)
+    assert events[2].result is OperationResult.LINK_LOST
+    assert "restarted" in events[2].reason
+    assert not script.vehicle.stream_open
+
+
+def test_a_booting_autopilot_is_asked_for_its_rates_again() -> None:
+    script = Script(dataclasses.replace(QUIET, message_rates_hz={"ATTITUDE": 10.0}))
+    autopilot = script.autopilot
+    ask = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
+    script.say(autopilot.heartbeat(status=3))
+    script.say(autopilot.ack(ask, ACCEPTED))
+    assert script.commands(ask) == 1
+    script.say(autopilot.heartbeat(status=mavlink.MAV_STATE_BOOT))
+    assert script.commands(ask) == 2
+
+
+@pytest.mark.parametrize(("mode", "closed"), [(LOITER, True), (GUIDED, False)])
+def test_only_leaving_the_control_mode_closes_the_stream(mode: int, closed: bool) -> None:
+    script = Script()
+    script.say(script.autopilot.heartbeat(mode=GUIDED, armed=True))
+    script.vehicle.open_stream(0.0)
+    events = script.say(script.autopilot.heartbeat(mode=mode, armed=True))
+    assert any(isinstance(event, StreamClosed) for event in events) is closed
+    assert script.vehicle.stream_open is not closed
+
+
+def test_disarming_closes_the_stream_for_good() -> None:
+    script = Script()
+    setpoint = SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0))
+    script.say(script.autopilot.heartbeat(mode=GUIDED, armed=True))
+    script.vehicle.open_stream(0.0)
+    script.vehicle.send_setpoint(setpoint, 0.0)
+    script.say(script.autopilot.heartbeat(mode=GUIDED, armed=False))
+    script.say(script.autopilot.heartbeat(mode=GUIDED, armed=True))  # somebody arms it again
+    with pytest.raises(SetpointError, match="closed"):
+        script.vehicle.send_setpoint(setpoint, 0.0)
+
+
+def test_setpoints_need_a_vehicle() -> None:
+    script = Script()
+    script.vehicle.open_stream(0.0)
+    with pytest.raises(SetpointError, match="No vehicle has been heard"):
+        script.vehicle.send_setpoint(SetpointNed(position_ned_m=(0.0, 0.0, -1.0)), 0.0)
+
+
+def test_a_profile_may_want_the_stream_before_its_mode(script: Script) -> None:
+    """As PX4 does: it enters OFFBOARD only with a stream running."""
+    script.vehicle.profile = dataclasses.replace(
+        COPTER, setpoints_outside_control_mode=True, setpoints_while_disarmed=True
+    )
+    script.vehicle.open_stream(0.0)
+    script.vehicle.send_setpoint(SetpointNed(position_ned_m=(0.0, 0.0, -1.0)), 0.0)
+    assert [m.get_type() for m in script.vehicle.messages_to_send()].count(
+        "SET_POSITION_TARGET_LOCAL_NED"
+    ) == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"target_system": 256}, "target_system is 256; it must be 0 to 255"),
+        ({"source_system": 0}, "source_system is 0; it must be 1 to 255"),
+        ({"source_component": 0}, "source_component"),
+        ({"heartbeat_timeout_s": 0.0}, "heartbeat_timeout_s must be a positive"),
+        ({"command_timeout_s": float("nan")}, "command_timeout_s"),
+        ({"command_retries": -1}, "command_retries"),
+        ({"message_rates_hz": {"ATTITUDE": -1.0}}, "between 0"),
+        ({"message_rates_hz": {"ATTITUDE": float("nan")}}, "between 0"),
+    ],
+)
+def test_settings_without_sense_are_refused(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(ConfigurationError, match=words):
+        VehicleConfig(**changes)  # type: ignore[arg-type]
+
+
+def test_an_unknown_telemetry_name_is_refused() -> None:
+    with pytest.raises(MessageError, match="no MAVLink message 'ALTITUDES'"):
+        Vehicle(VehicleConfig(message_rates_hz={"ALTITUDES": 1.0}))
