@@ -35,7 +35,7 @@ lint: setup ## Check style, types and import rules
 
 # `uv pip compile` keeps the versions that are in the lock already; UPGRADE=--upgrade renews.
 LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header \
-	--no-emit-index-url --no-annotate --quiet $(UPGRADE) \
+	--no-emit-index-url --no-annotate --quiet --system-certs $(UPGRADE) \
 	--group runtime --group build --group dev
 
 lock: setup ## Write requirements/*.txt anew from pyproject.toml (UPGRADE=--upgrade renews all)
