@@ -82,6 +82,11 @@ class VehicleConfig:
         )
         _require(self.battery.cells >= 1, "the battery must have a cell")
         _require(
+            0.0 <= self.battery.internal_resistance_ohm < 10.0,
+            "the battery's internal resistance must be 0 to 10 ohm, "
+            f"not {self.battery.internal_resistance_ohm}",
+        )
+        _require(
             math.isfinite(self.battery.capacity_mah) and self.battery.capacity_mah > 0.0,
             f"the battery's capacity must be above 0 mAh, not {self.battery.capacity_mah}",
         )

@@ -95,7 +95,9 @@ def _settings(known: dict[str, str]) -> Callable[[str], dict[str, float]]:
             try:
                 settings[known[key]] = float(value)
             except ValueError:
-                raise argparse.ArgumentTypeError(f"{key} needs a number, not {value!r}") from None
+                settings[known[key]] = math.nan
+            if not math.isfinite(settings[known[key]]):
+                raise argparse.ArgumentTypeError(f"{key} needs a number, not {value!r}")
         return settings
 
     return parse

@@ -29,6 +29,8 @@ from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.tlog import TlogWriter
 from mavlink_sitl.vehicle import SimulatedVehicle
 
+__all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
+
 TICK_US = round(DT_S * 1e6)
 AUTOPILOT_TICKS = 5
 SENSOR_TICKS = 20

@@ -30,6 +30,8 @@ class ControllerGains(NamedTuple):
     """Tangent of ANGLE_MAX, 30 degrees"""
     most_ahead_m: float = 5.0
     """How far the desired position may be from the vehicle, in any direction but down"""
+    most_faster_m_s: float = 4.0
+    """How far the desired velocity may be from the vehicle's, North and East"""
     most_below_m: float = 2.0
     """The same, down"""
     yaw: float = 3.0

@@ -117,9 +117,12 @@ def _horizontal(
     scale = most / o.maximum(o.hypot(j_n, j_e), most)
     a_n = (s.acceleration_north_m_s2 + j_n * scale) * free
     a_e = (s.acceleration_east_m_s2 + j_e * scale) * free
-    v_n = (s.velocity_north_m_s + a_n * dt) * free
-    v_e = (s.velocity_east_m_s + a_e * dt) * free
     # What is desired must not run away from a vehicle that cannot follow.
+    faster_n = s.velocity_north_m_s + a_n * dt - b.velocity_north_m_s
+    faster_e = s.velocity_east_m_s + a_e * dt - b.velocity_east_m_s
+    scale = k.most_faster_m_s / o.maximum(o.hypot(faster_n, faster_e), k.most_faster_m_s)
+    v_n = (b.velocity_north_m_s + faster_n * scale) * free
+    v_e = (b.velocity_east_m_s + faster_e * scale) * free
     ahead_n, ahead_e = s.north_m + v_n * dt - b.north_m, s.east_m + v_e * dt - b.east_m
     scale = free * k.most_ahead_m / o.maximum(o.hypot(ahead_n, ahead_e), k.most_ahead_m)
     n, e = b.north_m + ahead_n * scale, b.east_m + ahead_e * scale

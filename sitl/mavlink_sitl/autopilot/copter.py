@@ -69,6 +69,7 @@ class Copter:
         estimator: what it knows of its position.
         failsafe: what is wrong.
         pilot: the sticks.
+        started: whether it has finished starting (HEARTBEAT no longer says BOOT).
         mode: the flight mode.
         guidance: what the controllers are to do.
         revision: grows with every change of `guidance`.
@@ -93,6 +94,7 @@ class Copter:
         self.failsafe = Failsafes()
         self.pilot = Pilot()
         self.arming = Arming(self)
+        self.started = False
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
@@ -131,11 +133,6 @@ class Copter:
     def landed(self) -> bool:
         """Whether it believes to stand on the ground."""
         return self._landing.landed
-
-    @property
-    def started(self) -> bool:
-        """Whether it has finished starting (HEARTBEAT no longer says BOOT)."""
-        return self.now_s >= self.estimator.scaled(self.personality.standby_s)
 
     @property
     def battery_known(self) -> bool:
@@ -185,11 +182,12 @@ class Copter:
 
     def update(self, observation: Observation) -> None:
         """Take notice of the world and act; called at a fixed rate."""
-        had_origin, was_started = self.estimator.has_origin, self.started
+        had_origin = self.estimator.has_origin
         self.observe(observation)
         self.estimator.update(observation.time_s, observation.gps_fix)
         self._say_boot()
-        if self.started and not was_started:
+        if not self.started and self.now_s >= self.estimator.scaled(self.personality.standby_s):
+            self.started = True
             self.enter_mode(min(self._modes))  # what was chosen too early is forgotten
         if self.estimator.has_origin and not had_origin:
             self.events.append(OriginSet())

@@ -110,9 +110,9 @@ def test_system_status_is_boot_then_standby() -> None:
 
 def test_first_heartbeat_a_second_after_power_up() -> None:
     station = starting()
-    station.run(1.0)
+    station.run(0.9)
     assert station.messages("HEARTBEAT") == []
-    station.run(0.1)
+    station.run(0.2)
     assert len(station.messages("HEARTBEAT")) == 1
 
 

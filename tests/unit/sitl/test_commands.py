@@ -254,8 +254,10 @@ def test_reposition_flies_there() -> None:
 def test_reposition_outside_guided_without_its_bit_is_denied() -> None:
     station = flying(5.0)
     station.mode(LOITER)
-    place = {"x": -353632000, "y": 1491652000, "z": 10.0}
-    assert station.command_int(mav.MAV_CMD_DO_REPOSITION, 6, -1, 0, **place) == DENIED
+    result = station.command_int(
+        mav.MAV_CMD_DO_REPOSITION, 6, -1, 0, x=-353632000, y=1491652000, z=10.0
+    )
+    assert result == DENIED
     assert mode(station) == LOITER
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
@@ -54,7 +56,7 @@ def test_set_message_interval_gives_exactly_the_rate(rate_hz: int) -> None:
     station.run(10.0)
     times = [m.time_boot_ms for m in station.messages("ATTITUDE")]
     assert len(times) == 10 * rate_hz
-    gaps = {b - a for a, b in zip(times, times[1:], strict=False)}
+    gaps = {b - a for a, b in itertools.pairwise(times)}
     assert gaps == {1000 // rate_hz}
 
 
@@ -202,7 +204,7 @@ def test_frames_are_numbered_in_sequence() -> None:
     station.interval(30, 50.0)
     station.run(10.0)
     numbers = [m.get_seq() for _, m in station.log]
-    assert all((a + 1) % 256 == b for a, b in zip(numbers, numbers[1:], strict=False))
+    assert all((a + 1) % 256 == b for a, b in itertools.pairwise(numbers))
 
 
 def test_parameters_by_list_name_and_index() -> None:

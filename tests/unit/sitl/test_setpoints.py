@@ -295,7 +295,7 @@ def test_a_turn_is_as_fast_as_recorded(hover: GroundStation) -> None:
 
 @pytest.mark.parametrize("mask", [0x0FFF, 0x0DF9, 0x0DFA, 0x0DFC, 0x0DFF, 0x0C38])
 def test_masks_without_a_whole_target_stop_the_vehicle(hover: GroundStation, mask: int) -> None:
-    """Silently. (Recorded in `copter_setpoints`: the target becomes "no velocity".)"""
+    """Silently; in the recording `copter_setpoints` the target becomes "no velocity"."""
     hover.setpoint(POSITION, (50.0, 0.0, -10.0))
     hover.run(4.0)
     texts = len(hover.texts())

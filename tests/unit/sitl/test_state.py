@@ -44,7 +44,7 @@ def test_the_vtol_state_of_a_copter_is_mc(flight: GroundStation) -> None:
 
 
 def test_system_status_is_standby_on_the_ground_even_armed(flight: GroundStation) -> None:
-    seen = []
+    seen: list[tuple[int, bool]] = []
     for message in flight.messages("HEARTBEAT"):
         state = (message.system_status, bool(message.base_mode & 128))
         if not seen or seen[-1] != state:
@@ -73,7 +73,9 @@ def test_takeoff_shows_in_the_landed_state_some_3_s_after_the_ack() -> None:
     station.mode(GUIDED)
     station.arm()
     station.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 5)
-    took = station.run_until(lambda: TAKEOFF in station.changes("EXTENDED_SYS_STATE", "landed_state"))
+    took = station.run_until(
+        lambda: TAKEOFF in station.changes("EXTENDED_SYS_STATE", "landed_state")
+    )
     assert took == pytest.approx(3.5, abs=0.3)
 
 

@@ -99,7 +99,7 @@ ARDUCOPTER = Personality(
     gps_fix_s=9.9,
     battery_ready_s=2.6,
     origin_s=20.03,
-    first_heartbeat_s=1.02,
+    first_heartbeat_s=1.0,
     standby_s=2.46,
     streams={
         0: (*_EXTENDED_STATUS, *_POSITION, *_RC_CHANNELS, *_EXTRA1, *_EXTRA2, *_EXTRA3),
