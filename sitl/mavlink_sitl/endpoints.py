@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import selectors
 import socket
 import time
@@ -64,7 +65,7 @@ class UdpEndpoint:
                 self._socket.connect(place)
         except OSError as error:
             self._socket.close()
-            raise LinkError(f"cannot open {address}: {error.strerror}") from error
+            raise _cannot_open(address, error) from error
         self._socket.setblocking(False)
 
     def describe(self) -> str:
@@ -82,10 +83,10 @@ class UdpEndpoint:
         while True:
             try:
                 data, peer = self._socket.recvfrom(DATAGRAM)
-            except BlockingIOError:
-                return
+            except ConnectionRefusedError:
+                continue  # the echo of an earlier datagram: nobody listens there yet
             except OSError:
-                continue  # "connection refused": nobody listens there yet
+                return  # nothing more to read
             if self._address.listens and not self._remember(peer):
                 continue
             self._receive(data)
@@ -142,7 +143,7 @@ class TcpEndpoint:
                 client = socket.create_connection((address.host, address.port), timeout=5.0)
                 self._add(client)
         except OSError as error:
-            raise LinkError(f"cannot open {address}: {error.strerror or error}") from error
+            raise _cannot_open(address, error) from error
 
     def describe(self) -> str:
         """See Endpoint."""
@@ -214,6 +215,11 @@ class TcpEndpoint:
         self._clients.clear()
         if self._listener is not None:
             self._listener.close()
+
+
+def _cannot_open(address: LinkAddress, error: OSError) -> LinkError:
+    reason = os.strerror(error.errno) if error.errno else str(error)
+    return LinkError(f"cannot open {address}: {reason}")
 
 
 def _resolve(address: LinkAddress, kind: int) -> tuple[int, tuple[str, int]]:

@@ -1,0 +1,219 @@
+"""`python -m mavlink_sitl` as a process, over real sockets, with pymavlink's own client."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import all as mav
+
+from mavlink_sitl.tlog import read_records
+
+WAIT_S = 20.0
+"""No wait is longer; on an idle machine each is far below a second"""
+
+
+class Program:
+    """A running simulator, and the lines that it prints."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+        self.first_line = self.line()
+
+    def line(self) -> str:
+        assert self.process.stdout is not None
+        return self.process.stdout.readline().rstrip("\n")
+
+    @property
+    def port(self) -> int:
+        """The port of its (last) link."""
+        return int(self.first_line.rsplit(":", 1)[1])
+
+    def end(self, number: int = signal.SIGTERM) -> str:
+        """Send a signal; what it printed until its end, which must be a clean one."""
+        self.process.send_signal(number)
+        rest, _ = self.process.communicate(timeout=WAIT_S)
+        assert self.process.returncode == 0
+        return rest
+
+
+@contextlib.contextmanager
+def running(*options: str) -> Iterator[Program]:
+    """Start the program; whatever happens, it does not outlive the test."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    with subprocess.Popen(
+        [sys.executable, "-m", "mavlink_sitl", *options],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as process:
+        try:
+            yield Program(process)
+        finally:
+            process.kill()
+
+
+@contextlib.contextmanager
+def client(address: str) -> Iterator[Any]:
+    """Pymavlink's connection, closed at the end."""
+    connection = mavutil.mavlink_connection(address, source_system=255, dialect="all")
+    try:
+        yield connection
+    finally:
+        connection.close()
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def command(connection: Any, number: int, *params: float) -> int:
+    values = [*params, *([0.0] * (7 - len(params)))]
+    connection.mav.command_long_send(1, 1, number, 0, *values)
+    ack = connection.recv_match(type="COMMAND_ACK", blocking=True, timeout=WAIT_S)
+    assert ack is not None
+    assert ack.command == number
+    return int(ack.result)
+
+
+def heartbeat(connection: Any) -> Any:
+    message = connection.recv_match(type="HEARTBEAT", blocking=True, timeout=WAIT_S)
+    assert message is not None
+    return message
+
+
+def climb(connection: Any) -> None:
+    """GUIDED, arm, take off, until it is 3 m high."""
+    ready = "EKF3 IMU1 is using GPS"
+    while connection.recv_match(type="STATUSTEXT", blocking=True, timeout=WAIT_S).text != ready:
+        pass
+    assert command(connection, mav.MAV_CMD_DO_SET_MODE, 1, 4) == 0
+    assert command(connection, mav.MAV_CMD_COMPONENT_ARM_DISARM, 1) == 0
+    assert command(connection, mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 4) == 0
+    assert command(connection, mav.MAV_CMD_SET_MESSAGE_INTERVAL, 32, 1e5) == 0
+    for _ in range(1000):
+        message = connection.recv_match(type="LOCAL_POSITION_NED", blocking=True, timeout=WAIT_S)
+        assert message is not None
+        if message.z < -3.0:
+            return
+    pytest.fail("it did not climb")
+
+
+def test_a_flight_over_udp_recorded_and_ended_by_sigterm(tmp_path: Path) -> None:
+    log = tmp_path / "flight.tlog"
+    port = free_port()
+    with (
+        client(f"udpin:127.0.0.1:{port}") as connection,
+        running(
+            "--link", f"udpout:127.0.0.1:{port}", "--speedup", "20", "--tlog", str(log)
+        ) as program,
+    ):
+        assert program.first_line.endswith(f"vehicle 1: ArduCopter on udpout://127.0.0.1:{port}")
+        climb(connection)
+        printed = program.end()
+    for word in ("ready", "armed", "mode GUIDED", "takeoff", "ended"):
+        assert re.search(rf"s  (vehicle 1: )?{word}$", printed, re.MULTILINE), printed
+    assert "\033" not in printed, "no colour where there is no terminal"
+    frames = [frame for _, frame in read_records(log.read_bytes())]
+    assert {frame[5] for frame in frames} == {1, 255}
+
+
+def test_a_flight_over_tcp_with_two_clients() -> None:
+    with running("--link", "tcpin://127.0.0.1:0", "--speedup", "20") as program:
+        address = f"tcp:127.0.0.1:{program.port}"
+        with client(address) as connection, client(address) as listener:
+            heartbeat(listener)
+            climb(connection)
+            heartbeat(listener)
+        with client(address) as another:
+            assert heartbeat(another).custom_mode == 4, "it flies on when clients leave"
+
+
+def test_a_listening_udp_link_answers_who_speaks() -> None:
+    with (
+        running("--link", "udpin://127.0.0.1:0", "--speedup", "20") as program,
+        client(f"udpout:127.0.0.1:{program.port}") as connection,
+    ):
+        connection.mav.heartbeat_send(6, 8, 0, 0, 4)
+        heartbeat(connection)
+        assert command(connection, 31999) == 3
+
+
+def test_several_links_say_the_same() -> None:
+    port = free_port()
+    with (
+        client(f"udpin:127.0.0.1:{port}") as one,
+        running("--link", f"udpout://127.0.0.1:{port}", "--link", "tcpin://127.0.0.1:0") as program,
+        client(f"tcp:127.0.0.1:{program.port}") as other,
+    ):
+        heartbeat(one)
+        heartbeat(other)
+        assert command(other, 31999) == 3
+        assert one.recv_match(type="COMMAND_ACK", blocking=True, timeout=WAIT_S).command == 31999
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_cleanly_even_when_it_has_much_to_do(number: int) -> None:
+    with running("--link", "udpin://127.0.0.1:0", "--speedup", "1000") as program:
+        while "ready" not in program.line():
+            pass
+        assert program.end(number).rstrip().endswith("ended")
+
+
+def test_nobody_listening_does_not_disturb_it() -> None:
+    with running("--link", f"udpout://127.0.0.1:{free_port()}", "--speedup", "20") as program:
+        while "ready" not in program.line():
+            pass
+        program.end()
+
+
+def test_garbage_on_every_kind_of_link_does_not_stop_it() -> None:
+    noise = bytes(range(256)) * 20 + b"\xfd\xff\x00" * 50
+    with running("--link", "udpin://127.0.0.1:0", "--speedup", "20") as program:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            for size in (0, 1, 100, 5000):
+                sender.sendto(noise[:size], ("127.0.0.1", program.port))
+        with client(f"udpout:127.0.0.1:{program.port}") as connection:
+            assert command(connection, 31999) == 3
+    with running("--link", "tcpin://127.0.0.1:0", "--speedup", "20") as program:
+        with socket.create_connection(("127.0.0.1", program.port)) as sender:
+            sender.sendall(noise)
+        with client(f"tcp:127.0.0.1:{program.port}") as connection:
+            assert command(connection, 31999) == 3
+
+
+def test_quiet_prints_nothing() -> None:
+    with running("--quiet", "--link", "tcpin://127.0.0.1:0", "--speedup", "abc") as program:
+        assert "the speed-up must be a number" in program.first_line
+        assert program.process.wait(WAIT_S) == 2
+
+
+def test_a_port_that_is_taken_gets_one_sentence() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = f"tcpin://127.0.0.1:{taken.getsockname()[1]}"
+        with running("--link", address) as program:
+            assert program.first_line == (
+                f"mavlink_sitl: cannot open {address}: Address already in use"
+            )
+            assert program.process.wait(WAIT_S) == 2
+
+
+def test_a_log_that_cannot_be_written_gets_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "no" / "such.tlog"
+    with running("--tlog", str(path)) as program:
+        assert program.first_line == f"mavlink_sitl: cannot write {path}: No such file or directory"
+        assert program.process.wait(WAIT_S) == 2
