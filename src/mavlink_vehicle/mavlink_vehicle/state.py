@@ -44,6 +44,8 @@ __all__ = [
 REORDER_LIMIT_MS = 3000
 """Time since boot going back by less is a late packet; by more, a restart."""
 
+_ANNOUNCEMENT_S = 60.0
+_BOOT = mavlink.MAV_STATE_BOOT
 _UINT16_MAX = 0xFFFF
 _INT32_MAX = 0x7FFFFFFF
 _UINT32 = 1 << 32
@@ -76,8 +78,11 @@ class VehicleState:
         global_position: None also while the vehicle sends 0, 0.
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
         prearm_ok: whether the autopilot would arm, None when it doesn't tell.
-        boot_count: how often the time since boot went back.
+        boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
+            showed MAV_STATE_BOOT after something later.
         boot_time_ms: the newest time since boot.
+        boot_announced_s: when HEARTBEAT announced a restart that no time since boot has
+            shown yet.
         capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
         texts: STATUSTEXTs; see `status_texts`.
     """
@@ -106,6 +111,7 @@ class VehicleState:
     capabilities: int = 0
     boot_count: int = 0
     boot_time_ms: int | None = None
+    boot_announced_s: float | None = None
     texts: StatusTexts = field(default_factory=StatusTexts)
 
     @property
@@ -176,6 +182,11 @@ def _heartbeat(state: VehicleState, message: Message, now: float) -> VehicleStat
         "system_status": message.system_status,
         "texts": expire(state.texts, now),
     }
+    if message.system_status == _BOOT and state.system_status > _BOOT:
+        # An ArduCopter that restarts says so in its first second; its time since boot comes
+        # only when it has been asked for again.
+        changes |= _VOID_AFTER_RESTART
+        changes |= {"boot_count": state.boot_count + 1, "boot_announced_s": now}
     return _evolve(state, changes)
 
 
@@ -193,7 +204,7 @@ _VOID_AFTER_RESTART: dict[str, Any] = {
 }
 
 
-def _boot_changes(state: VehicleState, time_boot_ms: int) -> dict[str, Any]:
+def _boot_changes(state: VehicleState, time_boot_ms: int, now: float) -> dict[str, Any]:
     """Return what a time since boot changes; after a restart what was measured before is void."""
     last = state.boot_time_ms
     if last is None or last <= time_boot_ms:
@@ -203,10 +214,13 @@ def _boot_changes(state: VehicleState, time_boot_ms: int) -> dict[str, Any]:
         return {}
     if back > _UINT32 - _WRAP_MARGIN_MS:  # the counter's own end, after 49.7 days
         return {"boot_time_ms": time_boot_ms}
+    announced_s = state.boot_announced_s
+    known = announced_s is not None and now - announced_s < _ANNOUNCEMENT_S
     return {
         **_VOID_AFTER_RESTART,
-        "boot_count": state.boot_count + 1,
+        "boot_count": state.boot_count + (0 if known else 1),
         "boot_time_ms": time_boot_ms,
+        "boot_announced_s": None,
     }
 
 
@@ -214,15 +228,15 @@ def _is_late(part: GlobalPosition | LocalPosition | Attitude | None, time_boot_m
     return part is not None and 0 < part.time_boot_ms - time_boot_ms < REORDER_LIMIT_MS
 
 
-def _system_time(state: VehicleState, message: Message, _now: float) -> VehicleState:
-    return _evolve(state, _boot_changes(state, message.time_boot_ms))
+def _system_time(state: VehicleState, message: Message, now: float) -> VehicleState:
+    return _evolve(state, _boot_changes(state, message.time_boot_ms, now))
 
 
 def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
     time_boot_ms = message.time_boot_ms
     if _is_late(state.global_position, time_boot_ms):
         return state
-    changes = _boot_changes(state, time_boot_ms)
+    changes = _boot_changes(state, time_boot_ms, now)
     latitude, longitude, heading = message.lat, message.lon, message.hdg
     if (latitude == 0 and longitude == 0) or _INT32_MAX in (latitude, longitude):
         changes["global_position"] = None
@@ -244,7 +258,7 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
     time_boot_ms = message.time_boot_ms
     if _is_late(state.local_position, time_boot_ms):
         return state
-    changes = _boot_changes(state, time_boot_ms)
+    changes = _boot_changes(state, time_boot_ms, now)
     position = (message.x, message.y, message.z)
     velocity = (message.vx, message.vy, message.vz)
     changes["local_position"] = (
@@ -259,7 +273,7 @@ def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState
     time_boot_ms = message.time_boot_ms
     if _is_late(state.attitude, time_boot_ms):
         return state
-    changes = _boot_changes(state, time_boot_ms)
+    changes = _boot_changes(state, time_boot_ms, now)
     roll, pitch, yaw = message.roll, message.pitch, message.yaw
     rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
     changes["attitude"] = (

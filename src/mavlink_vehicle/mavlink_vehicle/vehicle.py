@@ -420,9 +420,6 @@ class Vehicle:
         while (event := self._watch.next_event()) is not None:
             self._events.append(event)
             self._ask(now)
-        restarted = mavlink.MAV_STATE_BOOT
-        if state.system_status == restarted and before.system_status > restarted:
-            self._ask(now)  # the rates are gone with the restart; its time will show it, too
 
     def _ask(self, now: float) -> None:
         """Ask for the telemetry and for what is wanted once, from the beginning."""

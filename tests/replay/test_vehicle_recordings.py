@@ -1,0 +1,251 @@
+"""Recordings of real autopilots: understood without an exception and without a wrong state.
+
+Small ones lie in `tests/data` and `tests/replay/data`. All others are read from
+`../shared/tlogs` beside the repository; where that folder is missing, they are skipped, and
+pytest prints why.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mavlink_vehicle.codec import Codec, mavlink
+from mavlink_vehicle.events import (
+    ArmedChanged,
+    HeartbeatLost,
+    HeartbeatRegained,
+    LandedChanged,
+    ModeChanged,
+    VehicleEvent,
+    VehicleRebooted,
+)
+from mavlink_vehicle.io.tlog import TlogReader
+from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
+
+ROOT = Path(__file__).resolve().parents[2]
+DATA = (ROOT / "tests/data", ROOT / "tests/replay/data")
+SHARED = ROOT.parent / "shared/tlogs"
+NAMES = [
+    f"ardupilot/{name}"
+    for name in (
+        "copter_acks", "copter_auto_cleared", "copter_fence", "copter_gcsloss", "copter_guided",
+        "copter_lowbatt", "copter_reboot", "copter_setpoints", "copter_takeoff_mix", "multi_udp",
+        "plane_guided", "rover_auto", "rover_guided",
+    )
+] + [
+    f"px4/{name}"
+    for name in (
+        "mavsdk_offboard_goto_api", "mission_clear_api", "offboard_10m_20n_gt_api",
+        "offboard_10m_20n_gt_truth", "offboard_loss_stop_api", "probe_ground_api",
+    )
+] + ["real/copter_2018-09-17", "real/sub_small"]  # fmt: skip
+
+
+def recording(name: str) -> Path:
+    places = [SHARED / f"{name}.tlog", *(folder / f"{Path(name).name}.tlog" for folder in DATA)]
+    for path in places:
+        if path.exists():
+            return path
+    pytest.skip(f"{places[0]} is not there: the large recordings are not part of the repository")
+
+
+def oracle(frames: list[bytes]) -> list[Any]:
+    """The same frames as pymavlink's own parser decodes them; None for what it can't."""
+    parser = mavlink.MAVLink(None)
+    messages = []
+    for frame in frames:
+        try:
+            message = parser.decode(bytearray(frame))
+        except mavlink.MAVError:
+            message = None
+        messages.append(None if isinstance(message, mavlink.MAVLink_unknown) else message)
+    return messages
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_message_is_understood_as_pymavlink_does_and_the_state_says_the_same(
+    name: str,
+) -> None:
+    """The decoded message, and an independent reading of it against the state."""
+    records = list(TlogReader(recording(name)))
+    state, codec, kinds = VehicleState(), Codec(255, 190), set[str]()
+    for (time_s, frame), expected in zip(records, oracle([f for _, f in records]), strict=True):
+        decoded = codec.decode(frame)
+        if expected is None:
+            assert not decoded
+            continue
+        (message,) = decoded
+        assert type(message) is type(expected)
+        assert repr(message.to_dict()) == repr(expected.to_dict())
+        assert vars(message.get_header()) == vars(expected.get_header())
+        state = reduce(state, message, time_s)
+        if (expected.get_srcSystem(), expected.get_srcComponent()) == (state.system_id, 1):
+            kinds.add(expected.get_type())
+            check_state(state, expected)
+    assert "HEARTBEAT" in kinds
+
+
+def check_state(state: VehicleState, raw: Any) -> None:
+    """Hold the state against the message just taken in."""
+    kind = raw.get_type()
+    if kind == "HEARTBEAT":
+        assert state.armed == bool(raw.base_mode & 128)
+        assert state.custom_mode == raw.custom_mode
+        assert state.system_status == raw.system_status
+    elif kind == "GLOBAL_POSITION_INT":
+        there = not raw.lat == raw.lon == 0
+        assert (state.global_position is not None) == there
+        assert there or not state.position_valid
+    elif kind == "EXTENDED_SYS_STATE":
+        assert state.landed_state == raw.landed_state
+    elif kind == "BATTERY_STATUS" and raw.id == 0:
+        battery = state.battery
+        assert battery is not None
+        known = raw.battery_remaining >= 0
+        assert battery.remaining == (raw.battery_remaining / 100 if known else None)
+        volts = [cell for cell in raw.voltages if cell != 65535]
+        assert (battery.voltage_v is None) == (not volts)
+        assert battery.voltage_v is None or 9.0 < battery.voltage_v < 18.0
+    elif kind == "EKF_STATUS_REPORT" and not raw.flags & 0x10:
+        assert not state.position_valid
+
+
+class Replay:
+    """A whole `Vehicle` that listens to a recording."""
+
+    def __init__(self, name: str) -> None:
+        self.vehicle = Vehicle(VehicleConfig(message_rates_hz={}))
+        self.events: list[tuple[float, VehicleEvent]] = []
+        codec = Codec(1, 191)
+        start_s: float | None = None
+        for time_s, frame in TlogReader(recording(name)):
+            if start_s is None:
+                start_s = time_s
+                self.vehicle.start(time_s)
+            for message in codec.decode(frame):
+                self.vehicle.receive(message, time_s)
+            self.vehicle.handle_timer(time_s)
+            self.vehicle.messages_to_send()
+            while (event := self.vehicle.next_event()) is not None:
+                self.events.append((time_s - start_s, event))
+
+    def modes(self) -> list[str]:
+        return [event.name for _, event in self.events if isinstance(event, ModeChanged)]
+
+    def armed(self) -> list[bool]:
+        return [event.armed for _, event in self.events if isinstance(event, ArmedChanged)]
+
+    def landed(self) -> list[str]:
+        return [e.current.name for _, e in self.events if isinstance(e, LandedChanged)]
+
+    def kinds(self, *kinds: type) -> list[str]:
+        return [type(event).__name__ for _, event in self.events if isinstance(event, kinds)]
+
+    def texts(self) -> str:
+        return "\n".join(text.text for text in self.vehicle.state.status_texts)
+
+
+FLIGHT = ["ON_GROUND", "TAKEOFF", "IN_AIR", "LANDING", "ON_GROUND"]
+UP_ONLY = ["ON_GROUND", "TAKEOFF", "IN_AIR"]
+
+
+@pytest.mark.parametrize(
+    ("name", "modes", "armed", "landed"),
+    # As the notes taken beside each flight tell it.
+    [
+        ("ardupilot/copter_guided", ["GUIDED", "LAND"], [True, False], FLIGHT),
+        ("ardupilot/copter_auto_cleared", ["AUTO", "RTL"], [True, False], FLIGHT),
+        ("ardupilot/copter_gcsloss", ["GUIDED", "RTL", "GUIDED", "LAND"], [True, False], FLIGHT),
+        (
+            "ardupilot/copter_lowbatt",
+            ["GUIDED", "RTL", "GUIDED", "LAND", "GUIDED"],
+            [True, False],
+            FLIGHT,
+        ),
+        ("ardupilot/copter_fence", ["GUIDED"], [True], UP_ONLY),
+        ("ardupilot/copter_setpoints", ["GUIDED"], [True], UP_ONLY),
+        (
+            "ardupilot/copter_takeoff_mix",
+            ["GUIDED", "LAND", "GUIDED", "LOITER", "GUIDED", "LOITER", "GUIDED", "LAND"],
+            [True, False, True, False],
+            FLIGHT,
+        ),
+        ("ardupilot/rover_auto", ["MANUAL", "AUTO", "HOLD", "AUTO", "HOLD"], [True, False], []),
+        (
+            "ardupilot/rover_guided",
+            ["MANUAL", "GUIDED", "HOLD", "CIRCLE", "RTL", "HOLD"],
+            [True, False],
+            [],
+        ),
+        ("ardupilot/plane_guided", ["MANUAL", "TAKEOFF", "GUIDED", "RTL"], [True], UP_ONLY),
+    ],
+)
+def test_flights_are_told_as_they_were(
+    name: str, modes: list[str], armed: list[bool], landed: list[str]
+) -> None:
+    replay = Replay(name)
+    assert replay.modes() == modes
+    assert replay.armed() == armed
+    assert replay.landed() == landed
+    assert not replay.kinds(VehicleRebooted)
+    assert all(not e.requested for _, e in replay.events if isinstance(e, ModeChanged))
+
+
+def test_a_reboot_and_a_kill_are_both_seen_once() -> None:
+    replay = Replay("ardupilot/copter_reboot")
+    assert replay.kinds(VehicleRebooted, HeartbeatLost, HeartbeatRegained) == [
+        "VehicleRebooted",
+        "HeartbeatLost",
+        "HeartbeatRegained",
+        "VehicleRebooted",
+    ]
+    assert replay.vehicle.state.boot_count == 2
+    assert replay.armed() == [True, False, True, False]
+    assert not replay.vehicle.state.position_valid
+
+
+def test_a_px4_flight_is_followed_although_its_modes_have_no_names_yet() -> None:
+    replay = Replay("px4/offboard_10m_20n_gt_api")
+    assert replay.armed() == [True, False]
+    assert replay.landed() == ["ON_GROUND", "IN_AIR", "LANDING", "ON_GROUND"]
+    assert replay.modes() == ["MODE_393216", "MODE_100925440", "MODE_393216"]
+    battery = replay.vehicle.state.battery
+    assert battery is not None
+    assert battery.current_a is None
+    assert battery.remaining == 0.97
+
+
+def test_a_take_off_defeated_by_setpoints_ends_disarmed() -> None:
+    """The recording behind the rule that no setpoints are sent during a take-off."""
+    replay = Replay("ardupilot/copter_takeoff_mix")
+    times = [at for at, event in replay.events if isinstance(event, ArmedChanged)]
+    first = [e for at, e in replay.events if isinstance(e, LandedChanged) and at < times[1]]
+    assert times[1] - times[0] == pytest.approx(10.0, abs=0.5)
+    assert [event.current.name for event in first] == ["ON_GROUND"]
+
+
+def test_a_low_battery_shows_in_state_and_texts() -> None:
+    replay = Replay("ardupilot/copter_lowbatt")
+    state = replay.vehicle.state
+    assert state.prearm_ok is False
+    assert state.battery is not None
+    assert state.battery.charge_state == mavlink.MAV_BATTERY_CHARGE_STATE_CRITICAL
+    assert state.battery.voltage_v == pytest.approx(10.0)
+    assert "Battery failsafe" in replay.texts()
+
+
+def test_on_a_port_with_three_vehicles_the_first_or_the_wanted_one_is_followed() -> None:
+    name = "ardupilot/multi_udp"
+    assert Replay(name).vehicle.state.system_id == 3
+    codec, vehicle = Codec(1, 191), Vehicle(VehicleConfig(target_system=2, message_rates_hz={}))
+    vehicle.start(0.0)
+    for time_s, frame in TlogReader(recording(name)):
+        for message in codec.decode(frame):
+            vehicle.receive(message, time_s)
+    assert vehicle.state.system_id == 2
+    assert vehicle.profile is not None
+    assert vehicle.profile.name == "ArduCopter"
