@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class Physics:
         self.o: Ops = ops_for(self.count)
         o = self.o
         zero = o.full(0.0)
-        self.body_model = quadrotor.QuadrotorModel()
+        self.body_model: Any = quadrotor.QuadrotorModel()
         self.sensor_model = sensors.SensorModel()
         self.gains = control_state.ControllerGains()
         self.pack = pack
@@ -59,7 +59,7 @@ class Physics:
         )
         self.wind_ned_m_s = wind_ned_m_s
         self.ground_down_m = zero
-        self.body = quadrotor.at_rest(zero, zero, zero, o.pack(list(yaw_rad)), o)
+        self.body: Any = quadrotor.at_rest(zero, zero, zero, o.pack(list(yaw_rad)), o)
         self.error = sensors.no_error(o)
         self.battery = battery.charged(o.pack(list(remaining)), pack, o)
         self.gps_fix = zero == zero

@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
-from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.fleets import make_fleets
+from mavlink_sitl.physics import DT_S
 from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.tlog import TlogWriter
 from mavlink_sitl.vehicle import SimulatedVehicle
@@ -36,6 +37,11 @@ AUTOPILOT_TICKS = 5
 SENSOR_TICKS = 20
 EPOCH_US = 1_767_225_600_000_000
 """Simulated time 0 in logs and GPS time: 1 January 2026, UTC"""
+TRUE_FIELDS = (
+    "north_m", "east_m", "down_m",
+    "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s",
+    "yaw_rad", "on_ground",
+)  # fmt: skip
 
 
 class Truth(NamedTuple):
@@ -87,16 +93,11 @@ class Simulation:
             raise ConfigurationError("all vehicles must have the same battery model")
         self._now_us = 0
         self._tick = 0
-        self._physics = Physics(
-            [math.radians(config.heading_deg) for config in configs],
-            configs[0].battery,
-            [config.battery_remaining for config in configs],
-            seed,
-            wind_ned_m_s,
-        )
+        self._fleets = make_fleets(configs, seed, wind_ned_m_s)
+        berths = {row: fleet for fleet in self._fleets for row in fleet.rows}
         log = None if tlog is None else TlogWriter(tlog)
         self.vehicles = [
-            SimulatedVehicle(i, config, ids[i], self._physics, seed, log, EPOCH_US)
+            SimulatedVehicle(i, config, ids[i], berths[i], seed, log, EPOCH_US)
             for i, config in enumerate(configs)
         ]
 
@@ -118,14 +119,12 @@ class Simulation:
     @property
     def truth(self) -> Truth:
         """Where the vehicles really are."""
-        p = self._physics
-        position = p.table("north_m", "east_m", "down_m")
-        position += np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
+        fields = np.empty((len(self.vehicles), len(TRUE_FIELDS)))
+        for fleet in self._fleets:
+            fields[fleet.rows] = fleet.physics.table(*TRUE_FIELDS)
+        offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
         return Truth(
-            position,
-            p.table("velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"),
-            p.table("yaw_rad")[:, 0],
-            p.table("on_ground")[:, 0] > 0.5,
+            fields[:, 0:3] + offsets, fields[:, 3:6], fields[:, 6].copy(), fields[:, 7] > 0.5
         )
 
     def run_for(self, seconds: float) -> None:
@@ -167,12 +166,13 @@ class Simulation:
                 vehicle.now_us = time_us
 
     def _step(self) -> None:
-        physics, tick, now_us = self._physics, self._tick, self._now_us
-        physics.step()
-        if tick % SENSOR_TICKS == 0:
-            physics.step_sensors(now_us / 1e6)
+        tick, now_us = self._tick, self._now_us
         think = tick % AUTOPILOT_TICKS == 0
-        if think:
-            physics.step_batteries(AUTOPILOT_TICKS * DT_S)
+        for _, physics in self._fleets:
+            physics.step()
+            if tick % SENSOR_TICKS == 0:
+                physics.step_sensors(now_us / 1e6)
+            if think:
+                physics.step_batteries(AUTOPILOT_TICKS * DT_S)
         for vehicle in self.vehicles:
             vehicle.tick(now_us, think)

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.exchange import GpsReading, Guidance, Observation, Result
+from mavlink_sitl.firmwares import firmware_class
+from mavlink_sitl.fleets import Fleet
 from mavlink_sitl.geodesy import to_geodetic, to_local
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
-from mavlink_sitl.physics import Physics
 from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.world import sensors
 
@@ -50,7 +50,7 @@ class SimulatedVehicle:
         index: int,
         config: VehicleConfig,
         system_id: int,
-        physics: Physics,
+        fleet: Fleet,
         seed: int,
         log: FrameLog | None,
         epoch_us: int,
@@ -65,7 +65,8 @@ class SimulatedVehicle:
         self.parameters = Parameters(personality.parameters, values)
         self.offset_ned_m = (0.0, 0.0, 0.0)
         self.origin = config.home
-        self._physics = physics
+        self._physics = fleet.physics
+        self._lane = fleet.rows.index(index)
         self._log = log
         self._epoch_us = epoch_us
         self._encoder = Encoder(system_id, COMPONENT_AUTOPILOT)
@@ -83,14 +84,14 @@ class SimulatedVehicle:
         self._boot_at_us = None
         self._boot_us = self.now_us
         self._snapshot_cache = None
-        self.copter = Copter(
+        self.copter = firmware_class(self.config.personality())(
             self.config.personality(),
             self.parameters,
             self.origin,
             self._observation(),
             self.config.ready_after_s,
         )
-        self.copter.moving_target = lambda: self._physics.moving_target(self.index)
+        self.copter.moving_target = lambda: self._physics.moving_target(self._lane)
         self._revision = -1
         self._server = MavlinkServer(
             self.copter, self._encoder, self.system_id, self.now_us, self.snapshot
@@ -143,32 +144,32 @@ class SimulatedVehicle:
     def _pass_guidance(self) -> None:
         if self.copter.revision != self._revision:
             self._revision = self.copter.revision
-            self._physics.guide(self.index, self.copter.guidance)
+            self._physics.guide(self._lane, self.copter.guidance)
 
     def _move_origin(self) -> None:
         """A firmware that starts takes the place where it is for its origin."""
-        motion = self._physics.motion(self.index, truth=True)
+        motion = self._physics.motion(self._lane, truth=True)
         self.origin = to_geodetic(self.origin, *motion[:3])
         self.offset_ned_m = to_local(self.config.home, self.origin)
-        self._physics.put_at_origin(self.index)
+        self._physics.put_at_origin(self._lane)
 
     def _shut_down(self) -> None:
         """The firmware stops, and the motors; it will start again where the vehicle then is."""
         # It is silent for a while after it has started, too; that counts in.
         first_s = self.config.personality().first_heartbeat_s * self.copter.estimator.time_scale
         self._boot_at_us = self.now_us + REBOOT_US - round(first_s * 1e6)
-        self._physics.guide(self.index, Guidance())
+        self._physics.guide(self._lane, Guidance())
 
     def _apply_simulated_parameters(self) -> None:
         voltage = self.parameters["SIM_BATT_VOLTAGE"]
         physics = self._physics
-        if voltage != physics.at(physics.battery.override_v, self.index):
+        if voltage != physics.at(physics.battery.override_v, self._lane):
             self._force_voltage(voltage)
 
     # What it knows.
 
     def _observation(self) -> Observation:
-        physics, index = self._physics, self.index
+        physics, index = self._physics, self._lane
         body = physics.body
         return Observation(
             time_s=self.now_us / 1e6,
@@ -187,7 +188,7 @@ class SimulatedVehicle:
         return self._snapshot_cache[1]
 
     def _make_snapshot(self) -> Snapshot:
-        physics, index = self._physics, self.index
+        physics, index = self._physics, self._lane
         truth = physics.motion(index, truth=True)
         thrust = physics.at(physics.body.thrust_m_s2, index)
         gps = self._gps_reading() if self.copter.estimator.gps_started else None
@@ -206,7 +207,7 @@ class SimulatedVehicle:
         )
 
     def _gps_reading(self) -> GpsReading:
-        time_s, position, velocity = self._physics.gps(self.index)
+        time_s, position, velocity = self._physics.gps(self._lane)
         if self._gps_lost_at_s is not None:
             time_s = min(time_s, self._gps_lost_at_s)
         reading = sensors.gps_reading(
@@ -264,7 +265,7 @@ class SimulatedVehicle:
 
     def _set_fix(self, fix: bool) -> None:
         physics = self._physics
-        physics.gps_fix = physics.with_value(physics.gps_fix, self.index, fix)
+        physics.gps_fix = physics.with_value(physics.gps_fix, self._lane, fix)
 
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
@@ -272,12 +273,12 @@ class SimulatedVehicle:
 
     def _force_voltage(self, voltage_v: float) -> None:
         physics = self._physics
-        lane = physics.with_value(physics.battery.override_v, self.index, voltage_v)
+        lane = physics.with_value(physics.battery.override_v, self._lane, voltage_v)
         physics.battery = physics.battery._replace(override_v=lane)
 
     def set_battery_remaining(self, fraction: float) -> None:
         """Fill or empty the pack, 0..1."""
         physics = self._physics
         consumed = (1.0 - fraction) * physics.pack.capacity_mah
-        lane = physics.with_value(physics.battery.consumed_mah, self.index, consumed)
+        lane = physics.with_value(physics.battery.consumed_mah, self._lane, consumed)
         physics.battery = physics.battery._replace(consumed_mah=lane)

@@ -60,6 +60,7 @@ class Personality:
         standby_s: when HEARTBEAT.system_status goes from BOOT to STANDBY.
         streams: REQUEST_DATA_STREAM groups: stream id to message ids.
         shortest_interval_us: SET_MESSAGE_INTERVAL below it is denied.
+        kind: copter, rover, boat or plane.
     """
 
     name: str
@@ -79,3 +80,4 @@ class Personality:
     standby_s: float
     streams: Mapping[int, tuple[int, ...]]
     shortest_interval_us: int
+    kind: str = "copter"
