@@ -6,6 +6,8 @@ from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.simulation import Simulation, Truth
 from mavlink_sitl.vehicle import SimulatedVehicle
+from mavlink_sitl.world.loader import WorldError, load_world, parse_world
+from mavlink_sitl.world.model import World
 
 __all__ = [
     "ConfigurationError",
@@ -16,4 +18,8 @@ __all__ = [
     "Simulation",
     "Truth",
     "VehicleConfig",
+    "World",
+    "WorldError",
+    "load_world",
+    "parse_world",
 ]

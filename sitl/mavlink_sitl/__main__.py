@@ -68,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with ExitStack() as stack:
         try:
             log = stack.enter_context(Path(options.tlog).open("wb")) if options.tlog else None
-            simulation = Simulation([config], options.seed, log, options.wind)
+            simulation = Simulation([config], options.seed, log, world=options.world)
             reporter = Reporter(simulation, options.quiet)
             runner = Runner(simulation, options.link, options.speedup, reporter.watch)
         except LinkError as error:

@@ -47,6 +47,7 @@ class LandedState(IntEnum):
 class SystemStatus(IntEnum):
     """The numbers are MAV_STATE's."""
 
+    UNINIT = 0
     BOOT = 1
     STANDBY = 3
     ACTIVE = 4
@@ -96,6 +97,22 @@ class BatteryReading(NamedTuple):
     consumed_mah: float
     consumed_wh: float
     remaining_percent: float
+
+
+class RangeReading(NamedTuple):
+    """What the range sensors see, metres; infinity where nothing is within reach.
+
+    Attributes:
+        sectors_m: clockwise from the nose in equal steps, the whole way round.
+        down_m: to the ground or a roof, along the vehicle's own axis.
+        reach_m: of the sensor that looks around.
+        reach_down_m: of the one that looks down.
+    """
+
+    sectors_m: tuple[float, ...]
+    down_m: float
+    reach_m: float
+    reach_down_m: float
 
 
 class Observation(NamedTuple):
@@ -209,6 +226,13 @@ class LandedChanged:
 
 
 @dataclass(frozen=True)
+class ItemReached:
+    """An item of the mission is done."""
+
+    seq: int
+
+
+@dataclass(frozen=True)
 class HomeChanged:
     """Home was set."""
 
@@ -229,6 +253,7 @@ Event: TypeAlias = (
     | ArmedChanged
     | LandedChanged
     | HomeChanged
+    | ItemReached
     | OriginSet
     | RebootRequested
 )

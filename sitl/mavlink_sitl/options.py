@@ -6,6 +6,7 @@ import argparse
 import math
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NoReturn
 
 from mavlink_sitl.addresses import AddressError, parse_address
@@ -19,6 +20,8 @@ from mavlink_sitl.config import (
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.world.loader import WorldError, load_world
+from mavlink_sitl.world.model import Wind, World, wind_from
 
 DEFAULT_LINK = "udpout://127.0.0.1:14550"
 
@@ -75,10 +78,21 @@ def _home(text: str) -> tuple[GeoPoint, float]:
     return GeoPoint(values[0], values[1], values[2]), values[3]
 
 
-def _wind(text: str) -> tuple[float, float, float]:
-    speed, from_deg = _numbers(text, "SPEED_M_S,FROM_DEG")
-    angle = math.radians(from_deg)
-    return -speed * math.cos(angle), -speed * math.sin(angle), 0.0
+def _wind(text: str) -> Wind:
+    form = "SPEED_M_S,FROM_DEG,GUST_M_S" if text.count(",") > 1 else "SPEED_M_S,FROM_DEG"
+    speed, from_deg, *gust = _numbers(text, form)
+    if not 0.0 <= speed <= 60.0 or not 0.0 <= sum(gust) <= 30.0:
+        raise argparse.ArgumentTypeError(
+            f"wind must be 0 to 60 m/s and gusts 0 to 30 m/s, not {text!r}"
+        )
+    return wind_from(speed, from_deg, gust_m_s=sum(gust))
+
+
+def _world(path: str) -> World:
+    try:
+        return load_world(path)
+    except WorldError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _settings(known: dict[str, str]) -> Callable[[str], dict[str, float]]:
@@ -195,9 +209,17 @@ def make_parser() -> argparse.ArgumentParser:
     add(
         "--wind",
         type=_wind,
-        default=(0.0, 0.0, 0.0),
-        metavar="SPEED,FROM",
-        help="steady wind: metres per second and the direction it comes from, degrees",
+        metavar="SPEED,FROM[,GUST]",
+        help="wind instead of the world's: metres per second, the direction it comes from in "
+        "degrees, and the standard deviation of gusts (default: none)",
+    )
+    add(
+        "--world",
+        type=_world,
+        default=World(),
+        metavar="FILE",
+        help="obstacles, ground, wind and sensors around the vehicle, YAML (see docs/sitl.md; "
+        "examples in bridge_config/worlds); a plain in still air when not given",
     )
     add(
         "--param",
@@ -251,6 +273,8 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
     """Read the command line; a wrong one ends the program with 2 and one sentence."""
     parser = make_parser()
     options = parser.parse_args(_joined(arguments))
+    if options.wind is not None:
+        options.world = replace(options.world, wind=options.wind)
     options.link = options.link or [parse_address(DEFAULT_LINK)]
     try:
         return options, vehicle_config(options)

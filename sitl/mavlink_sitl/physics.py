@@ -164,6 +164,14 @@ class Physics:
 
     # Views.
 
+    def wind_at(self, index: int) -> Vector:
+        """The wind on a vehicle, NED m/s."""
+        return (
+            self.at(self.wind[0], index),
+            self.at(self.wind[1], index),
+            self.at(self.wind[2], index),
+        )
+
     def moving_target(self, index: int) -> tuple[float, float, float]:
         """Where a vehicle's target is now, NED metres."""
         horizontal = self.control.horizontal
@@ -229,6 +237,13 @@ class Physics:
     def table(self, *names: str) -> NDArray[np.float64]:
         """Fields of the bodies as an array of shape (N, len(names))."""
         return np.array([self.o.unpack(getattr(self.body, name)) for name in names]).T
+
+    def stop_dead(self, index: int) -> None:
+        """Take a vehicle's speed away: it has hit something."""
+        for axis in ("north", "east", "down"):
+            name = f"velocity_{axis}_m_s"
+            lane = self.with_value(getattr(self.body, name), index, 0.0)
+            self.body = self.body._replace(**{name: lane})
 
     def put_at_origin(self, index: int) -> None:
         """Make where a vehicle is its origin: a firmware that starts again does that."""

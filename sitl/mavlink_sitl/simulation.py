@@ -18,17 +18,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
+from mavlink_sitl.environment import Environment
 from mavlink_sitl.fleets import make_fleets
 from mavlink_sitl.physics import DT_S
 from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.tlog import TlogWriter
 from mavlink_sitl.vehicle import SimulatedVehicle
+from mavlink_sitl.world.loader import load_world
+from mavlink_sitl.world.model import World
 
 __all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
 
@@ -52,12 +57,14 @@ class Truth(NamedTuple):
         velocity_ned_m_s: shape (N, 3).
         yaw_rad: shape (N,), clockwise from North.
         on_ground: shape (N,).
+        collided: shape (N,), who has hit an obstacle and flies no more.
     """
 
     position_ned_m: NDArray[np.float64]
     velocity_ned_m_s: NDArray[np.float64]
     yaw_rad: NDArray[np.float64]
     on_ground: NDArray[np.bool_]
+    collided: NDArray[np.bool_]
 
 
 class Simulation:
@@ -67,13 +74,16 @@ class Simulation:
         vehicles: which; one ArduCopter when not given.
         seed: of everything random.
         tlog: where to record all traffic, both directions.
-        wind_ned_m_s: speed of the air.
+        wind_ned_m_s: speed of the air; the world's when not given.
+        world: what is around them, or the path of a world's file; a plain when not given.
 
     Raises:
         ConfigurationError: the vehicles do not go together.
+        WorldError: the world's file is no world.
 
     Attributes:
         vehicles: the vehicles, with their links.
+        world: what is around them.
     """
 
     def __init__(
@@ -81,7 +91,8 @@ class Simulation:
         vehicles: Sequence[VehicleConfig] | None = None,
         seed: int = 0,
         tlog: BinaryIO | None = None,
-        wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        wind_ned_m_s: tuple[float, float, float] | None = None,
+        world: World | str | Path | None = None,
     ) -> None:
         """See the class."""
         configs = [VehicleConfig()] if vehicles is None else list(vehicles)
@@ -93,13 +104,22 @@ class Simulation:
             raise ConfigurationError("all vehicles must have the same battery model")
         self._now_us = 0
         self._tick = 0
-        self._fleets = make_fleets(configs, seed, wind_ned_m_s)
+        self.world = _world(world, wind_ned_m_s)
+        self._fleets = make_fleets(configs, seed, self.world.wind.velocity_ned_m_s)
         berths = {row: fleet for fleet in self._fleets for row in fleet.rows}
         log = None if tlog is None else TlogWriter(tlog)
         self.vehicles = [
             SimulatedVehicle(i, config, ids[i], berths[i], seed, log, EPOCH_US)
             for i, config in enumerate(configs)
         ]
+        homes = [config.home for config in configs]
+        self._environments = [
+            Environment(self.world, fleet.physics, fleet.rows, homes, seed)
+            for fleet in self._fleets
+        ]
+        for fleet, environment in zip(self._fleets, self._environments, strict=True):
+            for row in fleet.rows:
+                self.vehicles[row].enter(environment)
 
     @property
     def time_s(self) -> float:
@@ -123,8 +143,15 @@ class Simulation:
         for fleet in self._fleets:
             fields[fleet.rows] = fleet.physics.table(*TRUE_FIELDS)
         offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
+        collided = np.zeros(len(self.vehicles), dtype=np.bool_)
+        for fleet, environment in zip(self._fleets, self._environments, strict=True):
+            collided[fleet.rows] = environment.collided
         return Truth(
-            fields[:, 0:3] + offsets, fields[:, 3:6], fields[:, 6].copy(), fields[:, 7] > 0.5
+            fields[:, 0:3] + offsets,
+            fields[:, 3:6],
+            fields[:, 6].copy(),
+            fields[:, 7] > 0.5,
+            collided,
         )
 
     def run_for(self, seconds: float) -> None:
@@ -174,5 +201,20 @@ class Simulation:
                 physics.step_sensors(now_us / 1e6)
             if think:
                 physics.step_batteries(AUTOPILOT_TICKS * DT_S)
+        for fleet, environment in zip(self._fleets, self._environments, strict=True):
+            for hit in environment.step(tick):
+                self.vehicles[fleet.rows[hit.lane]].crash(hit.obstacle, hit.speed_m_s)
+            if tick % SENSOR_TICKS == 0:
+                for lane, fix in environment.gps_changes(now_us / 1e6):
+                    self.vehicles[fleet.rows[lane]].receive_gps(fix)
         for vehicle in self.vehicles:
             vehicle.tick(now_us, think)
+
+
+def _world(
+    world: World | str | Path | None, wind_ned_m_s: tuple[float, float, float] | None
+) -> World:
+    loaded = world if isinstance(world, World) else World() if world is None else load_world(world)
+    if wind_ned_m_s is None:
+        return loaded
+    return replace(loaded, wind=replace(loaded.wind, velocity_ned_m_s=wind_ned_m_s))

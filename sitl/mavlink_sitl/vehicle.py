@@ -9,8 +9,17 @@ from __future__ import annotations
 from typing import Protocol
 
 from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.autopilot.plans import Plans
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.exchange import GpsReading, Guidance, Observation, Result
+from mavlink_sitl.environment import Environment
+from mavlink_sitl.exchange import (
+    GpsReading,
+    Guidance,
+    Observation,
+    RangeReading,
+    Result,
+    Severity,
+)
 from mavlink_sitl.firmwares import firmware_class
 from mavlink_sitl.fleets import Fleet
 from mavlink_sitl.geodesy import to_geodetic, to_local
@@ -41,6 +50,7 @@ class SimulatedVehicle:
         link: to talk to it.
         copter: its firmware, another one after a reboot.
         parameters: its parameters; they survive reboots.
+        plans: its mission, fence and rally points; they survive, too.
         offset_ned_m: where its local origin is, from home.
         now_us: simulated time.
     """
@@ -63,6 +73,7 @@ class SimulatedVehicle:
         personality = config.personality()
         values = {"BATT_CAPACITY": config.battery.capacity_mah, **config.parameters}
         self.parameters = Parameters(personality.parameters, values)
+        self.plans = Plans()
         self.offset_ned_m = (0.0, 0.0, 0.0)
         self.origin = config.home
         self._physics = fleet.physics
@@ -71,6 +82,9 @@ class SimulatedVehicle:
         self._epoch_us = epoch_us
         self._encoder = Encoder(system_id, COMPONENT_AUTOPILOT)
         self._gps_lost_at_s: float | None = None
+        self._gps_faults: set[str] = set()
+        self._environment: Environment | None = None
+        self._damage: str | None = None
         self._boot_at_us: int | None = None
         self._snapshot_cache: tuple[int, Snapshot] | None = None
         self.link = SimulatedLink(
@@ -91,7 +105,9 @@ class SimulatedVehicle:
             self._observation(),
             self.config.ready_after_s,
         )
+        self.copter.plans = self.plans
         self.copter.moving_target = lambda: self._physics.moving_target(self._lane)
+        self.copter.damage = self._damage
         self._revision = -1
         self._server = MavlinkServer(
             self.copter, self._encoder, self.system_id, self.now_us, self.snapshot
@@ -152,6 +168,8 @@ class SimulatedVehicle:
         self.origin = to_geodetic(self.origin, *motion[:3])
         self.offset_ned_m = to_local(self.config.home, self.origin)
         self._physics.put_at_origin(self._lane)
+        if self._environment is not None:
+            self._environment.move_origin(self._lane, self.origin)
 
     def _shut_down(self) -> None:
         """The firmware stops, and the motors; it will start again where the vehicle then is."""
@@ -203,7 +221,8 @@ class SimulatedVehicle:
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
             truth=truth,
             truth_point=to_geodetic(self.origin, *truth[:3]),
-            wind_ned_m_s=physics.wind_ned_m_s,
+            wind_ned_m_s=physics.wind_at(index),
+            look_around=self.look_around,
         )
 
     def _gps_reading(self) -> GpsReading:
@@ -252,16 +271,55 @@ class SimulatedVehicle:
         """The firmware stops and starts again where the vehicle is, as after a crash of it."""
         self._shut_down()
 
-    def lose_gps(self) -> None:
-        """The receiver loses its satellites."""
+    def lose_gps(self, cause: str = "asked") -> None:
+        """The receiver loses its satellites; each cause has to end before they are back."""
+        self._gps_faults.add(cause)
         if self._gps_lost_at_s is None:
             self._gps_lost_at_s = self.now_us / 1e6
             self._set_fix(False)
 
-    def restore_gps(self) -> None:
-        """The receiver finds its satellites again."""
-        self._gps_lost_at_s = None
-        self._set_fix(True)
+    def restore_gps(self, cause: str = "asked") -> None:
+        """The cause is gone; without another the receiver finds its satellites again."""
+        self._gps_faults.discard(cause)
+        if not self._gps_faults and self._gps_lost_at_s is not None:
+            self._gps_lost_at_s = None
+            self._set_fix(True)
+
+    def receive_gps(self, fix: bool) -> None:
+        """The world takes the satellites away for a while, or gives them back."""
+        if fix:
+            self.restore_gps("world")
+        else:
+            self.lose_gps("world")
+
+    # Its world.
+
+    def enter(self, environment: Environment) -> None:
+        """Be in a world; called once by the simulation."""
+        self._environment = environment
+        self._snapshot_cache = None
+
+    @property
+    def wind_ned_m_s(self) -> tuple[float, float, float]:
+        """The wind where it is, m/s."""
+        return self._physics.wind_at(self._lane)
+
+    def look_around(self) -> RangeReading | None:
+        """What its range sensors see, or None when it has none."""
+        return None if self._environment is None else self._environment.look_around(self._lane)
+
+    def crash(self, obstacle: str, speed_m_s: float) -> None:
+        """It has hit something: the flight is over, and it says so."""
+        self._damage = f"Crashed into {obstacle}"
+        self.copter.damage = self._damage
+        self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
+        self.copter.disarm(force=True)
+
+    def repair(self) -> None:
+        """Somebody mends it after a crash; it may fly again."""
+        self._damage = self.copter.damage = None
+        if self._environment is not None:
+            self._environment.recover(self._lane)
 
     def _set_fix(self, fix: bool) -> None:
         physics = self._physics

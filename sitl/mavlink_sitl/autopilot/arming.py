@@ -34,6 +34,8 @@ def prearm_failures(copter: Copter) -> list[str]:
     spec = copter.mode.spec
     if not copter.started:
         return list(NOT_STARTED)
+    if copter.damage is not None:
+        reasons.append(copter.damage)
     if spec.requires_position:
         if not copter.estimator.has_origin:
             reasons.append("AHRS: waiting for home")
@@ -41,7 +43,7 @@ def prearm_failures(copter: Copter) -> list[str]:
             reasons.append("GPS 1: Bad fix")
         if not copter.estimator.position_ok:
             reasons.append("Need Position Estimate")
-    if spec.behaviour == "auto":
+    if spec.behaviour == "auto" and not copter.has_mission:
         reasons.append("Mode requires mission")
     reasons += copter.failsafe.battery_reasons()
     return reasons
@@ -74,10 +76,12 @@ class Arming:
         if self.armed:
             return Result.ACCEPTED
         reasons = []
-        if not copter.mode.spec.armable:
+        if not copter.may_arm_in_mode:
             reasons.append(f"{copter.mode.spec.name} mode not armable")
         elif not force:
             reasons = prearm_failures(copter)
+        elif copter.damage is not None:
+            reasons = [copter.damage]
         for reason in reasons:
             copter.say(Severity.CRITICAL, f"Arm: {reason}")
         if reasons:
@@ -86,7 +90,7 @@ class Arming:
         self.armed_at_s = copter.now_s
         if copter.estimator.has_origin:
             copter.set_home()
-        copter.say(Severity.INFO, "Arming motors")
+        copter.say(Severity.INFO, copter.personality.armed_text)
         copter.events.append(ArmedChanged(True))
         return Result.ACCEPTED
 
@@ -98,7 +102,8 @@ class Arming:
         if not copter.landed and not force:
             return Result.FAILED
         self.armed = False
-        copter.say(Severity.INFO, "Disarming motors")
+        copter.plans.rewind()
+        copter.say(Severity.INFO, copter.personality.disarmed_text)
         copter.events.append(ArmedChanged(False))
         return Result.ACCEPTED
 

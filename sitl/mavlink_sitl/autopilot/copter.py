@@ -7,20 +7,23 @@ methods, at any time in between). It answers with `guidance` for the controllers
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.arming import Arming
+from mavlink_sitl.autopilot.auto import ALLOW_ARMING, Auto
 from mavlink_sitl.autopilot.estimator import Estimator
 from mavlink_sitl.autopilot.failsafe import Failsafes
-from mavlink_sitl.autopilot.guided import Guided, Setpoint
+from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.autopilot.landing import LandDetector
-from mavlink_sitl.autopilot.modes import Auto, Brake, Land, Mode, PilotHeight, Stabilize
+from mavlink_sitl.autopilot.modes import Brake, Land, Mode, PilotHeight, Stabilize
 from mavlink_sitl.autopilot.navigation import Navigator
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.pilot import Pilot
+from mavlink_sitl.autopilot.plans import PlanItem, Plans
 from mavlink_sitl.autopilot.rtl import ReturnToLaunch
 from mavlink_sitl.exchange import (
     Event,
@@ -87,14 +90,18 @@ class Copter:
         """See the class."""
         self.personality = personality
         self.parameters = parameters
-        self.navigator = Navigator(origin, parameters)
+        self.navigator = self.make_navigator(origin)
         self.observation = observation
         self.boot_s = observation.time_s
         self.estimator = Estimator(personality, self.boot_s, ready_after_s)
         self.failsafe = Failsafes()
         self.pilot = Pilot()
+        self.plans = Plans()
+        """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""
         self.arming = Arming(self)
         self.started = False
+        self.damage: str | None = None
+        """Why it will not fly again before it is mended"""
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
@@ -106,11 +113,30 @@ class Copter:
         self._impact_m_s = observation.impact_m_s
         self._wanted = Guidance()
         self._modes: dict[int, Mode] = {
-            spec.number: BEHAVIOURS[spec.behaviour](self, spec)
+            spec.number: self.make_mode(spec)
             for spec in personality.modes.values()
         }
-        self.mode: Mode = self._modes[min(self._modes)]
+        self.mode: Mode = self._modes[self.first_mode()]
         self.mode.enter()
+
+    # What differs between firmwares.
+
+    def make_navigator(self, origin: GeoPoint) -> Navigator:
+        """Origin, home and limits."""
+        return Navigator(origin, self.parameters)
+
+    def make_mode(self, spec: ModeSpec) -> Mode:
+        """The mode that goes with an entry of the personality."""
+        return BEHAVIOURS[spec.behaviour](self, spec)
+
+    def first_mode(self) -> int:
+        """The number of the mode after power-up."""
+        return min(self.personality.modes)
+
+    def watch(self, observation: Observation) -> None:
+        """Look for what is wrong; once the power monitor has readings."""
+        if self.battery_known:
+            self.failsafe.update(self, observation)
 
     # What it knows.
 
@@ -188,14 +214,13 @@ class Copter:
         self._say_boot()
         if not self.started and self.now_s >= self.estimator.scaled(self.personality.standby_s):
             self.started = True
-            self.enter_mode(min(self._modes))  # what was chosen too early is forgotten
+            self.enter_mode(self.first_mode())  # what was chosen too early is forgotten
         if self.estimator.has_origin and not had_origin:
             self.events.append(OriginSet())
             self.set_home()
         self._landing.update(observation, self.armed)
         self._feel_ground(observation)
-        if self.battery_known:
-            self.failsafe.update(self, observation)
+        self.watch(observation)
         self.arming.watch()
         self.mode.update()
         if self.arming.disarm_is_due(self._landing.landed_since_s):
@@ -264,19 +289,91 @@ class Copter:
             reason = None
             if mode.spec.requires_position and not self.estimator.position_ok:
                 reason = "requires position"
-            elif mode.spec.behaviour == "auto":
+            elif isinstance(mode, Auto) and not self._may_start_mission(mode):
                 reason = "init failed"
             if reason is not None:
                 text = f"Mode change to {mode.spec.name} failed: {reason}"
                 self.say(Severity.WARNING, text)
                 return False
         previous = self.mode
+        if isinstance(previous, Auto):
+            previous.leave()
         self.mode = mode
         self.navigator.forget_speeds()
         mode.enter()
         self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
         self._settle()
         return True
+
+    @property
+    def auto(self) -> Auto | None:
+        """The mode that flies missions, whether it flies or not."""
+        return next((mode for mode in self._modes.values() if isinstance(mode, Auto)), None)
+
+    @property
+    def has_mission(self) -> bool:
+        """Whether there is a mission to fly."""
+        return self.auto is not None and self.auto.has_mission
+
+    @property
+    def may_arm_in_mode(self) -> bool:
+        """Whether motors may be armed in this mode; AUTO_OPTIONS opens AUTO for it."""
+        auto = isinstance(self.mode, Auto) and "AUTO_OPTIONS" in self.parameters
+        if auto and int(self.parameters["AUTO_OPTIONS"]) & ALLOW_ARMING:
+            return True
+        return self.mode.spec.armable
+
+    def _may_start_mission(self, auto: Auto) -> bool:
+        if not auto.has_mission:
+            return False
+        if self.landed and not auto.starts_with_takeoff:
+            self.say(Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
+            return False
+        return True
+
+    def mission_changed(self) -> None:
+        """An item of the mission was replaced, or its end was cut off."""
+        if isinstance(self.mode, Auto):
+            self.mode.mission_changed()
+
+    def start_mission(self) -> Result:
+        """MISSION_START: AUTO, and no raised throttle needed to take off."""
+        auto = self.auto
+        if auto is None or not auto.has_mission or not self.enter_mode(auto.spec.number):
+            if auto is not None and not auto.has_mission:
+                self.say(Severity.WARNING, f"Mode change to {auto.spec.name} failed: init failed")
+            return Result.FAILED
+        auto.may_take_off = True
+        return Result.ACCEPTED
+
+    def set_current_item(self, seq: int) -> Result:
+        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT."""
+        if not 0 <= seq < len(self.plans.mission.items):
+            return Result.DENIED
+        self.plans.current = seq
+        if isinstance(self.mode, Auto):
+            self.mode.jump_to(max(seq, int(self.personality.plan_rules.home_first)))
+        return Result.ACCEPTED
+
+    def fly_to_item(self, item: PlanItem) -> Result:
+        """A mission item that is a target for GUIDED: MISSION_ITEM with current = 2."""
+        if not isinstance(self.mode, Guided) or self.auto is None or not self.armed:
+            return Result.FAILED
+        target = self.auto.place_of(item, self.motion[:3])
+        if not all(math.isfinite(value) for value in target):
+            return Result.FAILED
+        self.mode.setpoint(Setpoint(Frame.LOCAL, position_m=target))
+        return Result.ACCEPTED
+
+    def pause_or_go_on(self, go_on: bool) -> Result:
+        """DO_PAUSE_CONTINUE: AUTO and GUIDED stop and hold, or go on."""
+        if isinstance(self.mode, Auto):
+            return self.mode.go_on() if go_on else self.mode.pause()
+        if not isinstance(self.mode, Guided):
+            return Result.FAILED
+        if not go_on:
+            self.mode.enter()
+        return Result.ACCEPTED
 
     def land_after_pause(self) -> None:
         """In LAND: stay for a while before sinking."""
@@ -322,8 +419,13 @@ class Copter:
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking; GUIDED only."""
-        if not isinstance(self.mode, Guided) or not self.navigator.change_speed(kind, speed_m_s):
+        if not isinstance(self.mode, (Auto, Guided)):
             return Result.FAILED
+        if not self.navigator.change_speed(kind, speed_m_s):
+            return Result.FAILED
+        if isinstance(self.mode, Auto):
+            self.mode.limits_changed()
+            return Result.ACCEPTED
         north, east, down = self.moving_target()
         changed = replace(
             self._wanted,

@@ -15,6 +15,7 @@ from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.exchange import (
     HomeChanged,
+    ItemReached,
     ModeChanged,
     RebootRequested,
     Severity,
@@ -22,6 +23,7 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.mavlink import commands, setpoints, telemetry
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
+from mavlink_sitl.mavlink.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
 from mavlink_sitl.mavlink.status_messages import heartbeat
@@ -70,6 +72,7 @@ class MavlinkServer:
         self._decoder = Decoder()
         self._texts = StatusTexts()
         self._parameters = ParameterServer(copter.parameters)
+        self._missions = MissionServer(copter, self.send, self.send_later)
         self._later: list[int] = []
         self._boot_us = now_us
         first_s = copter.estimator.scaled(copter.personality.first_heartbeat_s)
@@ -88,8 +91,7 @@ class MavlinkServer:
             "PARAM_REQUEST_LIST": self._on_param_list,
             "PARAM_REQUEST_READ": self._on_param_read,
             "PARAM_SET": self._on_param_set,
-            "MISSION_REQUEST_LIST": self._on_mission_list,
-            "MISSION_COUNT": self._on_mission_count,
+            **dict.fromkeys(self._missions.handlers, self._on_mission),
         }
 
     # Out.
@@ -103,9 +105,12 @@ class MavlinkServer:
         self._later.append(message_id)
 
     def _send_telemetry(self, message_id: int) -> None:
-        message = telemetry.BUILDERS[message_id](self._snapshot())
-        if message is not None:
-            self.send(message)
+        self._send_built(telemetry.BUILDERS[message_id](self._snapshot()))
+
+    def _send_built(self, built: Message | list[Message] | None) -> None:
+        for message in built if isinstance(built, list) else (built,):
+            if message is not None:
+                self.send(message)
 
     # Time.
 
@@ -113,7 +118,12 @@ class MavlinkServer:
         """When `tick` has something to do."""
         if self._parameters.busy:
             return self.now_us
-        return min(self._heartbeat_due_us, self._timesync_due_us, self.streams.next_due_us)
+        return min(
+            self._heartbeat_due_us,
+            self._timesync_due_us,
+            self.streams.next_due_us,
+            self._missions.next_due_us(),
+        )
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
@@ -127,9 +137,10 @@ class MavlinkServer:
         if now_us >= self.streams.next_due_us:
             snapshot = self._snapshot()
             for message_id in self.streams.take_due(now_us):
-                message = telemetry.BUILDERS[message_id](snapshot)
-                if message is not None:
-                    self.send(message)
+                self._send_built(telemetry.BUILDERS[message_id](snapshot))
+        if now_us >= self._missions.next_due_us():
+            self._missions.tick(now_us)
+            self.flush_events()
         if self._parameters.busy:
             for message in self._parameters.take_portion():
                 self.send(message)
@@ -151,6 +162,8 @@ class MavlinkServer:
             elif isinstance(event, HomeChanged):
                 self._send_telemetry(_HOME_POSITION)
                 self._send_telemetry(_GPS_GLOBAL_ORIGIN)
+            elif isinstance(event, ItemReached):
+                self.send(dialect.MAVLink_mission_item_reached_message(event.seq))
             elif isinstance(event, RebootRequested):
                 self.reboot_requested = True
         while self._later:
@@ -256,22 +269,8 @@ class MavlinkServer:
         if answer is not None:
             self.send(answer)
 
-    def _on_mission_list(self, message: Message) -> None:
-        self.send(
-            dialect.MAVLink_mission_count_message(
-                message.get_srcSystem(), message.get_srcComponent(), 0, message.mission_type
-            )
-        )
-
-    def _on_mission_count(self, message: Message) -> None:
-        self.send(
-            dialect.MAVLink_mission_ack_message(
-                message.get_srcSystem(),
-                message.get_srcComponent(),
-                dialect.MAV_MISSION_UNSUPPORTED,
-                message.mission_type,
-            )
-        )
+    def _on_mission(self, message: Message) -> None:
+        self._missions.receive(message, self.now_us)
 
 
 def _name(param_id: str | bytes) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion
+from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion, RangeReading
 from mavlink_sitl.geodesy import GeoPoint
 
 
@@ -26,6 +27,8 @@ class Snapshot(NamedTuple):
     truth: Motion
     truth_point: GeoPoint
     wind_ned_m_s: tuple[float, float, float]
+    look_around: Callable[[], RangeReading | None]
+    """The range sensors; None when there are none"""
 
 
 def to_int(value: float, low: int, high: int) -> int:

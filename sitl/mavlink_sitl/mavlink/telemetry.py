@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mavlink_sitl.mavlink import position_messages as position
+from mavlink_sitl.mavlink import range_messages as ranges
 from mavlink_sitl.mavlink import status_messages as status
 from mavlink_sitl.mavlink.codec import Message
 from mavlink_sitl.mavlink.guided_target import (
@@ -13,7 +14,7 @@ from mavlink_sitl.mavlink.guided_target import (
 )
 from mavlink_sitl.mavlink.snapshot import Snapshot, boot_ms
 
-BUILDERS: dict[int, Callable[[Snapshot], Message | None]] = {
+BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     0: status.heartbeat,
     1: status.sys_status,
     2: status.system_time,
@@ -31,6 +32,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | None]] = {
     85: lambda s: position_target_local_ned(s.copter, boot_ms(s)),
     87: lambda s: position_target_global_int(s.copter, boot_ms(s)),
     125: status.power_status,
+    132: ranges.distance_sensor,
     147: status.battery_status,
     148: status.autopilot_version,
     164: position.simstate,
@@ -39,5 +41,6 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | None]] = {
     241: status.vibration,
     242: position.home_position,
     245: status.extended_sys_state,
+    330: ranges.obstacle_distance,
 }
 """By message id: what can be streamed and requested."""

@@ -35,7 +35,7 @@ def test_everything_at_once() -> None:
     assert (config.battery.cells, config.battery.capacity_mah) == (4, 5000.0)
     assert config.battery_remaining == 0.5
     assert config.parameters == {"RTL_ALT": 2000.0, "FS_GCS_ENABLE": 1.0}
-    assert options.wind == pytest.approx((0.0, 5.0, 0.0))
+    assert options.world.wind.velocity_ned_m_s == pytest.approx((0.0, 5.0, 0.0))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,201 @@
+"""Vehicles in a world: wind on them, ground below them, what they hit, what they see.
+
+Part of `simulation` (the same layer): joins `world` with the lanes of `physics`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavlink_sitl.exchange import RangeReading
+from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.world import disturbance, range_finder, shapes
+from mavlink_sitl.world.model import World
+
+DRAW_S = 0.2
+"""Gusts and drop-outs are thrown this often"""
+VEHICLE_RADIUS_M = 0.3
+VEHICLE_HALF_HEIGHT_M = 0.1
+FASTEST_M_S = 40.0
+"""No vehicle moves faster; so far from everything, nothing can be hit for a while"""
+
+Array = NDArray[np.float64]
+
+
+class Hit(NamedTuple):
+    """A vehicle has flown into something."""
+
+    lane: int
+    obstacle: str
+    speed_m_s: float
+
+
+class Environment:
+    """The world as the vehicles of a simulation feel it.
+
+    Args:
+        world: it.
+        physics: the bodies of a fleet; wind and ground are given to them here.
+        rows: the places of the fleet's vehicles in the simulation.
+        homes: where all vehicles of the simulation begin.
+        seed: of gusts, noise and drop-outs.
+
+    Attributes:
+        world: the same.
+        collided: shape (N,), who has hit something.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        physics: Physics,
+        rows: Sequence[int],
+        homes: Sequence[GeoPoint],
+        seed: int,
+    ) -> None:
+        """See the class."""
+        self.world = world
+        self.collided = np.zeros(physics.count, dtype=np.bool_)
+        self._excused = np.zeros(physics.count, dtype=np.bool_)
+        self._physics = physics
+        self._seed = seed
+        self._rows = rows
+        self._origin = world.origin or self._below(homes[0])
+        self._offset = np.zeros((physics.count, 3))
+        for lane, row in enumerate(rows):
+            self.move_origin(lane, homes[row])
+        self._shapes = shapes.Shapes(world.obstacles)
+        self._gusts = disturbance.Gusts(world.wind, seed, physics.o, DRAW_S, rows)
+        self._own_wind = np.zeros((physics.count, 3))
+        self._dropouts = disturbance.Dropouts(world.gps, seed, rows)
+        self._draw_ticks = round(DRAW_S / DT_S)
+        self._check_tick = 0
+        self._tick = 0
+        self._uneven = bool(world.obstacles or world.ground.heights_m)
+        self._seen: tuple[int, Array] | None = None
+        physics.sensor_model = physics.sensor_model._replace(position_sigma_m=world.gps.noise_m)
+        self._feel_wind(0.0)
+        self._stand_on_ground()
+
+    def _below(self, home: GeoPoint) -> GeoPoint:
+        """The world's origin when it has none: the ground under the first home is as high."""
+        zero = np.zeros(1)
+        height = float(shapes.ground_height_m(self.world.ground, zero, zero)[0])
+        return home._replace(altitude_amsl_m=home.altitude_amsl_m - height)
+
+    def move_origin(self, index: int, origin: GeoPoint) -> None:
+        """A vehicle's local frame begins somewhere else now."""
+        self._offset[index] = to_local(self._origin, origin)
+
+    def positions(self) -> Array:
+        """Where the vehicles are in the world, shape (N, 3), NED metres."""
+        return self._physics.table("north_m", "east_m", "down_m") + self._offset
+
+    def _ground_down(self, position: Array) -> Array:
+        """Height of what a vehicle would come down on, in its own frame, shape (N,)."""
+        down = -shapes.ground_height_m(self.world.ground, position[:, 0], position[:, 1])
+        if len(self._shapes):
+            above = self._shapes.top_down_m >= position[:, 2:3] - VEHICLE_HALF_HEIGHT_M
+            roof = above & (self._shapes.gaps(position) <= 0.0)
+            tops = np.where(roof, self._shapes.top_down_m, np.inf)
+            down = np.minimum(down, tops.min(axis=1))
+        return np.asarray(down - self._offset[:, 2])
+
+    def _stand_on_ground(self) -> None:
+        physics = self._physics
+        ground = self._ground_down(self.positions())
+        physics.ground_down_m = physics.o.pack(ground.tolist())
+        physics.body = physics.body._replace(down_m=physics.o.pack(ground.tolist()))
+
+    # Time.
+
+    def step(self, tick: int) -> list[Hit]:
+        """The world's part of a tick, after the bodies have moved; tells who hit what."""
+        self._tick = tick
+        if self.world.wind.gust_m_s:
+            if tick % self._draw_ticks == 0:
+                self._gusts.draw()
+            self._feel_wind(tick % self._draw_ticks / self._draw_ticks)
+        if not self._uneven or tick < self._check_tick:
+            return []
+        self._shapes.move_to(tick * DT_S)
+        position = self.positions()
+        ground = self._ground_down(position)
+        self._physics.ground_down_m = self._physics.o.pack(ground.tolist())
+        return self._collide(tick, position)
+
+    def gps_changes(self, time_s: float) -> list[tuple[int, bool]]:
+        """Whose receivers lose (False) or find (True) their satellites by chance."""
+        return self._dropouts.changes(time_s)
+
+    def blow(self, index: int, velocity_ned_m_s: tuple[float, float, float]) -> None:
+        """A wind on one vehicle, on top of the world's."""
+        self._own_wind[index] = velocity_ned_m_s
+        self._feel_wind(0.0)
+
+    def _feel_wind(self, part: float) -> None:
+        o, (n, e, d) = self._physics.o, self._gusts.velocity(part)
+        own = [o.pack(column) for column in self._own_wind.T.tolist()]
+        self._physics.wind = (o.full(0.0) + n + own[0], e + own[1], d + own[2])
+
+    def _collide(self, tick: int, position: Array) -> list[Hit]:
+        if not len(self._shapes):
+            self._check_tick = tick + 1
+            return []
+        found = self._shapes
+        gaps = found.gaps(position)
+        apart = found.heights_apart(position[:, 2])
+        room = np.hypot(np.maximum(gaps - VEHICLE_RADIUS_M, 0.0), apart)
+        fastest = FASTEST_M_S + found.fastest_m_s
+        self._check_tick = tick + max(1, int(float(room.min()) / (fastest * DT_S)))
+        touching = (gaps < VEHICLE_RADIUS_M) & (apart < VEHICLE_HALF_HEIGHT_M)
+        # On a roof one stands, one does not hit it.
+        touching &= position[:, 2:3] > found.top_down_m + 1e-3
+        hits = []
+        in_touch = touching.any(axis=1)
+        self._excused &= in_touch
+        for index in np.flatnonzero(in_touch & ~self.collided & ~self._excused):
+            which = int(np.argmin(np.where(touching[index], gaps[index], np.inf)))
+            velocity = self._physics.table(
+                "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"
+            )[index]
+            hits.append(Hit(int(index), found.names[which], float(np.linalg.norm(velocity))))
+        for hit in hits:
+            self.collided[hit.lane] = True
+            self._physics.stop_dead(hit.lane)
+        return hits
+
+    def recover(self, index: int) -> None:
+        """Somebody has mended the vehicle; what it still leans on does not count."""
+        self.collided[index] = False
+        self._excused[index] = True
+
+    # What the vehicles see.
+
+    def look_around(self, index: int) -> RangeReading | None:
+        """One vehicle's range sensors, or None when it has none."""
+        sensor = self.world.range_sensor
+        if sensor is None:
+            return None
+        if self._seen is None or self._seen[0] != self._tick:
+            self._seen = (self._tick, self._look())
+        seen = self._seen[1][index]
+        motion = self._physics.motion(index, truth=True)
+        tilt = math.cos(motion.roll_rad) * math.cos(motion.pitch_rad)
+        seed = f"range:{self._seed}:{self._rows[index]}:{self._tick}"
+        return range_finder.measure(sensor, seen[:-1], float(seen[-1]), tilt, seed)
+
+    def _look(self) -> Array:
+        """The truth for all vehicles, shape (N, 73): the sectors, and down."""
+        position = self.positions()
+        self._shapes.move_to(self._tick * DT_S)
+        yaw = self._physics.table("yaw_rad")[:, 0]
+        around = self._shapes.cast(position, range_finder.bearings(yaw))
+        ground = self._ground_down(position) + self._offset[:, 2]
+        return np.column_stack([around, ground - position[:, 2]])

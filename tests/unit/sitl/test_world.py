@@ -1,0 +1,368 @@
+"""Worlds: files, rays, wind, ground, collisions, and what the range sensors say of them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+import yaml
+from pymavlink.dialects.v20 import all as mav
+
+from mavlink_sitl import Simulation, VehicleConfig, World, WorldError, load_world, parse_world
+from mavlink_sitl.options import make_parser
+from mavlink_sitl.world.loader import schema
+from mavlink_sitl.world.model import GpsQuality, Ground, Obstacle, RangeSensor, Wind, wind_from
+from mavlink_sitl.world.model import Path as Way
+from mavlink_sitl.world.shapes import Shapes, ground_height_m
+from tests.support.ground_station import ACCEPTED, FAILED, GUIDED, POSITION, GroundStation, Message
+
+WORLDS = sorted((Path(__file__).parents[3] / "bridge_config/worlds").glob("*.yaml"))
+WALL = Obstacle("wall", (10.0, 0.0), size_m=(1.0, 20.0), top_m=8.0)
+EXACT = RangeSensor(noise_m=0.0)
+
+
+def station_in(world: World, height_m: float = 5.0, **settings: float) -> GroundStation:
+    """A copter that hovers in a world, nose to the North."""
+    config = VehicleConfig(ready_after_s=1.0, heading_deg=0.0, parameters=settings)
+    station = GroundStation(Simulation([config], seed=3, world=world))
+    return station.ready().take_off(height_m)
+
+
+# Files.
+
+
+@pytest.mark.parametrize("path", WORLDS, ids=lambda path: path.stem)
+def test_every_example_world_is_valid_and_can_be_lived_in(path: Path) -> None:
+    jsonschema.validate(yaml.safe_load(path.read_text(encoding="utf-8")), schema())
+    world = load_world(path)
+    simulation = Simulation([VehicleConfig()], world=world)
+    simulation.run_for(3.0)
+    assert simulation.truth.on_ground.all()
+    assert not simulation.truth.collided.any()
+
+
+def test_the_examples_show_every_kind_of_thing() -> None:
+    worlds = [load_world(path) for path in WORLDS]
+    obstacles = list(itertools.chain.from_iterable(world.obstacles for world in worlds))
+    assert any(o.radius_m for o in obstacles)
+    assert any(o.size_m[0] for o in obstacles)
+    assert any(o.path for o in obstacles)
+    assert any(world.wind.gust_m_s for world in worlds)
+    assert any(world.ground.heights_m for world in worlds)
+    assert any(world.gps.dropouts_per_hour for world in worlds)
+
+
+def test_the_schema_is_itself_a_schema() -> None:
+    jsonschema.Draft202012Validator.check_schema(schema())
+
+
+BAD = {
+    "wind: {speed: 3}": "w:1: wind.speed: is not known here",
+    "wind:\n  speed_m_s: fast": "w:2: wind.speed_m_s: 'fast' is not of type 'number'",
+    "gps:\n  noise_m: .nan": "w:2: gps.noise_m: must be a finite number",
+    "wind: [1": "w:1: ",
+    "name: a\nname: b": "w:2: 'name' is written twice",
+    "[]": "w:1: [] is not of type 'object'",
+    "obstacles:\n- {kind: tree, height_m: 3}": "w:2: obstacles[0].kind: 'tree' is not one of",
+    "obstacles:\n- kind: cylinder\n  at_m: [0, 0]": "w:2: obstacles[0]: 'height_m' is a required",
+    "obstacles:\n- {kind: box, height_m: 1, at_m: [1, 1]}": "w:2: obstacles[0]: a box needs size_m",
+    "obstacles:\n- kind: wall\n  height_m: 1\n  radius_m: 3\n  from_m: [0, 0]\n  to_m: [1, 0]": (
+        "w:4: obstacles[0].radius_m: is not for a wall"
+    ),
+    "obstacles:\n- {kind: cylinder, radius_m: 1, height_m: 1}": (
+        "w:2: obstacles[0]: a cylinder needs either at_m or path"
+    ),
+    "obstacles:\n- {kind: wall, from_m: [1, 1], to_m: [1, 1], height_m: 1}": (
+        "w:2: obstacles[0].to_m: is the same as from_m"
+    ),
+    "ground:\n  grid:\n    corner_m: [0, 0]\n    spacing_m: 1\n    heights_m:\n    - [1, 2]\n"
+    "    - [1, 2, 3]": "w:7: ground.grid.heights_m[1]: has 3 heights where the first row has 2",
+    "obstacles:\n- kind: box\n  size_m: [1, 1]\n  height_m: 1\n  path:\n    speed_m_s: 1\n"
+    "    points_m: [[1, 1], [1, 1]]": "w:7: obstacles[0].path.points_m: are all the same place",
+    "a: &a [*a]": "w:1: ",
+    "\t- x": "w:1: ",
+}
+
+
+@pytest.mark.parametrize("text", BAD, ids=[str(i) for i in range(len(BAD))])
+def test_a_bad_world_gives_one_sentence_with_line_and_key(text: str) -> None:
+    with pytest.raises(WorldError) as caught:
+        parse_world(text, "w")
+    message = str(caught.value)
+    assert message.startswith(BAD[text]), message
+    assert "\n" not in message
+
+
+def test_a_missing_world_is_said_by_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        make_parser().parse_args(["--world", "nowhere.yaml"])
+    assert caught.value.code == 2
+    assert "cannot read the world nowhere.yaml" in capsys.readouterr().err
+
+
+def test_an_empty_file_is_a_plain() -> None:
+    world = parse_world("")
+    assert not world.obstacles
+    assert world.range_sensor is None
+
+
+# Rays.
+
+
+def march(shapes: Shapes, origin: np.ndarray, bearing: float, reach: float) -> float:
+    """The same as a ray cast, by walking."""
+    for distance in np.arange(0.0, reach, 0.02):
+        step = origin + distance * np.array([math.cos(bearing), math.sin(bearing), 0.0])
+        position = step.reshape(1, 3)
+        inside = (shapes.gaps(position) <= 0.0) & (shapes.heights_apart(position[:, 2]) <= 0.0)
+        if inside.any():
+            return float(distance)
+    return math.inf
+
+
+def test_rays_agree_with_walking_along_them() -> None:
+    rng = np.random.default_rng(5)
+    obstacles = [
+        Obstacle(
+            f"o{i}",
+            tuple(rng.uniform(-15, 15, 2)),
+            radius_m=float(rng.uniform(0.3, 3)) if i % 2 else 0.0,
+            size_m=tuple(rng.uniform(0.5, 6, 2)),
+            yaw_rad=float(rng.uniform(-4, 4)),
+            bottom_m=float(rng.uniform(0, 3)),
+            top_m=float(rng.uniform(4, 9)),
+        )
+        for i in range(8)
+    ]
+    shapes = Shapes(tuple(obstacles))
+    origins = np.column_stack([rng.uniform(-15, 15, (12, 2)), rng.uniform(-10, 0, 12)])
+    bearings = rng.uniform(-math.pi, math.pi, (12, 5))
+    cast = shapes.cast(origins, bearings)
+    for row, origin in enumerate(origins):
+        for column in range(5):
+            walked = march(shapes, origin, bearings[row, column], 30.0)
+            found = cast[row, column] if cast[row, column] < 29.9 else math.inf
+            assert found == pytest.approx(walked, abs=0.03) or found > 29.0
+
+
+def test_ground_between_the_points_of_a_grid() -> None:
+    ground = Ground(1.0, (0.0, 0.0), 10.0, ((0.0, 0.0), (10.0, 20.0)))
+    north, east = np.array([0.0, 10.0, 10.0, 5.0, 99.0]), np.array([0.0, 0.0, 10.0, 5.0, -99.0])
+    assert ground_height_m(ground, north, east).tolist() == [1.0, 11.0, 21.0, 8.5, 11.0]
+
+
+def test_a_path_goes_back_and_forth_or_round() -> None:
+    corners = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0))
+    forth, around = Way(corners, 1.0, True), Way(corners, 1.0, False)
+    assert forth.at(15.0) == around.at(15.0) == (10.0, 5.0)
+    assert forth.at(25.0) == pytest.approx((10.0, 5.0))
+    assert around.at(20.0 + math.sqrt(50.0)) == pytest.approx((5.0, 5.0))
+    assert forth.at(45.0) == pytest.approx(forth.at(5.0))
+
+
+# Sensors.
+
+
+def test_obstacle_distance_sees_a_wall_in_72_sectors() -> None:
+    station = station_in(World(obstacles=(WALL,), range_sensor=EXACT))
+    assert station.interval(330, 5.0) == ACCEPTED
+    station.run(1.0)
+    seen = station.last("OBSTACLE_DISTANCE")
+    assert len(seen.distances) == 72
+    assert (seen.increment, seen.min_distance, seen.max_distance) == (5, 10, 4000)
+    north = station.position[0]
+    for sector in (0, 5, 67):
+        expected = (9.5 - north) / math.cos(math.radians(5 * sector))
+        assert seen.distances[sector] / 100.0 == pytest.approx(expected, abs=0.3)
+    assert set(seen.distances[15:58]) == {4001}
+
+
+def test_obstacle_distance_turns_with_the_nose() -> None:
+    world = World(obstacles=(WALL,), range_sensor=EXACT)
+    simulation = Simulation([VehicleConfig(heading_deg=90.0)], world=world)
+    reading = simulation.vehicles[0].look_around()
+    assert reading is not None
+    assert reading.sectors_m[54] == pytest.approx(9.5)
+    assert math.isinf(reading.sectors_m[0])
+
+
+def test_above_a_wall_nothing_is_seen_around_and_its_top_below() -> None:
+    roof = Obstacle("roof", (0.0, 0.0), radius_m=3.0, top_m=0.0, bottom_m=-1.0)
+    world = World(obstacles=(WALL, roof), range_sensor=EXACT)
+    station = station_in(world, 10.0)
+    assert station.interval(132, 5.0) == ACCEPTED
+    station.run(1.0)
+    beams = {m.orientation: m for m in station.messages("DISTANCE_SENSOR")}
+    assert beams[25].current_distance / 100.0 == pytest.approx(-station.position[2], abs=0.2)
+    assert beams[0].current_distance == 4000
+    assert beams[0].signal_quality == 1
+
+
+def test_a_vehicle_without_the_sensor_sends_nothing() -> None:
+    station = station_in(World())
+    station.interval(330, 5.0)
+    station.interval(132, 5.0)
+    station.run(2.0)
+    assert not station.messages("OBSTACLE_DISTANCE") + station.messages("DISTANCE_SENSOR")
+
+
+def test_range_noise_is_seeded() -> None:
+    def readings(seed: int) -> list[tuple[float, ...]]:
+        simulation = Simulation(
+            seed=seed, world=World(obstacles=(WALL,), range_sensor=RangeSensor())
+        )
+        found = []
+        for _ in range(3):
+            simulation.run_for(0.1)
+            reading = simulation.vehicles[0].look_around()
+            assert reading is not None
+            found.append(reading.sectors_m)
+        return found
+
+    assert readings(1) == readings(1)
+    assert readings(1) != readings(2)
+    assert len(set(readings(1))) == 3
+
+
+def test_gps_noise_of_the_world() -> None:
+    """The estimate wanders as far from the truth as the world says."""
+    simulation = Simulation(
+        [VehicleConfig(ready_after_s=0.5)] * 40, world=World(gps=GpsQuality(noise_m=0.6))
+    )
+    simulation.run_for(90.0)
+    stations = [GroundStation(simulation, i) for i in range(40)]
+    errors = []
+    for station in stations:
+        station.vehicle.link.read()
+        message = _local_position(station)
+        north, east, _ = station.position
+        errors += [message.x - north, message.y - east]
+    assert 0.4 < np.std(errors) < 0.8
+
+
+def _local_position(station: GroundStation) -> Message:
+    answers = station.send(_request(station.vehicle.system_id, 32))
+    return next(m for m in answers if m.get_type() == "LOCAL_POSITION_NED")
+
+
+def _request(system: int, message_id: int) -> Message:
+    return mav.MAVLink_command_long_message(system, 1, 512, 0, message_id, 0, 0, 0, 0, 0, 0)
+
+
+def test_gps_drops_out_by_chance_and_comes_back() -> None:
+    world = World(gps=GpsQuality(dropouts_per_hour=360.0, dropout_s=2.0))
+    station = GroundStation(Simulation([VehicleConfig(ready_after_s=1.0)], seed=1, world=world))
+    station.ready()
+    station.interval(24, 5.0)
+    station.run(60.0)
+    changes = station.changes("GPS_RAW_INT", "fix_type")
+    assert changes.count(1) >= 2
+    assert changes.count(6) >= 2
+
+
+# Wind.
+
+
+def test_wind_with_gusts_pushes_a_hovering_copter_about() -> None:
+    calm = station_in(World())
+    windy = station_in(World(wind=Wind((0.0, 6.0, 0.0), gust_m_s=2.0)))
+    spread = []
+    for station in (calm, windy):
+        places = []
+        for _ in range(100):
+            station.run(0.2)
+            places.append(station.position)
+        spread.append(float(np.ptp(np.array(places)[:, 1])))
+    assert spread[1] > 3.0 * spread[0]
+
+
+def test_gusts_are_as_strong_as_the_world_says_and_seeded() -> None:
+    def winds(seed: int) -> np.ndarray:
+        simulation = Simulation(seed=seed, world=World(wind=wind_from(5.0, 180.0, gust_m_s=1.5)))
+        found = []
+        for _ in range(600):
+            simulation.run_for(0.5)
+            found.append(simulation.vehicles[0].wind_ned_m_s)
+        return np.array(found)
+
+    first = winds(1)
+    assert first[:, 0].mean() == pytest.approx(5.0, abs=0.5)
+    assert first[:, 0].std() == pytest.approx(1.5, rel=0.25)
+    assert np.array_equal(first, winds(1))
+    assert not np.array_equal(first, winds(2))
+
+
+def test_another_vehicle_changes_nothing_for_the_first() -> None:
+    world = load_world(WORLDS[0])
+    alone = Simulation([VehicleConfig()], seed=4, world=world)
+    both = Simulation([VehicleConfig()] * 2, seed=4, world=world)
+    for simulation in (alone, both):
+        simulation.run_for(5.0)
+    assert alone.vehicles[0].wind_ned_m_s == pytest.approx(both.vehicles[0].wind_ned_m_s, abs=1e-9)
+    assert alone.vehicles[0].look_around() == both.vehicles[0].look_around()
+
+
+# Ground and collisions.
+
+
+def test_a_copter_lands_on_a_hill_and_on_a_roof() -> None:
+    hill = Ground(0.0, (5.0, -50.0), 5.0, ((0.0,) * 21, (2.0,) * 21))
+    station = station_in(World(ground=hill), 8.0)
+    station.setpoint(POSITION, (12.0, 0.0, -8.0))
+    station.run(10.0)
+    station.mode(9)
+    station.run_until(lambda: not station.vehicle.copter.armed, 90.0)
+    assert station.position[2] == pytest.approx(-2.0, abs=0.01)
+    roof = Obstacle("roof", (12.0, 0.0), size_m=(8.0, 8.0), top_m=4.0)
+    station = station_in(World(obstacles=(roof,)), 8.0)
+    station.setpoint(POSITION, (12.0, 0.0, -8.0))
+    station.run(10.0)
+    station.mode(9)
+    station.run_until(lambda: not station.vehicle.copter.armed, 90.0)
+    assert station.position[2] == pytest.approx(-4.0, abs=0.01)
+    assert not station.simulation.truth.collided[0]
+
+
+def test_a_collision_ends_the_flight_and_says_so() -> None:
+    station = station_in(World(obstacles=(WALL,)))
+    station.setpoint(POSITION, (30.0, 0.0, -5.0))
+    station.run_until(lambda: bool(station.simulation.truth.collided[0]), 20.0)
+    station.run(4.0)
+    assert any(text.startswith("Crash: hit wall at ") for text in station.texts())
+    assert station.last("HEARTBEAT").base_mode & 128 == 0
+    assert station.position[0] < 9.5, "it does not go through"
+    assert station.simulation.truth.on_ground[0]
+    assert station.mode(GUIDED) == ACCEPTED
+    assert station.arm() == FAILED
+    assert station.command(400, 1, 21196) == FAILED, "not by force either"
+    assert "Arm: Crashed into wall" in station.texts()
+    station.vehicle.repair()
+    station.run(2.0)
+    assert station.arm() == ACCEPTED, station.texts()[-5:]
+
+
+def test_a_moving_obstacle_hits_a_copter_that_stays() -> None:
+    lorry = Obstacle(
+        "lorry",
+        (0.0, -40.0),
+        size_m=(3.0, 6.0),
+        top_m=8.0,
+        path=Way(((0.0, -40.0), (0.0, 80.0)), 1.5),
+    )
+    station = station_in(World(obstacles=(lorry,)))
+    assert not station.simulation.truth.collided[0]
+    station.run_until(lambda: bool(station.simulation.truth.collided[0]), 60.0)
+    assert -3.5 < -40.0 + 1.5 * station.simulation.time_s < -2.5
+
+
+@pytest.mark.parametrize("speed", [2.0, 18.0])
+def test_no_vehicle_is_fast_enough_to_slip_through(speed: float) -> None:
+    pole = Obstacle("pole", (60.0, 0.0), radius_m=0.05, top_m=20.0)
+    station = station_in(World(obstacles=(pole,)), WPNAV_SPEED=100.0 * speed)
+    station.setpoint(POSITION, (150.0, 0.0, -5.0))
+    station.run_until(lambda: bool(station.simulation.truth.collided[0]), 60.0)
+    assert 59.0 < station.position[0] < 60.0
