@@ -48,6 +48,14 @@ class Ops(Protocol):
         """Angle of (x, y), radians."""
         ...
 
+    def sin(self, x: Lane) -> Lane:
+        """Sine of an angle in radians."""
+        ...
+
+    def cos(self, x: Lane) -> Lane:
+        """Cosine of an angle in radians."""
+        ...
+
     def minimum(self, x: Lane, y: Lane) -> Lane:
         """The smaller one, lane by lane."""
         ...
@@ -76,6 +84,8 @@ class ScalarOps:
     sqrt = staticmethod(math.sqrt)
     hypot = staticmethod(math.hypot)
     atan2 = staticmethod(math.atan2)
+    sin = staticmethod(math.sin)
+    cos = staticmethod(math.cos)
 
     @staticmethod
     def full(value: float) -> Lane:
@@ -128,6 +138,8 @@ class ArrayOps:
     sqrt = staticmethod(np.sqrt)
     hypot = staticmethod(np.hypot)
     atan2 = staticmethod(np.arctan2)
+    sin = staticmethod(np.sin)
+    cos = staticmethod(np.cos)
     minimum = staticmethod(np.minimum)
     maximum = staticmethod(np.maximum)
     where = staticmethod(np.where)

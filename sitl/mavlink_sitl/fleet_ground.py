@@ -1,0 +1,120 @@
+"""The pipelines of rovers and boats. Part of `simulation` (the same layer)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from mavlink_sitl.autopilot import drive_controller
+from mavlink_sitl.dynamics import battery, boat, rover
+from mavlink_sitl.exchange import Guidance
+from mavlink_sitl.guidance import DriveGuidance
+from mavlink_sitl.ops import Lane, ops_for
+from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.world import sensors
+
+FULL_CURRENT_A = 50.0
+"""At full throttle; 13 A at a quarter in the recording `rover_guided`"""
+
+
+class RoverPhysics(Physics):
+    """Rovers: the same batteries, sensors and views as copters, other bodies and controllers."""
+
+    drive_gains = drive_controller.DriveGains()
+
+    def __init__(
+        self,
+        yaw_rad: Sequence[float],
+        pack: battery.BatteryModel,
+        remaining: Sequence[float],
+        seed: int,
+        wind_ned_m_s: tuple[float, float, float],
+    ) -> None:
+        """See `Physics`."""
+        super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
+        o = self.o
+        self.body_model: Any = self._model()
+        self.body = rover.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
+        self.gps_sample = (0.0, self.body, self.error)
+        self._drive = drive_controller.initial(o)
+        self._told = [DriveGuidance() for _ in range(self.count)]
+        self._drive_targets = drive_controller.targets_of(self._told, o)
+
+    def _model(self) -> Any:
+        return rover.RoverModel()
+
+    def step(self) -> None:
+        """Controllers and bodies, DT_S onwards."""
+        self._drive, throttle, steering = drive_controller.step(
+            self._drive,
+            self._drive_targets,
+            self.body.forward_m_s,
+            self.body.yaw_rad,
+            DT_S,
+            self.drive_gains,
+            self.o,
+        )
+        self.body = self._move(rover.GroundCommand(throttle, steering))
+        self.error = sensors.advance(self.error, DT_S)
+
+    def _move(self, command: rover.GroundCommand) -> rover.GroundState:
+        return rover.step(self.body, command, self.ground_down_m, DT_S, self.body_model, self.o)
+
+    def step_batteries(self, dt: float) -> None:
+        """Draw current for dt seconds: in proportion to the throttle."""
+        current = FULL_CURRENT_A * abs(self.body.throttle)
+        load = (current / self.pack.hover_current_a) ** (1.0 / self.pack.current_exponent)
+        self.battery = battery.step(self.battery, load, dt, self.pack, self.o)
+
+    def guide(self, index: int, guidance: Guidance) -> None:
+        """Give a vehicle's controllers new guidance."""
+        if not isinstance(guidance, DriveGuidance):
+            guidance = DriveGuidance(motors=guidance.motors)  # a firmware that shuts down
+        self._told[index] = guidance
+        if self.count == 1:
+            self._drive_targets = drive_controller.targets_of(self._told, self.o)
+            return
+        one = drive_controller.targets_of([guidance], ops_for(1))
+        for lane, value in zip(self._drive_targets, one, strict=True):
+            lane[index] = value
+
+    def moving_target(self, index: int) -> tuple[float, float, float]:
+        """Where a vehicle is going."""
+        told = self._told[index]
+        return told.north_m, told.east_m, told.down_m
+
+    def servos(self, index: int) -> tuple[int, ...]:
+        """SERVO_OUTPUT_RAW: steering on 1, throttle on 3."""
+        steering = self.at(self.body.steering, index)
+        throttle = self.at(self.body.throttle, index)
+        return round(1500 + 500 * steering), 0, round(1500 + 500 * throttle), 0
+
+    def stop_dead(self, index: int) -> None:
+        """Take a vehicle's speed away: it has hit something."""
+        super().stop_dead(index)
+        for name in ("forward_m_s", "right_m_s"):
+            lane = self.with_value(getattr(self.body, name), index, 0.0)
+            self.body = self.body._replace(**{name: lane})
+        self.guide(index, replace(self._told[index], speed_m_s=0.0))
+
+    def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
+        place = (value + wrong for value, wrong in zip(body[:6], error, strict=True))
+        zero = self.o.full(0.0)
+        return (*place, zero, zero, body.yaw_rad, zero, zero, body.yaw_rate_rad_s)
+
+
+class BoatPhysics(RoverPhysics):
+    """Boats: rovers that drift."""
+
+    drive_gains = drive_controller.DriveGains(
+        feed_forward_s_m=0.12, turn_radius_m=0.0, turn_rate_rad_s=boat.BoatModel().turn_rate_rad_s
+    )
+
+    def _model(self) -> Any:
+        return boat.BoatModel()
+
+    def _move(self, command: rover.GroundCommand) -> rover.GroundState:
+        return boat.step(
+            self.body, command, self.wind, self.ground_down_m, DT_S, self.body_model, self.o
+        )

@@ -1,0 +1,63 @@
+"""Commands that rovers, boats and planes answer differently from copters.
+
+Seen in `rover_guided` and `plane_guided`. None stands for UNSUPPORTED.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot import rover
+from mavlink_sitl.autopilot.guided import Frame, Setpoint
+from mavlink_sitl.exchange import Result
+from mavlink_sitl.mavlink import setpoints
+from mavlink_sitl.mavlink.codec import dialect
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.commands import Command
+    from mavlink_sitl.mavlink.server import MavlinkServer
+
+Handler = Callable[["MavlinkServer", "Command"], Result]
+
+
+def _mode(number: int) -> Handler:
+    return lambda server, _: server.copter.set_mode(number)
+
+
+def _reposition(guided: int) -> Handler:
+    """DO_REPOSITION as COMMAND_INT; bit 0 of param2 allows the change to GUIDED."""
+
+    def handler(server: MavlinkServer, command: Command) -> Result:
+        copter = server.copter
+        if command.is_long:
+            return Result.UNSUPPORTED
+        if copter.mode.spec.number != guided and not int(command.params[1]) & 1:
+            return Result.DENIED
+        if not setpoints.usable(command.z) or (command.x == 0 and command.y == 0):
+            return Result.DENIED
+        position = setpoints.local_position(
+            copter, command.frame, int(command.x), int(command.y), command.z
+        )
+        if position is None:
+            return Result.DENIED
+        if copter.set_mode(guided) is not Result.ACCEPTED:
+            return Result.FAILED
+        if command.params[0] > 0.0:
+            copter.change_speed(1, command.params[0])
+        copter.reposition(Setpoint(Frame.LOCAL, position_m=position))
+        return Result.ACCEPTED
+
+    return handler
+
+
+_ROVER: dict[int, Handler | None] = {
+    dialect.MAV_CMD_NAV_TAKEOFF: None,
+    dialect.MAV_CMD_NAV_LAND: None,
+    dialect.MAV_CMD_NAV_LOITER_UNLIM: None,
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(rover.MODE_RTL),
+    dialect.MAV_CMD_DO_REPOSITION: _reposition(rover.MODE_GUIDED),
+}
+
+BY_KIND: dict[str, dict[int, Handler | None]] = {"rover": _ROVER, "boat": _ROVER}
+"""By kind of vehicle and command: what is answered another way"""
