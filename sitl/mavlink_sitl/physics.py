@@ -6,7 +6,6 @@ MAVLink or of modes; `Guidance` goes in, `Motion` comes out.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -68,6 +67,12 @@ class Physics:
         self.control = control_state.initial(self._belief(), o)
         self.gps_sample = (0.0, self.body, self.error)
         self._noise = sensors.Noise(seed, self.count)
+        # Rows of what single vehicles ask for, and the states that they were made of.
+        self._rows: tuple[Any, Any, list[Motion]] = (None, None, [])
+        self._true_rows: tuple[Any, list[Motion]] = (None, [])
+        self._gps_rows: tuple[Any, list[Motion]] = (None, [])
+        self._contact_rows: tuple[Any, list[tuple[bool, float, float]]] = (None, [])
+        self._battery_rows: tuple[Any, list[tuple[Any, ...]]] = (None, [])
 
     def at(self, lane: Lane, index: int) -> float:
         """One vehicle's number."""
@@ -164,6 +169,14 @@ class Physics:
 
     # Views.
 
+    def servos(self, index: int) -> tuple[int, ...]:
+        """Servo outputs of who has no four equal motors, microseconds."""
+        return ()
+
+    def airspeed_m_s(self, index: int) -> float | None:
+        """The airspeed of who measures it."""
+        return None
+
     def wind_at(self, index: int) -> Vector:
         """The wind on a vehicle, NED m/s."""
         return (
@@ -183,56 +196,62 @@ class Physics:
 
     def motion(self, index: int, truth: bool = False) -> Motion:
         """Where a vehicle believes to be, or where it is."""
-        return self._motion(self.body, None if truth else self.error, index)
+        body, error = self.body, self.error
+        if truth:
+            if self._true_rows[0] is not body:
+                self._true_rows = (body, self._motions(body, None))
+            return self._true_rows[1][index]
+        if self._rows[0] is not body or self._rows[1] is not error:
+            self._rows = (body, error, self._motions(body, error))
+        return self._rows[2][index]
 
     def gps(self, index: int) -> tuple[float, Vector, Vector]:
         """Time, position and velocity of the receiver's latest sample."""
-        time_s, body, error = self.gps_sample
-        motion = self._motion(body, error, index)
-        return time_s, motion[:3], motion[3:6]
+        sample = self.gps_sample
+        if self._gps_rows[0] is not sample:
+            self._gps_rows = (sample, self._motions(*sample[1:]))
+        motion = self._gps_rows[1][index]
+        return sample[0], motion[:3], motion[3:6]
 
-    def _motion(
-        self, body: quadrotor.QuadrotorState, error: sensors.EstimateError | None, index: int
-    ) -> Motion:
-        if self.count == 1:
-            n, e, d, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e = body[:10]
-            yaw, yaw_rate = body.yaw_rad, body.yaw_rate_rad_s
-            errors: tuple[float, ...] = error or (0.0,) * 6
-        else:
-            n, e, d, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e = (
-                float(lane[index]) for lane in body[:10]
-            )
-            yaw, yaw_rate = float(body.yaw_rad[index]), float(body.yaw_rate_rad_s[index])
-            errors = (0.0,) * 6 if error is None else tuple(float(lane[index]) for lane in error)
-        c, s = math.cos(yaw), math.sin(yaw)
-        forward, right = lean_n * c + lean_e * s, lean_e * c - lean_n * s
-        pitch = -math.atan(forward)
-        return Motion(
-            n + errors[0],
-            e + errors[1],
-            d + errors[2],
-            v_n + errors[3],
-            v_e + errors[4],
-            v_d + errors[5],
-            math.atan(right * math.cos(pitch)),
+    def contact(self, index: int) -> tuple[bool, float, float]:
+        """Whether a vehicle touches the ground, its latest impact (m/s), its thrust (m/s2)."""
+        body = self.body
+        if self._contact_rows[0] is not body:
+            lanes = (body.on_ground, body.impact_m_s, body.thrust_m_s2)
+            rows = zip(*(self.o.unpack(lane) for lane in lanes), strict=True)
+            self._contact_rows = (body, [(bool(t), float(i), float(f)) for t, i, f in rows])
+        return self._contact_rows[1][index]
+
+    def _motions(self, body: Any, error: sensors.EstimateError | None) -> list[Motion]:
+        """All vehicles' motion; made once per tick, since everybody asks at the same ticks."""
+        columns = self._motion_lanes(body, error or sensors.no_error(self.o))
+        return [Motion(*row) for row in zip(*map(self.o.unpack, columns), strict=True)]
+
+    def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
+        """The fields of `Motion`, as lanes."""
+        o = self.o
+        c, s = o.cos(body.yaw_rad), o.sin(body.yaw_rad)
+        forward = body.lean_north * c + body.lean_east * s
+        right = body.lean_east * c - body.lean_north * s
+        pitch = o.atan2(-forward, 1.0)
+        return (
+            *(value + wrong for value, wrong in zip(body[:6], error, strict=True)),
+            o.atan2(right * o.cos(pitch), 1.0),
             pitch,
-            yaw,
-            rate_e * c - rate_n * s,
-            -(rate_n * c + rate_e * s),
-            yaw_rate,
+            body.yaw_rad,
+            body.lean_rate_east_1_s * c - body.lean_rate_north_1_s * s,
+            -(body.lean_rate_north_1_s * c + body.lean_rate_east_1_s * s),
+            body.yaw_rate_rad_s,
         )
 
     def battery_reading(self, index: int, capacity_mah: float) -> BatteryReading:
         """What a vehicle's power monitor says, told how much the pack holds."""
         state = self.battery
-        consumed = self.at(state.consumed_mah, index)
-        return BatteryReading(
-            self.at(state.voltage_v, index),
-            self.at(state.current_a, index),
-            consumed,
-            self.at(state.consumed_wh, index),
-            max(100.0 * (1.0 - consumed / max(capacity_mah, 1.0)), 0.0),
-        )
+        if self._battery_rows[0] is not state:
+            lanes = (state.voltage_v, state.current_a, state.consumed_mah, state.consumed_wh)
+            self._battery_rows = (state, list(zip(*map(self.o.unpack, lanes), strict=True)))
+        row = self._battery_rows[1][index]
+        return BatteryReading(*row, max(100.0 * (1.0 - row[2] / max(capacity_mah, 1.0)), 0.0))
 
     def table(self, *names: str) -> NDArray[np.float64]:
         """Fields of the bodies as an array of shape (N, len(names))."""

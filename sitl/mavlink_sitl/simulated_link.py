@@ -18,6 +18,7 @@ class SimulatedLink:
 
     Attributes:
         silent: while true, nothing passes in either direction.
+        late: whether something may be under way in it.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class SimulatedLink:
     def set_faults(self, faults: LinkFaults | None) -> None:
         """Make the link bad from now on, or good; what is under way in it is lost."""
         self._up = self._down = None
+        self.late = faults is not None
         if faults is not None:
             self._up = FaultyPipe(faults, f"{self._seed}:up")
             self._down = FaultyPipe(faults, f"{self._seed}:down")

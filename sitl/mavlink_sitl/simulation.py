@@ -187,10 +187,9 @@ class Simulation:
             self._tick += 1
             self._now_us = self._tick * TICK_US
             self._step()
-        if time_us > self._now_us:
-            self._now_us = time_us
-            for vehicle in self.vehicles:
-                vehicle.now_us = time_us
+        self._now_us = max(time_us, self._now_us)
+        for vehicle in self.vehicles:
+            vehicle.now_us = self._now_us
 
     def _step(self) -> None:
         tick, now_us = self._tick, self._now_us
@@ -201,14 +200,22 @@ class Simulation:
                 physics.step_sensors(now_us / 1e6)
             if think:
                 physics.step_batteries(AUTOPILOT_TICKS * DT_S)
-        for fleet, environment in zip(self._fleets, self._environments, strict=True):
-            for hit in environment.step(tick):
-                self.vehicles[fleet.rows[hit.lane]].crash(hit.obstacle, hit.speed_m_s)
-            if tick % SENSOR_TICKS == 0:
-                for lane, fix in environment.gps_changes(now_us / 1e6):
-                    self.vehicles[fleet.rows[lane]].receive_gps(fix)
+        self._step_world()
         for vehicle in self.vehicles:
-            vehicle.tick(now_us, think)
+            if think or vehicle.wake_us <= now_us or vehicle.link.late:
+                vehicle.tick(now_us, think)
+
+    def _step_world(self) -> None:
+        for fleet, environment in zip(self._fleets, self._environments, strict=True):
+            for hit in environment.step(self._tick):
+                vehicle = self.vehicles[fleet.rows[hit.lane]]
+                vehicle.now_us = self._now_us
+                vehicle.crash(hit.obstacle, hit.speed_m_s)
+            if self._tick % SENSOR_TICKS == 0:
+                for lane, fix in environment.gps_changes(self.time_s):
+                    vehicle = self.vehicles[fleet.rows[lane]]
+                    vehicle.now_us = self._now_us
+                    vehicle.receive_gps(fix)
 
 
 def _world(

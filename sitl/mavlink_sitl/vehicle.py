@@ -53,6 +53,7 @@ class SimulatedVehicle:
         plans: its mission, fence and rally points; they survive, too.
         offset_ned_m: where its local origin is, from home.
         now_us: simulated time.
+        wake_us: when it has something to send; before, `tick` is only needed to think.
     """
 
     def __init__(
@@ -86,6 +87,7 @@ class SimulatedVehicle:
         self._environment: Environment | None = None
         self._damage: str | None = None
         self._boot_at_us: int | None = None
+        self.wake_us = 0
         self._snapshot_cache: tuple[int, Snapshot] | None = None
         self.link = SimulatedLink(
             f"link:{seed}:{index}", config.faults, self.receive, lambda: self.now_us
@@ -134,6 +136,10 @@ class SimulatedVehicle:
             self._server.tick(now_us)
         if self._server.outbox:
             self._send_all()
+        self._plan_wake()
+
+    def _plan_wake(self) -> None:
+        self.wake_us = 0 if self._boot_at_us is not None else self._server.next_due_us()
 
     def receive(self, data: bytes, datagram: bool) -> None:
         """Bytes arrive at the vehicle."""
@@ -146,6 +152,7 @@ class SimulatedVehicle:
         self._send_all()
         if self._server.reboot_requested:
             self._shut_down()
+        self._plan_wake()
 
     def _send_all(self) -> None:
         outbox, self._server.outbox = self._server.outbox, []
@@ -176,6 +183,7 @@ class SimulatedVehicle:
         # It is silent for a while after it has started, too; that counts in.
         first_s = self.config.personality().first_heartbeat_s * self.copter.estimator.time_scale
         self._boot_at_us = self.now_us + REBOOT_US - round(first_s * 1e6)
+        self.wake_us = 0
         self._physics.guide(self._lane, Guidance())
 
     def _apply_simulated_parameters(self) -> None:
@@ -188,15 +196,15 @@ class SimulatedVehicle:
 
     def _observation(self) -> Observation:
         physics, index = self._physics, self._lane
-        body = physics.body
+        touching, impact_m_s, thrust_m_s2 = physics.contact(index)
         return Observation(
             time_s=self.now_us / 1e6,
             motion=physics.motion(index),
             gps_fix=self._gps_lost_at_s is None,
             battery=physics.battery_reading(index, self.parameters["BATT_CAPACITY"]),
-            touching_ground=bool(physics.at(body.on_ground, index)),
-            impact_m_s=physics.at(body.impact_m_s, index),
-            thrust_over_hover=physics.at(body.thrust_m_s2, index) / 9.80665,
+            touching_ground=touching,
+            impact_m_s=impact_m_s,
+            thrust_over_hover=thrust_m_s2 / 9.80665,
         )
 
     def snapshot(self) -> Snapshot:
@@ -208,7 +216,7 @@ class SimulatedVehicle:
     def _make_snapshot(self) -> Snapshot:
         physics, index = self._physics, self._lane
         truth = physics.motion(index, truth=True)
-        thrust = physics.at(physics.body.thrust_m_s2, index)
+        thrust = physics.contact(index)[2]
         gps = self._gps_reading() if self.copter.estimator.gps_started else None
         return Snapshot(
             time_boot_us=self.now_us - self._boot_us,
@@ -222,6 +230,8 @@ class SimulatedVehicle:
             truth=truth,
             truth_point=to_geodetic(self.origin, *truth[:3]),
             wind_ned_m_s=physics.wind_at(index),
+            servos_us=physics.servos(index),
+            airspeed_m_s=physics.airspeed_m_s(index),
             look_around=self.look_around,
         )
 
