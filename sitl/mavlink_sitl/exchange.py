@@ -49,6 +49,7 @@ class SystemStatus(IntEnum):
 
     UNINIT = 0
     BOOT = 1
+    CALIBRATING = 2
     STANDBY = 3
     ACTIVE = 4
     CRITICAL = 5

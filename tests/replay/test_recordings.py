@@ -6,6 +6,8 @@ What is meant to differ stands here, each with its reason; nothing else may.
 from __future__ import annotations
 
 import functools
+import itertools
+from typing import Any
 
 import pytest
 
@@ -29,6 +31,7 @@ PARAMETERS: dict[str, dict[str, float]] = {
         "BATT_LOW_TIMER": 3,
     },
     "copter_gcsloss": {"FS_GCS_ENABLE": 1},
+    "copter_auto_cleared": {"AUTO_OPTIONS": 3},
 }
 
 NAMES = [
@@ -39,6 +42,7 @@ NAMES = [
     "copter_lowbatt",
     "copter_gcsloss",
     "copter_reboot",
+    "copter_auto_cleared",
 ]
 
 DIFFERENT_ACKS = {
@@ -76,6 +80,7 @@ MOVING = {
     "copter_lowbatt": (42.0, 112.0),
     "copter_gcsloss": (42.0, 106.0),
     "copter_reboot": (42.0, 65.0),
+    "copter_auto_cleared": (42.0, 78.0),
 }
 """From and to when the vehicle flies"""
 
@@ -180,6 +185,44 @@ def test_the_time_to_each_target_is_within_10_percent(
     flight = conversation(name)
     expected = arrival_s(flight.real, target, from_s)
     assert arrival_s(flight.ours, target, from_s) == pytest.approx(expected, rel=0.1)
+
+
+MISSION_ANSWERS = ("MISSION_REQUEST", "MISSION_ACK", "MISSION_COUNT", "MISSION_ITEM_REACHED")
+
+
+def test_the_mission_is_asked_for_acknowledged_and_flown_in_the_same_order() -> None:
+    flight = conversation("copter_auto_cleared")
+
+    def answers(messages: list[tuple[float, Any]]) -> list[tuple[object, ...]]:
+        kept = [m for _, m in messages if m.get_type() in MISSION_ANSWERS]
+        return [(m.get_type(), getattr(m, "seq", None), getattr(m, "type", None)) for m in kept]
+
+    assert answers(flight.ours) == answers(flight.real)
+
+
+def test_mission_current_goes_through_the_same_states() -> None:
+    flight = conversation("copter_auto_cleared")
+    fields = ("seq", "total", "mission_state", "mission_mode")
+    real = [v for _, v in changes(flight.real, "MISSION_CURRENT", *fields)]
+    assert [v for _, v in changes(flight.ours, "MISSION_CURRENT", *fields)] == real
+
+
+def test_an_item_read_back_is_the_recorded_one() -> None:
+    flight = conversation("copter_auto_cleared")
+    (real,) = [m for _, m in flight.real if m.get_type() == "MISSION_ITEM_INT"]
+    (ours,) = [m for _, m in flight.ours if m.get_type() == "MISSION_ITEM_INT"]
+    assert ours.to_dict() == real.to_dict()
+
+
+def test_each_leg_of_the_mission_takes_as_long() -> None:
+    """Corners are cut: from one MISSION_ITEM_REACHED to the next, within 10 percent."""
+    flight = conversation("copter_auto_cleared")
+
+    def legs(messages: list[tuple[float, Any]]) -> list[float]:
+        times = [t for t, m in messages if m.get_type() == "MISSION_ITEM_REACHED"]
+        return [after - before for before, after in itertools.pairwise(times)]
+
+    assert legs(flight.ours) == pytest.approx(legs(flight.real), rel=0.1)
 
 
 @pytest.mark.parametrize("name", ["copter_guided", "copter_reboot", "copter_gcsloss"])

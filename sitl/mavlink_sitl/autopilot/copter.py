@@ -133,6 +133,9 @@ class Copter:
         """The number of the mode after power-up."""
         return min(self.personality.modes)
 
+    def force_battery_voltage(self, voltage_v: float) -> None:
+        """Where the firmware simulates its battery itself: a voltage for it, or 0."""
+
     def watch(self, observation: Observation) -> None:
         """Look for what is wrong; once the power monitor has readings."""
         if self.battery_known:
@@ -416,6 +419,10 @@ class Copter:
         """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
         if isinstance(self.mode, Guided):
             self.mode.setpoint(setpoint)
+
+    def reposition(self, setpoint: Setpoint) -> None:
+        """DO_REPOSITION, once in GUIDED."""
+        self.setpoint(setpoint)
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking; GUIDED only."""

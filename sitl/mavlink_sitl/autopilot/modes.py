@@ -134,14 +134,6 @@ class Brake(Mode):
         self.guide(replace(self.hold_guidance(), limits=limits))
 
 
-class Auto(Mode):
-    """AUTO without a mission: may be chosen on the ground, does nothing."""
-
-    def enter(self) -> None:
-        """Stay."""
-        self.guide(self.hold_guidance())
-
-
 class Land(Mode):
     """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground."""
 

@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import all as dialect
 Message = Any
 """A pymavlink message. Its classes are generated; their fields are looked up by name."""
 
-__all__ = ["Decoder", "Encoder", "Message", "dialect"]
+__all__ = ["Decoder", "Encoder", "Extended", "Message", "dialect"]
 
 _MAGIC_V1 = 0xFE
 _MAGIC_V2 = 0xFD
@@ -37,6 +37,31 @@ class Encoder:
         frame = bytes(message.pack(self._mav))
         self._mav.seq = (self._mav.seq + 1) % 256
         return frame
+
+
+class Extended:
+    """A message with extension fields that the generated classes do not know yet.
+
+    Args:
+        message: the rest of it; it must end with its last known extension field.
+        extension: the bytes of the fields after that.
+    """
+
+    def __init__(self, message: Message, extension: bytes) -> None:
+        """See the class."""
+        self._message = message
+        self._extension = extension
+
+    def get_type(self) -> str:
+        """The message's name."""
+        return str(self._message.get_type())
+
+    def pack(self, mav: Any) -> bytes:
+        """One frame."""
+        message = self._message
+        fields = [getattr(message, name) for name in message.ordered_fieldnames]
+        payload = struct.pack(message.unpacker.format, *fields) + self._extension
+        return bytes(message._pack(mav, message.crc_extra, payload))
 
 
 class Decoder:

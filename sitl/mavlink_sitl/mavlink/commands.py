@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.exchange import Result, Severity
-from mavlink_sitl.mavlink import setpoints
+from mavlink_sitl.mavlink import kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.telemetry import BUILDERS
 
@@ -70,7 +70,8 @@ def handle(server: MavlinkServer, command: Command) -> Result:
     Returns:
         What COMMAND_ACK says.
     """
-    handler = _HANDLERS.get(command.id)
+    table = kind_commands.BY_KIND.get(server.copter.personality.kind, {})
+    handler = table.get(command.id, _HANDLERS.get(command.id))
     if handler is None:
         return Result.UNSUPPORTED
     used = _USED_PARAMS.get(command.id, 4)
@@ -196,8 +197,20 @@ def _prearm_checks(server: MavlinkServer, _: Command) -> Result:
 
 
 def _mission_start(server: MavlinkServer, _: Command) -> Result:
-    server.copter.say(Severity.WARNING, "Mode change to AUTO failed: init failed")
-    return Result.FAILED
+    return server.copter.start_mission()
+
+
+def _set_current_item(server: MavlinkServer, command: Command) -> Result:
+    result = server.copter.set_current_item(int(command.params[0]))
+    if result is Result.ACCEPTED:
+        server.send_later(42)
+    return result
+
+
+def _pause_or_go_on(server: MavlinkServer, command: Command) -> Result:
+    if command.params[0] not in (0.0, 1.0):
+        return Result.DENIED
+    return server.copter.pause_or_go_on(command.params[0] == 1.0)
 
 
 def _terminate(server: MavlinkServer, command: Command) -> Result:
@@ -218,6 +231,8 @@ _HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
     dialect.MAV_CMD_DO_REPOSITION: _reposition,
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
     dialect.MAV_CMD_MISSION_START: _mission_start,
+    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: _set_current_item,
+    dialect.MAV_CMD_DO_PAUSE_CONTINUE: _pause_or_go_on,
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: _arm_disarm,
     dialect.MAV_CMD_RUN_PREARM_CHECKS: _prearm_checks,
     dialect.MAV_CMD_GET_HOME_POSITION: _request(242),
@@ -237,6 +252,8 @@ _USED_PARAMS = {
     dialect.MAV_CMD_GET_HOME_POSITION: 0,
     dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: 0,
     dialect.MAV_CMD_MISSION_START: 0,
+    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: 1,
+    dialect.MAV_CMD_DO_PAUSE_CONTINUE: 1,
     dialect.MAV_CMD_DO_SET_MODE: 2,
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: 2,
     dialect.MAV_CMD_DO_CHANGE_SPEED: 2,

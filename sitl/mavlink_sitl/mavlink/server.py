@@ -52,6 +52,9 @@ class MavlinkServer:
         reboot_requested: the firmware is to start again.
     """
 
+    builders = telemetry.BUILDERS
+    """By message id: what can be streamed and requested"""
+
     def __init__(
         self,
         copter: Copter,
@@ -105,7 +108,7 @@ class MavlinkServer:
         self._later.append(message_id)
 
     def _send_telemetry(self, message_id: int) -> None:
-        self._send_built(telemetry.BUILDERS[message_id](self._snapshot()))
+        self._send_built(self.builders[message_id](self._snapshot()))
 
     def _send_built(self, built: Message | list[Message] | None) -> None:
         for message in built if isinstance(built, list) else (built,):
@@ -137,7 +140,7 @@ class MavlinkServer:
         if now_us >= self.streams.next_due_us:
             snapshot = self._snapshot()
             for message_id in self.streams.take_due(now_us):
-                self._send_built(telemetry.BUILDERS[message_id](snapshot))
+                self._send_built(self.builders[message_id](snapshot))
         if now_us >= self._missions.next_due_us():
             self._missions.tick(now_us)
             self.flush_events()

@@ -6,8 +6,9 @@ Values before the battery is known and so on are those the firmware was recorded
 from __future__ import annotations
 
 import math
+import struct
 
-from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.codec import Extended, Message, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
     boot_ms,
@@ -24,20 +25,21 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     """HEARTBEAT; at a mode change the flag of the old mode still counts, as recorded."""
     copter = s.copter
     mode = copter.mode.spec
+    personality = copter.personality
     base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-    base_mode |= (
-        dialect.MAV_MODE_FLAG_STABILIZE_ENABLED | dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
-    )
-    if mode.position_controlled or was_position_controlled or not copter.started:
+    base_mode |= mode.base_flags if copter.started else personality.boot_flags
+    if mode.position_controlled or was_position_controlled:
         base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED
     if copter.armed:
         base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
-    personality = copter.personality
+    number = mode.number
+    if not copter.started and personality.boot_mode is not None:
+        number = personality.boot_mode
     return dialect.MAVLink_heartbeat_message(
         personality.mav_type,
         personality.mav_autopilot,
         base_mode,
-        mode.number,
+        number,
         int(copter.system_status),
         3,
     )
@@ -166,9 +168,19 @@ def rc_channels(s: Snapshot) -> Message:
 
 
 def mission_current(s: Snapshot) -> Message:
-    """MISSION_CURRENT: there is none."""
-    in_auto = int(s.copter.mode.spec.behaviour == "auto")
-    return dialect.MAVLink_mission_current_message(0, 0, 1, in_auto)
+    """MISSION_CURRENT: with ArduPilot home does not count, with PX4 none is 65535."""
+    copter, plans = s.copter, s.copter.plans
+    rules = copter.personality.plan_rules
+    flying = copter.mode is copter.auto
+    total = max(len(plans.mission.items) - int(rules.home_first), 0)
+    state = int(plans.state) if total else dialect.MISSION_STATE_NO_MISSION
+    if not rules.identified:
+        return dialect.MAVLink_mission_current_message(plans.current, total, state, int(flying))
+    message = dialect.MAVLink_mission_current_message(
+        plans.current, total or 65535, state, 1 if flying else 2
+    )
+    ids = (plans.mission.identity, plans.fence.identity, plans.rally.identity)
+    return Extended(message, struct.pack("<III", *ids))
 
 
 def power_status(_: Snapshot) -> Message:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec
+from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS, PlanRules
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,7 @@ class ModeSpec:
         requires_position: refused in the air while the estimator has no position.
         armable: motors may be armed in it.
         position_controlled: the position controller runs in it (base_mode GUIDED_ENABLED).
+        base_flags: HEARTBEAT.base_mode in it, besides CUSTOM_MODE_ENABLED, SAFETY_ARMED and that.
     """
 
     number: int
@@ -27,6 +29,7 @@ class ModeSpec:
     requires_position: bool = False
     armable: bool = False
     position_controlled: bool = False
+    base_flags: int = 0x50
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,13 @@ class Personality:
         standby_s: when HEARTBEAT.system_status goes from BOOT to STANDBY.
         streams: REQUEST_DATA_STREAM groups: stream id to message ids.
         shortest_interval_us: SET_MESSAGE_INTERVAL below it is denied.
+        plan_rules: how missions, fences and rally points are taken.
         kind: copter, rover, boat or plane.
+        boot_mode: HEARTBEAT.custom_mode while starting; None for that of the first mode. Who
+            has one says CALIBRATING instead of BOOT.
+        boot_flags: HEARTBEAT.base_mode while starting, besides CUSTOM_MODE_ENABLED.
+        armed_text: said when armed.
+        disarmed_text: said when disarmed.
     """
 
     name: str
@@ -80,4 +89,9 @@ class Personality:
     standby_s: float
     streams: Mapping[int, tuple[int, ...]]
     shortest_interval_us: int
+    plan_rules: PlanRules = ARDUPILOT_PLANS
     kind: str = "copter"
+    boot_mode: int | None = None
+    boot_flags: int = 0x58
+    armed_text: str = "Arming motors"
+    disarmed_text: str = "Disarming motors"

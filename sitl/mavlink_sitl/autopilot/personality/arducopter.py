@@ -22,6 +22,7 @@ _MODES = (
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (
+    ParameterSpec("AUTO_OPTIONS", 0.0, _INT32),
     ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
     ParameterSpec("BATT_CRT_VOLT", 0.0),
     ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
@@ -50,6 +51,7 @@ _PARAMETERS = (
     ParameterSpec("WPNAV_ACCEL", 250.0),
     ParameterSpec("WPNAV_ACCEL_Z", 100.0),
     ParameterSpec("WPNAV_JERK", 1.0),
+    ParameterSpec("WPNAV_RADIUS", 200.0),
     ParameterSpec("WPNAV_SPEED", 1000.0),
     ParameterSpec("WPNAV_SPEED_DN", 150.0),
     ParameterSpec("WPNAV_SPEED_UP", 250.0),

@@ -1,0 +1,136 @@
+"""What people have uploaded: the mission, the fence and the rally points of one vehicle.
+
+Storage that outlives a reboot, as the parameters do. The rules of the transfer are
+`mavlink.mission_transfer`'s, of flying it `autopilot.auto`'s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+
+class PlanType(IntEnum):
+    """The numbers are MAV_MISSION_TYPE's."""
+
+    MISSION = 0
+    FENCE = 1
+    RALLY = 2
+
+
+class Cmd(IntEnum):
+    """The items that are known by name; the numbers are MAV_CMD's."""
+
+    WAYPOINT = 16
+    LOITER_UNLIM = 17
+    LOITER_TURNS = 18
+    LOITER_TIME = 19
+    RTL = 20
+    LAND = 21
+    TAKEOFF = 22
+    DELAY = 93
+    CONDITION_DELAY = 112
+    CONDITION_DISTANCE = 114
+    CONDITION_YAW = 115
+    JUMP = 177
+    CHANGE_SPEED = 178
+    FENCE_RETURN_POINT = 5000
+    POLYGON_INCLUSION = 5001
+    POLYGON_EXCLUSION = 5002
+    CIRCLE_INCLUSION = 5003
+    CIRCLE_EXCLUSION = 5004
+    RALLY_POINT = 5100
+
+
+@dataclass(frozen=True)
+class PlanItem:
+    """One item as MISSION_ITEM_INT has it.
+
+    Attributes:
+        command: MAV_CMD.
+        frame: MAV_FRAME.
+        params: param1..param4.
+        x: latitude, 1e7 degrees.
+        y: longitude, 1e7 degrees.
+        z: altitude in the frame, metres.
+        autocontinue: as sent.
+    """
+
+    command: int
+    frame: int = 3
+    params: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    x: int = 0
+    y: int = 0
+    z: float = 0.0
+    autocontinue: int = 1
+
+
+class MissionState(IntEnum):
+    """The numbers are MISSION_STATE's."""
+
+    NO_MISSION = 1
+    NOT_STARTED = 2
+    ACTIVE = 3
+    PAUSED = 4
+    COMPLETE = 5
+
+
+@dataclass
+class Plan:
+    """One list of items.
+
+    Attributes:
+        items: in the order of their sequence numbers.
+        identity: what MISSION_CURRENT and opaque_id say; 0 for none.
+        changes: grows with every change.
+    """
+
+    items: list[PlanItem] = field(default_factory=list)
+    identity: int = 0
+    changes: int = 0
+
+    def replace(self, items: list[PlanItem], identity: int = 0) -> None:
+        """Put another list in its place."""
+        self.items = items
+        self.identity = identity
+        self.changes += 1
+
+    def put(self, place: int, item: PlanItem) -> None:
+        """Put an item into its place, at most one beyond the end."""
+        self.items[place : place + 1] = [item]
+        self.changes += 1
+
+
+@dataclass
+class Plans:
+    """All that is stored.
+
+    Attributes:
+        mission: the list of AUTO. With ArduPilot item 0 is home, whatever was sent.
+        fence: inclusion and exclusion areas.
+        rally: where RTL may go instead of home.
+        current: sequence number of the mission's item in force.
+        state: of the mission, once there is one.
+        jumps: how often each DO_JUMP has been taken.
+    """
+
+    mission: Plan = field(default_factory=Plan)
+    fence: Plan = field(default_factory=Plan)
+    rally: Plan = field(default_factory=Plan)
+    current: int = 0
+    state: MissionState = MissionState.NOT_STARTED
+    jumps: dict[int, int] = field(default_factory=dict)
+
+    def of(self, plan_type: int) -> Plan:
+        """The list of a type."""
+        return (self.mission, self.fence, self.rally)[plan_type]
+
+    def rewind(self) -> None:
+        """Begin at the beginning next time: what disarming does."""
+        self.current = 0
+        self.jumps.clear()
+
+    def forget_progress(self) -> None:
+        """Another mission: nothing of it has been flown."""
+        self.rewind()
+        self.state = MissionState.NOT_STARTED

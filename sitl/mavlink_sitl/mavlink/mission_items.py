@@ -1,0 +1,127 @@
+"""Items of missions, fences and rally points: messages to items and back, and what is wrong."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import replace
+
+from mavlink_sitl.autopilot.plan_rules import PlanRules
+from mavlink_sitl.autopilot.plans import Cmd, PlanItem, PlanType
+from mavlink_sitl.mavlink.codec import Message, dialect
+
+OK, ERROR, UNSUPPORTED_FRAME, UNSUPPORTED, NO_SPACE = 0, 1, 2, 3, 4
+INVALID_PARAM1, INVALID_X, INVALID_Y, INVALID_Z, INVALID_SEQUENCE = 6, 10, 11, 12, 13
+DENIED = 14
+"""MAV_MISSION_RESULT, as far as it is used"""
+
+_YAW_MAY_BE_NAN = frozenset(
+    (Cmd.WAYPOINT, Cmd.LAND, Cmd.TAKEOFF, Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TURNS)
+)
+_PLACES = frozenset(
+    (
+        *_YAW_MAY_BE_NAN,
+        Cmd.RALLY_POINT,
+        Cmd.POLYGON_INCLUSION,
+        Cmd.POLYGON_EXCLUSION,
+        Cmd.CIRCLE_INCLUSION,
+        Cmd.CIRCLE_EXCLUSION,
+        Cmd.FENCE_RETURN_POINT,
+    )
+)
+
+
+def degrees_to_int(value: float) -> int:
+    """1e7 degrees; what is no number or too large becomes a value that no check lets pass."""
+    if not math.isfinite(value):
+        return 2**31 - 1
+    return int(min(max(round(value * 1e7), -(2**31)), 2**31 - 1))
+
+
+def from_message(message: Message) -> PlanItem:
+    """MISSION_ITEM_INT or MISSION_ITEM."""
+    x, y = message.x, message.y
+    if message.get_type() == "MISSION_ITEM":
+        x, y = degrees_to_int(x), degrees_to_int(y)
+    params = (message.param1, message.param2, message.param3, message.param4)
+    return PlanItem(message.command, message.frame, params, x, y, message.z, message.autocontinue)
+
+
+def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
+    """The MAV_MISSION_RESULT of an item; OK when nothing is wrong with it."""
+    if item.command not in rules.commands[plan_type]:
+        return UNSUPPORTED
+    if item.frame not in rules.frames:
+        return UNSUPPORTED_FRAME
+    for i, value in enumerate(item.params):
+        allowed = i == 3 and item.command in _YAW_MAY_BE_NAN and math.isnan(value)
+        if not math.isfinite(value) and not allowed:
+            return INVALID_PARAM1 + i
+    if item.command in _PLACES:
+        if abs(item.x) > 900_000_000:
+            return INVALID_X
+        if abs(item.y) > 1_800_000_000:
+            return INVALID_Y
+    return OK if math.isfinite(item.z) and abs(item.z) < 1e6 else INVALID_Z
+
+
+def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
+    """As the firmware keeps it."""
+    yaw = item.params[3]
+    if math.isnan(yaw) and not rules.keeps_nan:
+        yaw = 0.0
+    return replace(
+        item,
+        frame=rules.stored_frames.get(item.frame, item.frame),
+        params=(*item.params[:3], yaw),
+    )
+
+
+def fence_fault(items: list[PlanItem]) -> int:
+    """The MAV_MISSION_RESULT of a whole fence: polygons need three corners, circles a radius."""
+    place = 0
+    while place < len(items):
+        item = items[place]
+        if item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION):
+            corners = int(item.params[0])
+            group = items[place : place + corners]
+            same = all((i.command, i.params[0]) == (item.command, item.params[0]) for i in group)
+            if corners < 3 or len(group) < corners or not same:
+                return INVALID_PARAM1
+            place += corners
+            continue
+        if item.command in (Cmd.CIRCLE_INCLUSION, Cmd.CIRCLE_EXCLUSION) and item.params[0] <= 0.0:
+            return INVALID_PARAM1
+        place += 1
+    return OK
+
+
+def identity(items: list[PlanItem]) -> int:
+    """A number that is another one for another list; 0 for an empty one."""
+    if not items:
+        return 0
+    return zlib.crc32(repr(items).encode("ascii")) or 1
+
+
+def to_message(
+    item: PlanItem, seq: int, current: bool, target: tuple[int, int], plan_type: int, as_int: bool
+) -> Message:
+    """MISSION_ITEM_INT, or MISSION_ITEM for who asks for that."""
+    make = dialect.MAVLink_mission_item_int_message
+    x: float = item.x
+    y: float = item.y
+    if not as_int:
+        make, x, y = dialect.MAVLink_mission_item_message, item.x / 1e7, item.y / 1e7
+    return make(
+        *target,
+        seq,
+        item.frame,
+        item.command,
+        int(current),
+        item.autocontinue,
+        *item.params,
+        x,
+        y,
+        item.z,
+        plan_type,
+    )
