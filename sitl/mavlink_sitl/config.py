@@ -8,11 +8,18 @@ from dataclasses import dataclass, field
 
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.autopilot.personality.ardurover import ARDUBOAT, ARDUROVER
+from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
 
-PERSONALITIES: dict[tuple[str, str], Personality] = {("copter", "ardupilot"): ARDUCOPTER}
+PERSONALITIES: dict[tuple[str, str], Personality] = {
+    ("copter", "ardupilot"): ARDUCOPTER,
+    ("copter", "px4"): PX4COPTER,
+    ("rover", "ardupilot"): ARDUROVER,
+    ("boat", "ardupilot"): ARDUBOAT,
+}
 
 DEFAULT_HOME = GeoPoint(-35.363261, 149.165230, 584.0)
 DEFAULT_HEADING_DEG = 353.0
@@ -27,7 +34,7 @@ class VehicleConfig:
     """One simulated vehicle.
 
     Attributes:
-        vehicle: "copter".
+        vehicle: "copter", "rover", "boat" or "plane".
         autopilot: "ardupilot".
         system_id: MAVLink system id, 1..255; None for the vehicle's place in the list, from 1
             (and again from 1 after 255).
@@ -39,6 +46,8 @@ class VehicleConfig:
         battery: the pack.
         battery_remaining: charge at start, 0..1.
         faults: of its link.
+        links: what its links are for: "gcs" (a ground station's) or "onboard" (a companion
+            computer's). PX4 has streams of its own on each; ArduPilot says the same on all.
     """
 
     vehicle: str = "copter"
@@ -51,6 +60,7 @@ class VehicleConfig:
     battery: BatteryModel = field(default_factory=BatteryModel)
     battery_remaining: float = 1.0
     faults: LinkFaults | None = None
+    links: tuple[str, ...] = ("gcs",)
 
     def __post_init__(self) -> None:
         """Check everything that can be checked without the other vehicles."""
@@ -58,6 +68,10 @@ class VehicleConfig:
         _require(
             self.system_id is None or 1 <= self.system_id <= 255,
             f"the system id must be between 1 and 255, not {self.system_id}",
+        )
+        _require(
+            len(self.links) > 0 and set(self.links) <= {"gcs", "onboard"},
+            f"links must be gcs or onboard, at least one, not {', '.join(self.links) or 'none'}",
         )
         latitude, longitude, altitude = self.home
         _require(abs(latitude) <= 90.0, f"the latitude of home must be -90 to 90, not {latitude}")

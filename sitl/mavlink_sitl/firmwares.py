@@ -2,12 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.mavlink.codec import Encoder
+from mavlink_sitl.mavlink.px4.server import Px4Server
+from mavlink_sitl.mavlink.server import MavlinkServer
+from mavlink_sitl.mavlink.snapshot import Snapshot
+from mavlink_sitl.autopilot.rover import Rover
 
-_CLASSES: dict[str, type[Copter]] = {"copter": Copter}
+_CLASSES: dict[str, type[Copter]] = {
+    "copter": Copter,
+    "px4copter": Px4Copter,
+    "rover": Rover,
+    "boat": Rover,
+}
 
 
 def firmware_class(personality: Personality) -> type[Copter]:
     """The firmware that goes with a personality."""
     return _CLASSES[personality.kind]
+
+
+def make_servers(
+    copter: Copter,
+    encoders: Sequence[Encoder],
+    system_id: int,
+    now_us: int,
+    snapshot: Callable[[], Snapshot],
+    roles: Sequence[str],
+) -> list[MavlinkServer]:
+    """The MAVLink side: one for all links, or with PX4 one for each of them."""
+    if not isinstance(copter, Px4Copter):
+        return [MavlinkServer(copter, encoders[0], system_id, now_us, snapshot)]
+    servers = [
+        Px4Server(copter, encoder, system_id, now_us, snapshot, role)
+        for encoder, role in zip(encoders, roles, strict=True)
+    ]
+    for server in servers:
+        server.peers = servers
+    return list(servers)

@@ -10,10 +10,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.fleet_ground import BoatPhysics, RoverPhysics
 from mavlink_sitl.physics import Physics
+from mavlink_sitl.px4_physics import Px4Physics
 
 PIPELINES: dict[str, type[Physics]] = {
     "copter": Physics,
+    "px4copter": Px4Physics,
+    "rover": RoverPhysics,
+    "boat": BoatPhysics,
 }
 
 

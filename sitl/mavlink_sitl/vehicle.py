@@ -6,6 +6,7 @@ lanes of `physics`.
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 from mavlink_sitl.autopilot.parameters import Parameters
@@ -20,9 +21,10 @@ from mavlink_sitl.exchange import (
     Result,
     Severity,
 )
-from mavlink_sitl.firmwares import firmware_class
+from mavlink_sitl.firmwares import firmware_class, make_servers
 from mavlink_sitl.fleets import Fleet
 from mavlink_sitl.geodesy import to_geodetic, to_local
+from mavlink_sitl.injection import GLITCH_RADIUS_M, Failures
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
@@ -48,6 +50,7 @@ class SimulatedVehicle:
         index: its row in `Simulation.truth`.
         system_id: its MAVLink system id.
         link: to talk to it.
+        links: all of them, one for each of `VehicleConfig.links`; `link` is the first.
         copter: its firmware, another one after a reboot.
         parameters: its parameters; they survive reboots.
         plans: its mission, fence and rally points; they survive, too.
@@ -72,7 +75,9 @@ class SimulatedVehicle:
         self.config = config
         self.now_us = 0
         personality = config.personality()
-        values = {"BATT_CAPACITY": config.battery.capacity_mah, **config.parameters}
+        values = dict(config.parameters)
+        if any(spec.name == "BATT_CAPACITY" for spec in personality.parameters):
+            values.setdefault("BATT_CAPACITY", config.battery.capacity_mah)
         self.parameters = Parameters(personality.parameters, values)
         self.plans = Plans()
         self.offset_ned_m = (0.0, 0.0, 0.0)
@@ -81,18 +86,29 @@ class SimulatedVehicle:
         self._lane = fleet.rows.index(index)
         self._log = log
         self._epoch_us = epoch_us
-        self._encoder = Encoder(system_id, COMPONENT_AUTOPILOT)
+        self._encoders = [Encoder(system_id, COMPONENT_AUTOPILOT) for _ in config.links]
+        self._servers: list[MavlinkServer] = []
         self._gps_lost_at_s: float | None = None
         self._gps_faults: set[str] = set()
+        self._gps_offset_ned_m = (0.0, 0.0, 0.0)
+        self._gps_believed = True
         self._environment: Environment | None = None
         self._damage: str | None = None
+        self._failures = Failures(self)
         self._boot_at_us: int | None = None
         self.wake_us = 0
         self._snapshot_cache: tuple[int, Snapshot] | None = None
-        self.link = SimulatedLink(
-            f"link:{seed}:{index}", config.faults, self.receive, lambda: self.now_us
-        )
+        self.links = [self._make_link(place, seed) for place in range(len(config.links))]
+        self.link = self.links[0]
         self._boot()
+
+    def _make_link(self, place: int, seed: int) -> SimulatedLink:
+        name = f"link:{seed}:{self.index}" + (f":{place}" if place else "")
+
+        def receive(data: bytes, datagram: bool) -> None:
+            self.receive(data, datagram, place)
+
+        return SimulatedLink(name, self.config.faults, receive, lambda: self.now_us)
 
     def _boot(self) -> None:
         if self._boot_at_us is not None:
@@ -110,9 +126,15 @@ class SimulatedVehicle:
         self.copter.plans = self.plans
         self.copter.moving_target = lambda: self._physics.moving_target(self._lane)
         self.copter.damage = self._damage
+        self.copter.inject_failure = self._failures.inject
         self._revision = -1
-        self._server = MavlinkServer(
-            self.copter, self._encoder, self.system_id, self.now_us, self.snapshot
+        self._servers = make_servers(
+            self.copter,
+            self._encoders,
+            self.system_id,
+            self.now_us,
+            self.snapshot,
+            self.config.links,
         )
         self._pass_guidance()
 
@@ -121,44 +143,59 @@ class SimulatedVehicle:
     def tick(self, now_us: int, think: bool) -> None:
         """A tick has passed; `think` when the firmware acts too."""
         self.now_us = now_us
-        self.link.pump()
+        for link in self.links:
+            link.pump()
         if self._boot_at_us is not None:
             if now_us < self._boot_at_us:
                 return
             self._boot()
         if think:
-            self._apply_simulated_parameters()
+            self._failures.follow_parameters()
             self.copter.update(self._observation())
-            self._server.now_us = now_us
-            self._server.flush_events()
+            self._flush_events()
             self._pass_guidance()
-        if now_us >= self._server.next_due_us():
-            self._server.tick(now_us)
-        if self._server.outbox:
-            self._send_all()
+        for server in self._servers:
+            if now_us >= server.next_due_us():
+                server.tick(now_us)
+        self._send_all()
         self._plan_wake()
 
     def _plan_wake(self) -> None:
-        self.wake_us = 0 if self._boot_at_us is not None else self._server.next_due_us()
+        booting = self._boot_at_us is not None
+        self.wake_us = 0 if booting else min(s.next_due_us() for s in self._servers)
 
-    def receive(self, data: bytes, datagram: bool) -> None:
-        """Bytes arrive at the vehicle."""
+    def _flush_events(self) -> None:
+        for server in self._servers:
+            server.now_us = self.now_us
+        self._servers[0].flush_events()
+
+    def receive(self, data: bytes, datagram: bool, place: int = 0) -> None:
+        """Bytes arrive at the vehicle, on one of its links."""
         if self._boot_at_us is not None:
             return
         self.copter.observe(self._observation())
-        for frame in self._server.receive(data, self.now_us, datagram):
+        for server in self._servers:
+            server.now_us = self.now_us
+        server = self._servers[min(place, len(self._servers) - 1)]
+        for frame in server.receive(data, self.now_us, datagram):
             self._record(frame)
         self._pass_guidance()
         self._send_all()
-        if self._server.reboot_requested:
+        if server.reboot_requested:
             self._shut_down()
         self._plan_wake()
 
     def _send_all(self) -> None:
-        outbox, self._server.outbox = self._server.outbox, []
-        for frame in outbox:
-            self._record(frame)
-            self.link.deliver(frame)
+        for place, server in enumerate(self._servers):
+            if not server.outbox:
+                continue
+            outbox, server.outbox = server.outbox, []
+            # A firmware that speaks with one voice says the same on all links.
+            links = self.links if len(self._servers) == 1 else (self.links[place],)
+            for frame in outbox:
+                self._record(frame)
+                for link in links:
+                    link.deliver(frame)
 
     def _record(self, frame: bytes) -> None:
         if self._log is not None:
@@ -186,12 +223,6 @@ class SimulatedVehicle:
         self.wake_us = 0
         self._physics.guide(self._lane, Guidance())
 
-    def _apply_simulated_parameters(self) -> None:
-        voltage = self.parameters["SIM_BATT_VOLTAGE"]
-        physics = self._physics
-        if voltage != physics.at(physics.battery.override_v, self._lane):
-            self._force_voltage(voltage)
-
     # What it knows.
 
     def _observation(self) -> Observation:
@@ -200,12 +231,18 @@ class SimulatedVehicle:
         return Observation(
             time_s=self.now_us / 1e6,
             motion=physics.motion(index),
-            gps_fix=self._gps_lost_at_s is None,
-            battery=physics.battery_reading(index, self.parameters["BATT_CAPACITY"]),
+            gps_fix=self._gps_lost_at_s is None and self._gps_believed,
+            battery=physics.battery_reading(index, self._capacity_mah()),
             touching_ground=touching,
             impact_m_s=impact_m_s,
             thrust_over_hover=thrust_m_s2 / 9.80665,
         )
+
+    def _capacity_mah(self) -> float:
+        """What the firmware believes the pack to hold."""
+        if "BATT_CAPACITY" in self.parameters:
+            return self.parameters["BATT_CAPACITY"]
+        return self._physics.pack.capacity_mah
 
     def snapshot(self) -> Snapshot:
         """Everything telemetry is made of, now."""
@@ -224,7 +261,7 @@ class SimulatedVehicle:
             copter=self.copter,
             motion=physics.motion(index),
             gps=gps,
-            battery=physics.battery_reading(index, self.parameters["BATT_CAPACITY"]),
+            battery=physics.battery_reading(index, self._capacity_mah()),
             thrust_over_hover=thrust / 9.80665,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
             truth=truth,
@@ -237,6 +274,9 @@ class SimulatedVehicle:
 
     def _gps_reading(self) -> GpsReading:
         time_s, position, velocity = self._physics.gps(self._lane)
+        if not self._gps_believed:  # else the estimate, and the sample with it, goes along
+            n, e, d = (x + off for x, off in zip(position, self._gps_offset_ned_m, strict=True))
+            position = (n, e, d)
         if self._gps_lost_at_s is not None:
             time_s = min(time_s, self._gps_lost_at_s)
         reading = sensors.gps_reading(
@@ -267,8 +307,7 @@ class SimulatedVehicle:
             raise ValueError(f"no mode {mode!r}; there are: {names}")
         self.copter.observe(self._observation())
         taken = self.copter.set_mode(numbers[0]) is Result.ACCEPTED
-        self._server.now_us = self.now_us
-        self._server.flush_events()
+        self._flush_events()
         self._pass_guidance()
         self._send_all()
         return taken
@@ -322,6 +361,7 @@ class SimulatedVehicle:
         """It has hit something: the flight is over, and it says so."""
         self._damage = f"Crashed into {obstacle}"
         self.copter.damage = self._damage
+        self.copter.inject_failure = self._failures.inject
         self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
         self.copter.disarm(force=True)
 
@@ -337,12 +377,41 @@ class SimulatedVehicle:
 
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
+        if "SIM_BATT_VOLTAGE" not in self.parameters:
+            self.copter.force_battery_voltage(voltage_v)
+            return
         self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
 
-    def _force_voltage(self, voltage_v: float) -> None:
+    def force_voltage(self, voltage_v: float) -> None:
+        """Force the pack's voltage until told otherwise; 0 gives the model back."""
         physics = self._physics
         lane = physics.with_value(physics.battery.override_v, self._lane, voltage_v)
         physics.battery = physics.battery._replace(override_v=lane)
+
+    @property
+    def battery_consumed_mah(self) -> float:
+        """What has been taken from the pack."""
+        return self._physics.at(self._physics.battery.consumed_mah, self._lane)
+
+    def shift_gps(self, offset_ned_m: tuple[float, float, float]) -> None:
+        """Let the receiver be wrong by so much; far off, the estimator does not believe it."""
+        self._gps_offset_ned_m = offset_ned_m
+        believed = math.hypot(*offset_ned_m) <= GLITCH_RADIUS_M
+        self._physics.mislead(self._lane, offset_ned_m if believed else (0.0, 0.0, 0.0))
+        self._gps_believed = believed
+
+    def lose_radio(self, lost: bool) -> None:
+        """The pilot's radio goes silent, or comes back."""
+        self.copter.pilot.lost = lost
+
+    def weaken_motors(self, efficiency: float) -> None:
+        """Thrust as a part of what is asked for; 1 is whole."""
+        self._physics.weaken(self._lane, efficiency)
+
+    def blow(self, velocity_ned_m_s: tuple[float, float, float]) -> None:
+        """A wind on this vehicle, on top of the world's."""
+        if self._environment is not None:
+            self._environment.blow(self._lane, velocity_ned_m_s)
 
     def set_battery_remaining(self, fraction: float) -> None:
         """Fill or empty the pack, 0..1."""

@@ -100,6 +100,8 @@ class Copter:
         """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""
         self.arming = Arming(self)
         self.started = False
+        self.inject_failure: Callable[[int, int, int], Result] = lambda *_: Result.UNSUPPORTED
+        """Breaks something; set by whoever runs the vehicle"""
         self.damage: str | None = None
         """Why it will not fly again before it is mended"""
         self.guidance = Guidance()

@@ -45,7 +45,7 @@ def test_everything_at_once() -> None:
             "--vehicle plane",
             "there is no plane with ardupilot yet; there is: copter with ardupilot",
         ),
-        ("--autopilot px4", "there is no copter with px4 yet"),
+        ("--autopilot inav", "there is no copter with inav yet"),
         ("--link nonsense", "'nonsense' is no link: write KIND://HOST:PORT"),
         ("--link udpout://127.0.0.1:0", "no usable port"),
         ("--link serial:///dev/ttyACM0:57600", "is no link"),

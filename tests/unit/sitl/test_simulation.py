@@ -118,7 +118,7 @@ def test_no_vehicle_is_no_simulation() -> None:
     ("config", "words"),
     [
         ({"vehicle": "plane"}, "there is no plane with ardupilot"),
-        ({"autopilot": "px4"}, "there is no copter with px4"),
+        ({"autopilot": "inav"}, "there is no copter with inav"),
         ({"system_id": 0}, "system id"),
         ({"system_id": 256}, "system id"),
         ({"home": GeoPoint(91.0, 0.0, 0.0)}, "latitude"),

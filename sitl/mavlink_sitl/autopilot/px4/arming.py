@@ -1,0 +1,108 @@
+"""Arming and disarming as PX4 does it, and the ramp of the motors before lifting off."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.arming import Arming
+from mavlink_sitl.exchange import ArmedChanged, Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.copter import Px4Copter
+
+RAMP_SHARE = 0.75
+"""Share of MPC_TKO_RAMP_T after which the thrust lifts the vehicle (recorded: 2.3 s of 3 s)"""
+SPOOL_S = 1.0
+"""How long the controllers take from idle to lift; part of the ramp"""
+
+
+class Px4Arming(Arming):
+    """Whether the motors of one vehicle are armed, and who may change that.
+
+    Args:
+        copter: the vehicle.
+
+    Attributes:
+        lift_began_s: when the mode wanted to leave the ground and the ramp began.
+        landed_at_s: when a landing was detected in this flight.
+    """
+
+    def __init__(self, copter: Px4Copter) -> None:
+        """See the class."""
+        super().__init__(copter)
+        self._px4 = copter
+        self.lift_began_s = math.inf
+        self.landed_at_s = math.inf
+        self._disarm_text = ""
+
+    def arm(self, force: bool) -> Result:
+        """Arm the motors when the chosen mode can run, or when forced."""
+        copter = self._px4
+        if self.armed:
+            return Result.ACCEPTED
+        if not force and not (copter.can_arm() and copter.mode.spec.armable):
+            text = "Arming denied: Resolve system health failures first"
+            copter.say(Severity.CRITICAL, text)
+            return Result.TEMPORARILY_REJECTED
+        self.armed = True
+        self.armed_at_s = copter.now_s
+        self.lift_began_s = self.landed_at_s = math.inf
+        if copter.estimator.has_origin:
+            copter.set_home()
+        copter.say(Severity.INFO, "Armed by external command")
+        copter.events.append(ArmedChanged(True))
+        return Result.ACCEPTED
+
+    def disarm(self, force: bool) -> Result:
+        """Disarm the motors; in the air only when forced."""
+        copter = self._px4
+        if not self.armed:
+            return Result.ACCEPTED
+        if copter.in_flight and not copter.landed and not force:
+            copter.say(Severity.CRITICAL, "Disarming denied: not landed")
+            return Result.TEMPORARILY_REJECTED
+        self.armed = False
+        text, self._disarm_text = self._disarm_text, ""
+        copter.say(Severity.INFO, text or "Disarmed by external command")
+        copter.events.append(ArmedChanged(False))
+        return Result.ACCEPTED
+
+    def run_checks(self) -> Result:
+        """RUN_PREARM_CHECKS: the verdict shows in SYS_STATUS."""
+        return Result.TEMPORARILY_REJECTED if self.armed else Result.ACCEPTED
+
+    def watch(self) -> None:
+        """Begin the ramp once the motors turn and the mode wants to go up."""
+        copter = self._px4
+        self.checks_passed = copter.can_arm()
+        if not self.armed or math.isfinite(self.lift_began_s):
+            return
+        spooled = copter.now_s - self.armed_at_s >= copter.parameters["COM_SPOOLUP_TIME"]
+        if spooled and copter.flying_mode.wants_to_lift():
+            self.lift_began_s = copter.now_s
+
+    def may_lift(self) -> bool:
+        """Whether the motors may give what lifts the vehicle."""
+        ramp_s = max(RAMP_SHARE * self._px4.parameters["MPC_TKO_RAMP_T"] - SPOOL_S, 0.0)
+        landed = math.isfinite(self.landed_at_s)
+        return not landed and self._px4.now_s - self.lift_began_s >= ramp_s
+
+    def disarm_is_due(self, landed_since_s: float) -> bool:
+        """After landing, and when nobody takes off."""
+        copter, p = self._px4, self._px4.parameters
+        if not self.armed or copter.in_flight:
+            return False
+        if math.isfinite(self.landed_at_s):
+            delay_s, since_s = p["COM_DISARM_LAND"], self.landed_at_s
+            self._disarm_text = "Disarmed by landing"
+        elif math.isfinite(self.lift_began_s):
+            return False
+        else:
+            delay_s = p["COM_DISARM_PRFLT"]
+            since_s = self.armed_at_s + p["COM_SPOOLUP_TIME"]
+            self._disarm_text = "Disarmed by auto preflight disarming"
+        if delay_s > 0.0 and copter.now_s - since_s >= delay_s:
+            return True
+        self._disarm_text = ""
+        return False

@@ -1,0 +1,394 @@
+"""PX4's flight modes for a multicopter: each turns its situation into `Guidance`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.modes import Mode
+from mavlink_sitl.autopilot.personality.px4copter import LOITER
+from mavlink_sitl.exchange import Guidance, Motors, Severity, YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.personality import ModeSpec
+    from mavlink_sitl.autopilot.px4.copter import Px4Copter
+    from mavlink_sitl.geodesy import GeoPoint
+
+REACHED_M = 0.8
+"""NAV_MC_ALT_RAD: a height counts as reached"""
+STOPPED_M_S = 0.8
+"""MPC_HOLD_MAX_XY: below it the vehicle holds the place where it is"""
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+class Px4Mode(Mode):
+    """A flight mode of one vehicle.
+
+    Args:
+        copter: the vehicle.
+        spec: number, name and rules.
+    """
+
+    def __init__(self, copter: Px4Copter, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(copter, spec)
+        self.px4 = copter
+
+    def wants_to_lift(self) -> bool:
+        """Whether it would leave the ground."""
+        return False
+
+    def ground_motors(self) -> Motors:
+        """Idle, until the ramp of a take-off lifts."""
+        return Motors.FLY if self.px4.arming.may_lift() else Motors.IDLE
+
+    def hold_at(self, position: Vector, yaw_rad: float | None = None) -> Guidance:
+        """Fly to a place and stay there."""
+        return replace(
+            self.hold_guidance(),
+            track_position_xy=1.0,
+            track_position_z=1.0,
+            north_m=position[0],
+            east_m=position[1],
+            down_m=position[2],
+            yaw_mode=YawMode.HOLD if yaw_rad is None else YawMode.ANGLE,
+            yaw_rad=yaw_rad or 0.0,
+            restart_xy=False,
+            restart_z=False,
+        )
+
+    def here(self) -> Vector:
+        """Where the vehicle believes to be."""
+        motion = self.px4.motion
+        return motion.north_m, motion.east_m, motion.down_m
+
+    def brake_guidance(self) -> Guidance:
+        """To a standstill as the loops allow."""
+        return replace(self.hold_guidance(), limits=self.px4.px4_navigator.direct_limits())
+
+
+class Hold(Px4Mode):
+    """AUTO.LOITER: brake, stay; or go where DO_REPOSITION says."""
+
+    def enter(self) -> None:
+        """Brake."""
+        self.target: Vector | None = None
+        self.guide(self.brake_guidance())
+
+    def go_to(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
+    ) -> None:
+        """Go somewhere; None keeps what is."""
+        navigator = self.px4.px4_navigator
+        north, east, down = self.target or self.here()
+        if point is not None:
+            north, east, _ = navigator.place_ned_m(point)
+        if altitude_amsl_m is not None:
+            down = navigator.down_of_amsl(altitude_amsl_m)
+        self.target = (north, east, down)
+        if yaw_rad is None and point is not None:
+            motion = self.px4.motion
+            away = math.hypot(north - motion.north_m, east - motion.east_m)
+            if away > 2.0:  # the nose looks where it goes
+                yaw_rad = math.atan2(east - motion.east_m, north - motion.north_m)
+        self.guide(self.hold_at(self.target, yaw_rad))
+
+    def update(self) -> None:
+        """Once stopped, stay at that place."""
+        if self.target is not None or self.px4.landed:
+            return
+        motion = self.px4.motion
+        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        if speed < STOPPED_M_S and abs(motion.velocity_down_m_s) < STOPPED_M_S:
+            self.target = self.here()
+            self.guide(self.hold_at(self.target))
+
+
+class Takeoff(Px4Mode):
+    """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER.
+
+    Attributes:
+        wanted_amsl_m: what NAV_TAKEOFF asked for, or None for MIS_TAKEOFF_ALT above home.
+    """
+
+    wanted_amsl_m: float | None = None
+
+    def enter(self) -> None:
+        """Take the height; one that is below the vehicle is not flown to."""
+        navigator = self.px4.px4_navigator
+        north, east, down = self.here()
+        home_down = navigator.home_ned_m()[2]
+        wanted = home_down - self.px4.parameters["MIS_TAKEOFF_ALT"]
+        if self.wanted_amsl_m is not None:
+            wanted = navigator.down_of_amsl(self.wanted_amsl_m)
+        self._too_low = wanted >= down
+        if self._too_low:
+            self.px4.say(Severity.CRITICAL, "Already higher than takeoff altitude")
+            wanted = down
+        self.wanted_amsl_m = None
+        self.target = (north, east, wanted)
+        limits = replace(
+            navigator.limits(), speed_up_m_s=max(self.px4.parameters["MPC_TKO_SPEED"], 0.1)
+        )
+        self.guide(replace(self.hold_at(self.target), restart_z=True, limits=limits))
+
+    @property
+    def taking_off(self) -> bool:
+        """Always."""
+        return True
+
+    def wants_to_lift(self) -> bool:
+        """Unless the height asked for is not above."""
+        return not self._too_low
+
+    def update(self) -> None:
+        """At the height: hold."""
+        if self.px4.in_flight and abs(self.px4.motion.down_m - self.target[2]) < REACHED_M:
+            self.px4.intend(LOITER)
+
+
+class Land(Px4Mode):
+    """AUTO.LAND: brake, then down, slower near the ground."""
+
+    @property
+    def landing(self) -> bool:
+        """Always."""
+        return True
+
+    def enter(self) -> None:
+        """Brake and sink."""
+        self._at: tuple[float, float] | None = None
+        self._speed = -1.0
+        self.update()
+
+    def update(self) -> None:
+        """Follow the height; stay over the place where the braking ended."""
+        motion = self.px4.motion
+        first = self._speed < 0.0
+        speed = descent_speed_m_s(self.px4)
+        stopped = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s) < STOPPED_M_S
+        settled = self._at is None and stopped and self.px4.estimator.position_ok
+        if settled:
+            self._at = (motion.north_m, motion.east_m)
+        if not settled and abs(speed - self._speed) < 0.02:
+            return
+        self._speed = speed
+        self.guide(descending(self, self._at, speed, first))
+
+
+def descent_speed_m_s(copter: Px4Copter) -> float:
+    """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED below MPC_LAND_ALT2."""
+    p = copter.parameters
+    high, low = p["MPC_LAND_ALT1"], p["MPC_LAND_ALT2"]
+    share = (copter.navigator.height_above_home_m() - low) / max(high - low, 0.1)
+    fast, slow = p["MPC_Z_V_AUTO_DN"], p["MPC_LAND_SPEED"]
+    return slow + (fast - slow) * min(max(share, 0.0), 1.0)
+
+
+def descending(mode: Px4Mode, at: tuple[float, float] | None, speed: float, first: bool) -> Guidance:
+    """Sink at a speed, over a place or braking."""
+    guidance = replace(mode.brake_guidance(), restart_xy=first, restart_z=first)
+    guidance = replace(guidance, velocity_down_m_s=speed)
+    if at is None:
+        return guidance
+    limits = mode.px4.navigator.limits()
+    return replace(guidance, track_position_xy=1.0, north_m=at[0], east_m=at[1], limits=limits)
+
+
+class Return(Px4Mode):
+    """AUTO.RTL: climb to RTL_RETURN_ALT, fly home, land there."""
+
+    def enter(self) -> None:
+        """Brake and climb."""
+        copter = self.px4
+        navigator, p = copter.px4_navigator, copter.parameters
+        self._home = navigator.home_ned_m()
+        motion = copter.motion
+        away = math.hypot(motion.north_m - self._home[0], motion.east_m - self._home[1])
+        height = p["RTL_RETURN_ALT"]
+        cone = math.tan(math.radians(min(max(p["RTL_CONE_ANG"], 0.0), 89.0)))
+        if p["RTL_CONE_ANG"] < 90.0 and away < p["RTL_MIN_DIST"]:
+            height = min(height, max(2.0 * p["RTL_MIN_DIST"] * cone, p["RTL_DESCEND_ALT"]))
+        self._down_m = min(self._home[2] - height, motion.down_m)
+        self._stage = "climb"
+        self._speed = -1.0
+        amsl = copter.navigator.origin.altitude_amsl_m - self._down_m
+        above = self._home[2] - self._down_m
+        if copter.in_flight:
+            copter.say(
+                Severity.INFO,
+                f"RTL: start return at {amsl:.0f} m ({above:.0f} m above destination)",
+            )
+        at = (motion.north_m, motion.east_m, self._down_m)
+        limits = replace(navigator.limits(), speed_up_m_s=CLIMB_M_S)
+        self.guide(replace(self.hold_at(at), restart_xy=True, restart_z=True, limits=limits))
+
+    @property
+    def landing(self) -> bool:
+        """In the last stage."""
+        return self._stage == "land"
+
+    def update(self) -> None:
+        """Go on with the stage, or to the next."""
+        if not self.px4.armed or self.px4.landed:
+            return
+        motion = self.px4.motion
+        north, east, _ = self._home
+        if self._stage == "climb" and abs(motion.down_m - self._down_m) < REACHED_M:
+            self._stage = "return"
+            self.guide(replace(self.hold_at((north, east, self._down_m))))
+        elif self._stage == "return":
+            if math.hypot(motion.north_m - north, motion.east_m - east) < NAV_ACC_RAD_M:
+                self._stage = "land"
+                self._sink_from_s = self.px4.now_s + self.px4.parameters["RTL_LAND_DELAY"]
+                self.px4.say(Severity.INFO, "RTL: land at destination")
+        elif self._stage == "land" and self.px4.now_s >= self._sink_from_s:
+            speed = descent_speed_m_s(self.px4)
+            if abs(speed - self._speed) >= 0.02:
+                first, self._speed = self._speed < 0.0, speed
+                guidance = descending(self, (north, east), speed, False)
+                self.guide(replace(guidance, restart_z=first))
+
+
+CLIMB_M_S = 1.8
+"""The recorded climb of RTL, from 10 m to 30 m in 11 s"""
+NAV_ACC_RAD_M = 2.0
+"""NAV_ACC_RAD"""
+
+
+class Mission(Px4Mode):
+    """AUTO.MISSION without a mission to fly; `autopilot` code that has one replaces it."""
+
+    def enter(self) -> None:
+        """Hold."""
+        self.guide(self.brake_guidance())
+
+
+class Manual(Px4Mode):
+    """MANUAL, ALTCTL and POSCTL with sticks: all three are flown as velocities."""
+
+    def enter(self) -> None:
+        """Brake."""
+        self._asked: Vector | None = None
+        self.update()
+
+    def _stick_velocity(self) -> tuple[Vector, float]:
+        sticks = self.px4.manual
+        if sticks is None or not self.px4.manual_alive():
+            return ZERO, 0.0
+        p, yaw = self.px4.parameters, self.px4.motion.yaw_rad
+        forward = sticks.pitch * p["MPC_VEL_MANUAL"]
+        right = sticks.roll * p["MPC_VEL_MANUAL"]
+        up = (sticks.throttle - 0.5) * 2.0
+        up *= p["MPC_Z_VEL_MAX_UP"] if up > 0.0 else p["MPC_Z_VEL_MAX_DN"]
+        c, s = math.cos(yaw), math.sin(yaw)
+        return (forward * c - right * s, forward * s + right * c, -up), sticks.yaw
+
+    def wants_to_lift(self) -> bool:
+        """With the throttle above the centre."""
+        return self._stick_velocity()[0][2] < -0.3
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        velocity, turn = self._stick_velocity()
+        asked = (*velocity, turn)
+        if asked == self._asked:
+            return
+        first, self._asked = self._asked is None, asked
+        self.guide(
+            replace(
+                self.brake_guidance(),
+                velocity_north_m_s=velocity[0],
+                velocity_east_m_s=velocity[1],
+                velocity_down_m_s=velocity[2],
+                yaw_mode=YawMode.RATE if turn else YawMode.HOLD,
+                yaw_rate_rad_s=turn * math.radians(100.0),
+                restart_xy=first,
+                restart_z=first,
+            )
+        )
+
+
+class Offboard(Px4Mode):
+    """Follows the stream of setpoints; NaN components (None here) are left to the loops."""
+
+    def __init__(self, copter: Px4Copter, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(copter, spec)
+        self.target = Setpoint(Frame.LOCAL, velocity_m_s=ZERO)
+        self._fresh = True
+
+    def enter(self) -> None:
+        """Follow the latest setpoint; without one, stop."""
+        self._fresh = True
+        if self.px4.stream_alive():
+            self._follow()
+        else:
+            self.guide(self.brake_guidance())
+
+    def take(self, setpoint: Setpoint) -> None:
+        """A new setpoint, in LOCAL or BODY (velocity only)."""
+        velocity = setpoint.velocity_m_s
+        if setpoint.frame is Frame.BODY:
+            if velocity is not None:
+                c, s = math.cos(self.px4.motion.yaw_rad), math.sin(self.px4.motion.yaw_rad)
+                north = velocity[0] * c - velocity[1] * s
+                east = velocity[0] * s + velocity[1] * c
+                velocity = (north, east, velocity[2])
+            setpoint = replace(
+                setpoint, frame=Frame.LOCAL, position_m=None, velocity_m_s=velocity
+            )
+        same = setpoint == self.target and not self._fresh
+        self.target = setpoint
+        if self.px4.mode is self and not same:
+            self._follow()
+
+    def _follow(self) -> None:
+        s = self.target
+        position, velocity = s.position_m or ZERO, s.velocity_m_s or ZERO
+        acceleration = s.acceleration_m_s2 or ZERO
+        tracks_position = float(s.position_m is not None)
+        tracks_velocity = float(s.position_m is not None or s.velocity_m_s is not None)
+        yaw_mode = YawMode.HOLD
+        if s.yaw_rad is not None:
+            yaw_mode = YawMode.ANGLE
+        elif s.yaw_rate_rad_s is not None:
+            yaw_mode = YawMode.RATE
+        fresh, self._fresh = self._fresh, False
+        self.guide(
+            Guidance(
+                motors=Motors.FLY,
+                track_position_xy=tracks_position,
+                track_position_z=tracks_position,
+                track_velocity_xy=tracks_velocity,
+                track_velocity_z=tracks_velocity,
+                north_m=position[0],
+                east_m=position[1],
+                down_m=position[2],
+                velocity_north_m_s=velocity[0],
+                velocity_east_m_s=velocity[1],
+                velocity_down_m_s=velocity[2],
+                acceleration_north_m_s2=acceleration[0],
+                acceleration_east_m_s2=acceleration[1],
+                acceleration_down_m_s2=acceleration[2],
+                yaw_mode=yaw_mode,
+                yaw_rad=s.yaw_rad or 0.0,
+                yaw_rate_rad_s=s.yaw_rate_rad_s or 0.0,
+                limits=self.px4.px4_navigator.direct_limits(),
+                restart_xy=fresh,
+                restart_z=fresh,
+            )
+        )
+
+    def wants_to_lift(self) -> bool:
+        """A place above, a climb or an upward push."""
+        s = self.target
+        if not self.px4.stream_alive():
+            return False
+        if s.position_m is not None:
+            return s.position_m[2] < self.px4.motion.down_m - 0.2
+        if s.velocity_m_s is not None:
+            return s.velocity_m_s[2] < -0.3
+        return s.acceleration_m_s2 is not None and s.acceleration_m_s2[2] < -0.3

@@ -1,0 +1,84 @@
+"""Origin, home and limits by PX4's parameters."""
+
+from __future__ import annotations
+
+from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
+from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.exchange import Limits
+from mavlink_sitl.geodesy import GeoPoint, to_local
+
+VELOCITY_GAIN_1_S = 1.8
+"""MPC_XY_VEL_P_ACC: from velocity error to acceleration"""
+ACCELERATION_XY_M_S2 = 8.0
+"""What a lean of 45 degrees (MPC_TILTMAX_AIR) leaves after drag, over the recorded dashes"""
+ACCELERATION_Z_M_S2 = 5.0
+VELOCITY_GAIN_Z_1_S = 4.0
+"""MPC_Z_VEL_P_ACC"""
+TOP_SPEED_M_S = 9.5
+"""The recorded airframe goes no faster leaning by 45 degrees (`offboard_loss_stop`)"""
+AUTO_ACCELERATION_M_S2 = 1.7
+"""What the smoothed trajectories of the AUTO modes brake with (`mavsdk_offboard_goto`)"""
+AUTO_GAIN_1_S = 0.5
+"""MPC_XY_TRAJ_P"""
+
+
+class Px4Navigator(Navigator):
+    """A `Navigator` with two sets of limits: OFFBOARD's and that of the AUTO modes.
+
+    The controllers shape a motion by limits of speed, acceleration and jerk. Their gains
+    follow from the ratio of the latter two, so PX4's cascade of a proportional position loop
+    around a proportional velocity loop is had by jerk = 2 * MPC_XY_P * acceleration.
+    """
+
+    def __init__(self, origin: GeoPoint, parameters: Parameters) -> None:
+        """See `Navigator`."""
+        super().__init__(origin, parameters)
+        self._true_home: GeoPoint | None = None
+
+    def direct_limits(self) -> Limits:
+        """OFFBOARD: the loops without a trajectory in front of them."""
+        p = self._parameters
+        gain_xy, gain_z = max(p["MPC_XY_P"], 0.1), max(p["MPC_Z_P"], 0.1)
+        return Limits(
+            speed_xy_m_s=max(min(p["MPC_XY_VEL_MAX"], TOP_SPEED_M_S), LEAST_LIMIT),
+            speed_up_m_s=max(p["MPC_Z_VEL_MAX_UP"], LEAST_LIMIT),
+            speed_down_m_s=max(p["MPC_Z_VEL_MAX_DN"], LEAST_LIMIT),
+            acceleration_xy_m_s2=ACCELERATION_XY_M_S2,
+            acceleration_z_m_s2=ACCELERATION_Z_M_S2,
+            jerk_xy_m_s3=2.0 * gain_xy * ACCELERATION_XY_M_S2,
+            jerk_z_m_s3=2.0 * gain_z * ACCELERATION_Z_M_S2,
+        )
+
+    def limits(self) -> Limits:
+        """The AUTO modes: cruise speed and a smooth trajectory."""
+        p = self._parameters
+        cruise = p["MPC_XY_CRUISE"] if self._speed_xy_m_s is None else self._speed_xy_m_s
+        acceleration = max(AUTO_ACCELERATION_M_S2 * p["MPC_ACC_HOR"] / 3.0, LEAST_LIMIT)
+        return Limits(
+            speed_xy_m_s=max(cruise, LEAST_LIMIT),
+            speed_up_m_s=max(p["MPC_Z_V_AUTO_UP"], LEAST_LIMIT),
+            speed_down_m_s=max(p["MPC_Z_V_AUTO_DN"], LEAST_LIMIT),
+            acceleration_xy_m_s2=acceleration,
+            acceleration_z_m_s2=2.0,
+            jerk_xy_m_s3=max(2.0 * AUTO_GAIN_1_S * acceleration, LEAST_LIMIT),
+            jerk_z_m_s3=4.0,
+        )
+
+    def place_ned_m(self, point: GeoPoint) -> tuple[float, float, float]:
+        """A place on earth in the local frame."""
+        return to_local(self.origin, point)
+
+    def down_of_amsl(self, altitude_amsl_m: float) -> float:
+        """An altitude in the local frame."""
+        return self.origin.altitude_amsl_m - altitude_amsl_m
+
+    def set_home(self) -> None:
+        """Home is here."""
+        super().set_home()
+        self._true_home = self.home
+
+    def drift_home(self, offset_m: float) -> None:
+        """Home's altitude is off by this much for now; its place stays."""
+        if self._true_home is not None:
+            altitude = self._true_home.altitude_amsl_m + offset_m
+            self.home = self._true_home._replace(altitude_amsl_m=altitude)

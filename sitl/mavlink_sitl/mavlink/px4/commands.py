@@ -1,0 +1,234 @@
+"""COMMAND_LONG and COMMAND_INT as PX4 answers them.
+
+The frame of a COMMAND_INT is ignored: altitudes are above sea level, always. Each rule was
+seen in the recordings (`probe_ground` and the flights); a command that is not here is
+UNSUPPORTED.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.mavlink.commands import FORCE, Command
+from mavlink_sitl.mavlink.px4.messages import BUILDERS
+from mavlink_sitl.mavlink.setpoints import usable
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.px4.server import Px4Server
+
+Handler = Callable[["Px4Server", Command], "Result | None"]
+AVAILABLE_MODES = 435
+_CHANGE_MODE = 1
+
+
+def handle(server: Px4Server, command: Command) -> Result | None:
+    """Carry out a command.
+
+    Args:
+        server: the vehicle's side of the link it came on.
+        command: what is asked.
+
+    Returns:
+        What COMMAND_ACK says, or None when there is no answer.
+    """
+    if command.id not in HANDLERS:
+        return Result.UNSUPPORTED
+    handler, used = HANDLERS[command.id]
+    if not all(usable(value) for value in command.params[:used]):
+        return Result.DENIED
+    return handler(server, command)
+
+
+def mode_number(base_mode: int, main: int, sub: int) -> int:
+    """The custom mode that DO_SET_MODE means; without CUSTOM_MODE_ENABLED the old flags count."""
+    if base_mode & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+        return px4.custom_mode(main, sub)
+    if base_mode & dialect.MAV_MODE_FLAG_AUTO_ENABLED:
+        return px4.MISSION
+    return px4.POSCTL if base_mode & dialect.MAV_MODE_FLAG_GUIDED_ENABLED else px4.MANUAL
+
+
+def _set_mode(server: Px4Server, command: Command) -> Result:
+    # The receiver acknowledges first, whatever will become of it; the verdict comes after.
+    server.acknowledge(command.id, Result.ACCEPTED)
+    # Some clients leave param3 NaN where a mode has no sub mode.
+    base, main = int(command.params[0]), int(command.params[1])
+    sub = int(command.params[2]) if usable(command.params[2]) else 0
+    if not (0 <= main <= 255 and 0 <= sub <= 255):
+        return Result.ACCEPTED  # a main mode that does not exist changes nothing
+    return server.px4.set_mode(mode_number(base, main, sub))
+
+
+def _arm_disarm(server: Px4Server, command: Command) -> Result | None:
+    what, force = command.params[0], command.params[1] == FORCE
+    if what == 1.0:
+        return server.px4.arm(force)
+    if what == 0.0:
+        return server.px4.disarm(force)
+    server.px4.say(Severity.CRITICAL, f"Unsupported ARM_DISARM param: {what:.3f}")
+    return None
+
+
+def _take_off(server: Px4Server, command: Command) -> Result:
+    # Zeros mean "not given", as in `probe_ground`.
+    altitude = command.z if usable(command.z) and command.z != 0.0 else None
+    return server.px4.take_off_to(altitude)
+
+
+def _land(server: Px4Server, _: Command) -> Result:
+    return server.px4.land_here()
+
+
+def _mode(number: int) -> Handler:
+    def handler(server: Px4Server, _: Command) -> Result:
+        return server.px4.set_mode(number)
+
+    return handler
+
+
+def _reposition(server: Px4Server, command: Command) -> Result:
+    if not usable(command.params[1]) or not int(command.params[1]) & _CHANGE_MODE:
+        return Result.UNSUPPORTED
+    point = _place(command)
+    if point is None and _given(command.x) and _given(command.y):
+        return Result.DENIED
+    if command.z == command.z and not usable(command.z):
+        return Result.DENIED
+    yaw = command.params[3] if usable(command.params[3]) else None
+    result = server.px4.reposition(point, command.z if usable(command.z) else None, yaw)
+    if usable(command.params[0]) and command.params[0] > 0.0:
+        server.px4.change_speed(1, command.params[0])
+    return result
+
+
+def _given(value: float) -> bool:
+    return math.isfinite(value) and value != -(2**31) and value != 2**31 - 1
+
+
+def _place(command: Command) -> GeoPoint | None:
+    if not (_given(command.x) and _given(command.y)):
+        return None
+    scale = 1.0 if command.is_long else 1e7
+    latitude, longitude = command.x / scale, command.y / scale
+    if abs(latitude) > 90.0 or abs(longitude) > 180.0:
+        return None
+    return GeoPoint(latitude, longitude, 0.0)
+
+
+def _change_speed(server: Px4Server, command: Command) -> Result:
+    return server.px4.change_speed(int(command.params[0]), command.params[1])
+
+
+def _set_interval(server: Px4Server, command: Command) -> Result:
+    message_id, interval_us = int(command.params[0]), command.params[1]
+    if message_id not in server.builders:
+        return Result.FAILED
+    server.set_interval(message_id, int(min(max(interval_us, -1.0), 2.0**31)))
+    return Result.ACCEPTED
+
+
+def _get_interval(server: Px4Server, command: Command) -> Result:
+    message_id = int(command.params[0])
+    interval_us = server.streams.interval_us(message_id) if message_id in BUILDERS else 0
+    message_id = min(max(message_id, 0), 65535)
+    server.send(dialect.MAVLink_message_interval_message(message_id, interval_us))
+    return Result.ACCEPTED
+
+
+def _request_message(server: Px4Server, command: Command) -> Result:
+    message_id = int(command.params[0])
+    if message_id == AVAILABLE_MODES:
+        wanted = command.params[1]
+        server.send_modes(int(wanted) if usable(wanted) else 0)
+        return Result.ACCEPTED
+    if message_id not in server.builders:
+        return Result.DENIED
+    server.send_later(message_id)
+    return Result.ACCEPTED
+
+
+def _request(message_id: int) -> Handler:
+    def handler(server: Px4Server, _: Command) -> Result:
+        server.send_later(message_id)
+        return Result.ACCEPTED
+
+    return handler
+
+
+def _set_home(server: Px4Server, command: Command) -> Result:
+    copter = server.px4
+    if not copter.estimator.position_ok:
+        return Result.TEMPORARILY_REJECTED
+    if command.params[0] == 1.0:
+        copter.set_home()
+        return Result.ACCEPTED
+    point = _place(command)
+    if point is None or not usable(command.z):
+        return Result.DENIED
+    copter.px4_navigator.set_home_at(point._replace(altitude_amsl_m=command.z))
+    return Result.ACCEPTED
+
+
+def _reboot(server: Px4Server, command: Command) -> Result:
+    if command.params[0] not in (1.0, 3.0):
+        return Result.DENIED
+    return Result.DENIED if server.px4.armed else server.px4.reboot()
+
+
+def _prearm_checks(server: Px4Server, _: Command) -> Result:
+    return server.px4.arming.run_checks()
+
+
+def _mission_start(server: Px4Server, _: Command) -> Result:
+    return server.px4.start_mission()
+
+
+def _set_current_item(server: Px4Server, command: Command) -> Result:
+    result = server.px4.set_current_item(int(command.params[0]))
+    if result is Result.ACCEPTED:
+        server.send_later(42)
+    return result
+
+
+def _pause_or_go_on(server: Px4Server, command: Command) -> Result:
+    if command.params[0] not in (0.0, 1.0):
+        return Result.DENIED
+    return server.px4.pause_or_go_on(command.params[0] == 1.0)
+
+
+def _terminate(server: Px4Server, command: Command) -> Result:
+    if command.params[0] <= 0.5:
+        return Result.ACCEPTED
+    return server.px4.terminate()
+
+
+HANDLERS: dict[int, tuple[Handler, int]] = {
+    dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(px4.LOITER), 0),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(px4.RTL), 0),
+    dialect.MAV_CMD_NAV_LAND: (_land, 0),
+    dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
+    dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
+    dialect.MAV_CMD_DO_CHANGE_SPEED: (_change_speed, 2),
+    dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
+    dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
+    dialect.MAV_CMD_DO_REPOSITION: (_reposition, 0),
+    dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
+    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
+    dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
+    dialect.MAV_CMD_MISSION_START: (_mission_start, 0),
+    dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: (_prearm_checks, 0),
+    dialect.MAV_CMD_GET_HOME_POSITION: (_request(242), 0),
+    dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),
+    dialect.MAV_CMD_SET_MESSAGE_INTERVAL: (_set_interval, 2),
+    dialect.MAV_CMD_REQUEST_MESSAGE: (_request_message, 1),
+    dialect.MAV_CMD_REQUEST_PROTOCOL_VERSION: (_request(300), 0),
+    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: (_request(148), 0),
+}
+"""By MAV_CMD: what carries it out, and how many of param1..4 have to be numbers"""

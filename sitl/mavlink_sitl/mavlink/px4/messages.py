@@ -1,0 +1,441 @@
+"""PX4's telemetry where it differs from what `mavlink.telemetry` builds; values as recorded."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable
+
+from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.exchange import Motors
+from mavlink_sitl.geodesy import to_geodetic
+from mavlink_sitl.mavlink import position_messages as position
+from mavlink_sitl.mavlink import status_messages as status
+from mavlink_sitl.mavlink import telemetry
+from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.snapshot import (
+    Snapshot,
+    boot_ms,
+    heading_deg,
+    to_i16,
+    to_i32,
+    to_int,
+    to_u16,
+)
+
+NAN = math.nan
+GRAVITY_M_S2 = 9.80665
+HOVER_THRUST = 0.48
+"""Thrust 0..1 in hover, of ATTITUDE_TARGET and VFR_HUD"""
+
+_PRESENT, _ENABLED, _HEALTHY = 0x0300402F, 0x0301402F, 0x0320C83F
+_PREARM = 0x10000000
+_NOTHING_YET = (0x0300400F, 0x0321480F, 0x0300803F)
+
+_FLAGS_GROUND, _FLAGS_FLYING, _FLAGS_NO_POSITION = 1023, 831, 0x0A7
+"""ESTIMATOR_STATUS.flags on the ground, in flight, and without a position"""
+
+
+def copter_of(s: Snapshot) -> Px4Copter:
+    """The firmware as what it is."""
+    assert isinstance(s.copter, Px4Copter)
+    return s.copter
+
+
+def heartbeat(s: Snapshot) -> Message:
+    """HEARTBEAT."""
+    copter = copter_of(s)
+    base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | copter.mode.spec.base_flags
+    if copter.armed:
+        base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
+    personality = copter.personality
+    return dialect.MAVLink_heartbeat_message(
+        personality.mav_type,
+        personality.mav_autopilot,
+        base_mode,
+        copter.mode.spec.number,
+        int(copter.system_status),
+        3,
+    )
+
+
+def current_mode(s: Snapshot) -> Message:
+    """CURRENT_MODE: what flies, and what is wanted."""
+    copter = copter_of(s)
+    number = copter.mode.spec.number
+    standard = next(mode[1] for mode in px4.MODE_LIST if mode[0] == number)
+    return dialect.MAVLink_current_mode_message(standard, number, copter.intention)
+
+
+def available_mode(place: int) -> Message:
+    """AVAILABLE_MODES: one of them, from 1."""
+    number, standard, properties, name = px4.MODE_LIST[place - 1]
+    return dialect.MAVLink_available_modes_message(
+        len(px4.MODE_LIST), place, standard, number, properties, name.encode("ascii")
+    )
+
+
+def sys_status(s: Snapshot) -> Message:
+    """SYS_STATUS: ready to arm is one bit; the charge is rounded up."""
+    copter = copter_of(s)
+    present, enabled, health = _PRESENT, _ENABLED, _HEALTHY
+    if not copter.estimator.gps_started:
+        present, enabled, health = _NOTHING_YET
+    if copter.can_arm():
+        health |= _PREARM
+    battery = copter.battery
+    return dialect.MAVLink_sys_status_message(
+        present,
+        enabled,
+        health,
+        780,
+        to_int(battery.voltage_v * 1000.0, 0, 65534),
+        -100,
+        to_int(math.ceil(battery.remaining * 100.0 - 1e-9), 0, 100),
+        0, 0, 0, 0, 0, 0, 0, 0, 1,
+    )  # fmt: skip
+
+
+def battery_status(s: Snapshot) -> Message:
+    """BATTERY_STATUS: the pack's voltage in the first place, a current of -1 A, rounded charge."""
+    battery = copter_of(s).battery
+    levels = (1, 2, 3, 4)
+    return dialect.MAVLink_battery_status_message(
+        0,
+        1,
+        1,
+        32767,
+        [to_int(battery.voltage_v * 1000.0, 0, 65534), *[65535] * 9],
+        -100,
+        to_i32(battery.consumed_mah),
+        -1,
+        to_int(battery.remaining * 100.0, 0, 100),
+        0,
+        levels[min(s.copter.failsafe.battery_level, 3)],
+    )
+
+
+def extended_sys_state(s: Snapshot) -> Message:
+    """EXTENDED_SYS_STATE: no VTOL."""
+    return dialect.MAVLink_extended_sys_state_message(0, int(s.copter.landed_state))
+
+
+def estimator_status(s: Snapshot) -> Message:
+    """ESTIMATOR_STATUS."""
+    copter = copter_of(s)
+    if not copter.estimator.position_ok:
+        flags = _FLAGS_NO_POSITION
+    else:
+        flags = _FLAGS_FLYING if copter.armed else _FLAGS_GROUND
+        flags |= 0x40  # absolute height is there in any case
+    return dialect.MAVLink_estimator_status_message(
+        s.time_boot_us, flags, 0.04, 0.03, 0.02, 0.09, 0.003, NAN, 0.29, 0.1
+    )
+
+
+def _quaternion(s: Snapshot) -> list[float]:
+    message = position.attitude_quaternion(s)
+    return [message.q1, message.q2, message.q3, message.q4]
+
+
+def attitude_target(s: Snapshot) -> Message:
+    """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
+    thrust = max(s.thrust_over_hover * HOVER_THRUST, 0.001)
+    return dialect.MAVLink_attitude_target_message(
+        boot_ms(s), 0, _quaternion(s), *s.motion[9:12], min(thrust, 1.0)
+    )
+
+
+def position_target_local_ned(s: Snapshot) -> Message:
+    """POSITION_TARGET_LOCAL_NED: what the loops follow; NaN on the ground."""
+    copter, yaw = copter_of(s), s.motion.yaw_rad
+    g = copter.guidance
+    if g.motors is not Motors.FLY:
+        nans = (NAN,) * 6
+        return dialect.MAVLink_position_target_local_ned_message(
+            boot_ms(s), 1, 63, *nans, 0.0, 0.0, 100.0, yaw, 0.0
+        )
+    north, east, down = copter.moving_target()
+    m = s.motion
+    limits = g.limits
+    speed_n = g.velocity_north_m_s + g.track_position_xy * 0.95 * (north - m.north_m)
+    speed_e = g.velocity_east_m_s + g.track_position_xy * 0.95 * (east - m.east_m)
+    speed_d = g.velocity_down_m_s + g.track_position_z * (down - m.down_m)
+    scale = limits.speed_xy_m_s / max(math.hypot(speed_n, speed_e), limits.speed_xy_m_s)
+    return dialect.MAVLink_position_target_local_ned_message(
+        boot_ms(s),
+        1,
+        0,
+        north if g.track_position_xy else m.north_m,
+        east if g.track_position_xy else m.east_m,
+        down if g.track_position_z else m.down_m,
+        speed_n * scale,
+        speed_e * scale,
+        min(max(speed_d, -limits.speed_up_m_s), limits.speed_down_m_s),
+        g.acceleration_north_m_s2,
+        g.acceleration_east_m_s2,
+        g.acceleration_down_m_s2,
+        g.yaw_rad if g.yaw_mode == 1 else yaw,
+        g.yaw_rate_rad_s,
+    )
+
+
+def position_target_global_int(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_GLOBAL_INT: in the AUTO modes only; altitude 0, as recorded for LAND."""
+    copter = copter_of(s)
+    number = copter.mode.spec.number
+    if number >> 16 & 0xFF != px4.MAIN_AUTO or not copter.armed:
+        return None
+    target = copter.moving_target()
+    point = to_geodetic(copter.navigator.origin, *target)
+    altitude = 0.0 if number == px4.LAND else point.altitude_amsl_m
+    local = position_target_local_ned(s)
+    return dialect.MAVLink_position_target_global_int_message(
+        boot_ms(s),
+        5,
+        0,
+        to_i32(point.latitude_deg * 1e7),
+        to_i32(point.longitude_deg * 1e7),
+        altitude,
+        local.vx,
+        local.vy,
+        local.vz,
+        local.afx,
+        local.afy,
+        local.afz,
+        local.yaw,
+        0.0,
+    )
+
+
+def odometry(s: Snapshot) -> Message:
+    """ODOMETRY: velocity in the same NED frame as the position, as recorded."""
+    m = s.motion
+    covariance = [0.042, *[NAN] * 5, 0.042, *[NAN] * 4, 0.01, NAN, NAN, NAN]
+    pose = [*covariance, 3e-4, NAN, NAN, 6e-5, NAN, 3e-4]
+    velocity = [0.009, *[NAN] * 5, 0.009, *[NAN] * 4, 0.005, *[NAN] * 9]
+    return dialect.MAVLink_odometry_message(
+        s.time_boot_us, 1, 1, *m[:3], _quaternion(s), *m[3:6], *m[9:12], pose, velocity, 1, 8, 0
+    )
+
+
+def highres_imu(s: Snapshot) -> Message:
+    """HIGHRES_IMU: what an accelerometer in the middle feels, and standard air."""
+    m = s.motion
+    altitude = s.truth_point.altitude_amsl_m
+    lift = s.thrust_over_hover if s.copter.guidance.motors is Motors.FLY else 1.0
+    c, yaw = math.cos(m.pitch_rad), m.yaw_rad
+    pressure = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588
+    return dialect.MAVLink_highres_imu_message(
+        s.time_boot_us,
+        0.0,
+        0.0,
+        -GRAVITY_M_S2 * max(lift, 0.0),
+        *m[9:12],
+        0.21 * c * math.cos(yaw),
+        -0.21 * c * math.sin(yaw),
+        0.43,
+        pressure,
+        0.0,
+        altitude,
+        15.0,
+        0x1DFF,
+    )
+
+
+def altitude(s: Snapshot) -> Message:
+    """ALTITUDE."""
+    amsl = s.copter.navigator.here().altitude_amsl_m
+    relative = s.copter.navigator.height_above_home_m()
+    above = -s.truth.down_m
+    return dialect.MAVLink_altitude_message(
+        s.time_boot_us, amsl, amsl, -s.motion.down_m, relative, -s.motion.down_m - above, above
+    )
+
+
+def distance_sensor(s: Snapshot) -> Message:
+    """DISTANCE_SENSOR: the simulated vehicle looks down."""
+    height = max(-s.truth.down_m, 0.0)
+    return dialect.MAVLink_distance_sensor_message(
+        boot_ms(s), 0, 10000, to_u16(height * 100.0), 0, 0, 25, 0
+    )
+
+
+def gps_raw_int(s: Snapshot) -> Message:
+    """GPS_RAW_INT: a fix in three dimensions, ten satellites."""
+    gps = s.gps
+    if gps is None:
+        return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
+    altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
+    return dialect.MAVLink_gps_raw_int_message(
+        to_int(gps.time_s * 1e6, 0, 2**63),
+        min(gps.fix_type, 3),
+        to_i32(gps.point.latitude_deg * 1e7),
+        to_i32(gps.point.longitude_deg * 1e7),
+        altitude_mm,
+        70,
+        110,
+        to_u16(gps.speed_m_s * 100.0),
+        to_int(gps.course_deg * 100.0, 0, 35999),
+        gps.satellites,
+        altitude_mm,
+        900,
+        1780,
+        400,
+    )
+
+
+def home_position(s: Snapshot) -> Message | None:
+    """HOME_POSITION: with the attitude on the ground."""
+    home = s.copter.navigator.home
+    if home is None:
+        return None
+    half = s.motion.yaw_rad / 2.0
+    return dialect.MAVLink_home_position_message(
+        to_i32(home.latitude_deg * 1e7),
+        to_i32(home.longitude_deg * 1e7),
+        to_i32(home.altitude_amsl_m * 1000.0),
+        *s.copter.navigator.home_ned_m(),
+        [math.cos(half), 0.0, 0.0, math.sin(half)],
+        0.0,
+        0.0,
+        0.0,
+        s.time_boot_us,
+    )
+
+
+def vfr_hud(s: Snapshot) -> Message:
+    """VFR_HUD: no airspeed sensor."""
+    m = s.motion
+    return dialect.MAVLink_vfr_hud_message(
+        NAN,
+        math.hypot(m.velocity_north_m_s, m.velocity_east_m_s),
+        to_int(heading_deg(m.yaw_rad), 0, 359),
+        to_int(s.thrust_over_hover * HOVER_THRUST * 100.0, 0, 100),
+        s.copter.navigator.here().altitude_amsl_m,
+        -m.velocity_down_m_s,
+    )
+
+
+def servo_output_raw(s: Snapshot) -> Message:
+    """SERVO_OUTPUT_RAW: 900 disarmed, near 1480 in hover."""
+    raw = 900
+    if s.copter.armed:
+        raw = to_int(1000.0 + 480.0 * max(s.thrust_over_hover, 0.0), 1000, 2000)
+    return dialect.MAVLink_servo_output_raw_message(
+        s.time_boot_us & 0xFFFFFFFF, 0, *[raw] * 4, *[900] * 12
+    )
+
+
+def scaled_pressure(s: Snapshot) -> Message:
+    """SCALED_PRESSURE."""
+    imu = highres_imu(s)
+    return dialect.MAVLink_scaled_pressure_message(boot_ms(s), imu.abs_pressure, 0.0, 1180)
+
+
+def wind_cov(s: Snapshot) -> Message:
+    """WIND_COV: the wind that blows."""
+    north, east, down = s.wind_ned_m_s
+    altitude_m = s.copter.navigator.here().altitude_amsl_m
+    return dialect.MAVLink_wind_cov_message(
+        s.time_boot_us, north, east, down, 0.1, 0.1, altitude_m, 0.5, NAN
+    )
+
+
+def local_position_ned(s: Snapshot) -> Message | None:
+    """LOCAL_POSITION_NED: while there is a position."""
+    return position.local_position_ned(s)
+
+
+def attitude_quaternion(s: Snapshot) -> Message:
+    """ATTITUDE_QUATERNION."""
+    return position.attitude_quaternion(s)
+
+
+def autopilot_version(s: Snapshot) -> Message:
+    """AUTOPILOT_VERSION: v1.17.0; the git hash ends backwards in the custom version."""
+    p = s.copter.personality
+    code = list(bytes.fromhex(p.flight_custom_version)[::-1])
+    custom = [*code[::-1][3::-1], 0, 0, 0, 0]
+    return dialect.MAVLink_autopilot_version_message(
+        p.capabilities, p.flight_sw_version, p.flight_sw_version, 0, 1, custom, custom,
+        [0] * 8, 0, 0, 0,
+    )  # fmt: skip
+
+
+def wire_time(s: Snapshot) -> int:
+    """Nanoseconds since power-up, never 0."""
+    return s.time_boot_us * 1000 + 1
+
+
+def timesync(s: Snapshot) -> Message:
+    """TIMESYNC: a request."""
+    return dialect.MAVLink_timesync_message(0, wire_time(s))
+
+
+class ProtocolVersion:
+    """PROTOCOL_VERSION (300), which the generated classes do not have."""
+
+    _ID, _CRC_EXTRA = 300, 217
+
+    def get_type(self) -> str:
+        """The message's name."""
+        return "PROTOCOL_VERSION"
+
+    def pack(self, mav: object) -> bytes:
+        """One frame: versions 200, 100 to 200, no hashes."""
+        m = dialect.MAVLink_message(self._ID, "PROTOCOL_VERSION")
+        payload = struct.pack("<HHH8s8s", 200, 100, 200, b"", b"")
+        return bytes(m._pack(mav, self._CRC_EXTRA, payload))
+
+
+BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
+    0: heartbeat,
+    1: sys_status,
+    2: status.system_time,
+    24: gps_raw_int,
+    29: scaled_pressure,
+    30: position.attitude,
+    31: attitude_quaternion,
+    32: local_position_ned,
+    33: position.global_position_int,
+    36: servo_output_raw,
+    42: status.mission_current,
+    49: position.gps_global_origin,
+    65: status.rc_channels,
+    74: vfr_hud,
+    83: attitude_target,
+    85: position_target_local_ned,
+    87: position_target_global_int,
+    105: highres_imu,
+    111: timesync,
+    132: distance_sensor,
+    141: altitude,
+    147: battery_status,
+    148: autopilot_version,
+    230: estimator_status,
+    231: wind_cov,
+    241: status.vibration,
+    242: home_position,
+    245: extended_sys_state,
+    300: lambda _: ProtocolVersion(),
+    330: telemetry.BUILDERS.get(330, lambda _: None),
+    331: odometry,
+    436: current_mode,
+}
+"""By message id: what can be streamed and requested; PING and AVAILABLE_MODES aside."""
+
+ONBOARD_HZ: dict[int, float] = {
+    0: 1, 1: 5, 2: 1, 24: 8, 29: 1, 30: 100, 31: 50, 32: 30, 33: 50, 36: 10, 42: 1, 74: 10,
+    83: 10, 85: 10, 87: 10, 105: 50, 111: 10, 132: 10, 141: 10, 147: 0.5, 230: 1, 241: 0.5,
+    242: 0.5, 245: 5, 331: 30, 436: 0.5,
+}  # fmt: skip
+"""Streams of a companion computer's link (14540), as recorded"""
+
+GCS_HZ: dict[int, float] = {
+    0: 1, 1: 1, 2: 1, 24: 5, 29: 1, 30: 50, 31: 50, 32: 50, 33: 50, 36: 50, 42: 1, 74: 4,
+    83: 50, 85: 50, 87: 50, 132: 0.5, 141: 1, 147: 0.5, 230: 0.5, 231: 0.5, 241: 0.1, 242: 0.5,
+    245: 1, 331: 30, 436: 0.5,
+}  # fmt: skip
+"""Streams of a ground station's link (14550); what was not seen there at a slow guess"""

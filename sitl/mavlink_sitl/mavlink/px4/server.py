@@ -1,0 +1,254 @@
+"""PX4's side of one link, sans-IO.
+
+A vehicle has one for each of its links, and each has its own streams, parameters' transfer
+and acknowledgements. As recorded: HEARTBEAT strictly once a second, whatever changes; texts
+only where a ground station's heartbeat is heard; heartbeats of one link are handed on to the
+others; commands are answered for component 0 and 1, others are met with silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mavlink_sitl.autopilot.px4.copter import ManualControl, Px4Copter
+from mavlink_sitl.exchange import (
+    Event,
+    HomeChanged,
+    ItemReached,
+    ModeChanged,
+    OriginSet,
+    RebootRequested,
+    Result,
+    Severity,
+    StatusText,
+)
+from mavlink_sitl.mavlink.codec import Encoder, Message, dialect
+from mavlink_sitl.mavlink.commands import from_message
+from mavlink_sitl.mavlink.px4 import commands, messages, setpoints
+from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
+from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
+from mavlink_sitl.mavlink.snapshot import Snapshot
+from mavlink_sitl.mavlink.streams import NEVER_US
+
+GCS_TIMEOUT_US = 2_500_000
+"""A ground station that has been silent for longer gets no texts"""
+PING_US = 1_000_000
+REACHED_REPEATS = 10
+"""MISSION_ITEM_REACHED comes again once a second so many times"""
+ONBOARD, GCS = "onboard", "gcs"
+ROLES = (GCS, ONBOARD)
+_HOME_POSITION, _HEARTBEAT = 242, 0
+_RATES = {ONBOARD: messages.ONBOARD_HZ, GCS: messages.GCS_HZ}
+
+
+class Px4Server(MavlinkServer):
+    """Speaks for one vehicle on one link, from one power-up to the next.
+
+    Args:
+        copter: the firmware.
+        encoder: keeps the link's sequence numbers, over reboots too.
+        system_id: the vehicle's.
+        now_us: simulated time of power-up.
+        snapshot: gives the state of the vehicle at this moment.
+        role: "onboard" for a companion computer's link, "gcs" for a ground station's.
+
+    Attributes:
+        px4: the firmware.
+        peers: the servers of all links of the vehicle, this one among them.
+    """
+
+    builders = messages.BUILDERS
+
+    def __init__(
+        self,
+        copter: Px4Copter,
+        encoder: Encoder,
+        system_id: int,
+        now_us: int,
+        snapshot: Callable[[], Snapshot],
+        role: str = GCS,
+    ) -> None:
+        """See the class."""
+        super().__init__(copter, encoder, system_id, now_us, snapshot)
+        self.px4 = copter
+        self.role = role
+        self.peers: list[Px4Server] = [self]
+        self._parameters: Px4ParameterServer = Px4ParameterServer(copter.parameters)
+        self._gcs_heard_us: int | None = None
+        self._ping_seq = 0
+        self._ping_due_us = now_us + PING_US if role == ONBOARD else NEVER_US
+        self._timesync_due_us = NEVER_US
+        self._asker = (0, 0)
+        self._reached: tuple[int, int, int] | None = None
+        begin_us = self._heartbeat_due_us
+        self._heartbeat_due_us = NEVER_US
+        for message_id in _RATES[role]:
+            interval_us = self._default_interval_us(message_id)
+            self.streams.set(message_id, interval_us, begin_us - interval_us)
+        self._handlers.update(
+            {
+                "PING": self._on_ping,
+                "MANUAL_CONTROL": self._on_manual_control,
+            }
+        )
+        for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):
+            del self._handlers[unheard]
+
+    # Time and streams.
+
+    def _default_interval_us(self, message_id: int) -> int:
+        rate_hz = _RATES[self.role].get(message_id)
+        return -1 if rate_hz is None else round(1e6 / rate_hz)
+
+    def set_interval(self, message_id: int, interval_us: int) -> None:
+        """SET_MESSAGE_INTERVAL: 0 is the default, -1 stops it."""
+        if interval_us == 0:
+            interval_us = self._default_interval_us(message_id)
+        if interval_us < 0:
+            self.streams.stop(message_id)
+        else:
+            interval_us = max(interval_us, self.copter.personality.shortest_interval_us)
+            self.streams.set(message_id, interval_us, self.now_us)
+
+    def next_due_us(self) -> int:
+        """When `tick` has something to do."""
+        reached = NEVER_US if self._reached is None else self._reached[1]
+        return min(super().next_due_us(), self._ping_due_us, reached)
+
+    def tick(self, now_us: int) -> None:
+        """Send what is due."""
+        super().tick(now_us)
+        if now_us >= self._ping_due_us:
+            self._ping_due_us += PING_US
+            ping = dialect.MAVLink_ping_message(now_us - self._boot_us, self._ping_seq, 0, 0)
+            self._ping_seq = (self._ping_seq + 1) % 2**32
+            self.send(ping)
+        if self._reached is not None and now_us >= self._reached[1]:
+            self._repeat_reached()
+
+    def _repeat_reached(self) -> None:
+        assert self._reached is not None
+        seq, due_us, left = self._reached
+        self.send(dialect.MAVLink_mission_item_reached_message(seq))
+        self._reached = (seq, due_us + 1_000_000, left - 1) if left > 1 else None
+
+    def send_modes(self, place: int) -> None:
+        """AVAILABLE_MODES: one of them, or with 0 all."""
+        count = len(messages.px4.MODE_LIST)
+        if place == 0:
+            for each in range(1, count + 1):
+                self.send(messages.available_mode(each))
+        elif 1 <= place <= count:
+            self.send(messages.available_mode(place))
+
+    # What the firmware says.
+
+    def flush_events(self) -> None:
+        """Tell all links what happened in the firmware."""
+        events = self.copter.events
+        while events:
+            event = events.popleft()
+            for peer in self.peers:
+                peer.tell(event)
+        while self._later:
+            self._send_telemetry(self._later.pop(0))
+
+    def tell(self, event: Event) -> None:
+        """Tell this link."""
+        if isinstance(event, StatusText):
+            if self._gcs_connected():
+                text = StatusText(event.severity, event.text.rstrip("\t") + "\t")
+                for message in self._texts.messages(text):
+                    self.send(message)
+        elif isinstance(event, (HomeChanged, OriginSet)):
+            self._send_telemetry(_HOME_POSITION)
+        elif isinstance(event, ItemReached):
+            self._reached = (event.seq, self.now_us, REACHED_REPEATS)
+            self._repeat_reached()
+        elif isinstance(event, ModeChanged):
+            return  # it shows in the next HEARTBEAT
+        elif isinstance(event, RebootRequested):
+            self.reboot_requested = True
+
+    def _gcs_connected(self) -> bool:
+        heard_us = self._gcs_heard_us
+        return heard_us is not None and self.now_us - heard_us < GCS_TIMEOUT_US
+
+    # In.
+
+    def _dispatch(self, message: Message) -> None:
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        if sender == (self.system_id, COMPONENT_AUTOPILOT):
+            return
+        component = getattr(message, "target_component", 0)
+        if message.get_type() == "HEARTBEAT":
+            for peer in self.peers:
+                if peer is not self:
+                    peer.outbox.append(bytes(message.get_msgbuf()))
+        if component not in (0, COMPONENT_AUTOPILOT):
+            return
+        self._asker = sender
+        super()._dispatch(message)
+
+    def acknowledge(self, command: int, result: Result) -> None:
+        """COMMAND_ACK to whoever asked."""
+        self.send(
+            dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self._asker)
+        )
+
+    def _on_command(self, message: Message) -> None:
+        result = commands.handle(self, from_message(message))
+        # Texts come before the acknowledgement.
+        later, self._later = self._later, []
+        self.flush_events()
+        self._later = later
+        if result is not None:
+            self.acknowledge(message.command, result)
+
+    def _on_set_mode(self, message: Message) -> None:
+        custom = message.custom_mode
+        main, sub = custom >> 16 & 0xFF, custom >> 24 & 0xFF
+        result = self.px4.set_mode(commands.mode_number(message.base_mode, main, sub))
+        self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
+
+    def _on_heartbeat(self, message: Message) -> None:
+        if message.type == dialect.MAV_TYPE_GCS:
+            self._gcs_heard_us = self.now_us
+            self.copter.failsafe.gcs_heartbeat(self.now_us / 1e6)
+
+    def _on_timesync(self, message: Message) -> None:
+        if message.tc1 == 0:
+            now_ns = messages.wire_time(self._snapshot())
+            # The target fields are uninitialised in the real one; 255 was seen.
+            self.send(dialect.MAVLink_timesync_message(now_ns, message.ts1, 255, 255))
+
+    def _on_ping(self, message: Message) -> None:
+        if message.target_system == 0 or message.target_component == 0:
+            sender = message.get_srcSystem(), message.get_srcComponent()
+            self.send(dialect.MAVLink_ping_message(message.time_usec, message.seq, *sender))
+
+    def _on_manual_control(self, message: Message) -> None:
+        if message.target != self.system_id:
+            return
+        axes = [min(max(value / 1000.0, -1.0), 1.0) for value in (message.x, message.y, message.r)]
+        throttle = min(max(message.z / 1000.0, 0.0), 1.0)
+        self.px4.manual = ManualControl(*axes, throttle, self.now_us / 1e6)
+
+    def _on_local_setpoint(self, message: Message) -> None:
+        try:
+            self.px4.setpoint(setpoints.from_local_ned(message))
+        except setpoints.RefusedError as error:
+            self.px4.say(Severity.CRITICAL, str(error))
+
+    def _on_global_setpoint(self, message: Message) -> None:
+        try:
+            self.px4.setpoint(setpoints.from_global_int(message, self.px4))
+        except setpoints.RefusedError as error:
+            self.px4.say(Severity.CRITICAL, str(error))
+
+    def _on_param_set(self, message: Message) -> None:
+        answer = self._parameters.set_typed(
+            _name(message.param_id), message.param_value, message.param_type
+        )
+        if answer is not None:
+            self.send(answer)

@@ -1,0 +1,101 @@
+"""PX4's reading of SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT.
+
+Every component has its own ignore bit; an ignored one is NaN in the `Setpoint`, and a group
+that is ignored whole is None. What cannot be flown is refused with a text at every message,
+and does not count as part of the stream.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.mavlink.codec import Message
+from mavlink_sitl.mavlink.setpoints import YAW_IGNORE, YAW_RATE_IGNORE, usable
+
+FORCE = 0x200
+LOCAL_FRAMES = {1: Frame.LOCAL, 8: Frame.BODY}
+"""MAV_FRAME_LOCAL_NED; MAV_FRAME_BODY_NED, of which only velocity and acceleration count"""
+AMSL, RELATIVE, TERRAIN = 5, 6, 11
+"""MAV_FRAME_GLOBAL_INT, _RELATIVE_ALT_INT, _TERRAIN_ALT_INT; 0, 3 and 10 are refused"""
+
+
+class RefusedError(ValueError):
+    """A setpoint that PX4 does not take; the message is what it says about it."""
+
+
+def _group(message: Message, names: tuple[str, str, str], first_bit: int) -> Vector | None:
+    values = [
+        math.nan if message.type_mask & first_bit << place else getattr(message, name)
+        for place, name in enumerate(names)
+    ]
+    used = [value for value in values if not math.isnan(value)]
+    ignored = sum(bool(message.type_mask & first_bit << place) for place in range(3))
+    if len(used) + ignored != 3 or not all(usable(value) for value in used):
+        raise RefusedError(f"{message.get_type()} invalid")  # NaN or absurd, but not ignored
+    return (values[0], values[1], values[2]) if used else None
+
+
+def _rest(message: Message) -> tuple[Vector | None, Vector | None, float | None, float | None]:
+    kind, mask = message.get_type(), message.type_mask
+    velocity = _group(message, ("vx", "vy", "vz"), 0x008)
+    acceleration = _group(message, ("afx", "afy", "afz"), 0x040)
+    if mask & FORCE and acceleration is not None:
+        raise RefusedError(f"{kind} force not supported")
+    yaw = None if mask & YAW_IGNORE else message.yaw
+    yaw_rate = None if mask & YAW_RATE_IGNORE else message.yaw_rate
+    if not all(usable(value) for value in (yaw, yaw_rate) if value is not None):
+        raise RefusedError(f"{kind} invalid")
+    return velocity, acceleration, yaw, yaw_rate
+
+
+def _checked(kind: str, setpoint: Setpoint) -> Setpoint:
+    vectors = (setpoint.position_m, setpoint.velocity_m_s, setpoint.acceleration_m_s2)
+    if all(vector is None for vector in vectors):
+        raise RefusedError(f"{kind} invalid")
+    return setpoint
+
+
+def from_local_ned(message: Message) -> Setpoint:
+    """The setpoint.
+
+    Raises:
+        RefusedError: an illegal frame, nothing to follow, or numbers that are none.
+    """
+    kind = message.get_type()
+    frame = LOCAL_FRAMES.get(message.coordinate_frame)
+    if frame is None:
+        raise RefusedError(f"{kind} coordinate frame {message.coordinate_frame} unsupported")
+    position = _group(message, ("x", "y", "z"), 0x001)
+    velocity, acceleration, yaw, yaw_rate = _rest(message)
+    if frame is Frame.BODY:
+        position = None
+    return _checked(kind, Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
+
+
+def from_global_int(message: Message, copter: Px4Copter) -> Setpoint:
+    """The setpoint in the local frame.
+
+    Raises:
+        RefusedError: as above, or a place that is not on earth.
+    """
+    kind, frame = message.get_type(), message.coordinate_frame
+    navigator = copter.px4_navigator
+    if frame not in (AMSL, RELATIVE, TERRAIN):
+        raise RefusedError(f"{kind} invalid coordinate frame {frame}")
+    latitude, longitude = message.lat_int / 1e7, message.lon_int / 1e7
+    ignored = [bool(message.type_mask & bit) for bit in (1, 2, 4)]
+    position: Vector | None = None
+    if not all(ignored):
+        on_earth = abs(latitude) <= 90.0 and abs(longitude) <= 180.0
+        if not on_earth or not usable(message.alt):
+            raise RefusedError(f"{kind} invalid")
+        base = navigator.home or navigator.origin
+        altitude = message.alt + (0.0 if frame == AMSL else base.altitude_amsl_m)
+        place = navigator.place_ned_m(GeoPoint(latitude, longitude, altitude))
+        axes = [math.nan if skip else value for skip, value in zip(ignored, place, strict=True)]
+        position = (axes[0], axes[1], axes[2])
+    velocity, acceleration, yaw, yaw_rate = _rest(message)
+    return _checked(kind, Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate))
