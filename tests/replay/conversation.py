@@ -57,10 +57,15 @@ def load(name: str) -> tuple[Timed, Timed]:
     )
 
 
-def replay(name: str, parameters: dict[str, float] | None = None) -> Conversation:
-    """Play a recording into the simulator."""
+def replay(
+    name: str,
+    parameters: dict[str, float] | None = None,
+    config: VehicleConfig | None = None,
+) -> Conversation:
+    """Play a recording into the simulator; into another vehicle than a copter if given one."""
     sent, real = load(name)
-    config = VehicleConfig(ready_after_s=READY_AFTER_S, parameters=parameters or {})
+    if config is None:
+        config = VehicleConfig(ready_after_s=READY_AFTER_S, parameters=parameters or {})
     simulation = Simulation([config], seed=1)
     decoder = mav.MAVLink(None)
     ours: Timed = []

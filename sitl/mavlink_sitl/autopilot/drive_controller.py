@@ -20,7 +20,7 @@ class DriveGains(NamedTuple):
 
     feed_forward_s_m: float = 0.05
     """Throttle per speed: what keeps it on level ground."""
-    speed: float = 0.2
+    speed: float = 0.1
     """ATC_SPEED_P"""
     speed_i: float = 0.2
     """ATC_SPEED_I"""
@@ -30,7 +30,7 @@ class DriveGains(NamedTuple):
     max_steer_rad: float = math.radians(35.0)
     turn_rate_rad_s: float = 1.0
     """What full rudder gives; only without a turning radius."""
-    slowest_m_s: float = 0.3
+    slowest_m_s: float = 1.0
     """Below this speed steering is computed for this one."""
 
 

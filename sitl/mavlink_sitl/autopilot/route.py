@@ -11,8 +11,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.controller import sqrt_approach
 from mavlink_sitl.exchange import Motors, YawMode
 from mavlink_sitl.guidance import DriveGuidance
+from mavlink_sitl.ops import ScalarOps
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.rover import Rover
@@ -27,7 +29,9 @@ SIDEWAYS_M_S2 = 5.9
 JERK_M_S3 = 1.0
 BRAKING = 0.67
 """Braking as a share of the acceleration: what the recorded approaches show"""
-ARRIVED_M = 0.02
+ARRIVED_M = 0.22
+
+_SCALAR = ScalarOps()
 
 
 def turn_limit(speed_m_s: float) -> float:
@@ -94,7 +98,7 @@ class Route:
         most = max(p["WP_ACCEL"] or p["ATC_ACCEL_MAX"], 0.1)
         jerk = max(p["WP_JERK"] or JERK_M_S3, 0.1)
         left = max(self._length_m - self._along_m, 0.0)
-        in_time = math.sqrt(2.0 * BRAKING * most * left)
+        in_time = float(sqrt_approach(left, 1.0, BRAKING * most, _SCALAR))
         self._reference_m_s2 = min(self._reference_m_s2 + jerk * dt, most)
         speed = self._reference_m_s + self._reference_m_s2 * dt
         self._reference_m_s = min(speed, self._speed_m_s, in_time)

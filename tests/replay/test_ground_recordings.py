@@ -1,0 +1,118 @@
+"""The recorded conversations with the real ArduRover and ArduPlane, played into the simulated ones.
+
+What is meant to differ stands here, each with its reason; nothing else may.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import pytest
+
+from mavlink_sitl import VehicleConfig
+from tests.replay.conversation import (
+    Conversation,
+    acknowledgements,
+    arrival_s,
+    changes,
+    replay,
+    texts,
+    track,
+)
+
+READY_AFTER_S = {"rover_guided": 42.11}
+VEHICLES = {"rover_guided": "rover"}
+
+NAMES = list(VEHICLES)
+
+DIFFERENT_TEXTS = {
+    "INS: alloc 6144 bytes for ISB (free=524288)": "there is no such memory",
+    "RCInput: decoding UDP (Pulses)": "there is no such receiver",
+}
+"""Text: reason"""
+
+
+@functools.cache
+def conversation(name: str) -> Conversation:
+    config = VehicleConfig(vehicle=VEHICLES[name], ready_after_s=READY_AFTER_S[name])
+    return replay(name, config=config)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_command_is_answered_as_the_real_one_answered(name: str) -> None:
+    flight = conversation(name)
+    assert acknowledgements(flight.ours) == acknowledgements(flight.real)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_heartbeat_goes_through_the_same_states(name: str) -> None:
+    flight = conversation(name)
+    fields = ("custom_mode", "base_mode", "system_status")
+    real = [v for _, v in changes(flight.real, "HEARTBEAT", *fields)]
+    assert [v for _, v in changes(flight.ours, "HEARTBEAT", *fields)] == real
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_landed_states_come_in_the_same_order(name: str) -> None:
+    flight = conversation(name)
+    real = [v for _, v in changes(flight.real, "EXTENDED_SYS_STATE", "landed_state")]
+    assert [v for _, v in changes(flight.ours, "EXTENDED_SYS_STATE", "landed_state")] == real
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_same_words_are_said(name: str) -> None:
+    flight = conversation(name)
+    real = {text for text in texts(flight.real) if text not in DIFFERENT_TEXTS}
+    assert set(texts(flight.ours)) == real
+
+
+def test_a_refused_acceleration_is_told_in_two_chunks_every_time() -> None:
+    flight = conversation("rover_guided")
+    told = [text for text in texts(flight.ours) if "NORE in mask" in text]
+    assert len(told) == len([text for text in texts(flight.real) if "NORE in mask" in text])
+
+
+def arrivals(flight: Conversation, ours: bool) -> list[float]:
+    messages = flight.ours if ours else flight.real
+    return [t for t, m in messages if m.get_type() == "MISSION_ITEM_REACHED" and m.seq == 0]
+
+
+def test_rover_tells_each_arrival_as_item_0() -> None:
+    flight = conversation("rover_guided")
+    assert len(arrivals(flight, True)) == len(arrivals(flight, False)) == 4
+
+
+ROVER_LEGS = [48.37, 62.35, 75.06, 133.12]
+"""When a position was sent"""
+
+
+@pytest.mark.parametrize(("leg", "from_s"), list(enumerate(ROVER_LEGS)))
+def test_rover_takes_as_long_to_each_position(leg: int, from_s: float) -> None:
+    flight = conversation("rover_guided")
+    real, ours = arrivals(flight, False)[leg], arrivals(flight, True)[leg]
+    assert ours - from_s == pytest.approx(real - from_s, rel=0.1)
+
+
+ROVER_TARGETS = [((20.0, 0.0), 48.37), ((20.0, 15.0), 62.35)]
+
+
+@pytest.mark.parametrize(("target", "from_s"), ROVER_TARGETS)
+def test_rover_is_near_each_target_in_time(target: tuple[float, float], from_s: float) -> None:
+    flight = conversation("rover_guided")
+    place = (*target, 0.0)
+    expected = arrival_s(flight.real, place, from_s, within_m=2.5)
+    assert arrival_s(flight.ours, place, from_s, within_m=2.5) == pytest.approx(expected, rel=0.1)
+
+
+def test_rover_moves_as_the_recorded_one() -> None:
+    """Distance at equal times, over all setpoints; relative setpoints add up their errors."""
+    flight = conversation("rover_guided")
+    ours = dict((round(t, 1), (n, e)) for t, n, e, _ in track(flight.ours))
+    squares = [
+        math.dist((n, e), ours[round(t, 1)]) ** 2
+        for t, n, e, _ in track(flight.real)
+        if 48.0 <= t <= 103.0 and round(t, 1) in ours
+    ]
+    assert len(squares) > 200
+    assert math.sqrt(sum(squares) / len(squares)) < 1.0
