@@ -137,7 +137,7 @@ class Environment:
     def blow(self, index: int, velocity_ned_m_s: tuple[float, float, float]) -> None:
         """A wind on one vehicle, on top of the world's."""
         self._own_wind[index] = velocity_ned_m_s
-        self._feel_wind(0.0)
+        self._feel_wind(self._tick % self._draw_ticks / self._draw_ticks)
 
     def _feel_wind(self, part: float) -> None:
         o, (n, e, d) = self._physics.o, self._gusts.velocity(part)

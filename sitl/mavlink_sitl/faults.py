@@ -16,6 +16,7 @@ class LinkFaults:
         loss: share of datagrams that are lost, 0..1.
         duplicate: share of datagrams that arrive twice, 0..1.
         delay_s: how late every datagram is.
+        corrupt: share of datagrams that arrive with a byte changed, 0..1.
         jitter_s: up to how much later still, evenly distributed; this is what reorders.
     """
 
@@ -23,10 +24,11 @@ class LinkFaults:
     duplicate: float = 0.0
     delay_s: float = 0.0
     jitter_s: float = 0.0
+    corrupt: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        for name in ("loss", "duplicate"):
+        for name in ("loss", "duplicate", "corrupt"):
             value = getattr(self, name)
             if not 0.0 <= value <= 1.0:
                 raise ValueError(f"{name} must be between 0 and 1, not {value}")
@@ -48,6 +50,7 @@ class FaultyPipe:
         """See the class."""
         self.faults = faults
         self._random = random.Random(seed)
+        self._bad_random = random.Random(f"{seed}:corrupt")
         self._queue: list[tuple[int, int, bytes]] = []
         self._count = 0
 
@@ -61,7 +64,15 @@ class FaultyPipe:
         for fraction in (late, later)[: 2 if twice < faults.duplicate else 1]:
             delay_us = round((faults.delay_s + faults.jitter_s * fraction) * 1e6)
             self._count += 1
-            heapq.heappush(self._queue, (now_us + delay_us, self._count, data))
+            arriving = self._bent(data) if faults.corrupt else data
+            heapq.heappush(self._queue, (now_us + delay_us, self._count, arriving))
+
+    def _bent(self, data: bytes) -> bytes:
+        if not data or self._bad_random.random() >= self.faults.corrupt:
+            return data
+        place = self._bad_random.randrange(len(data))
+        changed = data[place] ^ self._bad_random.randrange(1, 256)
+        return data[:place] + bytes([changed]) + data[place + 1 :]
 
     def pop(self, now_us: int) -> list[bytes]:
         """The datagrams that have arrived by now, in the order of their arrival."""

@@ -185,11 +185,18 @@ def make_parser() -> argparse.ArgumentParser:
     add(
         "--fault",
         type=_settings(
-            {"loss": "loss", "duplicate": "duplicate", "delay": "delay_s", "jitter": "jitter_s"}
+            {
+                "loss": "loss",
+                "duplicate": "duplicate",
+                "delay": "delay_s",
+                "jitter": "jitter_s",
+                "corrupt": "corrupt",
+            }
         ),
         default={},
         metavar="KEY=NUMBER,...",
-        help="a bad link, seeded: loss and duplicate (shares, 0..1), delay and jitter (seconds)",
+        help="a bad link, seeded: loss, duplicate and corrupt (shares, 0..1), delay and jitter "
+        "(seconds)",
     )
     add(
         "--battery",

@@ -20,6 +20,9 @@ from mavlink_sitl.world import sensors
 
 DT_S = 0.01
 
+MISLED_PER_UPDATE = 0.2
+"""Part of a receiver's error that the estimator takes over at each update, near enough EKF3"""
+
 Vector = tuple[float, float, float]
 
 
@@ -67,6 +70,8 @@ class Physics:
         self.control = control_state.initial(self._belief(), o)
         self.gps_sample = (0.0, self.body, self.error)
         self._noise = sensors.Noise(seed, self.count)
+        self._glitch = self._misled = (zero, zero, zero)
+        self.efficiency = o.full(1.0)
         # Rows of what single vehicles ask for, and the states that they were made of.
         self._rows: tuple[Any, Any, list[Motion]] = (None, None, [])
         self._true_rows: tuple[Any, list[Motion]] = (None, [])
@@ -109,7 +114,12 @@ class Physics:
         )
         self.body = quadrotor.step(
             self.body,
-            quadrotor.QuadrotorCommand(*output),
+            quadrotor.QuadrotorCommand(
+                output.lean_north,
+                output.lean_east,
+                output.thrust_m_s2 * self.efficiency,
+                output.yaw_rate_rad_s,
+            ),
             self.wind,
             self.ground_down_m,
             DT_S,
@@ -122,7 +132,13 @@ class Physics:
         """The receivers' turn: once per sensor_model.update_s."""
         o = self.o
         noise = self._noise.draw(o)
-        self.error = sensors.update(self.error, noise, self.gps_fix, self.sensor_model, o)
+        self._misled = tuple(
+            m + (g - m) * MISLED_PER_UPDATE
+            for m, g in zip(self._misled, self._glitch, strict=True)
+        )
+        self.error = sensors.update(
+            self.error, noise, self.gps_fix, self.sensor_model, o, self._misled
+        )
         self.gps_sample = (time_s, self.body, self.error)
 
     def step_batteries(self, dt: float) -> None:
@@ -256,6 +272,18 @@ class Physics:
     def table(self, *names: str) -> NDArray[np.float64]:
         """Fields of the bodies as an array of shape (N, len(names))."""
         return np.array([self.o.unpack(getattr(self.body, name)) for name in names]).T
+
+    def mislead(self, index: int, offset_ned_m: Vector) -> None:
+        """Let a vehicle's estimator believe that it is elsewhere, within seconds."""
+        n, e, d = (
+            self.with_value(lane, index, value)
+            for lane, value in zip(self._glitch, offset_ned_m, strict=True)
+        )
+        self._glitch = (n, e, d)
+
+    def weaken(self, index: int, efficiency: float) -> None:
+        """Let a vehicle's motors give this part of what is asked of them."""
+        self.efficiency = self.with_value(self.efficiency, index, efficiency)
 
     def stop_dead(self, index: int) -> None:
         """Take a vehicle's speed away: it has hit something."""

@@ -18,6 +18,7 @@ class SimulatedLink:
 
     Attributes:
         silent: while true, nothing passes in either direction.
+        mute: the same for what the vehicle says only.
         late: whether something may be under way in it.
     """
 
@@ -30,6 +31,7 @@ class SimulatedLink:
     ) -> None:
         """See the class."""
         self.silent = False
+        self.mute = False
         self._seed = seed
         self._receive = receive
         self._now_us = now_us
@@ -80,7 +82,7 @@ class SimulatedLink:
 
     def deliver(self, frame: bytes) -> None:
         """A frame from the vehicle; called by it."""
-        if self.silent:
+        if self.silent or self.mute:
             return
         if self._down is None:
             self._arrived.append(frame)

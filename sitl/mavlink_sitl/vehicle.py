@@ -361,7 +361,6 @@ class SimulatedVehicle:
         """It has hit something: the flight is over, and it says so."""
         self._damage = f"Crashed into {obstacle}"
         self.copter.damage = self._damage
-        self.copter.inject_failure = self._failures.inject
         self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
         self.copter.disarm(force=True)
 

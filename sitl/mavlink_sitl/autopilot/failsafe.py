@@ -12,6 +12,11 @@ if TYPE_CHECKING:
 MODE_LAND = 9
 MODE_RTL = 6
 
+RADIO_AFTER_S = 0.5
+"""Without pulses for so long; the firmware was seen to act within 1 s"""
+THR_LAND = 3
+"""FS_THR_ENABLE; the others return"""
+
 _BATTERY_ACTIONS = {1: MODE_LAND, 2: MODE_RTL}
 """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; 0 is a warning only."""
 
@@ -23,6 +28,7 @@ class Failsafes:
         battery_level: 0 fine, 1 low, 2 critical. Never gets better in a flight.
         gcs_lost: the ground station has been silent too long.
         estimator_lost: the EKF failsafe has acted.
+        radio_lost: the pilot's radio has been silent too long.
     """
 
     def __init__(self) -> None:
@@ -30,13 +36,15 @@ class Failsafes:
         self.battery_level = 0
         self.gcs_lost = False
         self.estimator_lost = False
+        self.radio_lost = False
+        self._radio_gone_s: float | None = None
         self._below_since_s: dict[int, float] = {}
         self._gcs_heard_s: float | None = None
 
     @property
     def active(self) -> bool:
         """Whether HEARTBEAT says CRITICAL."""
-        return self.battery_level > 0 or self.gcs_lost or self.estimator_lost
+        return self.battery_level > 0 or self.gcs_lost or self.estimator_lost or self.radio_lost
 
     def gcs_heartbeat(self, now_s: float) -> None:
         """The ground station is there. Setpoints and commands do not count."""
@@ -52,6 +60,7 @@ class Failsafes:
         """Look at one observation and act."""
         self._battery(copter, observation)
         self._ground_station(copter, observation.time_s)
+        self._radio(copter, observation.time_s)
         self._estimator(copter)
 
     def _battery(self, copter: Copter, observation: Observation) -> None:
@@ -99,6 +108,24 @@ class Failsafes:
         elif self.gcs_lost and not lost:
             self.gcs_lost = False
             copter.say(Severity.WARNING, "GCS Failsafe Cleared")
+
+    def _radio(self, copter: Copter, now_s: float) -> None:
+        """RTL within a second, from GUIDED too; the ground may choose GUIDED again."""
+        p = copter.parameters
+        action = int(p["FS_THR_ENABLE"]) if "FS_THR_ENABLE" in p else 0
+        if not action or copter.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
+            self._radio_gone_s = None
+            if self.radio_lost:
+                self.radio_lost = False
+                copter.say(Severity.WARNING, "Radio Failsafe Cleared")
+            return
+        if self._radio_gone_s is None:
+            self._radio_gone_s = now_s
+        if self.radio_lost or now_s - self._radio_gone_s < RADIO_AFTER_S or not copter.armed:
+            return
+        self.radio_lost = True
+        copter.say(Severity.WARNING, "Radio Failsafe")
+        self._act(copter, MODE_LAND if action == THR_LAND else MODE_RTL)
 
     def _estimator(self, copter: Copter) -> None:
         variance = copter.estimator.variance

@@ -58,6 +58,8 @@ class Parameters:
         """See the class."""
         self.specs = {spec.name: spec for spec in sorted(specs, key=lambda spec: spec.name)}
         self._values = {name: spec.default for name, spec in self.specs.items()}
+        self.revision = 0
+        """Grows with every change"""
         for name, value in (values or {}).items():
             self.set(name, value)
 
@@ -89,4 +91,5 @@ class Parameters:
             raise UnknownParameterError(name, self.names())
         if not math.isfinite(value):
             raise ValueError(f"parameter {name} must be a finite number, not {value}")
+        self.revision += 1
         self._values[name] = value if spec.type is ParameterType.REAL32 else float(round(value))

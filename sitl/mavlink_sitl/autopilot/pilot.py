@@ -13,11 +13,13 @@ class Pilot:
 
     Attributes:
         throttle_us: where the throttle stick stands when nothing overrides it.
+        lost: nothing comes from the radio; overrides stand in for it.
     """
 
     def __init__(self) -> None:
         """Sticks centred, throttle low."""
         self.throttle_us = THROTTLE_LOW_US
+        self.lost = False
         self._overrides: dict[int, tuple[int, float]] = {}
 
     def override(self, channels: list[int], now_s: float) -> None:
@@ -37,6 +39,13 @@ class Pilot:
             elif index < len(base):
                 base[index] = value
         return base
+
+    def heard(self, now_s: float, timeout_s: float) -> bool:
+        """Whether the sticks or overrides reach the vehicle."""
+        if not self.lost:
+            return True
+        self.channels(now_s, timeout_s)  # drops the overrides that have run out
+        return bool(self._overrides)
 
     def throttle(self, now_s: float, timeout_s: float) -> float:
         """The throttle stick, 0..1."""

@@ -219,6 +219,11 @@ def _terminate(server: MavlinkServer, command: Command) -> Result:
     return server.copter.disarm(force=True)
 
 
+def _inject_failure(server: MavlinkServer, command: Command) -> Result:
+    unit, kind, instance = (int(value) for value in command.params[:3])
+    return server.copter.inject_failure(unit, kind, instance)
+
+
 _HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
     dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(_MODE_LOITER),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(_MODE_RTL),
@@ -230,6 +235,7 @@ _HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
     dialect.MAV_CMD_DO_REPOSITION: _reposition,
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
+    dialect.MAV_CMD_INJECT_FAILURE: _inject_failure,
     dialect.MAV_CMD_MISSION_START: _mission_start,
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: _set_current_item,
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: _pause_or_go_on,
@@ -254,6 +260,7 @@ _USED_PARAMS = {
     dialect.MAV_CMD_MISSION_START: 0,
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: 1,
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: 1,
+    dialect.MAV_CMD_INJECT_FAILURE: 3,
     dialect.MAV_CMD_DO_SET_MODE: 2,
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: 2,
     dialect.MAV_CMD_DO_CHANGE_SPEED: 2,

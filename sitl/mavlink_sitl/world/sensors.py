@@ -61,6 +61,7 @@ def update(
     fix: Lane,
     model: SensorModel,
     o: Ops,
+    around: tuple[Lane, ...] = (0.0, 0.0, 0.0),
 ) -> EstimateError:
     """Give the error a new rate, once per `update_s`.
 
@@ -70,6 +71,7 @@ def update(
         fix: whether the vehicle has a GPS fix, per lane.
         model: how good the sensors are.
         o: float or array arithmetic.
+        around: NED metres; what the error wanders around.
 
     Returns:
         The same error with another rate.
@@ -79,17 +81,20 @@ def update(
     kick = model.position_sigma_m * math.sqrt(1.0 - keep * keep)
     walk = model.drift_m_s2 * math.sqrt(step)
 
-    def axis(value: Lane, rate: Lane, z: Lane, gps_bound: Lane) -> Lane:
+    def axis(value: Lane, rate: Lane, z: Lane, gps_bound: Lane, mean: Lane) -> Lane:
         # A rate that brings the error in one update to where the process puts it; after a
         # gap without GPS that is a jump of metres within a fifth of a second.
-        bounded = (keep * value + kick * z - value) / step
+        follow = mean * (1.0 - keep) + (mean - value) * o.where(abs(mean) > 0.0, 0.2, 0.0)
+        bounded = (keep * value + kick * z + follow - value) / step
         return o.where(gps_bound, bounded, rate + walk * z)
 
     return error._replace(
-        rate_north_m_s=axis(error.north_m, error.rate_north_m_s, noise[0], fix),
-        rate_east_m_s=axis(error.east_m, error.rate_east_m_s, noise[1], fix),
+        rate_north_m_s=axis(error.north_m, error.rate_north_m_s, noise[0], fix, around[0]),
+        rate_east_m_s=axis(error.east_m, error.rate_east_m_s, noise[1], fix, around[1]),
         # Height comes from the barometer, which does not fail with the GPS.
-        rate_down_m_s=axis(error.down_m, error.rate_down_m_s, 0.5 * noise[2], fix == fix),
+        rate_down_m_s=axis(
+            error.down_m, error.rate_down_m_s, 0.5 * noise[2], fix == fix, around[2]
+        ),
     )
 
 

@@ -59,7 +59,7 @@ def test_everything_at_once() -> None:
         ("--system-id 256", "system id must be between 1 and 255, not 256"),
         ("--ready-after -1", "time until ready must be a number from 0 to 3600"),
         ("--fault loss=2", "loss must be between 0 and 1, not 2.0"),
-        ("--fault rain=1", "'rain' is not one of loss, duplicate, delay, jitter"),
+        ("--fault rain=1", "'rain' is not one of loss, duplicate, delay, jitter, corrupt"),
         ("--fault loss", "loss needs a number, not ''"),
         ("--battery capacity=0", "capacity must be above 0 mAh"),
         ("--battery cells=0.5", "the battery must have a cell"),
