@@ -85,21 +85,46 @@ def load(path: Path, parameters: Mapping[str, float] | None = None) -> Recording
     if len(senders) != 1 or beats[0].type not in _KINDS:
         raise RecordingError(f"{path} has {len(senders)} known vehicles in it, and should have one")
     own = senders.pop()
-    real = [(t, m) for t, m in records if _sender(m) == own]
-    boot_s = next((t - m.time_boot_ms / 1e3 for t, m in real if hasattr(m, "time_boot_ms")), None)
-    if boot_s is None:
+    records = _vehicle_time(records, own)
+    if not records:
         raise RecordingError(f"{path} does not tell the vehicle's time since boot")
+    real = [(t, m) for t, m in records if _sender(m) == own]
     config = _config(beats[0], own[0], [m for _, m in real], dict(parameters or {}))
     return Recording(
         config,
-        [(t - boot_s, m) for t, m in records if _sender(m) not in (own, (0, 0))],
-        [(t - boot_s, m) for t, m in real],
-        records[0][0] - boot_s,
+        [(t, m) for t, m in records if _sender(m) not in (own, (0, 0))],
+        real,
+        records[0][0],
     )
 
 
 def _sender(message: Message) -> tuple[int, int]:
     return message.get_srcSystem(), message.get_srcComponent()
+
+
+def _vehicle_time(records: Timed, own: tuple[int, int]) -> Timed:
+    """The records by the vehicle's clock, which need not run at the speed of the wall's.
+
+    Each record is as late after the vehicle's latest timestamp as it was on the wall. A clock
+    that jumps back (a reboot) is followed no further than its first run.
+    """
+    offset_s, timed, last_s = None, [], -math.inf
+    for wall_s, message in records:
+        boot_ms = getattr(message, "time_boot_ms", 0) if _sender(message) == own else 0
+        if boot_ms and message.get_type() != "SYSTEM_TIME":
+            now_s = boot_ms / 1e3
+            if offset_s is None or now_s >= last_s - 1.0:
+                # Timestamps are made a little before they are sent: the earliest counts.
+                late_s = wall_s - now_s
+                offset_s = late_s if offset_s is None else offset_s + 0.01 * (late_s - offset_s)
+                last_s = now_s
+        timed.append((wall_s, offset_s, message))
+    first_s = next((offset for _, offset, _ in timed if offset is not None), None)
+    if first_s is None:
+        return []
+    return [
+        (wall - (first_s if offset is None else offset), message) for wall, offset, message in timed
+    ]
 
 
 def _config(

@@ -66,6 +66,8 @@ class Px4Arming(Arming):
         text, self._disarm_text = self._disarm_text, ""
         copter.say(Severity.INFO, text or "Disarmed by external command")
         copter.events.append(ArmedChanged(False))
+        copter.plans.rewind()
+        copter.flight_ended()
         return Result.ACCEPTED
 
     def run_checks(self) -> Result:
@@ -81,12 +83,17 @@ class Px4Arming(Arming):
         spooled = copter.now_s - self.armed_at_s >= copter.parameters["COM_SPOOLUP_TIME"]
         if spooled and copter.flying_mode.wants_to_lift():
             self.lift_began_s = copter.now_s
+            self.landed_at_s = math.inf
+
+    def landed(self) -> None:
+        """A flight has ended; another may begin before disarming."""
+        self.landed_at_s = self._px4.now_s
+        self.lift_began_s = math.inf
 
     def may_lift(self) -> bool:
         """Whether the motors may give what lifts the vehicle."""
         ramp_s = max(RAMP_SHARE * self._px4.parameters["MPC_TKO_RAMP_T"] - SPOOL_S, 0.0)
-        landed = math.isfinite(self.landed_at_s)
-        return not landed and self._px4.now_s - self.lift_began_s >= ramp_s
+        return self._px4.now_s - self.lift_began_s >= ramp_s
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """After landing, and when nobody takes off."""

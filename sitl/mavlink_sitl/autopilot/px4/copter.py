@@ -153,6 +153,10 @@ class Px4Copter(Copter):
         assert isinstance(self.mode, modes.Px4Mode)
         return self.mode
 
+    def height_above_ground_m(self) -> float:
+        """Height above where it stood when home was set; the ground is taken to be flat."""
+        return self.px4_navigator.true_home_down_m() - self.motion.down_m
+
     def stream_alive(self) -> bool:
         """Whether usable setpoints come often enough for OFFBOARD (COM_OF_LOSS_T)."""
         return self.now_s - self.setpoint_at_s < self.parameters["COM_OF_LOSS_T"]
@@ -209,7 +213,7 @@ class Px4Copter(Copter):
             self._left_ground = True
         elif self._left_ground:
             self.in_flight = False
-            self.arming.landed_at_s = self.now_s
+            self.arming.landed()
             self.set_home()
             self.say(Severity.INFO, "Landing detected")
 
@@ -248,12 +252,6 @@ class Px4Copter(Copter):
         self.failsafe.forget()
         self.enter_mode(number)
 
-    def restore_intention(self) -> None:
-        """After a flight: what was wanted before landing, returning or taking off."""
-        self.failsafe.forget()
-        self.intention = self._restored
-        self.enter_mode(self._restored)
-
     def enter_mode(self, number: int) -> bool:
         """Let a mode fly, whatever the intention is."""
         mode = self._modes[number]
@@ -273,14 +271,10 @@ class Px4Copter(Copter):
             self.mode.enter()
         self.intend(number)
 
-    def disarm(self, force: bool = False) -> Result:
-        """Disarm the motors; in the air only when forced."""
-        was_armed = self.armed
-        result = super().disarm(force)
-        if was_armed and not self.armed:
-            self.in_flight = False
-            self.restore_intention()
-        return result
+    def flight_ended(self) -> None:
+        """Disarmed: what was wanted before landing, returning or taking off is wanted again."""
+        self.in_flight = False
+        self.intend(self._restored)
 
     def take_off_to(self, altitude_amsl_m: float | None) -> Result:
         """NAV_TAKEOFF: always accepted, changes to AUTO.TAKEOFF, armed or not."""

@@ -93,7 +93,8 @@ class Hold(Px4Mode):
             away = math.hypot(north - motion.north_m, east - motion.east_m)
             if away > 2.0:  # the nose looks where it goes
                 yaw_rad = math.atan2(east - motion.east_m, north - motion.north_m)
-        self.guide(self.hold_at(self.target, yaw_rad))
+        limits = navigator.line_limits(self.here(), self.target)
+        self.guide(replace(self.hold_at(self.target, yaw_rad), limits=limits))
 
     def update(self) -> None:
         """Once stopped, stay at that place."""
@@ -179,12 +180,17 @@ class Land(Px4Mode):
 
 
 def descent_speed_m_s(copter: Px4Copter) -> float:
-    """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED below MPC_LAND_ALT2."""
+    """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED at _ALT2, MPC_LAND_CRWL below _ALT3."""
     p = copter.parameters
-    high, low = p["MPC_LAND_ALT1"], p["MPC_LAND_ALT2"]
-    share = (copter.navigator.height_above_home_m() - low) / max(high - low, 0.1)
-    fast, slow = p["MPC_Z_V_AUTO_DN"], p["MPC_LAND_SPEED"]
-    return slow + (fast - slow) * min(max(share, 0.0), 1.0)
+    heights = (p["MPC_LAND_ALT3"], p["MPC_LAND_ALT2"], p["MPC_LAND_ALT1"])
+    speeds = (p["MPC_LAND_CRWL"], p["MPC_LAND_SPEED"], p["MPC_Z_V_AUTO_DN"])
+    height = copter.height_above_ground_m()
+    speed = speeds[0]
+    for below, above, slow, fast in zip(heights, heights[1:], speeds, speeds[1:], strict=False):
+        if height > below:
+            share = min((height - below) / max(above - below, 0.1), 1.0)
+            speed = slow + (fast - slow) * share
+    return max(speed, 0.1)
 
 
 def descending(mode: Px4Mode, at: tuple[float, float] | None, speed: float, first: bool) -> Guidance:
@@ -204,7 +210,7 @@ class Return(Px4Mode):
         """Brake and climb."""
         copter = self.px4
         navigator, p = copter.px4_navigator, copter.parameters
-        self._home = navigator.home_ned_m()
+        self._home = navigator.true_home_ned_m()
         motion = copter.motion
         away = math.hypot(motion.north_m - self._home[0], motion.east_m - self._home[1])
         height = p["RTL_RETURN_ALT"]
@@ -221,9 +227,19 @@ class Return(Px4Mode):
                 Severity.INFO,
                 f"RTL: start return at {amsl:.0f} m ({above:.0f} m above destination)",
             )
-        at = (motion.north_m, motion.east_m, self._down_m)
-        limits = replace(navigator.limits(), speed_up_m_s=CLIMB_M_S)
-        self.guide(replace(self.hold_at(at), restart_xy=True, restart_z=True, limits=limits))
+        self._from = (motion.north_m, motion.east_m)
+        self._limits = replace(navigator.limits(), speed_up_m_s=CLIMB_M_S)
+        braking = replace(self._limits, acceleration_xy_m_s2=BRAKE_M_S2, jerk_xy_m_s3=8.0)
+        self.guide(
+            replace(
+                self.hold_at((*self._from, self._down_m)),
+                track_position_xy=0.0,
+                restart_xy=True,
+                restart_z=True,
+                limits=braking,
+            )
+        )
+        self._braked = False
 
     @property
     def landing(self) -> bool:
@@ -236,6 +252,12 @@ class Return(Px4Mode):
             return
         motion = self.px4.motion
         north, east, _ = self._home
+        speed_m_s = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        if self._stage == "climb" and not self._braked and speed_m_s < STOPPED_M_S:
+            self._braked = True
+            limits = replace(self._limits, speed_xy_m_s=BACK_M_S)
+            back = replace(self.hold_at((*self._from, self._down_m)), limits=limits)
+            self.guide(back)
         if self._stage == "climb" and abs(motion.down_m - self._down_m) < REACHED_M:
             self._stage = "return"
             self.guide(replace(self.hold_at((north, east, self._down_m))))
@@ -252,6 +274,10 @@ class Return(Px4Mode):
                 self.guide(replace(guidance, restart_z=first))
 
 
+BRAKE_M_S2 = 3.0
+"""MPC_ACC_HOR: so it stops when RTL begins at speed"""
+BACK_M_S = 1.2
+"""How fast it comes back while climbing to where RTL began (`offboard_loss_stop`)"""
 CLIMB_M_S = 1.8
 """The recorded climb of RTL, from 10 m to 30 m in 11 s"""
 NAV_ACC_RAD_M = 2.0

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.exchange import Limits
@@ -18,6 +21,8 @@ TOP_SPEED_M_S = 9.5
 """The recorded airframe goes no faster leaning by 45 degrees (`offboard_loss_stop`)"""
 AUTO_ACCELERATION_M_S2 = 1.7
 """What the smoothed trajectories of the AUTO modes brake with (`mavsdk_offboard_goto`)"""
+CRUISE_REACHED = 0.86
+"""Share of MPC_XY_CRUISE that the recorded airframe reaches against its drag"""
 AUTO_GAIN_1_S = 0.5
 """MPC_XY_TRAJ_P"""
 
@@ -53,6 +58,7 @@ class Px4Navigator(Navigator):
         """The AUTO modes: cruise speed and a smooth trajectory."""
         p = self._parameters
         cruise = p["MPC_XY_CRUISE"] if self._speed_xy_m_s is None else self._speed_xy_m_s
+        cruise *= CRUISE_REACHED
         acceleration = max(AUTO_ACCELERATION_M_S2 * p["MPC_ACC_HOR"] / 3.0, LEAST_LIMIT)
         return Limits(
             speed_xy_m_s=max(cruise, LEAST_LIMIT),
@@ -76,6 +82,35 @@ class Px4Navigator(Navigator):
         """Home is here."""
         super().set_home()
         self._true_home = self.home
+
+    def true_home_ned_m(self) -> tuple[float, float, float]:
+        """Home in the local frame, before any drift."""
+        return (0.0, 0.0, 0.0) if self._true_home is None else self.place_ned_m(self._true_home)
+
+    def line_limits(
+        self, start: tuple[float, float, float], end: tuple[float, float, float]
+    ) -> Limits:
+        """The AUTO modes fly a straight line, so height changes no faster than the way goes."""
+        limits = self.limits()
+        length = math.dist(start[:2], end[:2])
+        if length < 2.0:
+            return limits
+        slope = max(abs(end[2] - start[2]) / length * limits.speed_xy_m_s, 0.3)
+        return replace(
+            limits,
+            speed_up_m_s=min(limits.speed_up_m_s, slope),
+            speed_down_m_s=min(limits.speed_down_m_s, slope),
+        )
+
+    def true_home_down_m(self) -> float:
+        """Home's height in the local frame, before any drift."""
+        if self._true_home is None:
+            return 0.0
+        return self.down_of_amsl(self._true_home.altitude_amsl_m)
+
+    def set_home_at(self, point: GeoPoint) -> None:
+        """Home is there."""
+        self.home = self._true_home = point
 
     def drift_home(self, offset_m: float) -> None:
         """Home's altitude is off by this much for now; its place stays."""

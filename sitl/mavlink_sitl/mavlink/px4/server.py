@@ -22,7 +22,7 @@ from mavlink_sitl.exchange import (
     Severity,
     StatusText,
 )
-from mavlink_sitl.mavlink.codec import Encoder, Message, dialect
+from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.commands import from_message
 from mavlink_sitl.mavlink.px4 import commands, messages, setpoints
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
@@ -220,7 +220,8 @@ class Px4Server(MavlinkServer):
         if message.tc1 == 0:
             now_ns = messages.wire_time(self._snapshot())
             # The target fields are uninitialised in the real one; 255 was seen.
-            self.send(dialect.MAVLink_timesync_message(now_ns, message.ts1, 255, 255))
+            answer = dialect.MAVLink_timesync_message(now_ns, message.ts1)
+            self.send(Extended(answer, b"\xff\xff"))
 
     def _on_ping(self, message: Message) -> None:
         if message.target_system == 0 or message.target_component == 0:
