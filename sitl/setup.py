@@ -12,6 +12,8 @@ setup(
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    py_modules=["pytest_mavlink_sitl"],
+    entry_points={"pytest11": ["mavlink_sitl = pytest_mavlink_sitl"]},
     package_data={PACKAGE: ["py.typed", "**/*.json", "**/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),

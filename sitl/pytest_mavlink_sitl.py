@@ -1,0 +1,125 @@
+"""Fixtures for tests of programs that talk to an autopilot (pytest finds them by itself).
+
+A module of its own beside the package, and nothing is imported before a fixture is used: it
+adds no option, marker or hook, and costs nothing in a session that doesn't ask for it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pytest
+
+if TYPE_CHECKING:
+    from mavlink_sitl import Simulation
+
+READY_LIMIT_S = 60.0
+"""Simulated seconds until a vehicle must know its position"""
+STOP_LIMIT_S = 10.0
+
+
+@pytest.fixture
+def sitl_seed() -> int:
+    """Seed of all simulations of a test; override it in a conftest or a test module."""
+    return 1
+
+
+@pytest.fixture
+def sitl_world() -> Any:
+    """World of all simulations of a test, a `World` or a path; override it. A plain here."""
+    return None
+
+
+@pytest.fixture
+def sitl_simulation(sitl_seed: int, sitl_world: Any) -> Callable[..., Simulation]:
+    """Makes simulations: `sitl_simulation(vehicles=..., world=..., seed=...)`.
+
+    The arguments are those of `mavlink_sitl.Simulation`; seed and world have the fixtures
+    `sitl_seed` and `sitl_world` for defaults. The vehicles have just been switched on.
+    """
+    from mavlink_sitl import Simulation  # noqa: PLC0415 not before somebody asks for it
+
+    def make(**arguments: Any) -> Simulation:
+        return Simulation(**{"seed": sitl_seed, "world": sitl_world, **arguments})
+
+    return make
+
+
+def _ready(make: Callable[..., Simulation], **settings: Any) -> Simulation:
+    from mavlink_sitl import VehicleConfig  # noqa: PLC0415
+
+    simulation = make(vehicles=[VehicleConfig(**settings)])
+    firmware = simulation.vehicles[0].copter
+    known = simulation.run_until(lambda: firmware.estimator.position_ok, READY_LIMIT_S)
+    assert known, "the simulated vehicle does not find its position"
+    simulation.run_for(1.0)
+    simulation.link.read()
+    return simulation
+
+
+@pytest.fixture
+def sitl_copter(sitl_simulation: Callable[..., Simulation]) -> Simulation:
+    """A copter with ArduPilot that stands on the ground and may be armed."""
+    return _ready(sitl_simulation)
+
+
+@pytest.fixture
+def sitl_px4_copter(sitl_simulation: Callable[..., Simulation]) -> Simulation:
+    """The same with PX4."""
+    return _ready(sitl_simulation, autopilot="px4")
+
+
+@pytest.fixture
+def sitl_rover(sitl_simulation: Callable[..., Simulation]) -> Simulation:
+    """A rover with ArduPilot."""
+    return _ready(sitl_simulation, vehicle="rover")
+
+
+@pytest.fixture
+def sitl_boat(sitl_simulation: Callable[..., Simulation]) -> Simulation:
+    """A boat with ArduPilot."""
+    return _ready(sitl_simulation, vehicle="boat")
+
+
+@pytest.fixture
+def sitl_plane(sitl_simulation: Callable[..., Simulation]) -> Simulation:
+    """A plane with ArduPilot."""
+    return _ready(sitl_simulation, vehicle="plane")
+
+
+class SitlOnUdp(NamedTuple):
+    """A copter that sends to a UDP port in real time, times a factor.
+
+    Attributes:
+        simulation: it; only look at it, since it moves in a thread of its own.
+        port: of 127.0.0.1, where the program under test is to listen.
+    """
+
+    simulation: Simulation
+    port: int
+
+
+@pytest.fixture
+def sitl_udp_copter(sitl_copter: Simulation) -> Iterator[SitlOnUdp]:
+    """For programs that want a socket: `sitl_copter`, sending to a free UDP port, 10 x."""
+    from mavlink_sitl.addresses import parse_address  # noqa: PLC0415
+    from mavlink_sitl.link import Runner  # noqa: PLC0415
+
+    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = int(probe.getsockname()[1])
+    address = parse_address(f"udpout://127.0.0.1:{port}")
+    runner = Runner(sitl_copter, [address], 10.0, lambda: None)
+    thread = threading.Thread(target=runner.run, name="mavlink_sitl", daemon=True)
+    thread.start()
+    try:
+        yield SitlOnUdp(sitl_copter, port)
+    finally:
+        runner.stop()
+        thread.join(STOP_LIMIT_S)
+        assert not thread.is_alive(), "the simulated vehicle does not stop"
+        runner.close()
