@@ -62,7 +62,9 @@ def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
             return INVALID_X
         if abs(item.y) > 1_800_000_000:
             return INVALID_Y
-    return OK if math.isfinite(item.z) and abs(item.z) < 1e6 else INVALID_Z
+        # A command without a place does not use z; MAVSDK sends NaN there.
+        return OK if math.isfinite(item.z) and abs(item.z) < 1e6 else INVALID_Z
+    return OK
 
 
 def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
@@ -74,6 +76,7 @@ def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
         item,
         frame=rules.stored_frames.get(item.frame, item.frame),
         params=(*item.params[:3], yaw),
+        z=item.z if math.isfinite(item.z) else 0.0,
     )
 
 

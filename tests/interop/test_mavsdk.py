@@ -1,0 +1,236 @@
+"""MAVSDK, unmodified from PyPI, flies the simulator over UDP as it would a real vehicle.
+
+The real ArduPilot sends no telemetry unasked; so MAVSDK's rates are set, and MISSION_CURRENT,
+for which it has none, is asked for with a message of its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+mavsdk = pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
+
+from mavsdk.plugins.action import Action  # noqa: E402
+from mavsdk.plugins.geofence import (  # noqa: E402
+    Circle,
+    FenceType,
+    Geofence,
+    GeofenceData,
+    Point,
+    Polygon,
+)
+from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage  # noqa: E402
+from mavsdk.plugins.mission_raw import MissionItem, MissionRaw  # noqa: E402
+from mavsdk.plugins.offboard import Offboard, PositionNedYaw  # noqa: E402
+from mavsdk.plugins.param import Param  # noqa: E402
+from mavsdk.plugins.telemetry import Telemetry  # noqa: E402
+
+WAIT_S = 30.0
+SPEEDUP = 8
+METRES_PER_DEGREE = 111318.845
+WAYPOINT, TAKE_OFF = 16, 22
+
+
+class Flight:
+    """A connected vehicle and MAVSDK's plugins for it."""
+
+    def __init__(self, system: Any) -> None:
+        self.action = Action(system)
+        self.telemetry = Telemetry(system)
+        self.mission = MissionRaw(system)
+        self.offboard = Offboard(system)
+        self.param = Param(system)
+        self.geofence = Geofence(system)
+        self.direct = MavlinkDirect(system)
+        telemetry = self.telemetry
+        for set_rate in (
+            telemetry.set_rate_position,
+            telemetry.set_rate_home,
+            telemetry.set_rate_landed_state,
+            telemetry.set_rate_health,
+        ):
+            set_rate(20.0)
+
+    def send(self, name: str, **fields: float) -> None:
+        message = MavlinkMessage(name, 245, 190, 1, 1, json.dumps(fields))
+        self.direct.send_message(message)
+
+    def north_east_up(self) -> tuple[float, float, float]:
+        """Where it says to be, metres from home."""
+        position, home = self.telemetry.position(), self.telemetry.home()
+        scale = math.cos(math.radians(home.latitude_deg)) * METRES_PER_DEGREE
+        return (
+            (position.latitude_deg - home.latitude_deg) * METRES_PER_DEGREE,
+            (position.longitude_deg - home.longitude_deg) * scale,
+            position.relative_altitude_m,
+        )
+
+    def point(self, north_m: float, east_m: float) -> tuple[float, float]:
+        """Latitude and longitude of an offset from home."""
+        home = self.telemetry.home()
+        scale = math.cos(math.radians(home.latitude_deg)) * METRES_PER_DEGREE
+        latitude = home.latitude_deg + north_m / METRES_PER_DEGREE
+        return latitude, home.longitude_deg + east_m / scale
+
+    def arrives(self, target: tuple[float, float, float], within_m: float = 1.0) -> None:
+        wait(lambda: math.dist(self.north_east_up(), target) < within_m, f"at {target}")
+
+    def items(self, *places: tuple[int, float, float, float]) -> list[Any]:
+        """Mission items; ArduPilot's first one is home."""
+        latitude, longitude = self.point(0.0, 0.0)
+        found = [
+            MissionItem(0, 0, WAYPOINT, 1, 1, x=round(latitude * 1e7), y=round(longitude * 1e7))
+        ]
+        for seq, (command, north_m, east_m, up_m) in enumerate(places, 1):
+            latitude, longitude = self.point(north_m, east_m)
+            found.append(
+                MissionItem(
+                    seq, 3, command, 0, 1,
+                    x=round(latitude * 1e7), y=round(longitude * 1e7), z=up_m,
+                )
+            )  # fmt: skip
+        return found
+
+
+def wait(condition: Callable[[], bool], what: str) -> None:
+    limit_s = time.monotonic() + WAIT_S
+    while not condition():
+        assert time.monotonic() < limit_s, f"not within {WAIT_S:g} s: {what}"
+        time.sleep(0.02)
+
+
+@contextlib.contextmanager
+def simulator(*options: str) -> Iterator[int]:
+    """The program, which talks to a free port; gives the port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    link = f"udpout:127.0.0.1:{port}"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mavlink_sitl", "--link", link, "--speedup", str(SPEEDUP), *options],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        yield port
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextlib.contextmanager
+def connected(*options: str) -> Iterator[Flight]:
+    """A simulator that MAVSDK has found and that is ready to fly."""
+    kind = mavsdk.ComponentType.GROUND_STATION
+    client = mavsdk.Mavsdk(mavsdk.Configuration.create_with_component_type(kind))
+    try:
+        with simulator(*options) as port:
+            result = client.add_any_connection(f"udpin://127.0.0.1:{port}")
+            assert result == mavsdk.ConnectionResult.SUCCESS
+            system = client.first_autopilot(WAIT_S)
+            assert system is not None
+            flight = Flight(system)
+            wait(lambda: flight.telemetry.health().is_armable, "armable")
+            wait(lambda: flight.telemetry.health().is_global_position_ok, "a position")
+            wait(lambda: flight.telemetry.health().is_home_position_ok, "home")
+            wait(lambda: flight.telemetry.home().latitude_deg != 0.0, "home's place")
+            yield flight
+    finally:
+        client.destroy()
+
+
+def take_off(flight: Flight, height_m: float) -> None:
+    flight.action.set_takeoff_altitude(height_m)
+    flight.action.arm()
+    flight.action.takeoff()
+    flight.arrives((0.0, 0.0, height_m))
+
+
+@pytest.mark.timeout(120)
+def test_ardupilot_take_off_goto_offboard_return_and_land() -> None:
+    with connected() as flight:
+        take_off(flight, 10.0)
+        latitude, longitude = flight.point(20.0, 0.0)
+        home_m = flight.telemetry.home().absolute_altitude_m
+        flight.action.goto_location(latitude, longitude, home_m + 12.0, 0.0)
+        flight.arrives((20.0, 0.0, 12.0))
+        flight.offboard.set_position_ned(PositionNedYaw(0.0, 10.0, -12.0, 0.0))
+        flight.offboard.start()
+        flight.arrives((0.0, 10.0, 12.0))
+        flight.offboard.stop()
+        flight.action.return_to_launch()
+        flight.arrives((0.0, 0.0, 15.0))
+        flight.action.land()
+        wait(lambda: not flight.telemetry.armed(), "landed and disarmed")
+        assert math.hypot(*flight.north_east_up()[:2]) < 1.5
+
+
+@pytest.mark.timeout(120)
+def test_ardupilot_mission_upload_progress_pause_and_clear() -> None:
+    with connected() as flight:
+        mission = flight.items(
+            (TAKE_OFF, 0.0, 0.0, 10.0),
+            (WAYPOINT, 25.0, 0.0, 10.0),
+            (WAYPOINT, 25.0, 25.0, 12.0),
+            (WAYPOINT, 0.0, 25.0, 10.0),
+        )
+        flight.mission.upload_mission(mission)
+        back = flight.mission.download_mission()
+        assert [item.command for item in back] == [item.command for item in mission]
+        for got, sent in zip(back[1:], mission[1:], strict=True):
+            assert (got.x, got.y, got.z) == (sent.x, sent.y, sent.z)
+        flight.send(
+            "COMMAND_LONG", command=511, confirmation=0, param1=42, param2=100000,
+            param3=0, param4=0, param5=0, param6=0, param7=0, target_system=1, target_component=1,
+        )  # fmt: skip
+        take_off(flight, 10.0)
+        flight.mission.start_mission()
+        wait(lambda: flight.mission.mission_progress().current >= 2, "the second item")
+        flight.mission.pause_mission()
+        time.sleep(5.0 / SPEEDUP)
+        held = flight.north_east_up()
+        time.sleep(3.0 / SPEEDUP)
+        assert math.dist(flight.north_east_up(), held) < 1.0
+        flight.mission.start_mission()
+        flight.arrives((0.0, 25.0, 10.0), within_m=1.5)
+        assert flight.mission.mission_progress().current == 4
+        flight.action.return_to_launch()
+        flight.mission.clear_mission()
+        assert len(flight.mission.download_mission()) == 1, "home stays"
+
+
+@pytest.mark.timeout(120)
+def test_ardupilot_parameters_and_geofence() -> None:
+    with connected() as flight:
+        everything = flight.param.get_all_params()
+        names = {p.name for p in (*everything.float_params, *everything.int_params)}
+        assert {"WPNAV_SPEED", "RTL_ALT", "SYSID_MYGCS"} <= names
+        assert flight.param.get_param_float("WPNAV_SPEED") == 1000.0
+        flight.param.set_param_float("WPNAV_SPEED", 800.0)
+        assert flight.param.get_param_float("WPNAV_SPEED") == 800.0
+        with pytest.raises(mavsdk.MavsdkError):
+            flight.param.get_param_float("NO_SUCH_PARAM")
+        corners = [
+            Point(*flight.point(n, e)) for n, e in ((-90, -90), (90, -90), (90, 90), (-90, 90))
+        ]
+        circle = Circle(Point(*flight.point(0, 0)), 200.0, FenceType.INCLUSION)
+        fence = GeofenceData([Polygon(corners, FenceType.INCLUSION)], [circle])
+        flight.geofence.upload_geofence(fence)
+        back = flight.geofence.download_geofence()
+        assert [len(polygon.points) for polygon in back.polygons] == [4]
+        assert [c.radius for c in back.circles] == [200.0]
+        assert back.polygons[0].points[2].latitude_deg == pytest.approx(corners[2].latitude_deg)
+        flight.geofence.clear_geofence()
+        assert not flight.geofence.download_geofence().polygons
