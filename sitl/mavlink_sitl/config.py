@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.autopilot.personality.arduplane import ARDUPLANE
 from mavlink_sitl.autopilot.personality.ardurover import ARDUBOAT, ARDUROVER
 from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
 from mavlink_sitl.dynamics.battery import BatteryModel
@@ -19,6 +20,7 @@ PERSONALITIES: dict[tuple[str, str], Personality] = {
     ("copter", "px4"): PX4COPTER,
     ("rover", "ardupilot"): ARDUROVER,
     ("boat", "ardupilot"): ARDUBOAT,
+    ("plane", "ardupilot"): ARDUPLANE,
 }
 
 DEFAULT_HOME = GeoPoint(-35.363261, 149.165230, 584.0)

@@ -127,6 +127,8 @@ class Observation(NamedTuple):
     touching_ground: bool
     impact_m_s: float
     thrust_over_hover: float
+    airspeed_m_s: float | None = None
+    """Indicated, of who measures it."""
 
 
 class YawMode(IntEnum):

@@ -11,6 +11,7 @@ from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.px4.server import Px4Server
 from mavlink_sitl.mavlink.server import MavlinkServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
+from mavlink_sitl.autopilot.plane import Plane
 from mavlink_sitl.autopilot.rover import Rover
 
 _CLASSES: dict[str, type[Copter]] = {
@@ -18,6 +19,7 @@ _CLASSES: dict[str, type[Copter]] = {
     "px4copter": Px4Copter,
     "rover": Rover,
     "boat": Rover,
+    "plane": Plane,
 }
 
 

@@ -55,7 +55,7 @@ class RoverPhysics(Physics):
             self.drive_gains,
             self.o,
         )
-        self.body = self._move(rover.GroundCommand(throttle, steering))
+        self.body = self._move(rover.GroundCommand(throttle * self.efficiency, steering))
         self.error = sensors.advance(self.error, DT_S)
 
     def _move(self, command: rover.GroundCommand) -> rover.GroundState:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.fleet_ground import BoatPhysics, RoverPhysics
+from mavlink_sitl.fleet_plane import PlanePhysics
 from mavlink_sitl.physics import Physics
 from mavlink_sitl.px4_physics import Px4Physics
 
@@ -19,6 +20,7 @@ PIPELINES: dict[str, type[Physics]] = {
     "px4copter": Px4Physics,
     "rover": RoverPhysics,
     "boat": BoatPhysics,
+    "plane": PlanePhysics,
 }
 
 

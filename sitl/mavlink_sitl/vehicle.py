@@ -236,6 +236,7 @@ class SimulatedVehicle:
             touching_ground=touching,
             impact_m_s=impact_m_s,
             thrust_over_hover=thrust_m_s2 / 9.80665,
+            airspeed_m_s=physics.airspeed_m_s(index),
         )
 
     def _capacity_mah(self) -> float:

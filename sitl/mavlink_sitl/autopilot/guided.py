@@ -54,6 +54,7 @@ class Setpoint:
         acceleration_m_s2: metres a second squared.
         yaw_rad: from North, or from the nose in BODY.
         yaw_rate_rad_s: clockwise.
+        is_global: it came as latitude and longitude.
     """
 
     frame: Frame
@@ -62,6 +63,7 @@ class Setpoint:
     acceleration_m_s2: Vector | None = None
     yaw_rad: float | None = None
     yaw_rate_rad_s: float | None = None
+    is_global: bool = False
 
 
 class Submode(Enum):

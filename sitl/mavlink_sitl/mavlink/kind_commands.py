@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot import rover
+from mavlink_sitl.autopilot import plane, rover
 from mavlink_sitl.autopilot.guided import Frame, Setpoint
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink import setpoints
@@ -59,5 +59,17 @@ _ROVER: dict[int, Handler | None] = {
     dialect.MAV_CMD_DO_REPOSITION: _reposition(rover.MODE_GUIDED),
 }
 
-BY_KIND: dict[str, dict[int, Handler | None]] = {"rover": _ROVER, "boat": _ROVER}
+_PLANE: dict[int, Handler | None] = {
+    dialect.MAV_CMD_NAV_LAND: None,
+    dialect.MAV_CMD_NAV_TAKEOFF: lambda *_: Result.FAILED,
+    dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(plane.MODE_LOITER),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(plane.MODE_RTL),
+    dialect.MAV_CMD_DO_REPOSITION: _reposition(plane.MODE_GUIDED),
+}
+
+BY_KIND: dict[str, dict[int, Handler | None]] = {
+    "rover": _ROVER,
+    "boat": _ROVER,
+    "plane": _PLANE,
+}
 """By kind of vehicle and command: what is answered another way"""

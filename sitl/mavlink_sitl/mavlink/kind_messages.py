@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from mavlink_sitl.autopilot.plane import Plane
 from mavlink_sitl.autopilot.rover import Rover
 from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink.codec import Message, dialect
@@ -24,7 +25,7 @@ _GLOBAL_MASK = 0xFDF8
 
 def nav_controller_output(s: Snapshot) -> Message | None:
     """NAV_CONTROLLER_OUTPUT: absent in modes that a pilot drives or flies."""
-    assert isinstance(s.copter, Rover)
+    assert isinstance(s.copter, (Rover, Plane))
     report = s.copter.navigation_report()
     if report is None:
         return None
@@ -42,7 +43,7 @@ def nav_controller_output(s: Snapshot) -> Message | None:
 
 def position_target_global_int(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: in modes that are going somewhere."""
-    assert isinstance(s.copter, Rover)
+    assert isinstance(s.copter, (Rover, Plane))
     destination = s.copter.destination_ned_m()
     if destination is None:
         return None
@@ -94,7 +95,7 @@ def _never(_: Snapshot) -> None:
     return
 
 
-_GROUND: dict[int, Builder] = {
+_OWN: dict[int, Builder] = {
     36: servo_output_raw,
     62: nav_controller_output,
     74: vfr_hud,
@@ -103,7 +104,7 @@ _GROUND: dict[int, Builder] = {
     245: extended_sys_state,
 }
 
-BY_KIND: dict[str, dict[int, Builder]] = {"rover": _GROUND, "boat": _GROUND}
+BY_KIND: dict[str, dict[int, Builder]] = {"rover": _OWN, "boat": _OWN, "plane": _OWN}
 """By kind of vehicle and message id: what is built another way"""
 
 

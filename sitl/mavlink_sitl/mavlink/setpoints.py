@@ -106,7 +106,9 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
         if position is None:
             return None
     velocity, acceleration, yaw, yaw_rate = _groups(message)
-    return _refuse_unusable(Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate))
+    return _refuse_unusable(
+        Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate, is_global=True)
+    )
 
 
 def local_position(

@@ -27,6 +27,10 @@ class Snapshot(NamedTuple):
     truth: Motion
     truth_point: GeoPoint
     wind_ned_m_s: tuple[float, float, float]
+    servos_us: tuple[int, ...]
+    """Of who has no four equal motors"""
+    airspeed_m_s: float | None
+    """Of who measures it"""
     look_around: Callable[[], RangeReading | None]
     """The range sensors; None when there are none"""
 

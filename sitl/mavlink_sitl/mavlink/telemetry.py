@@ -12,6 +12,7 @@ from mavlink_sitl.mavlink.guided_target import (
     position_target_global_int,
     position_target_local_ned,
 )
+from mavlink_sitl.mavlink.kind_messages import for_kinds
 from mavlink_sitl.mavlink.snapshot import Snapshot, boot_ms
 
 BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
@@ -44,3 +45,4 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     330: ranges.obstacle_distance,
 }
 """By message id: what can be streamed and requested."""
+BUILDERS = {message_id: for_kinds(message_id, build) for message_id, build in BUILDERS.items()}

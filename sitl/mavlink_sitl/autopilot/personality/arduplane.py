@@ -1,0 +1,114 @@
+"""ArduPlane 4.7-dev of May 2025, as it was recorded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.personality import BootStep, ModeSpec
+from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+
+_INT8 = ParameterType.INT8
+_INT32 = ParameterType.INT32
+
+_PILOT, _ITSELF = 0x50, 0x58
+
+
+def _by_itself(number: int, name: str, behaviour: str, armable: bool = True) -> ModeSpec:
+    return ModeSpec(number, name, behaviour, True, armable, base_flags=_ITSELF)
+
+
+_MODES = (
+    ModeSpec(0, "MANUAL", "stick", armable=True, base_flags=_PILOT),
+    ModeSpec(1, "CIRCLE", "circle", armable=True, base_flags=_PILOT),
+    ModeSpec(2, "STABILIZE", "stick", armable=True, base_flags=_PILOT),
+    ModeSpec(4, "ACRO", "stick", armable=True, base_flags=_PILOT),
+    ModeSpec(5, "FLY_BY_WIRE_A", "stick", armable=True, base_flags=_PILOT),
+    ModeSpec(6, "FLY_BY_WIRE_B", "cruise", armable=True, base_flags=_PILOT),
+    ModeSpec(7, "CRUISE", "cruise", armable=True, base_flags=_PILOT),
+    _by_itself(10, "AUTO", "auto"),
+    _by_itself(11, "RTL", "rtl", armable=False),
+    _by_itself(12, "LOITER", "loiter"),
+    _by_itself(13, "TAKEOFF", "takeoff"),
+    _by_itself(15, "GUIDED", "guided"),
+)
+
+# Those of the recordings where they show, else the firmware's defaults.
+_PARAMETERS = (
+    ParameterSpec("AIRSPEED_CRUISE", 22.0),
+    ParameterSpec("AIRSPEED_MAX", 30.0),
+    ParameterSpec("AIRSPEED_MIN", 17.0),
+    ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
+    ParameterSpec("BATT_CRT_VOLT", 0.0),
+    ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
+    ParameterSpec("BATT_FS_LOW_ACT", 0.0, _INT8),
+    ParameterSpec("BATT_LOW_MAH", 0.0),
+    ParameterSpec("BATT_LOW_TIMER", 10.0, _INT8),
+    ParameterSpec("BATT_LOW_VOLT", 10.5),
+    ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
+    ParameterSpec("FS_GCS_TIMEOUT", 5.0),
+    ParameterSpec("NAVL1_DAMPING", 0.75),
+    ParameterSpec("NAVL1_PERIOD", 10.0),
+    ParameterSpec("RC_OVERRIDE_TIME", 3.0),
+    ParameterSpec("ROLL_LIMIT_DEG", 65.0),
+    ParameterSpec("RTL_ALTITUDE", 100.0),
+    ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
+    ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
+    ParameterSpec("TECS_CLMB_MAX", 5.0),
+    ParameterSpec("TECS_SINK_MAX", 5.0),
+    ParameterSpec("TKOFF_ALT", 50.0),
+    ParameterSpec("TKOFF_DIST", 200.0),
+    ParameterSpec("WP_LOITER_RAD", 80.0),
+)
+
+_BOOT = (
+    BootStep(1.75, "Barometer 1 calibration complete"),
+    BootStep(1.75, "Barometer 2 calibration complete"),
+    BootStep(1.75, "Airspeed 1 calibration started"),
+    BootStep(1.75, "ArduPilot Ready"),
+    BootStep(1.75, "AHRS: DCM active"),
+    BootStep(1.77, "Throttle failsafe off"),
+    BootStep(3.43, "Airspeed 1 calibrated"),
+    BootStep(9.07, "GPS 1: probing for u-blox at 230400 baud"),
+    BootStep(9.09, "GPS 1: detected u-blox"),
+    BootStep(9.53, "EKF2 IMU0 MAG0 initial yaw alignment complete"),
+    BootStep(9.53, "EKF2 IMU1 MAG0 initial yaw alignment complete"),
+    BootStep(10.29, "EKF3 IMU0 initialised"),
+    BootStep(10.29, "EKF3 IMU1 initialised"),
+    BootStep(12.16, "EKF3 IMU0 tilt alignment complete"),
+    BootStep(12.16, "EKF3 IMU1 tilt alignment complete"),
+    BootStep(12.24, "EKF3 IMU0 MAG0 initial yaw alignment complete"),
+    BootStep(12.24, "EKF3 IMU1 MAG0 initial yaw alignment complete"),
+    BootStep(14.77, "EKF2 IMU0 tilt alignment complete"),
+    BootStep(14.77, "EKF2 IMU1 tilt alignment complete"),
+    BootStep(19.49, "EKF2 IMU0 origin set"),
+    BootStep(19.49, "EKF2 IMU1 origin set"),
+    BootStep(19.49, "EKF3 IMU0 origin set"),
+    BootStep(19.49, "EKF3 IMU1 origin set"),
+    BootStep(19.53, "Field Elevation Set: {elevation:.0f}m"),
+    BootStep(20.51, "EKF3 IMU0 is using GPS"),
+    BootStep(20.51, "EKF3 IMU1 is using GPS"),
+    BootStep(20.51, "AHRS: EKF3 active"),
+    BootStep(41.17, "EKF2 IMU0 is using GPS"),
+    BootStep(41.17, "EKF2 IMU1 is using GPS"),
+)
+
+ARDUPLANE = replace(
+    ARDUCOPTER,
+    name="ArduPlane",
+    kind="plane",
+    mav_type=1,
+    capabilities=0xF36F,
+    modes={mode.number: mode for mode in _MODES},
+    parameters=_PARAMETERS,
+    boot=_BOOT,
+    ready_s=20.51,
+    gps_fix_s=9.1,
+    battery_ready_s=2.6,
+    origin_s=19.49,
+    standby_s=1.747,
+    boot_mode=16,
+    boot_flags=0x10,
+    armed_text="Throttle armed",
+    disarmed_text="Throttle disarmed",
+)
