@@ -86,7 +86,9 @@ def run(test: str, installed: Path, folder: Path) -> str:
 
 
 def example() -> str:
-    return re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)[0]
+    found = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert found is not None
+    return found.group(1)
 
 
 def test_the_example_of_the_documentation_passes(installed: Path, tmp_path: Path) -> None:

@@ -1,0 +1,107 @@
+"""Frames that a simulated vehicle must survive: mutated, truncated, random, extreme."""
+
+from __future__ import annotations
+
+import inspect
+import random
+import struct
+from collections.abc import Iterator
+from typing import Any
+
+from pymavlink.dialects.v20 import all as mav
+
+FLOATS = (float("nan"), float("inf"), float("-inf"), 3.4e38, -3.4e38, 1e-45, -0.0, 0.0, 1.0, 5.0)
+MESSAGES: list[Any] = [
+    kind
+    for name, kind in sorted(inspect.getmembers(mav, inspect.isclass))
+    if name.startswith("MAVLink_") and name.endswith("_message") and name != "MAVLink_message"
+]
+ADDRESSED = [kind for kind in MESSAGES if "target_system" in kind.ordered_fieldnames]
+ADDRESSED += [kind for kind in MESSAGES if kind.id in (11, 75, 76, 84, 86)] * 8
+"""Those that a vehicle may act on: commands, modes and setpoints eight times as often"""
+COMMANDS = (75, 76)
+COMMAND_NUMBERS = (*(n for n in range(600) if n != 246), 2000, 31999, 42425)
+"""Without reboots: a vehicle that starts again hears nothing for a while"""
+
+
+def frames(seed: int) -> Iterator[bytes]:
+    """Without end: a third with a right checksum and random or extreme content, to the vehicle.
+
+    The rest is cut, bent, joined to others, or noise.
+    """
+    rng = random.Random(seed)
+    recent = [_valid(rng) for _ in range(200)]
+    while True:
+        kind = rng.randrange(6)
+        if kind < 2:
+            frame = _valid(rng)
+            recent[rng.randrange(len(recent))] = frame
+            yield frame
+        else:
+            yield _spoiled(recent, rng, kind)
+
+
+def _spoiled(recent: list[bytes], rng: random.Random, kind: int) -> bytes:
+    frame = bytearray(rng.choice(recent))
+    if kind == 2:
+        return bytes(frame[: rng.randrange(len(frame))])
+    if kind == 3:
+        for _ in range(rng.randint(1, 4)):
+            frame[rng.randrange(len(frame))] = rng.randrange(256)
+        return bytes(frame)
+    if kind == 4:
+        return bytes(frame[rng.randrange(len(frame)) :]) + rng.choice(recent)
+    return rng.choice([b"", b"\xfd", b"\xfe"]) + rng.randbytes(rng.randrange(300))
+
+
+def _valid(rng: random.Random) -> bytes:
+    """Any message of the dialect, addressed to vehicle 1 where it has an address."""
+    kind = rng.choice(MESSAGES if rng.random() < 0.3 else ADDRESSED)
+    payload = bytearray(_payload(kind, rng))
+    if "target_system" in kind.ordered_fieldnames:
+        payload[_offset(kind, "target_system")] = rng.choice([0, 1, 1, 1])
+    if kind.id in COMMANDS:
+        struct.pack_into("<H", payload, _offset(kind, "command"), rng.choice(COMMAND_NUMBERS))
+    head = struct.pack(
+        "<BBBBBBHB",
+        len(payload),
+        0,
+        0,
+        rng.randrange(256),
+        255,
+        190,
+        kind.id & 0xFFFF,
+        kind.id >> 16,
+    )
+    check = mav.x25crc(head + bytes(payload))
+    check.accumulate(bytes([kind.crc_extra]))
+    return b"\xfd" + head + bytes(payload) + struct.pack("<H", check.crc)
+
+
+def _payload(kind: Any, rng: random.Random) -> bytes:
+    if rng.random() < 0.5:
+        return rng.randbytes(kind.unpacker.size)
+    parts = []
+    for count, code in _fields(kind.unpacker.format):
+        if code in "fd":
+            parts += [struct.pack(f"<{code}", rng.choice(FLOATS)) for _ in range(count)]
+        else:
+            size = count * struct.calcsize(code if code != "s" else "c")
+            parts.append(rng.choice([bytes(size), b"\xff" * size, rng.randbytes(size)]))
+    return b"".join(parts)
+
+
+def _fields(layout: str) -> list[tuple[int, str]]:
+    fields, digits = [], ""
+    for letter in layout.lstrip("<"):
+        if letter.isdigit():
+            digits += letter
+        else:
+            fields.append((int(digits or 1), letter))
+            digits = ""
+    return fields
+
+
+def _offset(kind: Any, name: str) -> int:
+    sizes = [count * struct.calcsize(code) for count, code in _fields(kind.unpacker.format)]
+    return sum(sizes[: list(kind.ordered_fieldnames).index(name)])
