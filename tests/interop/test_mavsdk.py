@@ -9,15 +9,13 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
-import socket
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+
+from tests.support.sitl_process import simulator
 
 mavsdk = pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
@@ -111,32 +109,12 @@ def wait(condition: Callable[[], bool], what: str) -> None:
 
 
 @contextlib.contextmanager
-def simulator(*options: str) -> Iterator[int]:
-    """The program, which talks to a free port; gives the port."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    link = f"udpout:127.0.0.1:{port}"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "mavlink_sitl", "--link", link, "--speedup", str(SPEEDUP), *options],
-        env=environment,
-        stdout=subprocess.DEVNULL,
-    )
-    try:
-        yield port
-    finally:
-        process.kill()
-        process.wait()
-
-
-@contextlib.contextmanager
 def connected(*options: str) -> Iterator[Flight]:
     """A simulator that MAVSDK has found and that is ready to fly."""
     kind = mavsdk.ComponentType.GROUND_STATION
     client = mavsdk.Mavsdk(mavsdk.Configuration.create_with_component_type(kind))
     try:
-        with simulator(*options) as port:
+        with simulator("--speedup", str(SPEEDUP), *options) as port:
             result = client.add_any_connection(f"udpin://127.0.0.1:{port}")
             assert result == mavsdk.ConnectionResult.SUCCESS
             system = client.first_autopilot(WAIT_S)

@@ -75,7 +75,8 @@ class TakeOff(Task):
 
     def _wanted(self) -> bool:
         return (
-            self.auto.may_take_off
+            not self.copter.landed
+            or self.auto.may_take_off
             or bool(int(self.copter.parameters["AUTO_OPTIONS"]) & ALLOW_TAKEOFF)
             or self.copter.pilot_throttle() > THROTTLE_RAISED
         )

@@ -1,0 +1,126 @@
+"""MAVProxy, unmodified from PyPI and headless, flies the simulator over UDP."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.sitl_process import environment, simulator
+
+WAIT_S = 40.0
+MISSION = """QGC WPL 110
+0 1 0 16 0 0 0 0 -35.3632610 149.1652300 584.0 1
+1 0 3 22 0 0 0 0 0 0 10.0 1
+2 0 3 16 0 0 0 0 -35.3630813 149.1652300 10.0 1
+3 0 3 16 0 0 0 0 -35.3630813 149.1654503 12.0 1
+""".replace(" ", "\t").replace("QGC\tWPL\t", "QGC WPL ")
+MODULES = "mode,arm,wp,cmdlong,param,link,misc"
+
+if importlib.util.find_spec("MAVProxy") is None:
+    pytest.skip("MAVProxy from PyPI is not installed", allow_module_level=True)
+
+
+class MavProxy:
+    """The program's console.
+
+    Attributes:
+        lines: what it has printed.
+    """
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.lines: list[str] = []
+        self._process = process
+        self._seen = 0
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self.lines.append(line.rstrip())
+
+    def close(self) -> None:
+        """Let go of the program's pipes, once it has ended."""
+        self._reader.join(WAIT_S)
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                pipe.close()
+
+    def say(self, command: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(command + "\n")
+        self._process.stdin.flush()
+
+    def hear(self, words: str) -> None:
+        """Wait for words in a line after those heard before."""
+        limit_s = time.monotonic() + WAIT_S
+        while time.monotonic() < limit_s:
+            while self._seen < len(self.lines):
+                self._seen += 1
+                if words in self.lines[self._seen - 1]:
+                    return
+            time.sleep(0.02)
+        printed = "\n".join(self.lines[-30:])
+        pytest.fail(f"MAVProxy never says {words!r}; it said:\n{printed}")
+
+
+@contextlib.contextmanager
+def mavproxy(port: int, directory: Path) -> Iterator[MavProxy]:
+    """MAVProxy on a port; whatever happens, it does not outlive the test."""
+    program = [sys.executable, "-m", "MAVProxy.mavproxy", "--master", f"udp:127.0.0.1:{port}"]
+    options = ["--default-modules", MODULES, "--state-basedir", str(directory)]
+    process = subprocess.Popen(
+        [*program, *options],
+        env=environment(HOME=str(directory), MAVLINK20="1", PYTHONWARNINGS="ignore"),
+        cwd=directory,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    console = MavProxy(process)
+    try:
+        yield console
+    finally:
+        process.kill()
+        process.wait()
+        console.close()
+
+
+@pytest.mark.timeout(180)
+def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
+    mission = tmp_path / "mission.txt"
+    mission.write_text(MISSION)
+    with simulator("--speedup", "8") as port, mavproxy(port, tmp_path) as console:
+        console.hear("parameters to")
+        console.say("mode guided")
+        console.hear("Mode GUIDED")
+        console.say("arm throttle")
+        console.hear("ARMED")
+        console.say("takeoff 10")
+        console.hear("NAV_TAKEOFF: ACCEPTED")
+        console.hear("height ")
+        console.say(f"wp load {mission}")
+        console.hear("TYPE_MISSION: ACCEPTED")
+        console.hear("Flight plan received")
+        console.say("wp list")
+        console.hear("22 3 0.0000000000 0.0000000000 10.000000")
+        console.hear("Saved 4 waypoints")
+        console.say("mode auto")
+        console.hear("Mode AUTO")
+        console.hear("Reached command #2")
+        console.say("mode guided")
+        console.hear("Mode GUIDED")
+        console.say("guided -35.3630813 149.16523 15")
+        console.hear("DO_REPOSITION: ACCEPTED")
+        console.say("rtl")
+        console.hear("Mode RTL")
+        console.hear("DISARMED")
