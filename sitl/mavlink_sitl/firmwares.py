@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.plane import Plane
 from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.autopilot.rover import Rover
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.px4.server import Px4Server
 from mavlink_sitl.mavlink.server import MavlinkServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
-from mavlink_sitl.autopilot.plane import Plane
-from mavlink_sitl.autopilot.rover import Rover
 
 _CLASSES: dict[str, type[Copter]] = {
     "copter": Copter,

@@ -13,6 +13,7 @@ import pytest
 from mavlink_sitl import VehicleConfig
 from tests.replay.conversation import (
     Conversation,
+    Timed,
     acknowledgements,
     arrival_s,
     changes,
@@ -21,8 +22,8 @@ from tests.replay.conversation import (
     track,
 )
 
-READY_AFTER_S = {"rover_guided": 42.11}
-VEHICLES = {"rover_guided": "rover"}
+READY_AFTER_S = {"rover_guided": 42.11, "plane_guided": 20.52}
+VEHICLES = {"rover_guided": "rover", "plane_guided": "plane"}
 
 NAMES = list(VEHICLES)
 
@@ -49,8 +50,11 @@ def test_every_command_is_answered_as_the_real_one_answered(name: str) -> None:
 def test_the_heartbeat_goes_through_the_same_states(name: str) -> None:
     flight = conversation(name)
     fields = ("custom_mode", "base_mode", "system_status")
-    real = [v for _, v in changes(flight.real, "HEARTBEAT", *fields)]
-    assert [v for _, v in changes(flight.ours, "HEARTBEAT", *fields)] == real
+    real = changes(flight.real, "HEARTBEAT", *fields)
+    ours = changes(flight.ours, "HEARTBEAT", *fields)
+    assert [v for _, v in ours] == [v for _, v in real]
+    for (real_s, state), (our_s, _) in zip(real, ours, strict=True):
+        assert our_s == pytest.approx(real_s, abs=1.1), state
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -108,7 +112,7 @@ def test_rover_is_near_each_target_in_time(target: tuple[float, float], from_s: 
 def test_rover_moves_as_the_recorded_one() -> None:
     """Distance at equal times, over all setpoints; relative setpoints add up their errors."""
     flight = conversation("rover_guided")
-    ours = dict((round(t, 1), (n, e)) for t, n, e, _ in track(flight.ours))
+    ours = {round(t, 1): (n, e) for t, n, e, _ in track(flight.ours)}
     squares = [
         math.dist((n, e), ours[round(t, 1)]) ** 2
         for t, n, e, _ in track(flight.real)
@@ -116,3 +120,67 @@ def test_rover_moves_as_the_recorded_one() -> None:
     ]
     assert len(squares) > 200
     assert math.sqrt(sum(squares) / len(squares)) < 1.0
+
+
+def height_reached_s(messages: Timed, height_m: float) -> float:
+    return next(t for t, _, _, down in track(messages) if -down >= height_m)
+
+
+@pytest.mark.parametrize("height_m", [10.0, 25.0, 40.0, 49.0])
+def test_plane_takes_off_as_fast(height_m: float) -> None:
+    flight = conversation("plane_guided")
+    armed_s = 25.87
+    expected = height_reached_s(flight.real, height_m) - armed_s
+    assert height_reached_s(flight.ours, height_m) - armed_s == pytest.approx(expected, rel=0.1)
+
+
+def test_plane_climbs_to_the_height_of_rtl_as_fast() -> None:
+    flight = conversation("plane_guided")
+    expected = height_reached_s(flight.real, 97.0) - 69.9
+    assert height_reached_s(flight.ours, 97.0) - 69.9 == pytest.approx(expected, rel=0.1)
+
+
+def turned_s(messages: Timed, centre: tuple[float, float], radius_m: float, from_s: float) -> float:
+    """Time until the plane is within a distance of a point."""
+    for t, north, east, _ in track(messages):
+        if t >= from_s and math.dist((north, east), centre) <= radius_m:
+            return t - from_s
+    raise AssertionError("never near")
+
+
+PLANE_TARGETS = [((300.0, 100.0), 95.0, 51.8), ((0.0, 0.0), 100.0, 69.9)]
+"""Where DO_REPOSITION and RTL sent it, and how near it comes first"""
+
+
+@pytest.mark.parametrize(("centre", "radius_m", "from_s"), PLANE_TARGETS)
+def test_plane_takes_as_long_to_each_circle(
+    centre: tuple[float, float], radius_m: float, from_s: float
+) -> None:
+    flight = conversation("plane_guided")
+    expected = turned_s(flight.real, centre, radius_m, from_s)
+    assert turned_s(flight.ours, centre, radius_m, from_s) == pytest.approx(expected, rel=0.1)
+
+
+def test_plane_ignores_the_local_setpoints_of_the_recording() -> None:
+    """300 m north by LOCAL_NED and GLOBAL_INT: both went on circling where GUIDED began."""
+    flight = conversation("plane_guided")
+    for messages in (flight.real, flight.ours):
+        places = [(n, e) for t, n, e, _ in track(messages) if 45.0 < t < 51.0]
+        assert all(math.dist(place, (228.0, -107.0)) < 135.0 for place in places)
+
+
+def test_plane_tells_that_it_circles_as_item_0() -> None:
+    flight = conversation("plane_guided")
+    assert len(arrivals(flight, True)) == len(arrivals(flight, False)) == 2
+
+
+def test_plane_is_close_to_the_recorded_one_all_the_time() -> None:
+    flight = conversation("plane_guided")
+    ours = {round(t, 1): (n, e) for t, n, e, _ in track(flight.ours)}
+    squares = [
+        math.dist((n, e), ours[round(t, 1)]) ** 2
+        for t, n, e, _ in track(flight.real)
+        if 26.0 <= t <= 88.0 and round(t, 1) in ours
+    ]
+    assert len(squares) > 100
+    assert math.sqrt(sum(squares) / len(squares)) < 20.0

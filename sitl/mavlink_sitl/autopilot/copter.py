@@ -16,6 +16,7 @@ from mavlink_sitl.autopilot.arming import Arming
 from mavlink_sitl.autopilot.auto import ALLOW_ARMING, Auto
 from mavlink_sitl.autopilot.estimator import Estimator
 from mavlink_sitl.autopilot.failsafe import Failsafes
+from mavlink_sitl.autopilot.fence import Fence
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.autopilot.landing import LandDetector
 from mavlink_sitl.autopilot.modes import Brake, Land, Mode, PilotHeight, Stabilize
@@ -98,6 +99,7 @@ class Copter:
         self.pilot = Pilot()
         self.plans = Plans()
         """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""
+        self.fence = Fence(self)
         self.arming = Arming(self)
         self.started = False
         self.inject_failure: Callable[[int, int, int], Result] = lambda *_: Result.UNSUPPORTED
@@ -115,8 +117,7 @@ class Copter:
         self._impact_m_s = observation.impact_m_s
         self._wanted = Guidance()
         self._modes: dict[int, Mode] = {
-            spec.number: self.make_mode(spec)
-            for spec in personality.modes.values()
+            spec.number: self.make_mode(spec) for spec in personality.modes.values()
         }
         self.mode: Mode = self._modes[self.first_mode()]
         self.mode.enter()
@@ -142,6 +143,7 @@ class Copter:
         """Look for what is wrong; once the power monitor has readings."""
         if self.battery_known:
             self.failsafe.update(self, observation)
+        self.fence.update()
 
     # What it knows.
 
@@ -419,10 +421,10 @@ class Copter:
 
     def setpoint(self, setpoint: Setpoint) -> None:
         """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
-        if isinstance(self.mode, Guided):
+        if isinstance(self.mode, Guided) and not self.fence.blocks(setpoint):
             self.mode.setpoint(setpoint)
 
-    def reposition(self, setpoint: Setpoint) -> None:
+    def go_to(self, setpoint: Setpoint) -> None:
         """DO_REPOSITION, once in GUIDED."""
         self.setpoint(setpoint)
 

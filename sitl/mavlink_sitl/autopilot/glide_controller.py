@@ -21,6 +21,8 @@ class GlideGains(NamedTuple):
     airspeed: float = 0.06
     airspeed_i: float = 0.01
     integrator_limit: float = 0.2
+    bank_to_throttle: float = 0.08
+    """TECS_RLL2THR"""
     climb_change_m_s2: float = 7.0
     full_throttle_in_s: float = 1.2
     climb_by_speed: float = 0.35
@@ -93,6 +95,8 @@ def step(
     integrator = o.clip(state.integrator + k.airspeed_i * error * dt, -limit, limit) * holding
     drag = k.drag_1_m * t.airspeed_m_s * t.airspeed_m_s
     needed = (drag + GRAVITY_M_S2 * climb / fast) / k.thrust_m_s2
+    upright = o.maximum(o.cos(t.bank_rad), 0.4)
+    needed = needed + k.bank_to_throttle * (1.0 / (upright * upright) - 1.0)
     throttle = o.clip(needed + k.airspeed * error + integrator, 0.0, 1.0)
     throttle = o.where(t.full_throttle, 1.0, throttle)
     # The throttle opens slowly and closes at once.

@@ -28,6 +28,7 @@ from mavlink_sitl.exchange import (
     Guidance,
     LandedState,
     Limits,
+    ModeChanged,
     Observation,
     Result,
     Severity,
@@ -125,6 +126,13 @@ class Plane(Copter):
     def make_mode(self, spec: ModeSpec) -> Mode:
         """See `Copter`."""
         return BEHAVIOURS[spec.behaviour](self, spec)
+
+    def update(self, observation: Observation) -> None:
+        """See `Copter`; the end of starting is told at once."""
+        was = self.started
+        super().update(observation)
+        if self.started and not was:
+            self.events.append(ModeChanged(self.mode.spec.name, False))
 
     # What it knows.
 
@@ -235,7 +243,7 @@ class Plane(Copter):
         if isinstance(self.mode, Guided):
             self.mode.setpoint(setpoint)
 
-    def reposition(self, setpoint: Setpoint) -> None:
+    def go_to(self, setpoint: Setpoint) -> None:
         """DO_REPOSITION: circle another point."""
         if isinstance(self.mode, Guided) and setpoint.position_m is not None:
             self.mode.reposition(setpoint.position_m)

@@ -252,7 +252,8 @@ class TakeOff(PlaneMode):
             return
         if self._began_s is None:
             self._begin()
-        assert self._began_s is not None and self.centre is not None
+        assert self._began_s is not None
+        assert self.centre is not None
         since_s = plane.now_s - self._began_s
         height = plane.navigator.height_above_home_m()
         self._announce(since_s, height)
@@ -289,14 +290,11 @@ class TakeOff(PlaneMode):
 
     def _announce(self, since_s: float, height_m: float) -> None:
         p, plane = self.plane.parameters, self.plane
+        where = f"{p['TKOFF_ALT']:.0f}m for {p['TKOFF_DIST']:.1f}m"
         steps = (
             (0.0, "Armed AUTO, xaccel = 0.0 m/s/s, waiting 0.2 sec"),
             (0.2, "Triggered AUTO. GPS speed = 0.0"),
-            (
-                1.2,
-                f"Takeoff to {p['TKOFF_ALT']:.0f}m for {p['TKOFF_DIST']:.1f}m heading "
-                f"{self._heading_deg:.1f} deg",
-            ),
+            (1.2, f"Takeoff to {where} heading {self._heading_deg:.1f} deg"),
             (1.4, f"Autoland direction= {int(self._heading_deg - 0.1)}"),
         )
         while self._steps < len(steps) and since_s >= steps[self._steps][0]:

@@ -13,6 +13,7 @@ from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.route import Point
 from mavlink_sitl.autopilot.rover_modes import (
     Acro,
     Circle,
@@ -23,11 +24,11 @@ from mavlink_sitl.autopilot.rover_modes import (
     Manual,
     ReturnToLaunch,
 )
-from mavlink_sitl.autopilot.route import Point
 from mavlink_sitl.exchange import (
     Guidance,
     LandedState,
     Limits,
+    ModeChanged,
     Observation,
     Result,
     Severity,
@@ -115,6 +116,13 @@ class Rover(Copter):
     def make_mode(self, spec: ModeSpec) -> Mode:
         """See `Copter`."""
         return BEHAVIOURS[spec.behaviour](self, spec)
+
+    def update(self, observation: Observation) -> None:
+        """See `Copter`; the end of starting is told at once."""
+        was = self.started
+        super().update(observation)
+        if self.started and not was:
+            self.events.append(ModeChanged(self.mode.spec.name, False))
 
     # What it knows.
 

@@ -21,8 +21,12 @@ class PlaneModel(NamedTuple):
     max_thrust_m_s2: float = 17.8
     drag_1_m: float = 0.0175
     """Drag deceleration per airspeed squared, in level flight."""
-    induced: float = 0.06
+    induced: float = 0.04
     """Growth of the drag with the square of the load."""
+    turning: float = 0.95
+    slip: float = 0.2
+    """The recorded aircraft slips: it turns a little slower than a coordinated turn would, the
+    more the steeper it banks."""
     stall_m_s: float = 13.0
     """In level flight; faster by the root of the load in a turn."""
     rotate_m_s: float = 19.5
@@ -123,7 +127,9 @@ def step(
     can = GRAVITY_M_S2 / fast * (most * upright - path)
     climb = s.climb_rad + o.minimum(pull, can) * dt
     climb = o.clip(climb, -1.2, m.max_climb_angle_rad) * flying
-    yaw_rate = GRAVITY_M_S2 * load * o.sin(bank) / (fast * o.maximum(path, 0.2)) * flying
+    lean = o.sin(bank)
+    turning = m.turning - m.slip * lean * lean * lean * lean
+    yaw_rate = turning * GRAVITY_M_S2 * load * lean / (fast * o.maximum(path, 0.2)) * flying
     drag = m.drag_1_m * s.airspeed_m_s * s.airspeed_m_s * (1.0 + m.induced * load * load)
     c, n = o.cos(s.yaw_rad), o.sin(s.yaw_rad)
     tail_wind = wind[0] * c + wind[1] * n

@@ -45,7 +45,7 @@ def _reposition(guided: int) -> Handler:
             return Result.FAILED
         if command.params[0] > 0.0:
             copter.change_speed(1, command.params[0])
-        copter.reposition(Setpoint(Frame.LOCAL, position_m=position))
+        copter.go_to(Setpoint(Frame.LOCAL, position_m=position))
         return Result.ACCEPTED
 
     return handler
