@@ -179,17 +179,22 @@ class Land(Px4Mode):
         self.guide(descending(self, self._at, speed, first))
 
 
+CRAWL_SHARE, LAND_SHARE = 1.4, 1.15
+"""Three recorded landings sink faster near the ground than the parameters say"""
+
+
 def descent_speed_m_s(copter: Px4Copter) -> float:
     """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED at _ALT2, MPC_LAND_CRWL below _ALT3."""
     p = copter.parameters
     heights = (p["MPC_LAND_ALT3"], p["MPC_LAND_ALT2"], p["MPC_LAND_ALT1"])
-    speeds = (p["MPC_LAND_CRWL"], p["MPC_LAND_SPEED"], p["MPC_Z_V_AUTO_DN"])
+    slow, crawl = LAND_SHARE * p["MPC_LAND_SPEED"], CRAWL_SHARE * p["MPC_LAND_CRWL"]
+    speeds = (crawl, slow, p["MPC_Z_V_AUTO_DN"])
     height = copter.height_above_ground_m()
     speed = speeds[0]
-    for below, above, slow, fast in zip(heights, heights[1:], speeds, speeds[1:], strict=False):
+    for below, above, low, high in zip(heights, heights[1:], speeds, speeds[1:], strict=False):
         if height > below:
             share = min((height - below) / max(above - below, 0.1), 1.0)
-            speed = slow + (fast - slow) * share
+            speed = low + (high - low) * share
     return max(speed, 0.1)
 
 
@@ -229,7 +234,7 @@ class Return(Px4Mode):
             )
         self._from = (motion.north_m, motion.east_m)
         self._limits = replace(navigator.limits(), speed_up_m_s=CLIMB_M_S)
-        braking = replace(self._limits, acceleration_xy_m_s2=BRAKE_M_S2, jerk_xy_m_s3=8.0)
+        braking = replace(self._limits, acceleration_xy_m_s2=BRAKE_M_S2, jerk_xy_m_s3=4.0)
         self.guide(
             replace(
                 self.hold_at((*self._from, self._down_m)),
@@ -258,7 +263,7 @@ class Return(Px4Mode):
             limits = replace(self._limits, speed_xy_m_s=BACK_M_S)
             back = replace(self.hold_at((*self._from, self._down_m)), limits=limits)
             self.guide(back)
-        if self._stage == "climb" and abs(motion.down_m - self._down_m) < REACHED_M:
+        if self._stage == "climb" and abs(motion.down_m - self._down_m) < CLIMBED_M:
             self._stage = "return"
             self.guide(replace(self.hold_at((north, east, self._down_m))))
         elif self._stage == "return":
@@ -274,11 +279,13 @@ class Return(Px4Mode):
                 self.guide(replace(guidance, restart_z=first))
 
 
-BRAKE_M_S2 = 3.0
-"""MPC_ACC_HOR: so it stops when RTL begins at speed"""
+BRAKE_M_S2 = 2.7
+"""A little less than MPC_ACC_HOR: so it stops when RTL begins at speed"""
 BACK_M_S = 1.2
 """How fast it comes back while climbing to where RTL began (`offboard_loss_stop`)"""
-CLIMB_M_S = 1.8
+CLIMBED_M = 0.3
+"""How near to the height of the return before it begins, in the recording"""
+CLIMB_M_S = 1.65
 """The recorded climb of RTL, from 10 m to 30 m in 11 s"""
 NAV_ACC_RAD_M = 2.0
 """NAV_ACC_RAD"""

@@ -12,7 +12,7 @@ from mavlink_sitl.geodesy import GeoPoint, to_local
 
 VELOCITY_GAIN_1_S = 1.8
 """MPC_XY_VEL_P_ACC: from velocity error to acceleration"""
-ACCELERATION_XY_M_S2 = 8.0
+ACCELERATION_XY_M_S2 = 6.5
 """What a lean of 45 degrees (MPC_TILTMAX_AIR) leaves after drag, over the recorded dashes"""
 ACCELERATION_Z_M_S2 = 5.0
 VELOCITY_GAIN_Z_1_S = 4.0
@@ -65,9 +65,9 @@ class Px4Navigator(Navigator):
             speed_up_m_s=max(p["MPC_Z_V_AUTO_UP"], LEAST_LIMIT),
             speed_down_m_s=max(p["MPC_Z_V_AUTO_DN"], LEAST_LIMIT),
             acceleration_xy_m_s2=acceleration,
-            acceleration_z_m_s2=2.0,
+            acceleration_z_m_s2=1.5,
             jerk_xy_m_s3=max(2.0 * AUTO_GAIN_1_S * acceleration, LEAST_LIMIT),
-            jerk_z_m_s3=4.0,
+            jerk_z_m_s3=1.8,
         )
 
     def place_ned_m(self, point: GeoPoint) -> tuple[float, float, float]:
