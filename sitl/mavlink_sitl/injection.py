@@ -135,12 +135,12 @@ class Failures:
 
     def _link(self, kind: int, _: int) -> bool:
         """OFF silences the vehicle only, so that it can still be told that all is well."""
-        link = self._vehicle.link
-        if kind in (OK, OFF):
-            link.mute = kind == OFF
-            link.set_faults(self._vehicle.config.faults)
-        elif kind in LINK_FAULTS:
-            link.set_faults(LINK_FAULTS[kind])
+        for link in self._vehicle.links:
+            if kind in (OK, OFF):
+                link.mute = kind == OFF
+                link.set_faults(self._vehicle.config.faults)
+            elif kind in LINK_FAULTS:
+                link.set_faults(LINK_FAULTS[kind])
         return kind in (OK, OFF, *LINK_FAULTS)
 
     def _set_thrust(self) -> None:

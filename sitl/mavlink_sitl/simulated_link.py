@@ -32,6 +32,8 @@ class SimulatedLink:
         """See the class."""
         self.silent = False
         self.mute = False
+        self.on_change: Callable[[], None] = lambda: None
+        """Called when `late` may have changed; set by the vehicle"""
         self._seed = seed
         self._receive = receive
         self._now_us = now_us
@@ -42,6 +44,7 @@ class SimulatedLink:
         """Make the link bad from now on, or good; what is under way in it is lost."""
         self._up = self._down = None
         self.late = faults is not None
+        self.on_change()
         if faults is not None:
             self._up = FaultyPipe(faults, f"{self._seed}:up")
             self._down = FaultyPipe(faults, f"{self._seed}:down")

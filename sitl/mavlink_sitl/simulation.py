@@ -202,7 +202,7 @@ class Simulation:
                 physics.step_batteries(AUTOPILOT_TICKS * DT_S)
         self._step_world()
         for vehicle in self.vehicles:
-            if think or vehicle.wake_us <= now_us or vehicle.link.late:
+            if think or vehicle.wake_us <= now_us:
                 vehicle.tick(now_us, think)
 
     def _step_world(self) -> None:

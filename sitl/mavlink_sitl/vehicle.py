@@ -101,6 +101,8 @@ class SimulatedVehicle:
         self.links = [self._make_link(place, seed) for place in range(len(config.links))]
         self.link = self.links[0]
         self._boot()
+        for link in self.links:
+            link.on_change = self._plan_wake
 
     def _make_link(self, place: int, seed: int) -> SimulatedLink:
         name = f"link:{seed}:{self.index}" + (f":{place}" if place else "")
@@ -144,7 +146,8 @@ class SimulatedVehicle:
         """A tick has passed; `think` when the firmware acts too."""
         self.now_us = now_us
         for link in self.links:
-            link.pump()
+            if link.late:
+                link.pump()
         if self._boot_at_us is not None:
             if now_us < self._boot_at_us:
                 return
@@ -152,17 +155,20 @@ class SimulatedVehicle:
         if think:
             self._failures.follow_parameters()
             self.copter.update(self._observation())
-            self._flush_events()
+            if self.copter.events:
+                self._flush_events()
+                self._plan_wake()
             self._pass_guidance()
-        for server in self._servers:
-            if now_us >= server.next_due_us():
-                server.tick(now_us)
+        if now_us >= self.wake_us:
+            for server in self._servers:
+                if now_us >= server.next_due_us():
+                    server.tick(now_us)
+            self._plan_wake()
         self._send_all()
-        self._plan_wake()
 
     def _plan_wake(self) -> None:
-        booting = self._boot_at_us is not None
-        self.wake_us = 0 if booting else min(s.next_due_us() for s in self._servers)
+        always = self._boot_at_us is not None or any(link.late for link in self.links)
+        self.wake_us = 0 if always else min(s.next_due_us() for s in self._servers)
 
     def _flush_events(self) -> None:
         for server in self._servers:
