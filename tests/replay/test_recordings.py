@@ -32,6 +32,7 @@ PARAMETERS: dict[str, dict[str, float]] = {
     },
     "copter_gcsloss": {"FS_GCS_ENABLE": 1},
     "copter_auto_cleared": {"AUTO_OPTIONS": 3},
+    "copter_fence": {"FENCE_ENABLE": 1, "FENCE_RADIUS": 50, "FENCE_ALT_MAX": 20},
 }
 
 NAMES = [
@@ -43,6 +44,7 @@ NAMES = [
     "copter_gcsloss",
     "copter_reboot",
     "copter_auto_cleared",
+    "copter_fence",
 ]
 
 DIFFERENT_ACKS = {
@@ -52,7 +54,6 @@ DIFFERENT_ACKS = {
     ("copter_acks", 401, 1, 0): "the motor test had armed the real one",
     ("copter_acks", 197, 0, 3): "DO_SET_ROI_NONE is not modelled",
     ("copter_acks", 211, 4, 3): "DO_GRIPPER is not modelled",
-    ("copter_acks", 207, 0, 3): "there is no fence",
     ("copter_acks", 183, 0, 3): "there are no servos but the motors",
     ("copter_acks", 42007, 0, 3): "there is one source for the estimator",
 }
@@ -81,6 +82,7 @@ MOVING = {
     "copter_gcsloss": (42.0, 106.0),
     "copter_reboot": (42.0, 65.0),
     "copter_auto_cleared": (42.0, 78.0),
+    "copter_fence": (42.0, 170.0),
 }
 """From and to when the vehicle flies"""
 

@@ -46,6 +46,7 @@ def prearm_failures(copter: Copter) -> list[str]:
     if spec.behaviour == "auto" and not copter.has_mission:
         reasons.append("Mode requires mission")
     reasons += copter.failsafe.battery_reasons()
+    reasons += copter.fence.reasons()
     return reasons
 
 

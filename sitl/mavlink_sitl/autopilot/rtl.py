@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.modes import Mode, landing_speed_m_s
 from mavlink_sitl.autopilot.profile import LineProfile
+from mavlink_sitl.autopilot.rally import return_point_ned_m
 from mavlink_sitl.exchange import Guidance
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ class ReturnToLaunch(Mode):
     def enter(self) -> None:
         """Brake, and climb to the height of the way home."""
         self.stage = Stage.CLIMB
-        self._home = self.copter.navigator.home_ned_m()
+        self._home = return_point_ned_m(self.copter)
         north, east, down = self._stopping_point()
         distance = math.dist((north, east), self._home[:2])
         cone = max(distance * CONE_SLOPE, LEAST_HEIGHT_M)

@@ -213,6 +213,13 @@ def _pause_or_go_on(server: MavlinkServer, command: Command) -> Result:
     return server.copter.pause_or_go_on(command.params[0] == 1.0)
 
 
+def _enable_fence(server: MavlinkServer, command: Command) -> Result:
+    if command.params[0] not in (0.0, 1.0) or "FENCE_ENABLE" not in server.copter.parameters:
+        return Result.FAILED
+    server.copter.fence.enable(command.params[0] == 1.0)
+    return Result.ACCEPTED
+
+
 def _terminate(server: MavlinkServer, command: Command) -> Result:
     if command.params[0] <= 0.5:
         return Result.FAILED
@@ -239,6 +246,7 @@ _HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
     dialect.MAV_CMD_MISSION_START: _mission_start,
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: _set_current_item,
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: _pause_or_go_on,
+    dialect.MAV_CMD_DO_FENCE_ENABLE: _enable_fence,
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: _arm_disarm,
     dialect.MAV_CMD_RUN_PREARM_CHECKS: _prearm_checks,
     dialect.MAV_CMD_GET_HOME_POSITION: _request(242),
@@ -260,6 +268,7 @@ _USED_PARAMS = {
     dialect.MAV_CMD_MISSION_START: 0,
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: 1,
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: 1,
+    dialect.MAV_CMD_DO_FENCE_ENABLE: 1,
     dialect.MAV_CMD_INJECT_FAILURE: 3,
     dialect.MAV_CMD_DO_SET_MODE: 2,
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: 2,

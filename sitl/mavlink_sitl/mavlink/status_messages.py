@@ -51,6 +51,7 @@ _AHRS_ENABLED = 0x00200000
 _ENABLED_ARMED, _HEALTHY_ARMED = 0x01006000, 0x00006000
 _BATTERY = 0x02000000
 _PREARM = 0x10000000
+_GEOFENCE = 0x00100000
 
 
 def sys_status(s: Snapshot) -> Message:
@@ -73,6 +74,10 @@ def sys_status(s: Snapshot) -> Message:
         health |= _PREARM
     if copter.failsafe.battery_level:
         health &= ~_BATTERY
+    if copter.fence.enabled:
+        enabled |= _GEOFENCE
+    if copter.fence.breached:
+        health &= ~_GEOFENCE
     battery = s.battery
     return dialect.MAVLink_sys_status_message(
         present,
@@ -181,6 +186,25 @@ def mission_current(s: Snapshot) -> Message:
     )
     ids = (plans.mission.identity, plans.fence.identity, plans.rally.identity)
     return Extended(message, struct.pack("<III", *ids))
+
+
+_BREACHES = {0: 0, 1: 2}
+"""FENCE_BREACH by FENCE_TYPE bits: none and the height; all else is the boundary"""
+
+
+def fence_status(s: Snapshot) -> Message | None:
+    """FENCE_STATUS: only with an enabled fence."""
+    fence = s.copter.fence
+    if not fence.enabled:
+        return None
+    at_ms = round((fence.breached_at_s - s.copter.boot_s) * 1000.0) if fence.count else 0
+    return dialect.MAVLink_fence_status_message(
+        int(fence.breached != 0),
+        min(fence.count, 65535),
+        _BREACHES.get(fence.last_breached, 3),
+        max(at_ms, 0),
+        1,
+    )
 
 
 def power_status(_: Snapshot) -> Message:

@@ -36,6 +36,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     132: ranges.distance_sensor,
     147: status.battery_status,
     148: status.autopilot_version,
+    162: status.fence_status,
     164: position.simstate,
     168: position.wind,
     193: status.ekf_status_report,

@@ -23,6 +23,7 @@ _MODES = (
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (
     ParameterSpec("AUTO_OPTIONS", 0.0, _INT32),
+    ParameterSpec("AVOID_ENABLE", 3.0, _INT8),
     ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
     ParameterSpec("BATT_CRT_VOLT", 0.0),
     ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
@@ -31,6 +32,12 @@ _PARAMETERS = (
     ParameterSpec("BATT_LOW_TIMER", 10.0, _INT8),
     ParameterSpec("BATT_LOW_VOLT", 10.5),
     ParameterSpec("DISARM_DELAY", 10.0, _INT8),
+    ParameterSpec("FENCE_ACTION", 1.0, _INT8),
+    ParameterSpec("FENCE_ALT_MAX", 100.0),
+    ParameterSpec("FENCE_ENABLE", 0.0, _INT8),
+    ParameterSpec("FENCE_MARGIN", 2.0),
+    ParameterSpec("FENCE_RADIUS", 300.0),
+    ParameterSpec("FENCE_TYPE", 7.0, _INT8),
     ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
     ParameterSpec("FS_GCS_TIMEOUT", 5.0),
     ParameterSpec("FS_THR_ENABLE", 1.0, _INT8),
@@ -43,6 +50,7 @@ _PARAMETERS = (
     ParameterSpec("PILOT_SPEED_UP", 250.0),
     ParameterSpec("PSC_JERK_XY", 5.0),
     ParameterSpec("PSC_JERK_Z", 5.0),
+    ParameterSpec("RALLY_LIMIT_KM", 0.3),
     ParameterSpec("RC_OVERRIDE_TIME", 3.0),
     ParameterSpec("RTL_ALT", 1500.0, _INT32),
     ParameterSpec("RTL_LOIT_TIME", 5000.0, _INT32),
