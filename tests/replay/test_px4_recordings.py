@@ -103,9 +103,7 @@ def test_intended_and_flown_mode_are_those_of_the_recording(name: str) -> None:
 @pytest.mark.parametrize("name", FLIGHTS)
 def test_the_position_in_offboard_is_within_a_metre_and_a_half(name: str) -> None:
     flight = conversation(name)
-    distance_m = rms_distance_m(
-        track(flight.real), track(flight.ours), *OFFBOARD_FROM_TO_S[name]
-    )
+    distance_m = rms_distance_m(track(flight.real), track(flight.ours), *OFFBOARD_FROM_TO_S[name])
     assert distance_m < 1.5
 
 

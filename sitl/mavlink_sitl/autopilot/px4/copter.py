@@ -181,7 +181,11 @@ class Px4Copter(Copter):
 
     def can_arm(self) -> bool:
         """Whether the health and arming checks pass in the chosen mode."""
-        return self.damage is None and self.estimator.position_ok and self.can_run(self.mode.spec.number)
+        return (
+            self.damage is None
+            and self.estimator.position_ok
+            and self.can_run(self.mode.spec.number)
+        )
 
     # What it does by itself.
 
@@ -198,7 +202,7 @@ class Px4Copter(Copter):
         """PX4 says nothing about how hard it was."""
 
     def _detect_flight(self) -> None:
-        """ "Takeoff detected" and "Landing detected": the firmware's idea of being in the air."""
+        """The firmware's idea of being in the air, with its two texts."""
         if not self.armed:
             self.in_flight = self._left_ground = False
             return
@@ -293,6 +297,13 @@ class Px4Copter(Copter):
         self.intend(px4.LOITER)
         hold.go_to(point, altitude_amsl_m, yaw_rad)
         return Result.ACCEPTED
+
+    def hold_at(self, place_ned_m: tuple[float, float, float]) -> None:
+        """AUTO.LOITER at a place, as after a take-off."""
+        hold = self._modes[px4.LOITER]
+        assert isinstance(hold, modes.Hold)
+        self.intend(px4.LOITER)
+        hold.stay_at(place_ned_m)
 
     def land_here(self) -> Result:
         """NAV_LAND."""

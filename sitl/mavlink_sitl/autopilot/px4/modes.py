@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
 from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.autopilot.personality.px4copter import LOITER
 from mavlink_sitl.exchange import Guidance, Motors, Severity, YawMode
 
 if TYPE_CHECKING:
@@ -96,6 +95,11 @@ class Hold(Px4Mode):
         limits = navigator.line_limits(self.here(), self.target)
         self.guide(replace(self.hold_at(self.target, yaw_rad), limits=limits))
 
+    def stay_at(self, target: Vector) -> None:
+        """Stay at a place nearby."""
+        self.target = target
+        self.guide(self.hold_at(target))
+
     def update(self) -> None:
         """Once stopped, stay at that place."""
         if self.target is not None or self.px4.landed:
@@ -103,8 +107,7 @@ class Hold(Px4Mode):
         motion = self.px4.motion
         speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
         if speed < STOPPED_M_S and abs(motion.velocity_down_m_s) < STOPPED_M_S:
-            self.target = self.here()
-            self.guide(self.hold_at(self.target))
+            self.stay_at(self.here())
 
 
 class Takeoff(Px4Mode):
@@ -147,7 +150,7 @@ class Takeoff(Px4Mode):
     def update(self) -> None:
         """At the height: hold."""
         if self.px4.in_flight and abs(self.px4.motion.down_m - self.target[2]) < REACHED_M:
-            self.px4.intend(LOITER)
+            self.px4.hold_at(self.target)
 
 
 class Land(Px4Mode):
@@ -198,7 +201,9 @@ def descent_speed_m_s(copter: Px4Copter) -> float:
     return max(speed, 0.1)
 
 
-def descending(mode: Px4Mode, at: tuple[float, float] | None, speed: float, first: bool) -> Guidance:
+def descending(
+    mode: Px4Mode, at: tuple[float, float] | None, speed: float, first: bool
+) -> Guidance:
     """Sink at a speed, over a place or braking."""
     guidance = replace(mode.brake_guidance(), restart_xy=first, restart_z=first)
     guidance = replace(guidance, velocity_down_m_s=speed)
@@ -304,7 +309,7 @@ class Manual(Px4Mode):
 
     def enter(self) -> None:
         """Brake."""
-        self._asked: Vector | None = None
+        self._asked: tuple[float, ...] | None = None
         self.update()
 
     def _stick_velocity(self) -> tuple[Vector, float]:
@@ -326,7 +331,7 @@ class Manual(Px4Mode):
     def update(self) -> None:
         """Follow the sticks."""
         velocity, turn = self._stick_velocity()
-        asked = (*velocity, turn)
+        asked: tuple[float, ...] = (*velocity, turn)
         if asked == self._asked:
             return
         first, self._asked = self._asked is None, asked
@@ -370,9 +375,7 @@ class Offboard(Px4Mode):
                 north = velocity[0] * c - velocity[1] * s
                 east = velocity[0] * s + velocity[1] * c
                 velocity = (north, east, velocity[2])
-            setpoint = replace(
-                setpoint, frame=Frame.LOCAL, position_m=None, velocity_m_s=velocity
-            )
+            setpoint = replace(setpoint, frame=Frame.LOCAL, position_m=None, velocity_m_s=velocity)
         same = setpoint == self.target and not self._fresh
         self.target = setpoint
         if self.px4.mode is self and not same:
@@ -380,32 +383,34 @@ class Offboard(Px4Mode):
 
     def _follow(self) -> None:
         s = self.target
-        position, velocity = s.position_m or ZERO, s.velocity_m_s or ZERO
-        acceleration = s.acceleration_m_s2 or ZERO
-        tracks_position = float(s.position_m is not None)
-        tracks_velocity = float(s.position_m is not None or s.velocity_m_s is not None)
         yaw_mode = YawMode.HOLD
         if s.yaw_rad is not None:
             yaw_mode = YawMode.ANGLE
         elif s.yaw_rate_rad_s is not None:
             yaw_mode = YawMode.RATE
+        position, velocity = _given(s.position_m), _given(s.velocity_m_s)
+        acceleration = _given(s.acceleration_m_s2)
+        place, speed, push = (
+            _zeros(v) for v in (s.position_m, s.velocity_m_s, s.acceleration_m_s2)
+        )
         fresh, self._fresh = self._fresh, False
         self.guide(
             Guidance(
                 motors=Motors.FLY,
-                track_position_xy=tracks_position,
-                track_position_z=tracks_position,
-                track_velocity_xy=tracks_velocity,
-                track_velocity_z=tracks_velocity,
-                north_m=position[0],
-                east_m=position[1],
-                down_m=position[2],
-                velocity_north_m_s=velocity[0],
-                velocity_east_m_s=velocity[1],
-                velocity_down_m_s=velocity[2],
-                acceleration_north_m_s2=acceleration[0],
-                acceleration_east_m_s2=acceleration[1],
-                acceleration_down_m_s2=acceleration[2],
+                track_position_xy=float(position[0]),
+                track_position_z=float(position[1]),
+                # Where nothing is asked for, it brakes.
+                track_velocity_xy=float(position[0] or velocity[0] or not acceleration[0]),
+                track_velocity_z=float(position[1] or velocity[1] or not acceleration[1]),
+                north_m=place[0],
+                east_m=place[1],
+                down_m=place[2],
+                velocity_north_m_s=speed[0],
+                velocity_east_m_s=speed[1],
+                velocity_down_m_s=speed[2],
+                acceleration_north_m_s2=push[0],
+                acceleration_east_m_s2=push[1],
+                acceleration_down_m_s2=push[2],
                 yaw_mode=yaw_mode,
                 yaw_rad=s.yaw_rad or 0.0,
                 yaw_rate_rad_s=s.yaw_rate_rad_s or 0.0,
@@ -425,3 +430,17 @@ class Offboard(Px4Mode):
         if s.velocity_m_s is not None:
             return s.velocity_m_s[2] < -0.3
         return s.acceleration_m_s2 is not None and s.acceleration_m_s2[2] < -0.3
+
+
+def _given(vector: Vector | None) -> tuple[bool, bool]:
+    """Whether North and East, and whether down, are asked for."""
+    if vector is None:
+        return False, False
+    return not (math.isnan(vector[0]) or math.isnan(vector[1])), not math.isnan(vector[2])
+
+
+def _zeros(vector: Vector | None) -> Vector:
+    """The vector with zeros for what is not asked for."""
+    level, upright = _given(vector)
+    north, east, down = vector or ZERO
+    return (north if level else 0.0, east if level else 0.0, down if upright else 0.0)

@@ -18,7 +18,6 @@ from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
     boot_ms,
     heading_deg,
-    to_i16,
     to_i32,
     to_int,
     to_u16,

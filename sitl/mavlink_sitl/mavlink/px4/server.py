@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from mavlink_sitl.autopilot.personality.px4copter import MODE_LIST
 from mavlink_sitl.autopilot.px4.copter import ManualControl, Px4Copter
 from mavlink_sitl.exchange import (
     Event,
@@ -134,7 +135,7 @@ class Px4Server(MavlinkServer):
 
     def send_modes(self, place: int) -> None:
         """AVAILABLE_MODES: one of them, or with 0 all."""
-        count = len(messages.px4.MODE_LIST)
+        count = len(MODE_LIST)
         if place == 0:
             for each in range(1, count + 1):
                 self.send(messages.available_mode(each))
@@ -192,9 +193,7 @@ class Px4Server(MavlinkServer):
 
     def acknowledge(self, command: int, result: Result) -> None:
         """COMMAND_ACK to whoever asked."""
-        self.send(
-            dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self._asker)
-        )
+        self.send(dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self._asker))
 
     def _on_command(self, message: Message) -> None:
         result = commands.handle(self, from_message(message))
@@ -231,9 +230,11 @@ class Px4Server(MavlinkServer):
     def _on_manual_control(self, message: Message) -> None:
         if message.target != self.system_id:
             return
-        axes = [min(max(value / 1000.0, -1.0), 1.0) for value in (message.x, message.y, message.r)]
+        pitch, roll, yaw = (
+            min(max(value / 1000.0, -1.0), 1.0) for value in (message.x, message.y, message.r)
+        )
         throttle = min(max(message.z / 1000.0, 0.0), 1.0)
-        self.px4.manual = ManualControl(*axes, throttle, self.now_us / 1e6)
+        self.px4.manual = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
 
     def _on_local_setpoint(self, message: Message) -> None:
         try:

@@ -1,0 +1,108 @@
+"""A ground station or companion computer for the simulated PX4."""
+
+from __future__ import annotations
+
+import math
+import struct
+
+from pymavlink.dialects.v20 import all as mav
+
+from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.geodesy import GeoPoint
+from tests.support.ground_station import GroundStation, Message
+
+HOME = GeoPoint(47.397743, 8.545594, 488.0)
+NAN = math.nan
+
+
+class Px4Station(GroundStation):
+    """Sends and receives on the first link; DO_SET_MODE gives the second verdict."""
+
+    def command_results(self, command: int, *params: float, component: int = 1) -> list[int]:
+        """COMMAND_LONG; the results of all its acknowledgements."""
+        values = [*params, *([0.0] * (7 - len(params)))]
+        answers = self.send(mav.MAVLink_command_long_message(1, component, command, 0, *values))
+        return [m.result for m in answers if m.get_type() == "COMMAND_ACK"]
+
+    def mode(self, number: int) -> int:
+        results = self.command_results(
+            mav.MAV_CMD_DO_SET_MODE, 1, number >> 16 & 0xFF, number >> 24 & 0xFF
+        )
+        assert results[0] == 0
+        assert len(results) == 2
+        return results[1]
+
+    def go_to(
+        self, north: float, east: float, down: float, mask: int = 0x9F8, frame: int = 1
+    ) -> list[Message]:
+        return self.setpoint(mask, (north, east, down), frame=frame)
+
+    def stream_to(self, seconds: float, north: float, east: float, down: float) -> None:
+        self.stream(seconds, 20.0, lambda: self.go_to(north, east, down))
+
+    def gcs_heartbeat(self) -> None:
+        self.send(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+
+    @property
+    def custom_mode(self) -> int:
+        return self.vehicle.copter.mode.spec.number
+
+    @property
+    def armed(self) -> bool:
+        return self.vehicle.copter.armed
+
+    def take_off(self, height_m: float = 10.0) -> Px4Station:
+        """OFFBOARD, arm, climb."""
+        self.stream_to(1.0, 0.0, 0.0, -height_m)
+        assert self.mode(px4.OFFBOARD) == 0
+        assert self.arm() == 0
+        self.stream_to(13.0, 0.0, 0.0, -height_m)
+        assert abs(self.position[2] + height_m) < 0.6
+        return self
+
+    def parameter(self, name: str) -> float | int:
+        answers = self.send(mav.MAVLink_param_request_read_message(1, 1, name.encode(), -1))
+        (value,) = (m for m in answers if m.get_type() == "PARAM_VALUE")
+        return bytewise(value.param_value) if value.param_type == 6 else float(value.param_value)
+
+    def set_parameter(self, name: str, value: float, kind: int = 9) -> list[Message]:
+        if kind == 6:
+            value = struct.unpack("<f", struct.pack("<i", int(value)))[0]
+        answers = self.send(mav.MAVLink_param_set_message(1, 1, name.encode(), value, kind))
+        return [m for m in answers if m.get_type() == "PARAM_VALUE"]
+
+
+def bytewise(value: float) -> int:
+    """The integer with the float's four bytes."""
+    return int(struct.unpack("<i", struct.pack("<f", value))[0])
+
+
+def px4_copter(
+    links: tuple[str, ...] = ("onboard",), parameters: dict[str, float] | None = None
+) -> Px4Station:
+    """A PX4 that has just been switched on."""
+    config = VehicleConfig(
+        autopilot="px4",
+        home=HOME,
+        heading_deg=0.0,
+        ready_after_s=1.0,
+        links=links,
+        parameters=parameters or {},
+    )
+    return Px4Station(Simulation([config], seed=1), system=1, component=191)
+
+
+def ready_px4(
+    links: tuple[str, ...] = ("onboard",), parameters: dict[str, float] | None = None
+) -> Px4Station:
+    """A PX4 that may be armed."""
+    station = px4_copter(links, parameters)
+    station.run_until(lambda: station.vehicle.copter.estimator.position_ok)
+    station.run(1.0)
+    return station
+
+
+def flying_px4(height_m: float = 10.0, parameters: dict[str, float] | None = None) -> Px4Station:
+    """A PX4 that follows setpoints in the air above home."""
+    return ready_px4(parameters=parameters).take_off(height_m)
