@@ -57,7 +57,7 @@ def _spoiled(recent: list[bytes], rng: random.Random, kind: int) -> bytes:
 def _valid(rng: random.Random) -> bytes:
     """Any message of the dialect, addressed to vehicle 1 where it has an address."""
     kind = rng.choice(MESSAGES if rng.random() < 0.3 else ADDRESSED)
-    payload = bytearray(_payload(kind, rng))
+    payload = bytearray(payload_of(kind, rng))
     if "target_system" in kind.ordered_fieldnames:
         payload[_offset(kind, "target_system")] = rng.choice([0, 1, 1, 1])
     if kind.id in COMMANDS:
@@ -78,7 +78,8 @@ def _valid(rng: random.Random) -> bytes:
     return b"\xfd" + head + bytes(payload) + struct.pack("<H", check.crc)
 
 
-def _payload(kind: Any, rng: random.Random) -> bytes:
+def payload_of(kind: Any, rng: random.Random) -> bytes:
+    """Random, or of extreme values."""
     if rng.random() < 0.5:
         return rng.randbytes(kind.unpacker.size)
     parts = []

@@ -18,6 +18,8 @@ _OVERHEAD_V1 = 8
 _OVERHEAD_V2 = 12
 _SIGNATURE = 13
 _SIGNED = 0x01
+_HEADER = struct.Struct("<BBBBBBHB")
+"""Of MAVLink 2, after the start mark; the message's number is the last two"""
 
 
 class Encoder:
@@ -34,9 +36,34 @@ class Encoder:
 
     def encode(self, message: Message) -> bytes:
         """One frame; raises struct.error when a field is outside its type."""
-        frame = bytes(message.pack(self._mav))
-        self._mav.seq = (self._mav.seq + 1) % 256
+        mav = self._mav
+        if not (mav.signing.sign_outgoing or isinstance(message, Extended)):
+            number = message.get_msgId()  # not .id: some have a field of that name
+            # Half of the time of pymavlink's own, which builds an object for each header.
+            message._pack = lambda mav, extra, payload, **_: _frame(mav, number, extra, payload)
+        frame = bytes(message.pack(mav))
+        mav.seq = (mav.seq + 1) % 256
         return frame
+
+
+def _frame(mav: Any, number: int, crc_extra: int, payload: bytes) -> bytes:
+    """Header, payload without the zeros at its end, checksum: MAVLink 2, unsigned."""
+    payload = payload.rstrip(b"\0") or payload[:1]
+    body = (
+        _HEADER.pack(
+            len(payload),
+            0,
+            0,
+            mav.seq,
+            mav.srcSystem,
+            mav.srcComponent,
+            number & 0xFFFF,
+            number >> 16,
+        )
+        + payload
+    )
+    check = dialect.x25crc(body + bytes((crc_extra,))).crc
+    return b"\xfd" + body + check.to_bytes(2, "little")
 
 
 class Extended:
