@@ -161,9 +161,12 @@ class Auto(Mode):
     def _finish(self, task: Task) -> None:
         place = self.copter.plans.current
         self.copter.events.append(ItemReached(place))
-        if task.item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
-            self.copter.say(Severity.INFO, f"Reached command #{place}")
+        self._say_reached(place, task.item)
         self._advance(place + 1)
+
+    def _say_reached(self, place: int, item: PlanItem) -> None:
+        if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
+            self.copter.say(Severity.INFO, f"Reached command #{place}")
 
     def _advance(self, place: int) -> None:
         """Begin the next item that moves, from a place on."""

@@ -160,6 +160,7 @@ def test_rtl_as_an_item_lands_and_disarms_in_auto() -> None:
 def test_land_as_an_item_lands_there_and_disarms() -> None:
     station = begun(item(mav.MAV_CMD_NAV_LAND, 8, 4))
     station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    station.run(0.5)
     assert math.dist(station.position, (8, 4, 0)) < 0.6
     assert station.changes("EXTENDED_SYS_STATE", "landed_state") == [1, 3, 2, 4, 1]
 

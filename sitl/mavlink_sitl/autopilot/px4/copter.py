@@ -21,6 +21,7 @@ from mavlink_sitl.autopilot.px4 import modes
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
 from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes
+from mavlink_sitl.autopilot.px4.mission import Mission
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.exchange import (
     LandedState,
@@ -37,7 +38,7 @@ BEHAVIOURS: dict[str, Callable[[Px4Copter, ModeSpec], modes.Px4Mode]] = {
     "px4_manual": modes.Manual,
     "px4_altitude": modes.Manual,
     "px4_position": modes.Manual,
-    "px4_mission": modes.Mission,
+    "px4_mission": Mission,
     "px4_return": modes.Return,
     "px4_offboard": modes.Offboard,
     "px4_takeoff": modes.Takeoff,

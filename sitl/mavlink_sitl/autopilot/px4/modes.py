@@ -296,14 +296,6 @@ NAV_ACC_RAD_M = 2.0
 """NAV_ACC_RAD"""
 
 
-class Mission(Px4Mode):
-    """AUTO.MISSION without a mission to fly; `autopilot` code that has one replaces it."""
-
-    def enter(self) -> None:
-        """Hold."""
-        self.guide(self.brake_guidance())
-
-
 class Manual(Px4Mode):
     """MANUAL, ALTCTL and POSCTL with sticks: all three are flown as velocities."""
 

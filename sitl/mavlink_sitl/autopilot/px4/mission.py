@@ -1,0 +1,268 @@
+"""AUTO.MISSION of PX4. Seen in the recording `px4/mission_clear`.
+
+The list, its order, jumps and conditions are `autopilot.auto`'s; how an item is flown, and
+what is said, is PX4's: item 0 counts, waypoints are reached within NAV_ACC_RAD, a mission
+that is cleared in flight ends in AUTO.LOITER.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.auto import Auto
+from mavlink_sitl.autopilot.auto_tasks import Task
+from mavlink_sitl.autopilot.personality.px4copter import LOITER
+from mavlink_sitl.autopilot.plans import Cmd, PlanItem
+from mavlink_sitl.autopilot.px4.modes import NAV_ACC_RAD_M, REACHED_M, Land, Px4Mode, Return
+from mavlink_sitl.autopilot.track import Vector
+from mavlink_sitl.exchange import Motors, Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.copter import Px4Copter
+
+ORBIT_RATE_RAD_S = 0.3
+"""How fast LOITER_TURNS goes round, as far as the speed allows"""
+
+
+class Mission(Px4Mode, Auto):
+    """Flies the uploaded mission."""
+
+    px4: Px4Copter
+
+    def enter(self) -> None:
+        """Take the mission up where it was left, or begin it."""
+        self._announced = False
+        self.guide(self.brake_guidance())
+        Auto.enter(self)
+
+    def update(self) -> None:
+        """Go on with the item in force, or to the next."""
+        if self.px4.armed and not self._announced and self.task is not None:
+            self._announced = True
+            self.px4.say(Severity.INFO, "Executing Mission")
+            if isinstance(self.task, ClimbTo):
+                height = self.px4.navigator.home_ned_m()[2] - self.task.target[2]
+                self.px4.say(Severity.INFO, f"Climb to {height:.1f} meters above home")
+        Auto.update(self)
+
+    @property
+    def taking_off(self) -> bool:
+        """While the take-off climbs."""
+        return isinstance(self.task, ClimbTo)
+
+    def wants_to_lift(self) -> bool:
+        """With a take-off, or any other item that is above the ground."""
+        return isinstance(self.task, GoTo) and self.task.target[2] < self.here()[2] - REACHED_M
+
+    def ground_motors(self) -> Motors:
+        """As in PX4's other modes."""
+        return Px4Mode.ground_motors(self)
+
+    def _say(self, seq: int, item: PlanItem) -> None:
+        """PX4 names no items."""
+
+    def _say_reached(self, place: int, item: PlanItem) -> None:
+        """Nor that they are reached."""
+
+    def _complete(self) -> None:
+        """After the last item: stay in the mode and hover."""
+        ended = self.task is not None
+        super()._complete()
+        if ended:
+            self.px4.say(Severity.INFO, "Mission finished, loitering")
+
+    def _start_point(self) -> Vector:
+        return self.task.target if isinstance(self.task, GoTo) else self.here()
+
+    def _begin(self, item: PlanItem) -> None:
+        target = self.place_of(item, self._start_point())
+        command = item.command
+        if command == Cmd.RTL:
+            self.task = Delegate(self, item, Return(self.px4, self.spec))
+        elif command == Cmd.LAND:
+            self.task = LandAt(self, item, target)
+        elif command == Cmd.TAKEOFF:
+            self.task = ClimbTo(self, item, (*self.here()[:2], target[2]))
+        elif command == Cmd.DELAY:
+            self.task = GoTo(self, item, self._start_point())
+        elif command == Cmd.LOITER_TURNS:
+            self.task = Orbit(self, item, target)
+        else:
+            self.task = GoTo(self, item, target)
+
+    def mission_changed(self) -> None:
+        """Another list: begin it, or loiter when there is none."""
+        if self.has_mission:
+            self.start(self.px4.plans.current)
+            return
+        self.task = None
+        if self.px4.armed:
+            self.px4.say(Severity.CRITICAL, "No valid mission available, loitering")
+            self.px4.intend(LOITER)
+
+    def limits_changed(self) -> None:
+        """Another speed: the item goes on with it."""
+        if isinstance(self.task, GoTo):
+            self.task.begin()
+
+    def pause(self) -> Result:
+        """DO_PAUSE_CONTINUE 0: AUTO.LOITER."""
+        return self.px4.set_mode(LOITER)
+
+
+class Px4Task(Task):
+    """An item in flight.
+
+    Args:
+        mission: the mode.
+        item: the item.
+    """
+
+    def __init__(self, mission: Mission, item: PlanItem) -> None:
+        """See the class."""
+        super().__init__(mission, item)
+        self.mission = mission
+        self.px4 = mission.px4
+
+
+class GoTo(Px4Task):
+    """To a place, and for a while at it.
+
+    Args:
+        mission: the mode.
+        item: the item.
+        target: where to, NED metres.
+    """
+
+    def __init__(self, mission: Mission, item: PlanItem, target: Vector) -> None:
+        """See the class."""
+        super().__init__(mission, item)
+        self.target = target
+        self._arrived_s: float | None = None
+        self._stay_s = max(item.params[0], 0.0) if math.isfinite(item.params[0]) else 0.0
+        if item.command == Cmd.LOITER_UNLIM:
+            self._stay_s = math.inf
+        self.begin()
+
+    def begin(self) -> None:
+        """Tell the controllers."""
+        motion, target = self.px4.motion, self.target
+        yaw = None
+        if math.dist(motion[:2], target[:2]) > NAV_ACC_RAD_M:
+            yaw = math.atan2(target[1] - motion.east_m, target[0] - motion.north_m)
+        limits = self.px4.px4_navigator.line_limits(motion[:3], target)
+        self.mission.guide(replace(self.mission.hold_at(target, yaw), limits=limits))
+
+    def _near(self) -> bool:
+        motion = self.px4.motion
+        level_m = math.dist(motion[:2], self.target[:2])
+        return level_m < NAV_ACC_RAD_M and abs(motion.down_m - self.target[2]) < REACHED_M
+
+    def finished(self) -> bool:
+        """There, for long enough."""
+        if not self.px4.in_flight:
+            return False
+        if self._arrived_s is None and self._near():
+            self._arrived_s = self.px4.now_s
+        return self._arrived_s is not None and self.px4.now_s - self._arrived_s >= self._stay_s
+
+
+class ClimbTo(GoTo):
+    """Straight up: the take-off."""
+
+    def begin(self) -> None:
+        """Tell the controllers."""
+        speed = max(self.px4.parameters["MPC_TKO_SPEED"], 0.1)
+        limits = replace(self.px4.navigator.limits(), speed_up_m_s=speed)
+        guidance = replace(self.mission.hold_at(self.target), restart_z=True, limits=limits)
+        self.mission.guide(guidance)
+
+
+class Orbit(GoTo):
+    """Round a place, param1 times, at a distance of |param3| metres."""
+
+    def begin(self) -> None:
+        """To the edge first."""
+        self._centre = self.target
+        self._radius_m = max(abs(self.item.params[2]), 1.0)
+        self._sense = -1.0 if self.item.params[2] < 0.0 else 1.0
+        north, east = self.px4.motion[:2]
+        self._angle = math.atan2(east - self._centre[1], north - self._centre[0])
+        self._turned_rad = 0.0
+        self._last_s: float | None = None
+        self._aim()
+
+    def _aim(self) -> None:
+        north, east, down = self._centre
+        self.target = (
+            north + self._radius_m * math.cos(self._angle),
+            east + self._radius_m * math.sin(self._angle),
+            down,
+        )
+        self.mission.guide(self.mission.hold_at(self.target))
+
+    def update(self) -> None:
+        """Go round once at the edge."""
+        now_s = self.px4.now_s
+        if self._last_s is None:
+            self._last_s = now_s if self._near() else None
+            return
+        speed = self.px4.navigator.limits().speed_xy_m_s
+        turn = min(ORBIT_RATE_RAD_S, 0.5 * speed / self._radius_m) * (now_s - self._last_s)
+        self._last_s = now_s
+        self._turned_rad += turn
+        self._angle += self._sense * turn
+        self._aim()
+
+    def finished(self) -> bool:
+        """When all turns are done."""
+        return self._turned_rad >= max(self.item.params[0], 0.0) * math.tau
+
+
+class Delegate(Px4Task):
+    """What another mode does, within the mission; it ends in disarming."""
+
+    def __init__(self, mission: Mission, item: PlanItem, mode: Px4Mode) -> None:
+        """See the class."""
+        super().__init__(mission, item)
+        self._mode = mode
+        mode.enter()
+
+    @property
+    def landing(self) -> bool:
+        """When that mode lands."""
+        return self._mode.landing
+
+    def update(self) -> None:
+        """Go on."""
+        self._mode.update()
+
+
+class LandAt(GoTo):
+    """To a place, then down."""
+
+    _sink: Land | None = None
+
+    @property
+    def landing(self) -> bool:
+        """Once above the place."""
+        return self._sink is not None
+
+    def update(self) -> None:
+        """Sink, once there."""
+        if self._sink is not None:
+            self._sink.update()
+        elif math.dist(self.px4.motion[:2], self.target[:2]) < NAV_ACC_RAD_M:
+            self._sink = Land(self.px4, self.mission.spec)
+            self._sink.enter()
+
+    def begin(self) -> None:
+        """At the height where it is."""
+        self.target = (*self.target[:2], self.px4.motion.down_m)
+        super().begin()
+
+    def finished(self) -> bool:
+        """On the ground."""
+        return self._sink is not None and not self.px4.in_flight
