@@ -7,6 +7,7 @@ what the vehicle says, and sleeps until the next tick or the next packet.
 from __future__ import annotations
 
 import contextlib
+import functools
 import selectors
 import socket
 import time
@@ -30,7 +31,8 @@ class Runner:
 
     Args:
         simulation: it; its first vehicle speaks on the links.
-        addresses: where the vehicle speaks; it says the same on all of them.
+        addresses: where the vehicle speaks: one for each of its links, or, for a vehicle with
+            one link, any number, and it says the same on all of them.
         speedup: simulated seconds per second.
         after_each: called after each piece of simulated time, to watch it.
 
@@ -57,8 +59,9 @@ class Runner:
         self._selector.register(self._wake_out, selectors.EVENT_READ, lambda: None)
         self.endpoints: list[Endpoint] = []
         try:
-            for address in addresses:
-                self.endpoints.append(open_endpoint(address, self._receive))
+            for place, address in enumerate(addresses):
+                receive = functools.partial(self._receive, place)
+                self.endpoints.append(open_endpoint(address, receive))
         except LinkError:
             self.close()
             raise
@@ -86,16 +89,21 @@ class Runner:
     def _next_tick_us(self) -> int:
         return (self._simulation.time_us // TICK_US + 1) * TICK_US
 
-    def _receive(self, data: bytes) -> None:
+    def _receive(self, place: int, data: bytes) -> None:
         simulation = self._simulation
         simulation.run_to_us(min(self._due_us(), simulation.time_us + TICK_US))
-        simulation.link.write(data)
+        links = simulation.vehicles[0].links
+        links[place if len(links) > 1 else 0].write(data)
         self._send()
 
     def _send(self) -> None:
-        for frame in self._simulation.link.read_datagrams():
-            for endpoint in self.endpoints:
-                endpoint.send(frame)
+        links = self._simulation.vehicles[0].links
+        for place, link in enumerate(links):
+            # A vehicle with one link says the same on all endpoints.
+            to = self.endpoints if len(links) == 1 else self.endpoints[place : place + 1]
+            for frame in link.read_datagrams():
+                for endpoint in to:
+                    endpoint.send(frame)
 
     def run(self) -> None:
         """Run until `stop` is called."""

@@ -24,6 +24,9 @@ from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
 
 DEFAULT_LINK = "udpout://127.0.0.1:14550"
+DEFAULT_PX4_LINKS = (DEFAULT_LINK, "udpout://127.0.0.1:14540")
+ONBOARD_PORTS = range(14540, 14550)
+"""PX4 speaks to companion computers on these, with other streams than to ground stations"""
 
 _DESCRIPTION = """\
 A simulated autopilot that speaks MAVLink: a quadrotor with the personality of ArduCopter.
@@ -146,7 +149,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--autopilot",
         default="ardupilot",
         metavar="FIRMWARE",
-        help="ardupilot, the only one for now",
+        help="ardupilot, or px4 for a copter (default: ardupilot)",
     )
     add(
         "--link",
@@ -155,7 +158,8 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="ADDRESS",
         help="udpout://HOST:PORT (send to someone who listens), udpin://HOST:PORT (listen and "
         "answer), tcpin://HOST:PORT (serve clients) or tcpout://HOST:PORT; pymavlink's "
-        f"udpout:HOST:PORT is understood too; may be repeated (default: {DEFAULT_LINK})",
+        f"udpout:HOST:PORT is understood too; may be repeated (default: {DEFAULT_LINK}; with px4 "
+        "also port 14540; with px4 the ports 14540 to 14549 are companion computers' links)",
     )
     add(
         "--speedup",
@@ -265,6 +269,7 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
             battery=BatteryModel(**battery),
             battery_remaining=remaining,
             faults=faults,
+            links=_roles(options),
         )
         Parameters(config.personality().parameters, config.parameters)
     except UnknownParameterError as error:
@@ -276,13 +281,22 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
     return config
 
 
+def _roles(options: argparse.Namespace) -> tuple[str, ...]:
+    """What the links are for, with a firmware that cares; the port decides, as with PX4."""
+    if options.autopilot != "px4":
+        return ("gcs",)
+    return tuple("onboard" if link.port in ONBOARD_PORTS else "gcs" for link in options.link)
+
+
 def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
     """Read the command line; a wrong one ends the program with 2 and one sentence."""
     parser = make_parser()
     options = parser.parse_args(_joined(arguments))
     if options.wind is not None:
         options.world = replace(options.world, wind=options.wind)
-    options.link = options.link or [parse_address(DEFAULT_LINK)]
+    if not options.link:
+        defaults = DEFAULT_PX4_LINKS if options.autopilot == "px4" else (DEFAULT_LINK,)
+        options.link = [parse_address(link) for link in defaults]
     try:
         return options, vehicle_config(options)
     except ConfigurationError as error:

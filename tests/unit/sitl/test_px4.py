@@ -9,6 +9,8 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.config import ConfigurationError
+from mavlink_sitl.options import parse
 from tests.support.ground_station import (
     ACCEPTED,
     DENIED,
@@ -626,3 +628,19 @@ def test_a_reboot_is_denied_armed_and_starts_again_on_the_ground(ground: Px4Stat
     assert ground.command(246, 1) == ACCEPTED
     ground.run(4.0)
     assert ground.last("ATTITUDE").time_boot_ms < 4000
+
+
+def test_on_the_command_line_the_port_says_what_a_link_is_for() -> None:
+    options, config = parse(["--autopilot", "px4"])
+    assert [link.port for link in options.link] == [14550, 14540]
+    assert config.links == ("gcs", "onboard")
+    link = "udpin://127.0.0.1:14545"
+    assert parse(["--autopilot", "px4", "--link", link])[1].links == ("onboard",)
+    assert parse(["--link", link])[1].links == ("gcs",)
+
+
+def test_wrong_links_get_a_sentence() -> None:
+    with pytest.raises(ConfigurationError, match="links must be gcs or onboard"):
+        VehicleConfig(autopilot="px4", links=())
+    with pytest.raises(ConfigurationError, match="not radio"):
+        VehicleConfig(autopilot="px4", links=("radio",))
