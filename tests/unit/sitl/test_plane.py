@@ -1,0 +1,252 @@
+"""What ArduPlane does: each rule was observed on the real firmware (`plane_guided`)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from pymavlink.dialects.v20 import all as mav
+
+from mavlink_sitl import Simulation, VehicleConfig
+from tests.support.ground_station import (
+    ACCEPTED,
+    FAILED,
+    POSITION,
+    UNSUPPORTED,
+    VELOCITY,
+    GroundStation,
+)
+
+MANUAL, FBWA, CRUISE, AUTO, RTL, LOITER, TAKEOFF, GUIDED = 0, 5, 7, 10, 11, 12, 13, 15
+STANDBY, ACTIVE = 3, 4
+ON_GROUND, IN_AIR, TAKING_OFF = 1, 2, 3
+
+
+def plane(
+    parameters: dict[str, float] | None = None, wind: tuple[float, float, float] | None = None
+) -> GroundStation:
+    """A plane on the ground that knows its position, nose to the North."""
+    config = VehicleConfig(
+        vehicle="plane", ready_after_s=1.0, heading_deg=0.0, parameters=parameters or {}
+    )
+    station = GroundStation(Simulation([config], seed=1, wind_ned_m_s=wind)).ready()
+    station.run(1.0)
+    return station
+
+
+def flying(wind: tuple[float, float, float] | None = None) -> GroundStation:
+    """A plane that circles 50 m up, in TAKEOFF."""
+    station = plane(wind=wind)
+    assert station.mode(TAKEOFF) == ACCEPTED
+    assert station.arm() == ACCEPTED
+    station.run(20.0)
+    assert station.last("EXTENDED_SYS_STATE").landed_state == IN_AIR
+    return station
+
+
+def in_guided() -> tuple[GroundStation, tuple[float, float]]:
+    """A plane in GUIDED, and where that began."""
+    station = flying()
+    assert station.mode(GUIDED) == ACCEPTED
+    return station, station.position[:2]
+
+
+def distances(station: GroundStation, place: tuple[float, float], seconds: float) -> list[float]:
+    """Distances from a place over time."""
+    found = []
+    for _ in range(round(seconds / 0.5)):
+        station.run(0.5)
+        found.append(math.dist(station.position[:2], place))
+    return found
+
+
+def airspeed(station: GroundStation) -> float:
+    return station.vehicle.snapshot().airspeed_m_s or 0.0
+
+
+# Identity and state.
+
+
+def test_it_is_a_fixed_wing_with_its_own_capabilities() -> None:
+    station = plane()
+    beat = station.last("HEARTBEAT")
+    assert (beat.type, beat.base_mode, beat.custom_mode) == (mav.MAV_TYPE_FIXED_WING, 0x51, MANUAL)
+    station.command(mav.MAV_CMD_REQUEST_MESSAGE, 148)
+    assert station.last("AUTOPILOT_VERSION").capabilities == 0xF36F
+
+
+def test_while_starting_it_is_calibrating_in_mode_16() -> None:
+    station = GroundStation(Simulation([VehicleConfig(vehicle="plane", ready_after_s=20.0)]))
+    station.run(1.5)
+    beat = station.last("HEARTBEAT")
+    assert (beat.custom_mode, beat.base_mode, beat.system_status) == (16, 0x11, 2)
+
+
+def test_takeoff_mode_and_arming_take_off() -> None:
+    station = flying()
+    assert station.changes("EXTENDED_SYS_STATE", "landed_state") == [
+        ON_GROUND, TAKING_OFF, IN_AIR,
+    ]  # fmt: skip
+    assert station.changes("HEARTBEAT", "system_status")[-2:] == [STANDBY, ACTIVE]
+    assert "Takeoff to 50m for 200.0m heading 0.0 deg" in station.texts()
+    assert -station.position[2] == pytest.approx(50.0, abs=8.0)
+
+
+def test_disarmed_takeoff_mode_waits() -> None:
+    station = plane()
+    station.mode(TAKEOFF)
+    station.run(10.0)
+    assert math.hypot(*station.position[:2]) < 0.1
+    assert station.last("HEARTBEAT").base_mode == 0x59
+
+
+# Commands.
+
+
+def test_nav_takeoff_fails_and_nav_land_is_unsupported() -> None:
+    station, _ = in_guided()
+    assert station.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 50) == FAILED
+    assert station.command(mav.MAV_CMD_NAV_LAND) == UNSUPPORTED
+
+
+def test_disarming_in_flight_fails_unless_forced() -> None:
+    station = flying()
+    assert station.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 0) == FAILED
+    assert station.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196) == ACCEPTED
+
+
+def test_auto_without_a_mission_is_refused() -> None:
+    assert flying().mode(AUTO) == FAILED
+
+
+def test_change_speed_is_about_airspeed() -> None:
+    station, _ = in_guided()
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 25.0, -1) == FAILED
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 0, 26.0, -1) == ACCEPTED
+    station.run(15.0)
+    assert airspeed(station) == pytest.approx(26.0, abs=1.5)
+
+
+def test_reposition_as_command_int_sends_it_there() -> None:
+    station, _ = in_guided()
+    x = round(-35.363261e7 + 400.0 / 0.0111318845)
+    y = round(149.165230e7)
+    assert (
+        station.command(mav.MAV_CMD_DO_REPOSITION, -1, 1, 0, 0, -35.36, 149.17, 60) == UNSUPPORTED
+    )
+    assert station.command_int(mav.MAV_CMD_DO_REPOSITION, 6, -1, 1, 0, 0, x=x, y=y, z=80.0) == 0
+    station.run(60.0)
+    circle = distances(station, (400.0, 0.0), 30.0)
+    assert min(circle) > 60.0
+    assert max(circle) < 110.0
+    assert -station.position[2] == pytest.approx(80.0, abs=2.0)
+
+
+# GUIDED.
+
+
+def test_guided_circles_where_it_began_and_tells_it_as_item_0() -> None:
+    station, place = in_guided()
+    station.run(40.0)
+    circle = distances(station, place, 30.0)
+    assert min(circle) > 60.0, "it cannot hover"
+    assert max(circle) < 110.0
+    assert [m.seq for m in station.messages("MISSION_ITEM_REACHED")] == [0]
+
+
+@pytest.mark.parametrize("mask", [POSITION, VELOCITY])
+def test_local_setpoints_have_no_effect_and_get_no_word(mask: int) -> None:
+    station, place = in_guided()
+    words = len(station.texts())
+    height = -station.position[2]
+    station.setpoint(mask, (2000.0, 0.0, -200.0), (15.0, 0.0, -3.0))
+    station.run(30.0)
+    assert math.dist(station.position[:2], place) < 130.0
+    assert -station.position[2] == pytest.approx(height, abs=8.0)
+    assert len(station.texts()) == words
+
+
+def test_of_a_global_setpoint_only_the_height_counts() -> None:
+    station, place = in_guided()
+    station.send(
+        mav.MAVLink_set_position_target_global_int_message(
+            0, 1, 1, 6, POSITION, round(-35.35e7), round(149.165230e7), 90.0, *[0.0] * 8
+        )
+    )
+    station.run(40.0)
+    assert -station.position[2] == pytest.approx(90.0, abs=2.0)
+    assert math.dist(station.position[:2], place) < 130.0
+
+
+def test_of_an_offset_only_the_height_counts() -> None:
+    station, _ = in_guided()
+    station.run(20.0)
+    height = -station.position[2]
+    station.setpoint(POSITION, (500.0, 0.0, -20.0), frame=mav.MAV_FRAME_LOCAL_OFFSET_NED)
+    station.run(25.0)
+    assert -station.position[2] == pytest.approx(height + 20.0, abs=2.0)
+
+
+def test_rtl_circles_above_home_and_does_not_land() -> None:
+    station = flying()
+    assert station.mode(RTL) == ACCEPTED
+    station.run(60.0)
+    circle = distances(station, (0.0, 0.0), 30.0)
+    assert min(circle) > 60.0
+    assert max(circle) < 110.0
+    assert -station.position[2] == pytest.approx(100.0, abs=2.0)
+    assert station.last("HEARTBEAT").base_mode == 0xD9
+
+
+# The aircraft.
+
+
+def test_it_never_flies_slower_than_it_can() -> None:
+    station, _ = in_guided()
+    slowest = min(airspeed(station) for _ in range(100) if not station.run(0.3))
+    assert slowest > 17.0
+
+
+def test_without_throttle_it_comes_down() -> None:
+    """FBWA, the throttle stick at its lowest, stick pulled: it stalls instead of hovering."""
+    station = flying()
+    station.mode(FBWA)
+    pull = mav.MAVLink_rc_channels_override_message(
+        1, 1, 1500, 1000, 1000, 1500, 65535, 65535, 65535, 65535
+    )
+    station.stream(30.0, 5.0, lambda: station.send(pull))
+    assert station.position[2] > -1.0
+    assert station.last("EXTENDED_SYS_STATE").landed_state == ON_GROUND
+
+
+def test_bank_and_climb_keep_their_limits() -> None:
+    station = flying()
+    station.mode(RTL)
+    for _ in range(300):
+        station.run(0.1)
+        attitude = station.last("ATTITUDE")
+        assert abs(math.degrees(attitude.roll)) <= 65.5
+        assert -station.velocity[2] < 6.5
+
+
+def test_wind_moves_the_circle_speed_over_ground_but_not_the_circle() -> None:
+    station = flying(wind=(0.0, 8.0, 0.0))
+    station.mode(RTL)
+    station.run(60.0)
+    speeds, far = [], []
+    for _ in range(100):
+        station.run(0.4)
+        speeds.append(math.hypot(*station.velocity[:2]))
+        far.append(math.hypot(*station.position[:2]))
+    assert max(speeds) - min(speeds) > 10.0
+    assert max(far) < 140.0
+    assert min(far) > 45.0
+
+
+def test_cruise_holds_the_height_and_the_course() -> None:
+    station = flying()
+    station.mode(CRUISE)
+    height = -station.position[2]
+    station.run(20.0)
+    assert -station.position[2] == pytest.approx(height, abs=5.0)
+    assert abs(math.degrees(station.last("ATTITUDE").roll)) < 2.0
