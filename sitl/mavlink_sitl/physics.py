@@ -77,7 +77,7 @@ class Physics:
         self._true_rows: tuple[Any, list[Motion]] = (None, [])
         self._gps_rows: tuple[Any, list[Motion]] = (None, [])
         self._contact_rows: tuple[Any, list[tuple[bool, float, float]]] = (None, [])
-        self._battery_rows: tuple[Any, list[tuple[Any, ...]]] = (None, [])
+        self._battery_rows: tuple[Any, list[BatteryReading]] = (None, [])
 
     def at(self, lane: Lane, index: int) -> float:
         """One vehicle's number."""
@@ -241,7 +241,7 @@ class Physics:
     def _motions(self, body: Any, error: sensors.EstimateError | None) -> list[Motion]:
         """All vehicles' motion; made once per tick, since everybody asks at the same ticks."""
         columns = self._motion_lanes(body, error or sensors.no_error(self.o))
-        return [Motion(*row) for row in zip(*map(self.o.unpack, columns), strict=True)]
+        return list(map(Motion._make, zip(*map(self.o.unpack, columns), strict=True)))
 
     def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
         """The fields of `Motion`, as lanes."""
@@ -264,10 +264,16 @@ class Physics:
         """What a vehicle's power monitor says, told how much the pack holds."""
         state = self.battery
         if self._battery_rows[0] is not state:
-            lanes = (state.voltage_v, state.current_a, state.consumed_mah, state.consumed_wh)
-            self._battery_rows = (state, list(zip(*map(self.o.unpack, lanes), strict=True)))
+            fraction = 1.0 - state.consumed_mah / max(self.pack.capacity_mah, 1.0)
+            left = self.o.maximum(100.0 * fraction, 0.0)
+            lanes = (state.voltage_v, state.current_a, state.consumed_mah, state.consumed_wh, left)
+            rows = zip(*map(self.o.unpack, lanes), strict=True)
+            self._battery_rows = (state, list(map(BatteryReading._make, rows)))
         row = self._battery_rows[1][index]
-        return BatteryReading(*row, max(100.0 * (1.0 - row[2] / max(capacity_mah, 1.0)), 0.0))
+        if capacity_mah == self.pack.capacity_mah:
+            return row
+        left = max(100.0 * (1.0 - row.consumed_mah / max(capacity_mah, 1.0)), 0.0)
+        return row._replace(remaining_percent=left)
 
     def table(self, *names: str) -> NDArray[np.float64]:
         """Fields of the bodies as an array of shape (N, len(names))."""

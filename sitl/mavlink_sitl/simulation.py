@@ -154,6 +154,17 @@ class Simulation:
             collided,
         )
 
+    @property
+    def estimate(self) -> Truth:
+        """What the vehicles believe, in the same form; `collided` is still the truth."""
+        truth = self.truth
+        motions = np.array([vehicle.copter.motion for vehicle in self.vehicles], dtype=np.float64)
+        offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
+        landed = np.array([vehicle.copter.landed for vehicle in self.vehicles], dtype=np.bool_)
+        return Truth(
+            motions[:, 0:3] + offsets, motions[:, 3:6], motions[:, 8], landed, truth.collided
+        )
+
     def run_for(self, seconds: float) -> None:
         """Let simulated time pass.
 

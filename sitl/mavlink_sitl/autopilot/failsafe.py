@@ -66,6 +66,10 @@ class Failsafes:
     def _battery(self, copter: Copter, observation: Observation) -> None:
         parameters = copter.parameters
         battery = observation.battery
+        highest_v = max(parameters["BATT_LOW_VOLT"], parameters["BATT_CRT_VOLT"])
+        if battery.voltage_v >= highest_v and not parameters["BATT_LOW_MAH"]:
+            self._below_since_s.clear()
+            return
         left_mah = parameters["BATT_CAPACITY"] - battery.consumed_mah
         below = {
             2: 0.0 < battery.voltage_v < parameters["BATT_CRT_VOLT"],
