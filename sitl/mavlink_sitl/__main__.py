@@ -64,11 +64,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code: 0 when ended by a signal, 2 when it could not start.
     """
-    options, config = parse(sys.argv[1:] if arguments is None else arguments)
+    options, _ = parse(sys.argv[1:] if arguments is None else arguments)
     with ExitStack() as stack:
         try:
             log = stack.enter_context(Path(options.tlog).open("wb")) if options.tlog else None
-            simulation = Simulation([config], options.seed, log, world=options.world)
+            simulation = Simulation(options.vehicles, options.seed, log, world=options.world)
             reporter = Reporter(simulation, options.quiet)
             runner = Runner(simulation, options.link, options.speedup, reporter.watch)
         except LinkError as error:
@@ -81,8 +81,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: runner.stop())
         links = ", ".join(endpoint.describe() for endpoint in runner.endpoints)
-        name = config.personality().name
-        reporter.line(f"vehicle {config.system_id}: {name} on {links}")
+        for config in options.vehicles:
+            name = config.personality().name
+            reporter.line(f"vehicle {config.system_id}: {name} on {links}")
         runner.run()
         reporter.line("ended")
     return 0

@@ -30,7 +30,7 @@ class Runner:
     """Runs a simulation against the wall clock.
 
     Args:
-        simulation: it; its first vehicle speaks on the links.
+        simulation: it.
         addresses: where the vehicle speaks: one for each of its links, or, for a vehicle with
             one link, any number, and it says the same on all of them.
         speedup: simulated seconds per second.
@@ -92,18 +92,20 @@ class Runner:
     def _receive(self, place: int, data: bytes) -> None:
         simulation = self._simulation
         simulation.run_to_us(min(self._due_us(), simulation.time_us + TICK_US))
-        links = simulation.vehicles[0].links
-        links[place if len(links) > 1 else 0].write(data)
+        for vehicle in simulation.vehicles:  # who is not meant keeps silent
+            links = vehicle.links
+            links[place if len(links) > 1 else 0].write(data)
         self._send()
 
     def _send(self) -> None:
-        links = self._simulation.vehicles[0].links
-        for place, link in enumerate(links):
-            # A vehicle with one link says the same on all endpoints.
-            to = self.endpoints if len(links) == 1 else self.endpoints[place : place + 1]
-            for frame in link.read_datagrams():
-                for endpoint in to:
-                    endpoint.send(frame)
+        for vehicle in self._simulation.vehicles:
+            links = vehicle.links
+            for place, link in enumerate(links):
+                # A vehicle with one link says the same on all endpoints.
+                to = self.endpoints if len(links) == 1 else self.endpoints[place : place + 1]
+                for frame in link.read_datagrams():
+                    for endpoint in to:
+                        endpoint.send(frame)
 
     def run(self) -> None:
         """Run until `stop` is called."""

@@ -19,10 +19,11 @@ from mavlink_sitl.config import (
 )
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.faults import LinkFaults
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import GeoPoint, to_geodetic
 from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
 
+APART_M = 4.0
 DEFAULT_LINK = "udpout://127.0.0.1:14550"
 DEFAULT_PX4_LINKS = (DEFAULT_LINK, "udpout://127.0.0.1:14540")
 ONBOARD_PORTS = range(14540, 14550)
@@ -179,6 +180,14 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add("--system-id", type=int, default=1, metavar="ID", help="MAVLink's, 1..255 (default: 1)")
     add(
+        "--count",
+        type=int,
+        default=1,
+        metavar="N",
+        help="so many vehicles, 4 m apart to the East, with system ids from --system-id on; all "
+        "speak on the same links (default: 1)",
+    )
+    add(
         "--ready-after",
         type=_number("the time until ready", 0.0, 3600.0),
         default=2.0,
@@ -281,6 +290,29 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
     return config
 
 
+def vehicle_configs(options: argparse.Namespace) -> list[VehicleConfig]:
+    """All vehicles that were asked for.
+
+    Raises:
+        ConfigurationError: they cannot be.
+    """
+    first = vehicle_config(options)
+    last = options.system_id + options.count - 1
+    if options.count < 1 or last > 255:
+        raise ConfigurationError(
+            f"the count must be at least 1 and the last system id at most 255, not {options.count} "
+            f"from {options.system_id} on"
+        )
+    return [
+        replace(
+            first,
+            system_id=options.system_id + place,
+            home=to_geodetic(first.home, 0.0, APART_M * place, 0.0) if place else first.home,
+        )
+        for place in range(options.count)
+    ]
+
+
 def _roles(options: argparse.Namespace) -> tuple[str, ...]:
     """What the links are for, with a firmware that cares; the port decides, as with PX4."""
     if options.autopilot != "px4":
@@ -289,7 +321,11 @@ def _roles(options: argparse.Namespace) -> tuple[str, ...]:
 
 
 def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
-    """Read the command line; a wrong one ends the program with 2 and one sentence."""
+    """Read the command line; a wrong one ends the program with 2 and one sentence.
+
+    Returns:
+        The options, all vehicles among them as `vehicles`, and the first vehicle.
+    """
     parser = make_parser()
     options = parser.parse_args(_joined(arguments))
     if options.wind is not None:
@@ -298,7 +334,8 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
         defaults = DEFAULT_PX4_LINKS if options.autopilot == "px4" else (DEFAULT_LINK,)
         options.link = [parse_address(link) for link in defaults]
     try:
-        return options, vehicle_config(options)
+        options.vehicles = vehicle_configs(options)
+        return options, options.vehicles[0]
     except ConfigurationError as error:
         parser.error(str(error))
 

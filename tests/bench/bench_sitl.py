@@ -62,7 +62,7 @@ def measures() -> list[dict[str, Any]]:
             "met": one["speed"] / many["speed"] < COUNTS[-1],
         },
         {
-            **_row("Hostile frames per second into a copter that flies", 0.0, 0.0),
+            **_row("Hostile frames per second into a copter", 0.0, 0.0),
             "value": FUZZ_FRAMES / fuzzed_s,
             "unit": "1/s",
             "goal": "1,000,000 survived",

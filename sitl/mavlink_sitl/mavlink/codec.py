@@ -63,7 +63,7 @@ def _frame(mav: Any, number: int, crc_extra: int, payload: bytes) -> bytes:
         + payload
     )
     check = dialect.x25crc(body + bytes((crc_extra,))).crc
-    return b"\xfd" + body + check.to_bytes(2, "little")
+    return b"\xfd" + body + int(check).to_bytes(2, "little")
 
 
 class Extended:

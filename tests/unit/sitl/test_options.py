@@ -42,8 +42,8 @@ def test_everything_at_once() -> None:
     ("line", "words"),
     [
         (
-            "--vehicle plane",
-            "there is no plane with ardupilot yet; there is: copter with ardupilot",
+            "--vehicle submarine",
+            "there is no submarine with ardupilot yet; there is: copter with ardupilot",
         ),
         ("--autopilot inav", "there is no copter with inav yet"),
         ("--link nonsense", "'nonsense' is no link: write KIND://HOST:PORT"),
