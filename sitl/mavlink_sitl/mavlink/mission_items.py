@@ -54,7 +54,8 @@ def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
     if item.frame not in rules.frames:
         return UNSUPPORTED_FRAME
     for i, value in enumerate(item.params):
-        allowed = i == 3 and item.command in _YAW_MAY_BE_NAN and math.isnan(value)
+        free = rules.keeps_nan or item.command in _YAW_MAY_BE_NAN
+        allowed = i == 3 and free and math.isnan(value)
         if not math.isfinite(value) and not allowed:
             return INVALID_PARAM1 + i
     if item.command in _PLACES:
