@@ -9,9 +9,12 @@ import functools
 import math
 
 import pytest
+from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import VehicleConfig
+from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl.tlog import read_records
 from tests.replay.conversation import (
+    DATA,
     Conversation,
     Timed,
     acknowledgements,
@@ -22,8 +25,8 @@ from tests.replay.conversation import (
     track,
 )
 
-READY_AFTER_S = {"rover_guided": 42.11, "plane_guided": 20.52}
-VEHICLES = {"rover_guided": "rover", "plane_guided": "plane"}
+READY_AFTER_S = {"rover_guided": 42.11, "rover_auto": 42.11, "plane_guided": 20.52}
+VEHICLES = {"rover_guided": "rover", "rover_auto": "rover", "plane_guided": "plane"}
 
 NAMES = list(VEHICLES)
 
@@ -122,6 +125,36 @@ def test_rover_moves_as_the_recorded_one() -> None:
     assert math.sqrt(sum(squares) / len(squares)) < 1.0
 
 
+def test_rover_mission_is_told_as_the_recorded_one() -> None:
+    """Left for HOLD and taken up again, a refused CLEAR_ALL, a second upload on the way."""
+    flight = conversation("rover_auto")
+    fields = ("seq", "total", "mission_state", "mission_mode")
+    for kind, names in (("MISSION_CURRENT", fields), ("MISSION_ACK", ("type",))):
+        real = [v for _, v in changes(flight.real, kind, *names)]
+        assert [v for _, v in changes(flight.ours, kind, *names)] == real
+    asked = [
+        [m.seq for _, m in x if m.get_type() == "MISSION_REQUEST"]
+        for x in (flight.real, flight.ours)
+    ]
+    assert asked[0] == asked[1]
+
+
+MISSION_LEGS = [42.49, 55.59, 60.96]
+"""When the recorded rover set off to items 1, 2 (again, after HOLD) and 3. The way to item 4
+was begun again by the second upload, at another place, so its time says nothing."""
+
+
+@pytest.mark.parametrize(("leg", "from_s"), list(enumerate(MISSION_LEGS)))
+def test_rover_takes_as_long_to_each_item(leg: int, from_s: float) -> None:
+    flight = conversation("rover_auto")
+    real, ours = (
+        [t for t, m in x if m.get_type() == "MISSION_ITEM_REACHED"]
+        for x in (flight.real, flight.ours)
+    )
+    begin_s = from_s if leg < 2 else ours[leg - 1]
+    assert ours[leg] - begin_s == pytest.approx(real[leg] - from_s, rel=0.1)
+
+
 def height_reached_s(messages: Timed, height_m: float) -> float:
     return next(t for t, _, _, down in track(messages) if -down >= height_m)
 
@@ -184,3 +217,65 @@ def test_plane_is_close_to_the_recorded_one_all_the_time() -> None:
     ]
     assert len(squares) > 100
     assert math.sqrt(sum(squares) / len(squares)) < 20.0
+
+
+# Two copters and a rover at once (`multi_udp`).
+
+
+@functools.cache
+def three_vehicles() -> tuple[dict[int, Timed], dict[int, Timed]]:
+    """What the three real vehicles and the three simulated ones said, by system id."""
+    decoder = mav.MAVLink(None)
+    records = [
+        (time_us / 1e6, decoder.decode(bytearray(frame)))
+        for time_us, frame in read_records((DATA / "multi_udp.tlog").read_bytes())
+    ]
+    boot_s = next(
+        t - m.time_boot_ms / 1e3 for t, m in records if m.get_type() == "LOCAL_POSITION_NED"
+    )
+    real: dict[int, Timed] = {1: [], 2: [], 3: []}
+    ours: dict[int, Timed] = {1: [], 2: [], 3: []}
+    kinds = ("copter", "copter", "rover")
+    simulation = Simulation(
+        [VehicleConfig(vehicle=kind, ready_after_s=42.0) for kind in kinds], seed=1
+    )
+    listening = mav.MAVLink(None)
+
+    def until(time_s: float) -> None:
+        while simulation.time_s < time_s:
+            simulation.run_to_us(min(simulation.time_us + 50_000, math.ceil(time_s * 1e6)))
+            for vehicle in simulation.vehicles:
+                for message in listening.parse_buffer(vehicle.link.read()) or []:
+                    ours[vehicle.system_id].append((simulation.time_s, message))
+
+    for time_s, message in records:
+        if message.get_srcSystem() < 250:
+            real[message.get_srcSystem()].append((time_s - boot_s, message))
+            continue
+        until(time_s - boot_s)
+        for vehicle in simulation.vehicles:
+            vehicle.link.write(bytes(message.get_msgbuf()))
+    until(records[-1][0] - boot_s)
+    return real, ours
+
+
+@pytest.mark.parametrize("system", [1, 2, 3])
+def test_three_vehicles_answer_as_the_real_ones(system: int) -> None:
+    real, ours = three_vehicles()
+    assert acknowledgements(ours[system]) == acknowledgements(real[system])
+    modes = [
+        [v for _, v in changes(said[system], "HEARTBEAT", "type", "custom_mode", "base_mode")]
+        for said in (real, ours)
+    ]
+    assert modes[0][-3:] == modes[1][-3:]
+
+
+THREE_TARGETS = {1: (15.0, 5.0, -8.0), 2: (15.0, 10.0, -12.0), 3: (15.0, 15.0, 0.0)}
+
+
+@pytest.mark.parametrize("system", [1, 2, 3])
+def test_three_vehicles_take_as_long_to_their_targets(system: int) -> None:
+    real, ours = three_vehicles()
+    target = THREE_TARGETS[system]
+    expected = arrival_s(real[system], target, 62.19, within_m=1.5)
+    assert arrival_s(ours[system], target, 62.19, within_m=1.5) == pytest.approx(expected, rel=0.1)

@@ -47,6 +47,8 @@ class Route:
         destination: North and East, metres.
         speed_m_s: no faster.
         start: where the line begins; where the vehicle can stop when not given.
+        moving_m_s: how fast it is already.
+        leaving_m_s: how fast it may be at the end.
 
     Attributes:
         destination: as given.
@@ -54,7 +56,13 @@ class Route:
     """
 
     def __init__(
-        self, rover: Rover, destination: Point, speed_m_s: float, start: Point | None = None
+        self,
+        rover: Rover,
+        destination: Point,
+        speed_m_s: float,
+        start: Point | None = None,
+        moving_m_s: float = 0.0,
+        leaving_m_s: float = 0.0,
     ) -> None:
         """See the class."""
         self.destination = destination
@@ -64,7 +72,9 @@ class Route:
         self._start = rover.stopping_point() if start is None else start
         self._length_m = math.dist(self._start, destination)
         self._updated_s: float | None = None
-        self._along_m = self._reference_m_s = self._reference_m_s2 = 0.0
+        self._along_m = self._reference_m_s2 = 0.0
+        self._leaving_m_s = leaving_m_s
+        self._reference_m_s = min(moving_m_s, speed_m_s)
 
     @property
     def distance_m(self) -> float:
@@ -99,6 +109,8 @@ class Route:
         jerk = max(p["WP_JERK"] or JERK_M_S3, 0.1)
         left = max(self._length_m - self._along_m, 0.0)
         in_time = float(sqrt_approach(left, 1.0, BRAKING * most, _SCALAR))
+        if self._leaving_m_s > 0.0:
+            in_time = math.sqrt(self._leaving_m_s**2 + 2.0 * BRAKING * most * left)
         self._reference_m_s2 = min(self._reference_m_s2 + jerk * dt, most)
         speed = self._reference_m_s + self._reference_m_s2 * dt
         self._reference_m_s = min(speed, self._speed_m_s, in_time)

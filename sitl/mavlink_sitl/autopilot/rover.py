@@ -14,6 +14,7 @@ from mavlink_sitl.autopilot.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.route import Point
+from mavlink_sitl.autopilot.rover_auto import DriveAuto
 from mavlink_sitl.autopilot.rover_modes import (
     Acro,
     Circle,
@@ -42,7 +43,7 @@ BEHAVIOURS: dict[str, Callable[[Rover, ModeSpec], DriveMode]] = {
     "hold": Hold,
     "loiter": Loiter,
     "circle": Circle,
-    "auto": Hold,
+    "auto": DriveAuto,
     "rtl": ReturnToLaunch,
     "guided": Guided,
 }
