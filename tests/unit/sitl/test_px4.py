@@ -644,3 +644,12 @@ def test_wrong_links_get_a_sentence() -> None:
         VehicleConfig(autopilot="px4", links=())
     with pytest.raises(ConfigurationError, match="not radio"):
         VehicleConfig(autopilot="px4", links=("radio",))
+
+
+def test_it_asks_everybody_for_a_gimbal_when_an_auto_mode_begins(air: Px4Station) -> None:
+    begin_s = air.now_s
+    assert air.command(21, 0, 0, 0, NAN, NAN, NAN, NAN) == ACCEPTED
+    air.run(4.0)
+    asked = air.messages("COMMAND_LONG", begin_s)
+    assert [(m.command, m.confirmation) for m in asked] == [(1001, n) for n in range(4)]
+    assert {(m.target_system, m.target_component) for m in asked} == {(1, 0)}

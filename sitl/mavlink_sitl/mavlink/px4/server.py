@@ -36,6 +36,8 @@ GCS_TIMEOUT_US = 2_500_000
 PING_US = 1_000_000
 REACHED_REPEATS = 10
 """MISSION_ITEM_REACHED comes again once a second so many times"""
+GIMBAL_US, GIMBAL_REPEATS = 500_000, 4
+"""The vehicle itself asks for its gimbal (MAV_CMD 1001) when an AUTO mode begins, in vain"""
 ONBOARD, GCS = "onboard", "gcs"
 ROLES = (GCS, ONBOARD)
 _HOME_POSITION, _HEARTBEAT = 242, 0
@@ -81,6 +83,7 @@ class Px4Server(MavlinkServer):
         self._timesync_due_us = NEVER_US
         self._asker = (0, 0)
         self._reached: tuple[int, int, int] | None = None
+        self._gimbal: tuple[int, int] | None = None
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
         for message_id in _RATES[role]:
@@ -114,7 +117,8 @@ class Px4Server(MavlinkServer):
     def next_due_us(self) -> int:
         """When `tick` has something to do."""
         reached = NEVER_US if self._reached is None else self._reached[1]
-        return min(super().next_due_us(), self._ping_due_us, reached)
+        gimbal = NEVER_US if self._gimbal is None else self._gimbal[1]
+        return min(super().next_due_us(), self._ping_due_us, reached, gimbal)
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
@@ -126,6 +130,18 @@ class Px4Server(MavlinkServer):
             self.send(ping)
         if self._reached is not None and now_us >= self._reached[1]:
             self._repeat_reached()
+
+        if self._gimbal is not None and now_us >= self._gimbal[1]:
+            self._ask_for_gimbal(*self._gimbal)
+
+    def _ask_for_gimbal(self, confirmation: int, due_us: int) -> None:
+        self.send(
+            dialect.MAVLink_command_long_message(
+                self.system_id, 0, 1001, confirmation, 1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0
+            )
+        )
+        again = confirmation + 1 < GIMBAL_REPEATS
+        self._gimbal = (confirmation + 1, due_us + GIMBAL_US) if again else None
 
     def _repeat_reached(self) -> None:
         assert self._reached is not None
@@ -167,7 +183,9 @@ class Px4Server(MavlinkServer):
             self._reached = (event.seq, self.now_us, REACHED_REPEATS)
             self._repeat_reached()
         elif isinstance(event, ModeChanged):
-            return  # it shows in the next HEARTBEAT
+            # It shows in the next HEARTBEAT only.
+            if self.px4.armed and event.name.startswith("AUTO.") and event.name != "AUTO.LOITER":
+                self._gimbal = (0, self.now_us + GIMBAL_US // 2)
         elif isinstance(event, RebootRequested):
             self.reboot_requested = True
 
