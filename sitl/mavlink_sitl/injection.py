@@ -24,6 +24,7 @@ OK, OFF, GARBAGE, WRONG, SLOW, DELAYED, INTERMITTENT = 0, 1, 3, 4, 5, 6, 7
 """FAILURE_TYPE"""
 
 MOTORS = 4
+EMPTY_V = 1.0
 WEAK_MOTORS = 0.8
 """Thrust left of motors that are SLOW"""
 WRONG_GPS_M = (60.0, 60.0, 0.0)
@@ -106,7 +107,10 @@ class Failures:
 
     def _battery(self, kind: int, _: int) -> bool:
         vehicle = self._vehicle
-        if kind == OFF and self._consumed_mah is None:
+        if "SIM_BAT_DRAIN" in vehicle.parameters:  # the firmware simulates the pack itself
+            if kind in (OK, OFF):
+                vehicle.set_battery_voltage(EMPTY_V if kind == OFF else 0.0)
+        elif kind == OFF and self._consumed_mah is None:
             self._consumed_mah = vehicle.battery_consumed_mah
             vehicle.set_battery_remaining(0.0)
         elif kind == OK and self._consumed_mah is not None:
@@ -116,7 +120,7 @@ class Failures:
         return kind in (OK, OFF)
 
     def _motor(self, kind: int, instance: int) -> bool:
-        if instance > MOTORS:
+        if not 0 <= instance <= MOTORS:
             return False
         which = {instance} if instance else set(range(1, MOTORS + 1))
         if kind == OFF:
@@ -144,9 +148,10 @@ class Failures:
         return kind in (OK, OFF, *LINK_FAULTS)
 
     def _set_thrust(self) -> None:
-        """Every motor carries a quarter; a quadrotor without one keeps two, to stay level."""
+        """A quadrotor without one motor keeps two, to stay level; others have only one."""
         off = self._motors_off | {i + 1 for i in range(MOTORS) if self._mask >> i & 1}
-        left = {0: 1.0, 1: 0.5}.get(len(off), 0.0)
+        quadrotor = self._vehicle.config.vehicle == "copter"
+        left = {0: 1.0, 1: 0.5 * quadrotor}.get(len(off), 0.0)
         self._vehicle.weaken_motors(left * self._weak * self._multiplier)
 
     # Parameters.

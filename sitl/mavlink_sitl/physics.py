@@ -133,8 +133,7 @@ class Physics:
         o = self.o
         noise = self._noise.draw(o)
         self._misled = tuple(
-            m + (g - m) * MISLED_PER_UPDATE
-            for m, g in zip(self._misled, self._glitch, strict=True)
+            m + (g - m) * MISLED_PER_UPDATE for m, g in zip(self._misled, self._glitch, strict=True)
         )
         self.error = sensors.update(
             self.error, noise, self.gps_fix, self.sensor_model, o, self._misled

@@ -284,3 +284,43 @@ def test_failures_hit_one_vehicle_of_many() -> None:
     simulation.run_for(1.0)
     fixes = [vehicle.copter.estimator.gps_fix for vehicle in simulation.vehicles]
     assert fixes == [True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "autopilot"),
+    [
+        ("copter", "ardupilot"),
+        ("copter", "px4"),
+        ("rover", "ardupilot"),
+        ("boat", "ardupilot"),
+        ("plane", "ardupilot"),
+    ],
+)
+def test_every_kind_of_vehicle_can_be_broken_and_mended(vehicle: str, autopilot: str) -> None:
+    parameters = {"SYS_FAILURE_EN": 1.0} if autopilot == "px4" else {}
+    config = VehicleConfig(
+        vehicle=vehicle, autopilot=autopilot, ready_after_s=1.0, parameters=parameters
+    )
+    station = GroundStation(Simulation([config], seed=1))
+    station.run(4.0)
+    body = station.vehicle.copter
+    for unit in (GPS, BATTERY, MOTOR, RADIO):
+        assert inject(station, unit, OFF) == ACCEPTED
+    station.run(2.0)
+    assert not body.estimator.gps_fix
+    assert body.pilot.lost
+    assert body.observation.battery.remaining_percent < 5.0 or autopilot == "px4"
+    for unit in (GPS, BATTERY, MOTOR, RADIO):
+        assert inject(station, unit, OK) == ACCEPTED
+    station.run(4.0)
+    assert body.estimator.gps_fix
+    assert not body.pilot.lost
+    assert body.observation.battery.remaining_percent > 90.0
+
+
+def test_px4_wants_failures_to_be_enabled() -> None:
+    config = VehicleConfig(autopilot="px4", ready_after_s=1.0)
+    station = GroundStation(Simulation([config], seed=1))
+    station.run(3.0)
+    assert inject(station, GPS, OFF) == 2
+    assert station.vehicle.copter.estimator.gps_fix

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import BootStep, ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
+from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS, SIM_WIND
 
 _INT8 = ParameterType.INT8
 _INT32 = ParameterType.INT32
@@ -56,15 +57,10 @@ _PARAMETERS = (
     ParameterSpec("RTL_LOIT_TIME", 5000.0, _INT32),
     ParameterSpec("RTL_SPEED", 0.0),
     ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
-    ParameterSpec("SIM_ENGINE_FAIL", 0.0, _INT32),
-    ParameterSpec("SIM_ENGINE_MUL", 1.0),
-    ParameterSpec("SIM_GPS1_ENABLE", 1.0, _INT8),
-    ParameterSpec("SIM_GPS1_GLTCH_X", 0.0),
-    ParameterSpec("SIM_GPS1_GLTCH_Y", 0.0),
-    ParameterSpec("SIM_GPS1_GLTCH_Z", 0.0),
+    *SIM_ENGINE,
+    *SIM_GPS,
     ParameterSpec("SIM_RC_FAIL", 0.0, _INT8),
-    ParameterSpec("SIM_WIND_DIR", 180.0),
-    ParameterSpec("SIM_WIND_SPD", 0.0),
+    *SIM_WIND,
     ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
     ParameterSpec("WPNAV_ACCEL", 250.0),
     ParameterSpec("WPNAV_ACCEL_Z", 100.0),
@@ -109,7 +105,7 @@ ARDUCOPTER = Personality(
     name="ArduCopter",
     mav_type=2,
     mav_autopilot=3,
-    capabilities=0xFBEF,
+    capabilities=0xFBEF & ~NOT_MODELLED,
     flight_sw_version=0x04070000,
     flight_custom_version="cef8bcef",
     modes={mode.number: mode for mode in _MODES},

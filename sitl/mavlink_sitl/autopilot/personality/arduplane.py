@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import BootStep, ModeSpec
+from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS, SIM_WIND
 
 _INT8 = ParameterType.INT8
 _INT32 = ParameterType.INT32
@@ -53,6 +54,9 @@ _PARAMETERS = (
     ParameterSpec("ROLL_LIMIT_DEG", 65.0),
     ParameterSpec("RTL_ALTITUDE", 100.0),
     ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
+    *SIM_ENGINE,
+    *SIM_GPS,
+    *SIM_WIND,
     ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
     ParameterSpec("TECS_CLMB_MAX", 5.0),
     ParameterSpec("TECS_SINK_MAX", 5.0),
@@ -98,7 +102,7 @@ ARDUPLANE = replace(
     name="ArduPlane",
     kind="plane",
     mav_type=1,
-    capabilities=0xF36F,
+    capabilities=0xF36F & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
     boot=_BOOT,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import BootStep, ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS
 
 _INT8 = ParameterType.INT8
 _INT32 = ParameterType.INT32
@@ -56,6 +57,8 @@ _PARAMETERS = (
     ParameterSpec("RC_OVERRIDE_TIME", 3.0),
     ParameterSpec("RTL_SPEED", 0.0),
     ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
+    *SIM_ENGINE,
+    *SIM_GPS,
     ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
     ParameterSpec("WP_ACCEL", 0.0),
     ParameterSpec("WP_JERK", 0.0),
@@ -90,7 +93,7 @@ ARDUROVER = replace(
     name="ArduRover",
     kind="rover",
     mav_type=10,
-    capabilities=0xF1EF,
+    capabilities=0xF1EF & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
     boot=_BOOT,

@@ -107,12 +107,14 @@ _PARAMETERS = (
     ParameterSpec("RTL_RETURN_ALT", 30.0),
     ParameterSpec("SIM_BAT_DRAIN", 60.0),
     ParameterSpec("SIM_BAT_MIN_PCT", 50.0),
+    ParameterSpec("SIM_GPS_USED", 10.0, _INT32),
+    ParameterSpec("SYS_FAILURE_EN", 0.0, _INT32),
 )
 
-_CAPABILITIES = 0x0002 | 0x0004 | 0x0008 | 0x0010 | 0x0080 | 0x0800 | 0x2000
+_CAPABILITIES = 0x0002 | 0x0004 | 0x0008 | 0x0010 | 0x0080 | 0x0800 | 0xE000
 """PARAM_FLOAT, MISSION_INT, COMMAND_INT, PARAM_ENCODE_BYTEWISE, SET_POSITION_TARGET_LOCAL_NED,
-FLIGHT_TERMINATION, MAVLINK2. The recorded firmware says 0xE8FF: it has MISSION_FLOAT, FTP and
-SET_ATTITUDE_TARGET, too, which are not modelled; fences and rally points add their own bits."""
+FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY. The recorded firmware says 0xE8FF: it has MISSION_FLOAT, FTP and
+SET_ATTITUDE_TARGET, too, which are not modelled."""
 
 PX4COPTER = Personality(
     name="PX4 multicopter",

@@ -208,6 +208,11 @@ def _terminate(server: Px4Server, command: Command) -> Result:
     return server.px4.terminate()
 
 
+def _inject_failure(server: Px4Server, command: Command) -> Result:
+    unit, kind, instance = (int(value) for value in command.params[:3])
+    return server.px4.inject_failure(unit, kind, instance)
+
+
 HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(px4.LOITER), 0),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(px4.RTL), 0),
@@ -221,6 +226,7 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
+    dialect.MAV_CMD_INJECT_FAILURE: (_inject_failure, 3),
     dialect.MAV_CMD_MISSION_START: (_mission_start, 0),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
     dialect.MAV_CMD_RUN_PREARM_CHECKS: (_prearm_checks, 0),
