@@ -30,7 +30,8 @@ ONBOARD_PORTS = range(14540, 14550)
 """PX4 speaks to companion computers on these, with other streams than to ground stations"""
 
 _DESCRIPTION = """\
-A simulated autopilot that speaks MAVLink: a quadrotor with the personality of ArduCopter.
+A simulated autopilot that speaks MAVLink: a copter, rover, boat or plane with the personality
+of ArduPilot, or a copter with that of PX4.
 By default it sends to a ground station or a bridge that listens on UDP port 14550 of this
 machine, in real time."""
 
@@ -145,7 +146,12 @@ def make_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("--vehicle", default="copter", metavar="KIND", help="copter, the only one for now")
+    add(
+        "--vehicle",
+        default="copter",
+        metavar="KIND",
+        help="copter, rover, boat or plane (default: copter)",
+    )
     add(
         "--autopilot",
         default="ardupilot",

@@ -14,6 +14,7 @@ from mavlink_sitl.autopilot import drive_controller, glide_controller
 from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.dynamics import boat, plane, rover
 from mavlink_sitl.ops import ArrayOps, ScalarOps
+from mavlink_sitl.options import parse
 from tests.support.ground_station import ACCEPTED, POSITION, GroundStation
 
 GUIDED = {"copter": 4, "rover": 15, "boat": 15, "plane": 15}
@@ -204,3 +205,9 @@ def test_many_rovers_do_the_same_as_one() -> None:
         return float(simulation.truth.position_ned_m[0, 0])
 
     assert north(1) == pytest.approx(north(4), abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["copter", "rover", "boat", "plane"])
+def test_the_command_line_takes_each_kind(kind: str) -> None:
+    _, config = parse(["--vehicle", kind])
+    assert config.vehicle == kind
