@@ -29,6 +29,8 @@ from mavsdk.plugins.geofence import (  # noqa: E402
     Polygon,
 )
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage  # noqa: E402
+from mavsdk.plugins.mission import Mission, MissionPlan  # noqa: E402
+from mavsdk.plugins.mission import MissionItem as PlanItem  # noqa: E402
 from mavsdk.plugins.mission_raw import MissionItem, MissionRaw  # noqa: E402
 from mavsdk.plugins.offboard import Offboard, PositionNedYaw  # noqa: E402
 from mavsdk.plugins.param import Param  # noqa: E402
@@ -47,6 +49,7 @@ class Flight:
         self.action = Action(system)
         self.telemetry = Telemetry(system)
         self.mission = MissionRaw(system)
+        self.plan = Mission(system)
         self.offboard = Offboard(system)
         self.param = Param(system)
         self.geofence = Geofence(system)
@@ -212,3 +215,44 @@ def test_ardupilot_parameters_and_geofence() -> None:
         assert back.polygons[0].points[2].latitude_deg == pytest.approx(corners[2].latitude_deg)
         flight.geofence.clear_geofence()
         assert not flight.geofence.download_geofence().polygons
+
+
+@pytest.mark.timeout(120)
+def test_px4_take_off_goto_offboard_mission_fence_parameters_and_land() -> None:
+    with connected("--autopilot", "px4") as flight:
+        assert flight.param.get_param_float("MPC_XY_CRUISE") == 5.0
+        flight.param.set_param_float("MPC_XY_CRUISE", 6.0)
+        assert flight.param.get_param_float("MPC_XY_CRUISE") == 6.0
+        circle = Circle(Point(*flight.point(0, 0)), 200.0, FenceType.INCLUSION)
+        flight.geofence.upload_geofence(GeofenceData([], [circle]))
+        assert len(flight.geofence.download_geofence().circles) == 1
+        flight.action.set_takeoff_altitude(10.0)
+        flight.action.arm()
+        flight.action.takeoff()
+        home = flight.telemetry.home()
+        wait(lambda: flight.telemetry.position().relative_altitude_m > 9.0, "10 m")
+        flight.action.goto_location(*flight.point(20.0, 0.0), home.absolute_altitude_m + 12.0, 0.0)
+        wait(lambda: math.dist(flight.north_east_up()[:2], (20.0, 0.0)) < 1.0, "20 m north")
+        flight.offboard.set_position_ned(PositionNedYaw(0.0, 10.0, -12.0, 0.0))
+        flight.offboard.start()
+        wait(lambda: math.dist(flight.north_east_up()[:2], (0.0, 10.0)) < 1.0, "10 m east")
+        flight.offboard.stop()
+        items = [
+            PlanItem(*flight.point(north, east), 12.0, is_fly_through=True)
+            for north, east in ((0.0, 0.0), (25.0, 0.0), (25.0, 25.0))
+        ]
+        flight.plan.upload_mission(MissionPlan(items))
+        assert len(flight.plan.download_mission().mission_items) == 3
+        flight.plan.start_mission()
+        wait(lambda: flight.plan.mission_progress().current >= 1, "the second item")
+        flight.plan.pause_mission()
+        time.sleep(5.0 / SPEEDUP)
+        held = flight.north_east_up()
+        time.sleep(3.0 / SPEEDUP)
+        assert math.dist(flight.north_east_up()[:2], held[:2]) < 1.5
+        flight.plan.start_mission()
+        wait(flight.plan.is_mission_finished, "the mission's end")
+        flight.action.return_to_launch()
+        flight.plan.clear_mission()
+        flight.action.land()
+        wait(lambda: not flight.telemetry.armed(), "landed and disarmed")

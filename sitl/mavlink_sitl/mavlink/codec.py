@@ -34,6 +34,26 @@ class Encoder:
         """See the class."""
         self._mav = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
 
+    @property
+    def signing(self) -> Any:
+        """Pymavlink's state of signing, for the decoder of the same link."""
+        return self._mav.signing
+
+    def set_up_signing(self, key: bytes, timestamp: int) -> None:
+        """Sign from now on, and take nothing unsigned; all zeros end that.
+
+        Args:
+            key: 32 bytes.
+            timestamp: 10 microseconds since 1 January 2015; never goes back.
+        """
+        signing = self._mav.signing
+        on = any(key)
+        signing.secret_key = key if on else None
+        signing.sign_outgoing = on
+        signing.timestamp = max(signing.timestamp, timestamp) if on else 0
+        signing.link_id = 0
+        signing.stream_timestamps = {}
+
     def encode(self, message: Message) -> bytes:
         """One frame; raises struct.error when a field is outside its type."""
         mav = self._mav
@@ -99,9 +119,15 @@ class Decoder:
     rest, which on a datagram link never comes: call `reset` between datagrams.
     """
 
-    def __init__(self) -> None:
-        """Nothing received yet."""
+    def __init__(self, signing: Any = None) -> None:
+        """Nothing received yet.
+
+        Args:
+            signing: the encoder's, when frames may have to be signed.
+        """
         self._mav = dialect.MAVLink(None)
+        if signing is not None:
+            self._mav.signing = signing
         self._buffer = bytearray()
         self.bad_bytes = 0
 
@@ -150,6 +176,17 @@ class Decoder:
         return header[1] + _OVERHEAD_V2 + (_SIGNATURE if header[2] & _SIGNED else 0)
 
     def _decode(self, frame: bytes) -> Message | None:
+        signing = self._mav.signing
+        if signing.secret_key is None:
+            return self._decode_trusted(frame)
+        known = dict(signing.stream_timestamps)
+        message = self._decode_trusted(frame)
+        if message is None:
+            # A forged time must not shut out the true sender.
+            signing.stream_timestamps = known
+        return message
+
+    def _decode_trusted(self, frame: bytes) -> Message | None:
         try:
             return self._mav.decode(bytearray(frame))
         except (dialect.MAVError, struct.error, ValueError, IndexError, TypeError):

@@ -162,8 +162,14 @@ def _get_interval(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
+AVAILABLE_MODES = 435
+
+
 def _request_message(server: MavlinkServer, command: Command) -> Result:
     message_id = int(command.params[0])
+    if message_id == AVAILABLE_MODES:
+        place = command.params[1] if setpoints.usable(command.params[1]) else 0.0
+        return Result.ACCEPTED if server.send_mode_list(int(place)) else Result.FAILED
     if message_id not in BUILDERS:
         return Result.FAILED
     server.send_later(message_id)

@@ -72,7 +72,7 @@ class MavlinkServer:
         self.reboot_requested = False
         self._encoder = encoder
         self._snapshot = snapshot
-        self._decoder = Decoder()
+        self._decoder = Decoder(encoder.signing)
         self._texts = StatusTexts()
         self._parameters = ParameterServer(copter.parameters)
         self._missions = MissionServer(copter, self.send, self.send_later)
@@ -94,6 +94,8 @@ class MavlinkServer:
             "PARAM_REQUEST_LIST": self._on_param_list,
             "PARAM_REQUEST_READ": self._on_param_read,
             "PARAM_SET": self._on_param_set,
+            "MANUAL_CONTROL": self._on_manual_control,
+            "SETUP_SIGNING": self._on_setup_signing,
             **dict.fromkeys(self._missions.handlers, self._on_mission),
         }
 
@@ -258,6 +260,39 @@ class MavlinkServer:
         if message.get_srcSystem() == int(self.copter.parameters["SYSID_MYGCS"]):
             channels = [getattr(message, f"chan{i}_raw") for i in range(1, 9)]
             self.copter.pilot.override(channels, self.now_us / 1e6)
+
+    def _on_manual_control(self, message: Message) -> None:
+        """The first four channels: y is roll, x pitch, z throttle (0..1000), r yaw."""
+        mine = message.get_srcSystem() == int(self.copter.parameters["SYSID_MYGCS"])
+        if not mine or message.target != self.system_id:
+            return
+        raw = [1500 + value / 2 for value in (message.y, message.x)]
+        raw += [1000 + message.z, 1500 + message.r / 2]
+        axes = (message.y, message.x, message.z, message.r)
+        channels = [
+            round(min(max(value, 1000), 2000)) if abs(axis) <= 1000 else 65535
+            for value, axis in zip(raw, axes, strict=True)
+        ]
+        self.copter.pilot.override(channels, self.now_us / 1e6)
+
+    def _on_setup_signing(self, message: Message) -> None:
+        """A new key, unless the vehicle is armed; there is no answer to it."""
+        if self.copter.armed:
+            self.copter.say(Severity.CRITICAL, "ERROR: Won't setup signing when armed")
+            return
+        self._encoder.set_up_signing(bytes(message.secret_key), message.initial_timestamp)
+
+    def send_mode_list(self, place: int) -> bool:
+        """AVAILABLE_MODES: one of them, from 1, or with 0 all; whether there is such a one."""
+        modes = list(self.copter.personality.modes.values())
+        if not 0 <= place <= len(modes):
+            return False
+        for index, spec in enumerate(modes, 1):
+            if place in (0, index):
+                name = spec.name.encode("ascii")
+                message = (len(modes), index, 0, spec.number, 0, name)
+                self.send(dialect.MAVLink_available_modes_message(*message))
+        return True
 
     def _on_param_list(self, message: Message) -> None:
         self._parameters.request_list()

@@ -8,6 +8,10 @@ from dataclasses import dataclass
 from mavlink_sitl.autopilot.parameters import ParameterSpec
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS, PlanRules
 
+NOT_MODELLED = 0x0020 | 0x0040 | 0x0200 | 0x1000
+"""Capabilities of the real ArduPilot that are not offered here: FTP, SET_ATTITUDE_TARGET,
+TERRAIN, COMPASS_CALIBRATION"""
+
 
 @dataclass(frozen=True)
 class ModeSpec:
