@@ -653,3 +653,21 @@ def test_it_asks_everybody_for_a_gimbal_when_an_auto_mode_begins(air: Px4Station
     asked = air.messages("COMMAND_LONG", begin_s)
     assert [(m.command, m.confirmation) for m in asked] == [(1001, n) for n in range(4)]
     assert {(m.target_system, m.target_component) for m in asked} == {(1, 0)}
+
+
+def test_do_change_speed_counts_in_the_auto_modes(air: Px4Station) -> None:
+    x = round((HOME.latitude_deg + 60.0 / 111_195.0) * 1e7)
+    y = round(HOME.longitude_deg * 1e7)
+    air.command_int(192, 0, NAN, 1, NAN, NAN, x=x, y=y, z=HOME.altitude_amsl_m + 10.0)
+    assert air.command(178, 1, 2.0) == ACCEPTED
+    air.run(8.0)
+    assert air.velocity[0] == pytest.approx(1.8, abs=0.3)
+    assert air.command(178, 1, 0.0) == DENIED
+
+
+def test_mission_start_without_a_mission_is_denied_and_pause_holds(air: Px4Station) -> None:
+    assert air.command(300) == DENIED
+    assert air.custom_mode == px4.OFFBOARD
+    assert air.command(193, 0) == ACCEPTED
+    assert air.custom_mode == px4.LOITER
+    assert air.command(193, 1) == TEMPORARILY_REJECTED

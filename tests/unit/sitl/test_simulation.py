@@ -117,7 +117,7 @@ def test_no_vehicle_is_no_simulation() -> None:
 @pytest.mark.parametrize(
     ("config", "words"),
     [
-        ({"vehicle": "plane"}, "there is no plane with ardupilot"),
+        ({"vehicle": "airship"}, "there is no airship with ardupilot"),
         ({"autopilot": "inav"}, "there is no copter with inav"),
         ({"system_id": 0}, "system id"),
         ({"system_id": 256}, "system id"),

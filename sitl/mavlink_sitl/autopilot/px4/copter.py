@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.autopilot.modes import Mode
@@ -263,6 +264,8 @@ class Px4Copter(Copter):
         if mode is self.mode:
             return True
         previous = self.mode
+        if isinstance(previous, Auto):
+            previous.leave()
         self.mode = mode
         self.navigator.forget_speeds()
         mode.enter()
@@ -297,6 +300,25 @@ class Px4Copter(Copter):
         assert isinstance(hold, modes.Hold)
         self.intend(px4.LOITER)
         hold.go_to(point, altitude_amsl_m, yaw_rad)
+        return Result.ACCEPTED
+
+    def start_mission(self) -> Result:
+        """MISSION_START: AUTO.MISSION, if there is a mission."""
+        if not self.has_mission:
+            self.say(Severity.CRITICAL, "No valid mission available")
+            return Result.DENIED
+        return self.set_mode(px4.MISSION)
+
+    def pause_or_go_on(self, go_on: bool) -> Result:
+        """DO_PAUSE_CONTINUE: AUTO.LOITER, or AUTO.MISSION again."""
+        return self.set_mode(px4.MISSION if go_on else px4.LOITER)
+
+    def change_speed(self, kind: int, speed_m_s: float) -> Result:
+        """DO_CHANGE_SPEED: for the AUTO modes, until the mode changes."""
+        if not self.navigator.change_speed(kind, speed_m_s):
+            return Result.DENIED
+        if isinstance(self.mode, (modes.Hold, Auto)):
+            self.mode.limits_changed()
         return Result.ACCEPTED
 
     def hold_at(self, place_ned_m: tuple[float, float, float]) -> None:

@@ -95,6 +95,12 @@ class Hold(Px4Mode):
         limits = navigator.line_limits(self.here(), self.target)
         self.guide(replace(self.hold_at(self.target, yaw_rad), limits=limits))
 
+    def limits_changed(self) -> None:
+        """Another speed: go on with it."""
+        if self.target is not None:
+            limits = self.px4.px4_navigator.line_limits(self.here(), self.target)
+            self.guide(replace(self.hold_at(self.target), limits=limits))
+
     def stay_at(self, target: Vector) -> None:
         """Stay at a place nearby."""
         self.target = target
