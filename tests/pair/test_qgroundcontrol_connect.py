@@ -89,11 +89,12 @@ class QGroundControl(GroundStation):
                 quiet_s, before = self.now_s, len(by_index())
             self.run(0.02, step_s=0.02)
         for index in sorted(set(range(counted())) - set(by_index())):
-            self.ask(
-                mav.MAVLink_param_request_read_message(1, 1, b"", index),
-                lambda index=index: index in by_index(),
-                f"parameter {index}",
-            )
+
+            def arrived(index: int = index) -> bool:
+                return index in by_index()
+
+            request = mav.MAVLink_param_request_read_message(1, 1, b"", index)
+            self.ask(request, arrived, f"parameter {index}")
         return by_index()
 
     def plan(self, mission_type: int) -> list[Message]:
@@ -113,7 +114,11 @@ class QGroundControl(GroundStation):
                 return [m for m in found if (m.seq, m.mission_type) == (seq, mission_type)]
 
             request = mav.MAVLink_mission_request_int_message(1, 1, seq, mission_type)
-            self.ask(request, lambda got=got: bool(got()), f"item {seq} of list {mission_type}")
+
+            def arrived(seq: int = seq) -> bool:
+                return bool(got(seq))
+
+            self.ask(request, arrived, f"item {seq} of list {mission_type}")
             items.append(got()[-1])
         self.send(mav.MAVLink_mission_ack_message(1, 1, 0, mission_type))
         return items
@@ -156,14 +161,13 @@ class QGroundControl(GroundStation):
         for index in (0, len(values) // 2, len(values) - 1):
             name = values[index].param_id
             begin = len(self.log)
-            self.ask(
-                mav.MAVLink_param_request_read_message(1, 1, name.encode(), -1),
-                lambda begin=begin, name=name: any(
-                    m.get_type() == "PARAM_VALUE" and m.param_id == name
-                    for _, m in self.log[begin:]
-                ),
-                f"parameter {name}",
-            )
+
+            def arrived(begin: int = begin, name: str = name) -> bool:
+                new = (m for _, m in self.log[begin:] if m.get_type() == "PARAM_VALUE")
+                return any(m.param_id == name for m in new)
+
+            request = mav.MAVLink_param_request_read_message(1, 1, name.encode(), -1)
+            self.ask(request, arrived, f"parameter {name}")
             assert self.last("PARAM_VALUE").param_index in (index, 65535)
 
     def ready_to_fly(self) -> bool:

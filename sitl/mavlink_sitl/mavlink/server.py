@@ -33,6 +33,8 @@ from mavlink_sitl.mavlink.streams import StreamSchedule
 HEARTBEAT_US = 1_000_000
 TIMESYNC_US = 10_000_000
 COMPONENT_AUTOPILOT = 1
+LATEST_SIGNATURE = 2**48 - 2**40
+"""Signatures have 48 bits for the time; this leaves four months to go on with"""
 _HOME_POSITION, _GPS_GLOBAL_ORIGIN = 242, 49
 
 
@@ -280,6 +282,8 @@ class MavlinkServer:
         if self.copter.armed:
             self.copter.say(Severity.CRITICAL, "ERROR: Won't setup signing when armed")
             return
+        if message.initial_timestamp >= LATEST_SIGNATURE:
+            return  # no clock shows that, and nothing could be signed after it
         self._encoder.set_up_signing(bytes(message.secret_key), message.initial_timestamp)
 
     def send_mode_list(self, place: int) -> bool:

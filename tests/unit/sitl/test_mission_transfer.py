@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from pymavlink.dialects.v20 import all as mav
@@ -22,7 +23,7 @@ from tests.support.missions import (
 SQUARE = [take_off(10), waypoint(20, 0), waypoint(20, 20), waypoint(0, 20)]
 
 
-def items(count: int) -> list[object]:
+def items(count: int) -> list[Any]:
     return [home(), take_off(10), *(waypoint(10.0 * i, 0) for i in range(count - 2))]
 
 

@@ -85,6 +85,11 @@ def test_the_key_is_not_changed_while_armed(station: GroundStation) -> None:
     assert ping(station, request(mav.MAVLink(None, 255, 190))) == 1
 
 
+def test_a_time_that_no_signature_can_hold_is_refused(station: GroundStation) -> None:
+    station.send(mav.MAVLink_setup_signing_message(1, 1, KEY, 2**64 - 1))
+    assert ping(station, request(mav.MAVLink(None, 255, 190))) == 1
+
+
 def test_manual_control_moves_the_sticks(station: GroundStation) -> None:
     station.take_off(10)
     station.mode(ALT_HOLD)
