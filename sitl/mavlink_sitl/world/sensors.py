@@ -14,9 +14,6 @@ import math
 import random
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mavlink_sitl.exchange import GpsReading
 from mavlink_sitl.geodesy import GeoPoint, to_geodetic
 from mavlink_sitl.ops import Lane, Ops
@@ -101,10 +98,6 @@ def update(
     )
 
 
-AHEAD = 64
-"""So many draws are made at a time; a thousand single ones cost more"""
-
-
 class Noise:
     """Standard normal numbers for each vehicle, from its own seeded generator.
 
@@ -115,18 +108,12 @@ class Noise:
 
     def __init__(self, seed: int, count: int) -> None:
         """See the class."""
-        self._generators = [
-            np.random.default_rng(random.Random(f"sensors:{seed}:{i}").getrandbits(64))
-            for i in range(count)
-        ]
-        self._store: list[NDArray[np.float64]] = []
+        self._generators = [random.Random(f"sensors:{seed}:{i}") for i in range(count)]
 
     def draw(self, o: Ops) -> tuple[Lane, Lane, Lane]:
         """Three independent lanes."""
-        if not self._store:
-            blocks = np.array([g.standard_normal((AHEAD, 3)) for g in self._generators])
-            self._store = list(blocks.transpose(1, 2, 0)[::-1])
-        north, east, down = self._store.pop().tolist()
+        draws = [[g.gauss(0.0, 1.0) for _ in range(3)] for g in self._generators]
+        north, east, down = ([three[axis] for three in draws] for axis in range(3))
         return o.pack(north), o.pack(east), o.pack(down)
 
 
