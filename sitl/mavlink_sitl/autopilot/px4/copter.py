@@ -24,6 +24,7 @@ from mavlink_sitl.autopilot.px4.battery import Px4Battery
 from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes
 from mavlink_sitl.autopilot.px4.mission import Mission
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
+from mavlink_sitl.autopilot.px4.offboard import Offboard
 from mavlink_sitl.exchange import (
     LandedState,
     ModeChanged,
@@ -41,7 +42,7 @@ BEHAVIOURS: dict[str, Callable[[Px4Copter, ModeSpec], modes.Px4Mode]] = {
     "px4_position": modes.Manual,
     "px4_mission": Mission,
     "px4_return": modes.Return,
-    "px4_offboard": modes.Offboard,
+    "px4_offboard": Offboard,
     "px4_takeoff": modes.Takeoff,
     "px4_land": modes.Land,
 }
@@ -338,14 +339,14 @@ class Px4Copter(Copter):
         """A usable offboard setpoint: kept whatever the mode; OFFBOARD follows the latest."""
         self.setpoint_at_s = self.now_s
         offboard = self._modes[px4.OFFBOARD]
-        assert isinstance(offboard, modes.Offboard)
+        assert isinstance(offboard, Offboard)
         offboard.take(setpoint)
 
     @property
-    def offboard(self) -> modes.Offboard:
+    def offboard(self) -> Offboard:
         """The OFFBOARD mode, whether it flies or not."""
         mode = self._modes[px4.OFFBOARD]
-        assert isinstance(mode, modes.Offboard)
+        assert isinstance(mode, Offboard)
         return mode
 
     def terminate(self) -> Result:

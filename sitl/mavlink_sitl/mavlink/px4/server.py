@@ -25,7 +25,7 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.commands import from_message
-from mavlink_sitl.mavlink.px4 import commands, messages, setpoints
+from mavlink_sitl.mavlink.px4 import commands, messages, rates, setpoints
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
 from mavlink_sitl.mavlink.snapshot import Snapshot
@@ -41,7 +41,7 @@ GIMBAL_US, GIMBAL_REPEATS = 500_000, 4
 ONBOARD, GCS = "onboard", "gcs"
 ROLES = (GCS, ONBOARD)
 _HOME_POSITION, _HEARTBEAT = 242, 0
-_RATES = {ONBOARD: messages.ONBOARD_HZ, GCS: messages.GCS_HZ}
+_RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
 
 
 class Px4Server(MavlinkServer):
