@@ -195,27 +195,8 @@ class ModeChanged:
 
 
 @dataclass(frozen=True)
-class ArmedChanged:
-    """The motors were armed or disarmed."""
-
-    armed: bool
-
-
-@dataclass(frozen=True)
-class LandedChanged:
-    """The landed state is another one now."""
-
-    state: LandedState
-
-
-@dataclass(frozen=True)
 class HomeChanged:
     """Home was set."""
-
-
-@dataclass(frozen=True)
-class OriginSet:
-    """The estimator has its origin."""
 
 
 @dataclass(frozen=True)
@@ -223,12 +204,4 @@ class RebootRequested:
     """The firmware is about to start again."""
 
 
-Event: TypeAlias = (
-    StatusText
-    | ModeChanged
-    | ArmedChanged
-    | LandedChanged
-    | HomeChanged
-    | OriginSet
-    | RebootRequested
-)
+Event: TypeAlias = StatusText | ModeChanged | HomeChanged | RebootRequested

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.exchange import ArmedChanged, Motors, Result, Severity
+from mavlink_sitl.exchange import Motors, Result, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
@@ -87,7 +87,6 @@ class Arming:
         if copter.estimator.has_origin:
             copter.set_home()
         copter.say(Severity.INFO, "Arming motors")
-        copter.events.append(ArmedChanged(True))
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
@@ -99,7 +98,6 @@ class Arming:
             return Result.FAILED
         self.armed = False
         copter.say(Severity.INFO, "Disarming motors")
-        copter.events.append(ArmedChanged(False))
         return Result.ACCEPTED
 
     def run_checks(self) -> Result:

@@ -30,6 +30,7 @@ from mavlink_sitl.mavlink.streams import StreamSchedule
 
 HEARTBEAT_US = 1_000_000
 TIMESYNC_US = 10_000_000
+COMPLAINT_US = 1_000_000
 COMPONENT_AUTOPILOT = 1
 _HOME_POSITION, _GPS_GLOBAL_ORIGIN = 242, 49
 
@@ -71,6 +72,7 @@ class MavlinkServer:
         self._texts = StatusTexts()
         self._parameters = ParameterServer(copter.parameters)
         self._later: list[int] = []
+        self._next_complaint_us = now_us
         self._boot_us = now_us
         first_s = copter.estimator.scaled(copter.personality.first_heartbeat_s)
         self._heartbeat_due_us = round(first_s * 1e6)
@@ -90,6 +92,7 @@ class MavlinkServer:
             "PARAM_SET": self._on_param_set,
             "MISSION_REQUEST_LIST": self._on_mission_list,
             "MISSION_COUNT": self._on_mission_count,
+            "MISSION_CLEAR_ALL": self._on_mission_clear_all,
         }
 
     # Out.
@@ -225,7 +228,10 @@ class MavlinkServer:
         try:
             setpoint = decode()
         except setpoints.UnusableError as error:
-            self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
+            # Once a second is enough: setpoints come in streams.
+            if self.now_us >= self._next_complaint_us:
+                self._next_complaint_us = self.now_us + COMPLAINT_US
+                self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
             return
         if setpoint is not None:
             self.copter.setpoint(setpoint)
@@ -264,12 +270,15 @@ class MavlinkServer:
         )
 
     def _on_mission_count(self, message: Message) -> None:
+        self._acknowledge_mission(message, dialect.MAV_MISSION_UNSUPPORTED)
+
+    def _on_mission_clear_all(self, message: Message) -> None:
+        self._acknowledge_mission(message, dialect.MAV_MISSION_ACCEPTED)
+
+    def _acknowledge_mission(self, message: Message, result: int) -> None:
         self.send(
             dialect.MAVLink_mission_ack_message(
-                message.get_srcSystem(),
-                message.get_srcComponent(),
-                dialect.MAV_MISSION_UNSUPPORTED,
-                message.mission_type,
+                message.get_srcSystem(), message.get_srcComponent(), result, message.mission_type
             )
         )
 

@@ -237,3 +237,13 @@ def test_a_parameter_is_never_set_to_nan() -> None:
     station = copter()
     (echo,) = station.send(mav.MAVLink_param_set_message(1, 1, b"WPNAV_SPEED", float("nan"), 9))
     assert echo.param_value == 1000.0
+
+
+def test_there_is_no_mission_and_none_is_taken() -> None:
+    station = copter()
+    (count,) = station.send(mav.MAVLink_mission_request_list_message(1, 1, 0))
+    assert (count.get_type(), count.count, count.target_system) == ("MISSION_COUNT", 0, 255)
+    (refused,) = station.send(mav.MAVLink_mission_count_message(1, 1, 3, 0))
+    assert (refused.get_type(), refused.type) == ("MISSION_ACK", mav.MAV_MISSION_UNSUPPORTED)
+    (cleared,) = station.send(mav.MAVLink_mission_clear_all_message(1, 1, 0))
+    assert (cleared.get_type(), cleared.type) == ("MISSION_ACK", mav.MAV_MISSION_ACCEPTED)
