@@ -45,6 +45,8 @@ _CHECKSUM_SIZE = 2
 _SIGNATURE_SIZE = 13
 _FLAG_SIGNED = 0x01
 
+_Header = mavlink.MAVLink_header
+_new = object.__new__
 _crc: Callable[[bytes], int] = mavlink.mcrf4xx or (lambda data: mavlink.x25crc(data).crc)
 
 
@@ -261,10 +263,10 @@ class Codec:
         attributes = layout.fields(payload)
         attributes["_msgbuf"] = frame
         attributes["_crc"] = crc
-        attributes["_header"] = mavlink.MAVLink_header(
+        attributes["_header"] = _Header(
             number, flags, compatible, length, sequence, system, component
         )
-        message = object.__new__(layout.cls)
+        message = _new(layout.cls)
         message.__dict__ = attributes
         messages.append(message)
         self.statistics.frames += 1

@@ -171,11 +171,12 @@ class Vehicle:
         if state is before:
             return
         self.state = state
-        if kind is _HEARTBEAT and state.last_heartbeat_s == now:
-            self._heartbeat(before, message, now)
-        self._compare(before, now)
-        self._slot.observe(state, self.connected, now)
-        self._take_ends()
+        if kind is _HEARTBEAT:
+            self._heartbeat(message, now)
+        self._compare(before, kind is _HEARTBEAT, now)
+        if self._slot.pending is not None:
+            self._slot.observe(state, self.connected, now)
+            self._take_ends()
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""
@@ -309,7 +310,7 @@ class Vehicle:
 
     # Inside
 
-    def _heartbeat(self, before: VehicleState, message: Message, now: float) -> None:
+    def _heartbeat(self, message: Message, now: float) -> None:
         """Take note of a HEARTBEAT of the vehicle, already in the state."""
         state = self.state
         if self.profile is None:
@@ -337,7 +338,7 @@ class Vehicle:
             self._rates.resume(address, self.profile.unsupported_messages, now)
             self._requests.resume(address, now)
 
-    def _compare(self, before: VehicleState, now: float) -> None:
+    def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
         """Turn the difference of two states into events."""
         state = self.state
         if state.boot_count != before.boot_count:
@@ -346,13 +347,13 @@ class Vehicle:
             self._ask(now)
             self._slot.lose("the autopilot restarted", now)
             self._take_ends()
-        if before.last_heartbeat_s is not None:
+        if heartbeat and before.last_heartbeat_s is not None:
             self._compare_heartbeats(before, now)
         if state.landed_state is not before.landed_state:
             self._events.append(LandedChanged(before.landed_state, state.landed_state))
-        new_texts = state.texts.count - before.texts.count
-        if new_texts:
-            for text in state.status_texts[-new_texts:]:
+        if state.texts is not before.texts:
+            new_texts = state.texts.count - before.texts.count
+            for text in state.status_texts[-new_texts:] if new_texts else ():
                 self._events.append(StatusTextReceived(text.text, text.severity))
 
     def _compare_heartbeats(self, before: VehicleState, now: float) -> None:

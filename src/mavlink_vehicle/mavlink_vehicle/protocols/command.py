@@ -142,7 +142,7 @@ class CommandInput(enum.Enum):
 def ack_result(message: Message, command: int, address: Address) -> int | None:
     """Return the MAV_RESULT if the message acknowledges our `command`, else None."""
     if (
-        message.get_msgId() != mavlink.MAVLINK_MSG_ID_COMMAND_ACK
+        message._header.msgId != mavlink.MAVLINK_MSG_ID_COMMAND_ACK
         or message.command != command
         or not address.answers(message)
         or not address.is_for_us(message)
