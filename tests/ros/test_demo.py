@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+
 from drone_navigation import notes
 from drone_navigation.flight_plot import PlotError, plot_flight, read_flight
 from drone_navigation.processes import Process
