@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import itertools
 import os
 import socket
@@ -32,7 +33,6 @@ _counter = itertools.count()
 # One port for each domain, held while this process lives: two workers, or two runs side by
 # side, that look for a free domain at the same moment find different ones.
 _RESERVATION_PORT = 22000
-_reservations: list[socket.socket] = []
 
 
 def new_domain() -> int:
@@ -45,7 +45,7 @@ def new_domain() -> int:
         except OSError:
             reservation.close()
             continue
-        _reservations.append(reservation)
+        atexit.register(reservation.close)
         return domain
     raise AssertionError("no ROS domain is free")
 

@@ -38,6 +38,7 @@ from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.tlog import TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.outcomes import OutcomeCode
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -47,6 +48,7 @@ EXIT_USAGE = 2
 _EXECUTOR_THREADS = 8
 _STOP_TIMEOUT_S = 3.0
 _RESULT_GRACE_S = 0.3
+_WATCH_PERIOD_S = 0.5
 
 
 class ServerApplication:
@@ -211,12 +213,15 @@ def _run(options: argparse.Namespace) -> int:
     _say_ready(node, config)
     driver.start()
     spinner.start()
-    stop.wait()
+    while not stop.wait(_WATCH_PERIOD_S) and driver.running:
+        pass
+    gave_up = not driver.running
+    if gave_up:
+        node.get_logger().fatal("The driver thread has given up; the server ends.")
     _stop_goals(bridge, driver, server, clock, config)
     executor.shutdown(timeout_sec=1.0)
     # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.
     spinner.join(_STOP_TIMEOUT_S)
-    gave_up = not driver.running
     driver.stop(_STOP_TIMEOUT_S)
     node.destroy_node()
     return EXIT_FAILED if gave_up else EXIT_OK
@@ -233,12 +238,12 @@ def _stop_goals(
     driver.post(lambda: bridge.shut_down(clock.now()))
     pause = threading.Event()
     deadline = clock.now() + config.bridge.goto.cancel_timeout_s + 1.0
-    waited = False
-    while not server.idle and clock.now() < deadline:
-        waited = True
+    if server.is_idle():
+        return
+    while not server.is_idle() and driver.running and clock.now() < deadline:
         pause.wait(0.05)
-    if waited:
-        pause.wait(_RESULT_GRACE_S)  # for the result to reach the client
+    server.abandon(OutcomeCode.INTERNAL_ERROR, "The server ended before the goal did.")
+    pause.wait(_RESULT_GRACE_S)  # for the result to reach the client
 
 
 def _spin(executor: MultiThreadedExecutor, node: Node, stop: threading.Event) -> None:
