@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import traceback
+from pathlib import Path
 from types import FrameType
 
 import rclpy
@@ -19,7 +20,12 @@ from rclpy.utilities import remove_ros_args
 from drone_navigation import notes
 from drone_navigation.actions import NavigateServer
 from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import PARAMETERS, ConfigurationError, ServerConfig
+from drone_navigation.configuration import (
+    PARAMETERS,
+    ConfigurationError,
+    ServerConfig,
+    check_parameter_file,
+)
 from drone_navigation.goal import (
     Annotation,
     GoalFeedback,
@@ -156,20 +162,26 @@ def main(args: list[str] | None = None) -> int:
     """Run the server until it is told to stop; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_server", *args])
     options = make_parser().parse_args(remove_ros_args(argv)[1:])
-    if options.config is not None:
-        argv = [*argv, "--ros-args", "--params-file", options.config]
+    try:
+        if options.config is not None:
+            check_parameter_file(Path(options.config), SERVER_NODE_NAME)
+            argv = [*argv, "--ros-args", "--params-file", options.config]
+    except ConfigurationError as error:
+        print(f"navigation_server: {error}", file=sys.stderr)
+        return EXIT_USAGE
     try:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
         print(f"navigation_server: {_first_line(error)}", file=sys.stderr)
         return EXIT_USAGE
     try:
-        return _run(options)
+        # Whoever gives a file has a vehicle of their own in mind, whatever is in the file.
+        return _run(options, simulator="--params-file" not in argv)
     finally:
         rclpy.try_shutdown()
 
 
-def _run(options: argparse.Namespace) -> int:
+def _run(options: argparse.Namespace, simulator: bool) -> int:
     overrides = [
         Parameter(name, value=value)
         for name, value in (
@@ -181,7 +193,7 @@ def _run(options: argparse.Namespace) -> int:
     ]
     node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
     try:
-        config = declare_parameters(node)
+        config = declare_parameters(node, simulator)
         link = open_link(config.link_url, node.get_logger().info)
         recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     except (ConfigurationError, LinkError, OSError) as error:
