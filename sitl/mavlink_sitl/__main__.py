@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -37,7 +38,12 @@ class Reporter:
         time_s = f"{self._simulation.time_s:8.2f} s"
         if self._colour:
             time_s, text = f"{_DIM}{time_s}{_RESET}", f"{_BOLD}{text}{_RESET}"
-        print(f"{time_s}  {text}", flush=True)
+        try:
+            print(f"{time_s}  {text}", flush=True)
+        except BrokenPipeError:
+            # Whoever read the lines has gone; the flight goes on, and so does the exit code.
+            self._quiet = True
+            sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 - until the end
 
     def watch(self) -> None:
         """Print what is not as it was."""

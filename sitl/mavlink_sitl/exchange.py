@@ -215,20 +215,6 @@ class ModeChanged:
 
 
 @dataclass(frozen=True)
-class ArmedChanged:
-    """The motors were armed or disarmed."""
-
-    armed: bool
-
-
-@dataclass(frozen=True)
-class LandedChanged:
-    """The landed state is another one now."""
-
-    state: LandedState
-
-
-@dataclass(frozen=True)
 class ItemReached:
     """An item of the mission is done."""
 
@@ -241,22 +227,8 @@ class HomeChanged:
 
 
 @dataclass(frozen=True)
-class OriginSet:
-    """The estimator has its origin."""
-
-
-@dataclass(frozen=True)
 class RebootRequested:
     """The firmware is about to start again."""
 
 
-Event: TypeAlias = (
-    StatusText
-    | ModeChanged
-    | ArmedChanged
-    | LandedChanged
-    | HomeChanged
-    | ItemReached
-    | OriginSet
-    | RebootRequested
-)
+Event: TypeAlias = StatusText | ModeChanged | HomeChanged | ItemReached | RebootRequested

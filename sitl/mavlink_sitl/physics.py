@@ -7,14 +7,14 @@ MAVLink or of modes; `Guidance` goes in, `Motion` comes out.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mavlink_sitl.autopilot import control_state, controller
 from mavlink_sitl.dynamics import battery, quadrotor
-from mavlink_sitl.exchange import BatteryReading, Guidance, Motion, YawMode
+from mavlink_sitl.exchange import BatteryReading, Guidance, Motion
 from mavlink_sitl.ops import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
 
@@ -65,8 +65,8 @@ class Physics:
         self.error = sensors.no_error(o)
         self.battery = battery.charged(o.pack(list(remaining)), pack, o)
         self.gps_fix = zero == zero
-        self.guidance = [Guidance() for _ in range(self.count)]
-        self.targets = control_state.targets_of(self.guidance, o)
+        still = control_state.targets_of(Guidance())
+        self.targets = control_state.Targets(*(o.full(value) for value in still))
         self.control = control_state.initial(self._belief(), o)
         self.gps_sample = (0.0, self.body, self.error)
         self._noise = sensors.Noise(seed, self.count)
@@ -147,39 +147,17 @@ class Physics:
 
     def guide(self, index: int, guidance: Guidance) -> None:
         """Give a vehicle's controllers new guidance."""
-        self.guidance[index] = guidance
+        one = control_state.targets_of(guidance)
         if self.count == 1:
-            self.targets = control_state.targets_of(self.guidance, self.o)
+            self.targets = one
         else:
-            one = control_state.targets_of([guidance], ops_for(1))
             for lane, value in zip(self.targets, one, strict=True):
                 lane[index] = value
-        self.control = self._retarget(index, guidance)
-
-    def _retarget(self, index: int, g: Guidance) -> control_state.ControllerState:
-        control, belief = self.control, self._belief()
-
-        def changed(group: NamedTuple, axes: tuple[str, ...], restart: bool) -> dict[str, Lane]:
-            values = {}
-            for axis in axes:
-                values[f"target_{axis}_m"] = getattr(g, f"{axis}_m")
-                values[f"target_velocity_{axis}_m_s"] = getattr(g, f"velocity_{axis}_m_s")
-                for name in (f"{axis}_m", f"velocity_{axis}_m_s") * restart:
-                    values[name] = self.at(getattr(belief, name), index)
-            return {
-                name: self.with_value(getattr(group, name), index, value)
-                for name, value in values.items()
-            }
-
-        level = changed(control.horizontal, ("north", "east"), g.restart_xy)
-        upright = changed(control.vertical, ("down",), g.restart_z)
-        yaw = control.yaw_rad
-        if g.yaw_mode is YawMode.ANGLE:
-            yaw = self.with_value(yaw, index, g.yaw_rad)
-        return control._replace(
-            horizontal=control.horizontal._replace(**level),
-            vertical=control.vertical._replace(**upright),
-            yaw_rad=yaw,
+        belief = self._belief()
+        if self.count > 1:
+            belief = control_state.Belief(*(lane[index] for lane in belief))
+        self.control = control_state.retargeted(
+            self.control, guidance, belief, lambda lane, value: self.with_value(lane, index, value)
         )
 
     # Views.

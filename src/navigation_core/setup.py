@@ -18,6 +18,6 @@ setup(
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
     python_requires=">=3.10",
-    install_requires=["numpy", "ruckig"],
+    install_requires=["ruckig"],
     zip_safe=False,
 )

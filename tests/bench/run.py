@@ -22,6 +22,7 @@ from rich.table import Table
 
 ROOT = Path(__file__).resolve().parents[2]
 COLUMNS = ("name", "value", "unit", "reference", "reference_value", "ratio", "goal", "met")
+_LOG_WIDTH = 200
 EXIT_OK = 0
 EXIT_MISSED = 1
 EXIT_USAGE = 2
@@ -41,6 +42,8 @@ def main() -> int:
         print(f"No benchmark has '{options.only}' in its name.", file=sys.stderr)
         return EXIT_USAGE
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=_LOG_WIDTH)
     rows: list[dict[str, Any]] = []
     for name in names:
         started_s = time.monotonic()

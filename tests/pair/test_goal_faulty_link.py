@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
-from drone_navigation.lifecycle import TERMINAL_STATES
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+from drone_navigation.lifecycle import TERMINAL_STATES
 from mavlink_sitl.faults import LinkFaults
 from navigation_core.outcomes import OutcomeCode
-
 from tests.support.simulated_flight import SimulatedFlight
 
 FAULTS = {
@@ -98,4 +98,4 @@ def _act(flight: SimulatedFlight, goals: list[str], action: str, number: int) ->
     elif action == "restore_gps":
         vehicle.restore_gps()
     elif action == "restart":
-        vehicle._boot()
+        vehicle.power_cycle()

@@ -229,7 +229,7 @@ def test_a_cancel_without_link_ends_in_bounded_time_and_says_so(flight: Simulate
 def test_a_restart_of_the_autopilot_ends_the_goal(flight: SimulatedFlight) -> None:
     goal = flight.send(30.0, 0.0, 3.0)
     flight.run_to_status(goal, "NAVIGATING")
-    flight.simulation.vehicles[0]._boot()
+    flight.simulation.vehicles[0].power_cycle()
     end = flight.run_to_end(goal, 30.0)
     assert end.state is GoalState.ABORTED
     assert end.code is OutcomeCode.VEHICLE_REBOOTED

@@ -203,7 +203,7 @@ def test_the_pilots_mode_change_is_not_ours_and_closes_the_stream(name: str, mod
     assert change.name == mode
     assert not change.requested
     assert pair.all(StreamClosed)
-    with pytest.raises(SetpointError, match="closed|must not be sent"):
+    with pytest.raises(SetpointError, match=r"closed|must not be sent"):
         vehicle.send_setpoint(SetpointNed(position_ned_m=(0.0, 0.0, -5.0)), pair.now)
 
 
@@ -291,6 +291,38 @@ def test_after_a_reboot_the_rates_are_asked_for_again(name: str) -> None:
     assert pair.now - position.time_s < 1.5
     assert len(pair.all(VehicleRebooted)) == 1
     assert vehicle.connected
+
+
+@pytest.mark.parametrize("name", ["good", "bad"])
+def test_a_restart_in_the_middle_of_a_take_off_ends_it(name: str) -> None:
+    pair = VehiclePair(12, LINKS[name], PATIENT).ready()
+    vehicle = pair.vehicle
+    pair.finish(vehicle.change_mode("GUIDED", pair.now))
+    pair.finish(vehicle.arm(pair.now))
+    operation = vehicle.take_off(20.0, pair.now)
+    pair.run_until(lambda: height_m(pair) > 3.0)
+    pair.copter.power_cycle()
+    end = pair.finish(operation)
+    assert end.result is LINK_LOST
+    assert "the autopilot restarted" in end.reason
+    assert len(pair.all(VehicleRebooted)) == 1
+    pair.run_for(15.0)
+    assert len(pair.all(VehicleRebooted)) == 1
+    assert vehicle.state.local_position is not None
+
+
+@pytest.mark.parametrize("silence_s", [1.0, 3.0, 6.0])
+def test_a_silence_while_commanding_only_delays(silence_s: float) -> None:
+    pair = VehiclePair(13).ready()
+    vehicle = pair.vehicle
+    for operation in (partial(vehicle.change_mode, "GUIDED"), vehicle.arm):
+        started = operation(pair.now)
+        pair.simulation.link.silent = True
+        pair.run_for(silence_s)
+        pair.simulation.link.silent = False
+        end = pair.finish(started)
+        assert end.result is ACHIEVED, end.reason
+    assert all(change.requested for change in pair.all(ModeChanged))
 
 
 def test_silence_is_lost_and_a_return_is_regained_with_telemetry() -> None:

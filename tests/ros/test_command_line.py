@@ -52,6 +52,31 @@ def test_a_bad_set_up_is_one_sentence_and_exit_code_2(arguments: list[str], sent
     assert "Traceback" not in server.text
 
 
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("navigation_sever:\n  ros__parameters:\n    arming: never\n", "navigation_server"),
+        ("navigation_server:\n  arming: never\n", "ros__parameters"),
+        ("just words", "ros__parameters"),
+        ("", "ros__parameters"),
+        ("a: [1, 2", "is not YAML"),
+        ("navigation_server:\n  ros__parameters:\n    armin: never\n", "'armin'"),
+        ("navigation_server:\n  ros__parameters:\n    arming: 3\n", "arming"),
+    ],
+    ids=["other node", "no level", "text", "empty", "broken", "unknown", "type"],
+)
+def test_a_bad_parameter_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
+    config = tmp_path / "mine.yaml"
+    config.write_text(text, encoding="utf-8")
+    server = Process("server", [*SERVER, "--config", str(config)], ros_environment(new_domain()))
+    try:
+        assert server.wait(30.0) == 2, server.text
+    finally:
+        server.stop()
+    assert sentence in server.text
+    assert "Traceback" not in server.text
+
+
 def test_the_client_says_when_there_is_no_server() -> None:
     lonely = Process("client", [*CLIENT, "--server-timeout", "1"], ros_environment(new_domain()))
     assert lonely.wait(30.0) == 5

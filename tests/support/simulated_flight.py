@@ -10,7 +10,8 @@ from drone_navigation.bridge import Bridge
 from drone_navigation.configuration import ParameterValue, make_config
 from drone_navigation.goal import GoalFeedback, GoalFinished, GoalRejected, LogLine
 from drone_navigation.requests import NavigateRequest
-from mavlink_sitl.simulation import Simulation, VehicleConfig
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.simulation import Simulation
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import Vector3

@@ -98,19 +98,19 @@ class VehiclePair:
     def ready(self) -> VehiclePair:
         """Go on until the vehicle is found, its telemetry comes and it would arm."""
         self.run_until(
-            lambda: self.vehicle.state.prearm_ok is True
-            and self.vehicle.state.position_valid
-            and self.vehicle.state.local_position is not None
-            and self.vehicle.state.home is not None
+            lambda: (
+                self.vehicle.state.prearm_ok is True
+                and self.vehicle.state.position_valid
+                and self.vehicle.state.local_position is not None
+                and self.vehicle.state.home is not None
+            )
         )
         return self
 
     def reboot(self) -> None:
         """Restart the autopilot, as a ground station on another link would."""
         station = Codec(255, 190)
-        command = make(
-            "COMMAND_LONG", target_system=1, target_component=1, command=246, param1=1.0
-        )
+        command = make("COMMAND_LONG", target_system=1, target_component=1, command=246, param1=1.0)
         link = self.simulation.link
         link.set_faults(None)
         link.write(station.encode(command))

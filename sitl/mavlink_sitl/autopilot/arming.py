@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.exchange import ArmedChanged, Motors, Result, Severity
+from mavlink_sitl.exchange import Motors, Result, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
@@ -92,7 +92,6 @@ class Arming:
         if copter.estimator.has_origin:
             copter.set_home()
         copter.say(Severity.INFO, copter.personality.armed_text)
-        copter.events.append(ArmedChanged(True))
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
@@ -105,7 +104,6 @@ class Arming:
         self.armed = False
         copter.plans.rewind()
         copter.say(Severity.INFO, copter.personality.disarmed_text)
-        copter.events.append(ArmedChanged(False))
         return Result.ACCEPTED
 
     def run_checks(self) -> Result:

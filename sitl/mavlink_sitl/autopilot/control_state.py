@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
-from mavlink_sitl.exchange import Guidance, Motors
+from mavlink_sitl.exchange import Guidance, Motors, YawMode
 from mavlink_sitl.ops import Lane, Ops
 
 GRAVITY_M_S2 = 9.80665
@@ -150,15 +151,66 @@ def initial(belief: Belief, o: Ops) -> ControllerState:
     )  # fmt: skip
 
 
-def targets_of(guidance: list[Guidance], o: Ops) -> Targets:
-    """The steady part of what each vehicle is told, one lane per field."""
-
-    def lane(name: str) -> Lane:
-        # A limit or a field of the guidance itself.
-        return o.pack([getattr(g.limits if hasattr(g.limits, name) else g, name) for g in guidance])
-
+def targets_of(g: Guidance) -> Targets:
+    """The steady part of what one vehicle is told; every field a float."""
+    limits = g.limits
     return Targets(
-        fly=o.pack([float(g.motors is Motors.FLY) for g in guidance]),
-        manual=o.pack([float(g.motors is Motors.MANUAL) for g in guidance]),
-        **{name: lane(name) for name in Targets._fields if name not in ("fly", "manual")},
+        fly=float(g.motors is Motors.FLY),
+        manual=float(g.motors is Motors.MANUAL),
+        throttle=g.throttle,
+        track_position_xy=g.track_position_xy,
+        track_velocity_xy=g.track_velocity_xy,
+        track_position_z=g.track_position_z,
+        track_velocity_z=g.track_velocity_z,
+        acceleration_north_m_s2=g.acceleration_north_m_s2,
+        acceleration_east_m_s2=g.acceleration_east_m_s2,
+        acceleration_down_m_s2=g.acceleration_down_m_s2,
+        speed_xy_m_s=limits.speed_xy_m_s,
+        speed_up_m_s=limits.speed_up_m_s,
+        speed_down_m_s=limits.speed_down_m_s,
+        acceleration_xy_m_s2=limits.acceleration_xy_m_s2,
+        acceleration_z_m_s2=limits.acceleration_z_m_s2,
+        jerk_xy_m_s3=limits.jerk_xy_m_s3,
+        jerk_z_m_s3=limits.jerk_z_m_s3,
+        yaw_mode=float(g.yaw_mode),
+        yaw_rate_rad_s=g.yaw_rate_rad_s,
     )
+
+
+def retargeted(
+    state: ControllerState, g: Guidance, belief: Belief, put: Callable[[Lane, float], Lane]
+) -> ControllerState:
+    """What the controllers remember once one vehicle is told something new.
+
+    Args:
+        state: what they remember now.
+        g: the new guidance.
+        belief: where the vehicle thinks it is, every field a float.
+        put: writes the vehicle's number into a lane.
+    """
+    level, upright, yaw_rad = state.horizontal, state.vertical, state.yaw_rad
+    level = level._replace(
+        target_north_m=put(level.target_north_m, g.north_m),
+        target_east_m=put(level.target_east_m, g.east_m),
+        target_velocity_north_m_s=put(level.target_velocity_north_m_s, g.velocity_north_m_s),
+        target_velocity_east_m_s=put(level.target_velocity_east_m_s, g.velocity_east_m_s),
+    )
+    upright = upright._replace(
+        target_down_m=put(upright.target_down_m, g.down_m),
+        target_velocity_down_m_s=put(upright.target_velocity_down_m_s, g.velocity_down_m_s),
+    )
+    if g.restart_xy:
+        level = level._replace(
+            north_m=put(level.north_m, belief.north_m),
+            east_m=put(level.east_m, belief.east_m),
+            velocity_north_m_s=put(level.velocity_north_m_s, belief.velocity_north_m_s),
+            velocity_east_m_s=put(level.velocity_east_m_s, belief.velocity_east_m_s),
+        )
+    if g.restart_z:
+        upright = upright._replace(
+            down_m=put(upright.down_m, belief.down_m),
+            velocity_down_m_s=put(upright.velocity_down_m_s, belief.velocity_down_m_s),
+        )
+    if g.yaw_mode is YawMode.ANGLE:
+        yaw_rad = put(yaw_rad, g.yaw_rad)
+    return ControllerState(level, upright, yaw_rad, state.spool)

@@ -30,13 +30,11 @@ from mavlink_sitl.exchange import (
     Event,
     Guidance,
     HomeChanged,
-    LandedChanged,
     LandedState,
     ModeChanged,
     Motion,
     Motors,
     Observation,
-    OriginSet,
     RebootRequested,
     Result,
     Severity,
@@ -112,7 +110,6 @@ class Copter:
         self.moving_target: Callable[[], tuple[float, float, float]] = lambda: (0.0, 0.0, 0.0)
         """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
         self._landing = LandDetector()
-        self._landed_state = LandedState.ON_GROUND
         self._said_boot = 0
         self._impact_m_s = observation.impact_m_s
         self._wanted = Guidance()
@@ -223,7 +220,6 @@ class Copter:
             self.started = True
             self.enter_mode(self.first_mode())  # what was chosen too early is forgotten
         if self.estimator.has_origin and not had_origin:
-            self.events.append(OriginSet())
             self.set_home()
         self._landing.update(observation, self.armed)
         self._feel_ground(observation)
@@ -251,7 +247,7 @@ class Copter:
         self._impact_m_s = impact
 
     def _settle(self) -> None:
-        """Give the motors what arming and the ground allow; tell a new landed state."""
+        """Give the motors what arming and the ground allow."""
         if not self.armed:
             motors = Motors.OFF
         elif self.landed:
@@ -260,10 +256,6 @@ class Copter:
             motors = self._wanted.motors
         if motors is not self.guidance.motors:
             self._publish(replace(self._wanted, motors=motors, restart_xy=True, restart_z=True))
-        state = self.landed_state
-        if state is not self._landed_state:
-            self._landed_state = state
-            self.events.append(LandedChanged(state))
 
     def guide(self, guidance: Guidance) -> None:
         """Called by modes: what the controllers are to do, as far as motors are allowed to."""

@@ -32,6 +32,7 @@ from mavlink_sitl.mavlink.streams import StreamSchedule
 
 HEARTBEAT_US = 1_000_000
 TIMESYNC_US = 10_000_000
+COMPLAINT_US = 1_000_000
 COMPONENT_AUTOPILOT = 1
 LATEST_SIGNATURE = 2**48 - 2**40
 """Signatures have 48 bits for the time; this leaves four months to go on with"""
@@ -79,6 +80,7 @@ class MavlinkServer:
         self._parameters = ParameterServer(copter.parameters)
         self._missions = MissionServer(copter, self.send, self.send_later)
         self._later: list[int] = []
+        self._next_complaint_us = now_us
         self._boot_us = now_us
         first_s = copter.estimator.scaled(copter.personality.first_heartbeat_s)
         self._heartbeat_due_us = round(first_s * 1e6)
@@ -245,7 +247,10 @@ class MavlinkServer:
         try:
             setpoint = decode()
         except setpoints.UnusableError as error:
-            self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
+            # Once a second is enough: setpoints come in streams.
+            if self.now_us >= self._next_complaint_us:
+                self._next_complaint_us = self.now_us + COMPLAINT_US
+                self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
             return
         if setpoint is not None:
             self.copter.setpoint(setpoint)

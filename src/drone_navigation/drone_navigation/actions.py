@@ -32,6 +32,7 @@ from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Driver
 
 if TYPE_CHECKING:
+    from navigation_core.outcomes import OutcomeCode
     from navigation_core.safety import Rejection
 
 # rcl keeps the results of ended goals this long for clients that ask late (rcl's own
@@ -46,6 +47,7 @@ class _Session:
     """One accepted goal: its rclpy handle and, later, how it ended."""
 
     handle: ServerGoalHandle
+    accepted_s: float
     done: threading.Event = field(default_factory=threading.Event)
     finished: GoalFinished | None = None
 
@@ -124,7 +126,7 @@ class NavigateServer:
     def _on_accepted(self, handle: ServerGoalHandle) -> None:
         goal_id = bytes(handle.goal_id.uuid).hex()
         with self._lock:
-            self._sessions[goal_id] = _Session(handle)
+            self._sessions[goal_id] = _Session(handle, self._clock.now())
         request = convert.request_from_goal(handle.request)
         # EXECUTING before the bridge can end the goal: an end needs that state.
         handle.execute()
@@ -148,26 +150,13 @@ class NavigateServer:
         assert finished is not None
         if finished.state is GoalState.SUCCEEDED:
             handle.succeed()
-        elif finished.state is GoalState.CANCELED:
-            self._wait_until_canceling(handle)
+        elif finished.state is GoalState.CANCELED and _is_canceling(handle):
             handle.canceled()
         else:
             handle.abort()
         with self._lock:
             del self._sessions[goal_id]
         return convert.result_message(finished, self._node.get_clock().now().to_msg())
-
-    @staticmethod
-    def _wait_until_canceling(handle: ServerGoalHandle) -> None:
-        """Wait for rclpy to note the cancel that the bridge has already carried out.
-
-        The bridge may end a goal before rclpy, in another thread, has put it into
-        CANCELING, the only state that leads to CANCELED.
-        """
-        deadline = time.monotonic() + _CANCEL_STATE_TIMEOUT_S
-        pause = threading.Event()
-        while not handle.is_cancel_requested and time.monotonic() < deadline:
-            pause.wait(0.001)
 
     # --- driver thread -----------------------------------------------------------------
 
@@ -187,7 +176,37 @@ class NavigateServer:
         session.finished = finished
         session.done.set()
 
-    @property
-    def idle(self) -> bool:
+    # --- main thread --------------------------------------------------------------------
+
+    def abandon(self, code: OutcomeCode, text: str) -> None:
+        """End every goal that is still open, without the bridge: it no longer runs."""
+        for goal_id, session in list(self._sessions.items()):
+            if not session.done.is_set():
+                self.finish(
+                    GoalFinished(
+                        goal_id=goal_id,
+                        state=GoalState.ABORTED,
+                        code=code,
+                        message=f"{code.value}: {text}",
+                        pose=None,
+                        elapsed_s=self._clock.now() - session.accepted_s,
+                        final_error_m=None,
+                    )
+                )
+
+    def is_idle(self) -> bool:
         """Whether every accepted goal has been brought to its end."""
         return not self._sessions
+
+
+def _is_canceling(handle: ServerGoalHandle) -> bool:
+    """Wait until rclpy has noted the cancel that the bridge has already carried out.
+
+    The bridge may end a goal before rclpy, in another thread, has put it into CANCELING, the
+    only state that leads to CANCELED.
+    """
+    deadline = time.monotonic() + _CANCEL_STATE_TIMEOUT_S
+    pause = threading.Event()
+    while not handle.is_cancel_requested and time.monotonic() < deadline:
+        pause.wait(0.001)
+    return bool(handle.is_cancel_requested)

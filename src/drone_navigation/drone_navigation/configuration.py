@@ -9,7 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeAlias
+
+import yaml
 
 from drone_navigation.settings import BridgeConfig
 from mavlink_vehicle.vehicle import VehicleConfig
@@ -230,6 +233,32 @@ def check_value(name: str, value: ParameterValue) -> None:
     if not (low is None or value >= low) or not (high is None or value <= high):
         raise ConfigurationError(
             f"Parameter {name} is {value}; it must be between {low:g} and {high:g}."
+        )
+
+
+def check_parameter_file(path: Path, node_name: str) -> None:
+    """Check that a ROS parameter file says something about ``node_name``.
+
+    ROS ignores what is meant for another node, so that a slip in the name would leave a
+    vehicle with the defaults, without a word.
+
+    Raises:
+        ConfigurationError: it cannot be read, is no parameter file, or is for other nodes.
+    """
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError(f"Cannot read {path}: {error.strerror or error}.") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        where = " ".join(str(error).split())
+        raise ConfigurationError(f"{path} is not YAML: {where}.") from error
+    names = {node_name, f"/{node_name}", "/**"}
+    nodes = document if isinstance(document, dict) else {}
+    found = [nodes[name] for name in nodes if name in names]
+    if not any(isinstance(node, dict) and node.get("ros__parameters") for node in found):
+        raise ConfigurationError(
+            f"{path} sets no parameter of {node_name}; write them below '{node_name}:' and "
+            "'ros__parameters:', as in bridge_config/sitl.yaml."
         )
 
 

@@ -61,7 +61,7 @@ def main(args: list[str] | None = None) -> int:
     except PlotError as error:
         print(f"The flight was flown but not drawn: {error}", file=sys.stderr)
         return EXIT_FAILED
-    print(f"Recorded {tlog}, drawn in {picture}")
+    print(f"Recorded {tlog}, drawn in {picture}", flush=True)
     return EXIT_OK
 
 
@@ -89,7 +89,7 @@ def _fly(out: Path, tlog: Path, goal: tuple[str, ...]) -> int:
         )
         processes.append(simulator)
         server.wait_for("Position valid", _READY_TIMEOUT_S)
-        print(f"Simulator and server are ready after {time.monotonic() - begin_s:.1f} s")
+        print(f"Ready after {time.monotonic() - begin_s:.1f} s", flush=True)
         # The client draws on this terminal itself.
         client = subprocess.Popen(
             [sys.executable, "-m", "drone_navigation.navigation_client", "--goal", *goal],

@@ -12,6 +12,7 @@ import matplotlib as mpl
 from drone_navigation import notes
 from mavlink_vehicle import frames
 from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.tlog import TlogReader
 
 mpl.use("Agg")
@@ -49,8 +50,8 @@ def read_flight(path: Path) -> Flight:
     """
     try:
         records = list(TlogReader(path))
-    except OSError as error:
-        raise PlotError(f"{path} cannot be read: {error.strerror or error}") from error
+    except LinkError as error:
+        raise PlotError(str(error)) from error
     codec = Codec(source_system=255, source_component=190)
     flight = Flight()
     origin: tuple[float, float, float] | None = None

@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import traceback
+from pathlib import Path
 from types import FrameType
 
 import rclpy
@@ -19,7 +20,12 @@ from rclpy.utilities import remove_ros_args
 from drone_navigation import notes
 from drone_navigation.actions import NavigateServer
 from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import PARAMETERS, ConfigurationError, ServerConfig
+from drone_navigation.configuration import (
+    PARAMETERS,
+    ConfigurationError,
+    ServerConfig,
+    check_parameter_file,
+)
 from drone_navigation.goal import (
     Annotation,
     GoalFeedback,
@@ -38,6 +44,7 @@ from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.tlog import TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.outcomes import OutcomeCode
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -47,6 +54,7 @@ EXIT_USAGE = 2
 _EXECUTOR_THREADS = 8
 _STOP_TIMEOUT_S = 3.0
 _RESULT_GRACE_S = 0.3
+_WATCH_PERIOD_S = 0.5
 
 
 class ServerApplication:
@@ -154,20 +162,26 @@ def main(args: list[str] | None = None) -> int:
     """Run the server until it is told to stop; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_server", *args])
     options = make_parser().parse_args(remove_ros_args(argv)[1:])
-    if options.config is not None:
-        argv = [*argv, "--ros-args", "--params-file", options.config]
+    try:
+        if options.config is not None:
+            check_parameter_file(Path(options.config), SERVER_NODE_NAME)
+            argv = [*argv, "--ros-args", "--params-file", options.config]
+    except ConfigurationError as error:
+        print(f"navigation_server: {error}", file=sys.stderr)
+        return EXIT_USAGE
     try:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
         print(f"navigation_server: {_first_line(error)}", file=sys.stderr)
         return EXIT_USAGE
     try:
-        return _run(options)
+        # Whoever gives a file has a vehicle of their own in mind, whatever is in the file.
+        return _run(options, simulator="--params-file" not in argv)
     finally:
         rclpy.try_shutdown()
 
 
-def _run(options: argparse.Namespace) -> int:
+def _run(options: argparse.Namespace, simulator: bool) -> int:
     overrides = [
         Parameter(name, value=value)
         for name, value in (
@@ -179,7 +193,7 @@ def _run(options: argparse.Namespace) -> int:
     ]
     node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
     try:
-        config = declare_parameters(node)
+        config = declare_parameters(node, simulator)
         link = open_link(config.link_url, node.get_logger().info)
         recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     except (ConfigurationError, LinkError, OSError) as error:
@@ -211,12 +225,15 @@ def _run(options: argparse.Namespace) -> int:
     _say_ready(node, config)
     driver.start()
     spinner.start()
-    stop.wait()
+    while not stop.wait(_WATCH_PERIOD_S) and driver.running:
+        pass
+    gave_up = not driver.running
+    if gave_up:
+        node.get_logger().fatal("The driver thread has given up; the server ends.")
     _stop_goals(bridge, driver, server, clock, config)
     executor.shutdown(timeout_sec=1.0)
     # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.
     spinner.join(_STOP_TIMEOUT_S)
-    gave_up = not driver.running
     driver.stop(_STOP_TIMEOUT_S)
     node.destroy_node()
     return EXIT_FAILED if gave_up else EXIT_OK
@@ -233,12 +250,12 @@ def _stop_goals(
     driver.post(lambda: bridge.shut_down(clock.now()))
     pause = threading.Event()
     deadline = clock.now() + config.bridge.goto.cancel_timeout_s + 1.0
-    waited = False
-    while not server.idle and clock.now() < deadline:
-        waited = True
+    if server.is_idle():
+        return
+    while not server.is_idle() and driver.running and clock.now() < deadline:
         pause.wait(0.05)
-    if waited:
-        pause.wait(_RESULT_GRACE_S)  # for the result to reach the client
+    server.abandon(OutcomeCode.INTERNAL_ERROR, "The server ended before the goal did.")
+    pause.wait(_RESULT_GRACE_S)  # for the result to reach the client
 
 
 def _spin(executor: MultiThreadedExecutor, node: Node, stop: threading.Event) -> None:

@@ -26,8 +26,13 @@ from drone_navigation.configuration import (
 _IMPLICIT = {"use_sim_time", "start_type_description_service"}
 
 
-def declare_parameters(node: Node) -> ServerConfig:
+def declare_parameters(node: Node, simulator: bool) -> ServerConfig:
     """Declare every parameter of :data:`PARAMETERS` and return the settings they make.
+
+    Args:
+        node: what they are declared on.
+        simulator: nothing was configured but single parameters; unless one of them is
+            ``link_url`` or ``arming``, this is the simulator's set-up.
 
     Raises:
         ConfigurationError: an override names no parameter, or a value cannot be used.
@@ -41,9 +46,8 @@ def declare_parameters(node: Node) -> ServerConfig:
             )
     values: dict[str, ParameterValue] = {}
     for spec in PARAMETERS:
-        if spec.name == "arming" and not overrides & {"arming", "link_url"}:
-            # Nobody named a link or a policy: this is the simulator's set-up, the only one
-            # in which the server arms without having been told to.
+        if spec.name == "arming" and simulator and not overrides & {"arming", "link_url"}:
+            # The only set-up in which the server arms without having been told to.
             spec = replace(spec, default="auto")  # noqa: PLW2901
         values[spec.name] = _declare(node, spec)
     return make_config(values)

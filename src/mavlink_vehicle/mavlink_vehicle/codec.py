@@ -20,6 +20,7 @@ from typing import Any, TypeAlias
 from pymavlink.dialects.v20 import all as mavlink
 
 from mavlink_vehicle.errors import MessageError
+from mavlink_vehicle.message_layout import MessageLayout
 
 __all__ = [
     "Codec",
@@ -44,63 +45,13 @@ _CHECKSUM_SIZE = 2
 _SIGNATURE_SIZE = 13
 _FLAG_SIGNED = 0x01
 
+_Header = mavlink.MAVLink_header
+_new = object.__new__
 _crc: Callable[[bytes], int] = mavlink.mcrf4xx or (lambda data: mavlink.x25crc(data).crc)
 
 
-class _Layout:
-    """How one message class lies on the wire, prepared once for fast decoding."""
-
-    __slots__ = ("arrays", "cls", "crc_extra", "names", "size", "strings", "template", "unpack")
-
-    def __init__(self, cls: Any) -> None:
-        self.cls = cls
-        self.crc_extra = bytes([cls.crc_extra])
-        self.unpack = cls.unpacker.unpack
-        self.size: int = cls.unpacker.size
-        self.names: tuple[str, ...] = tuple(cls.ordered_fieldnames)
-        self.strings: tuple[str, ...] = ()
-        self.arrays: tuple[tuple[str, int, int], ...] = ()
-        # The attributes that the generated constructors set beside the fields.
-        self.template: dict[str, Any] = {
-            "_payload": None,
-            "_fieldnames": cls.fieldnames,
-            "_type": cls.msgname,
-            "_signed": False,
-            "_link_id": None,
-            "_instances": None,
-            "_instance_field": cls.instance_field,
-            "_instance_offset": cls.instance_offset,
-        }
-        types = dict(zip(cls.fieldnames, cls.fieldtypes, strict=True))
-        self.strings = tuple(name for name in self.names if types[name] == "char")
-        if any(length > 1 for length in cls.lengths):
-            start = 0
-            slices = []
-            for name, length in zip(self.names, cls.lengths, strict=True):
-                slices.append((name, start, length))
-                start += length
-            self.arrays = tuple(slices)
-
-    def fields(self, payload: bytes) -> dict[str, Any]:
-        """Return the attributes of a message with this payload, padded to full size."""
-        attributes = self.template.copy()
-        values = self.unpack(payload)
-        if self.arrays:
-            for name, start, length in self.arrays:
-                attributes[name] = (
-                    values[start] if length == 1 else list(values[start : start + length])
-                )
-        else:
-            attributes.update(zip(self.names, values))  # noqa: B905 - equal by construction
-        for name in self.strings:
-            raw = attributes[name].rstrip(b"\x00")
-            attributes[f"_{name}_raw"] = raw
-            attributes[name] = raw.split(b"\x00", 1)[0].decode("ascii", errors="replace")
-        return attributes
-
-
-_LAYOUTS: dict[int, _Layout] = {
-    number: _Layout(cls) for number, cls in mavlink.mavlink_map.items() if number >= 0
+_LAYOUTS: dict[int, MessageLayout] = {
+    number: MessageLayout(cls) for number, cls in mavlink.mavlink_map.items() if number >= 0
 }
 _CLASSES: dict[str, Any] = {layout.cls.msgname: layout.cls for layout in _LAYOUTS.values()}
 
@@ -312,10 +263,10 @@ class Codec:
         attributes = layout.fields(payload)
         attributes["_msgbuf"] = frame
         attributes["_crc"] = crc
-        attributes["_header"] = mavlink.MAVLink_header(
+        attributes["_header"] = _Header(
             number, flags, compatible, length, sequence, system, component
         )
-        message = object.__new__(layout.cls)
+        message = _new(layout.cls)
         message.__dict__ = attributes
         messages.append(message)
         self.statistics.frames += 1

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.frames import Vector3, normalize_angle
-from mavlink_vehicle.status_text import StatusText, StatusTexts, add_chunk, expire
+from mavlink_vehicle.status_text import add_chunk, expire
 from mavlink_vehicle.telemetry import (
     Attitude,
     Battery,
@@ -27,6 +26,7 @@ from mavlink_vehicle.telemetry import (
     LocalPosition,
     Origin,
 )
+from mavlink_vehicle.vehicle_state import VehicleState
 
 __all__ = [
     "Attitude",
@@ -58,84 +58,6 @@ _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
 _FIRMWARE_TYPES = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
-
-
-@dataclass(frozen=True)
-class VehicleState:
-    """All that is known about one vehicle; the parts are None until they came.
-
-    Attributes:
-        system_id: MAVLink system id; 0 until the vehicle is found, if any will do.
-        component_id: MAVLink component id of its autopilot.
-        autopilot: MAV_AUTOPILOT.
-        vehicle_type: MAV_TYPE.
-        last_heartbeat_s: when the last HEARTBEAT came.
-        armed: the armed flag of HEARTBEAT.
-        base_mode: as sent.
-        custom_mode: as sent; its meaning depends on the firmware.
-        system_status: MAV_STATE. Don't derive `armed` from it.
-        landed_state: of EXTENDED_SYS_STATE.
-        global_position: None also while the vehicle sends 0, 0.
-        sensors_health: SYS_STATUS.onboard_control_sensors_health.
-        prearm_ok: whether the autopilot would arm, None when it doesn't tell.
-        boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
-            showed MAV_STATE_BOOT after something later.
-        boot_time_ms: the newest time since boot.
-        boot_announced_s: when HEARTBEAT announced a restart that no time since boot has
-            shown yet.
-        capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
-        texts: STATUSTEXTs; see `status_texts`.
-    """
-
-    system_id: int = 0
-    component_id: int = 1
-    autopilot: int = 0
-    vehicle_type: int = 0
-    last_heartbeat_s: float | None = None
-    armed: bool = False
-    base_mode: int = 0
-    custom_mode: int = 0
-    system_status: int = 0
-    landed_state: LandedState = LandedState.UNDEFINED
-    global_position: GlobalPosition | None = None
-    local_position: LocalPosition | None = None
-    attitude: Attitude | None = None
-    battery: Battery | None = None
-    home: Home | None = None
-    origin: Origin | None = None
-    gps: GpsFix | None = None
-    estimator: Estimator | None = None
-    sensors_health: int | None = None
-    prearm_ok: bool | None = None
-    firmware_version: str | None = None
-    capabilities: int = 0
-    boot_count: int = 0
-    boot_time_ms: int | None = None
-    boot_announced_s: float | None = None
-    texts: StatusTexts = field(default_factory=StatusTexts)
-
-    @property
-    def status_texts(self) -> tuple[StatusText, ...]:
-        """The last 20 texts, oldest first."""
-        return self.texts.texts
-
-    @property
-    def position_valid(self) -> bool:
-        """Whether there is a global position that the vehicle's estimator stands by."""
-        if self.global_position is None:
-            return False
-        return self.estimator is None or self.estimator.horizontal_position_ok
-
-    @property
-    def local_position_valid(self) -> bool:
-        """Whether there is a local position that the vehicle's estimator stands by."""
-        if self.local_position is None:
-            return False
-        return (
-            self.estimator is None
-            or self.estimator.horizontal_position_ok
-            or self.estimator.horizontal_relative_ok
-        )
 
 
 def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:

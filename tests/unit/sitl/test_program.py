@@ -174,6 +174,16 @@ def test_a_signal_ends_it_cleanly_even_when_it_has_much_to_do(number: int) -> No
         assert program.end(number).rstrip().endswith("ended")
 
 
+def test_it_flies_on_when_nobody_reads_its_lines() -> None:
+    with running("--link", "tcpin://127.0.0.1:0", "--speedup", "20") as program:
+        assert program.process.stdout is not None
+        program.process.stdout.close()
+        with client(f"tcp:127.0.0.1:{program.port}") as connection:
+            climb(connection)
+        program.process.terminate()
+        assert program.process.wait(WAIT_S) == 0
+
+
 def test_nobody_listening_does_not_disturb_it() -> None:
     with running("--link", f"udpout://127.0.0.1:{free_port()}", "--speedup", "20") as program:
         while "ready" not in program.line():

@@ -341,6 +341,12 @@ def test_nan_is_refused_with_a_text_and_never_stops_the_simulator(
     assert hover.position == pytest.approx((0.0, 0.0, -10.0), abs=0.2)
 
 
+def test_a_stream_of_nan_is_complained_about_once_a_second(hover: GroundStation) -> None:
+    since = hover.now_s
+    hover.stream(3.0, 20.0, lambda: hover.setpoint(POSITION, (NAN, 0.0, -10.0)))
+    assert 3 <= len(hover.texts(since)) <= 4
+
+
 def test_nan_in_ignored_fields_does_not_matter(hover: GroundStation) -> None:
     nans = (NAN, NAN, NAN)
     hover.setpoint(POSITION, (5.0, 0.0, -10.0), nans, nans, NAN, NAN)

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-import random
 from typing import Any
 
 import pytest
@@ -10,31 +9,7 @@ from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, make, mavlink, message_id, with_source
 from mavlink_vehicle.errors import MessageError
-
-CLASSES = [cls for number, cls in sorted(mavlink.mavlink_map.items()) if number >= 0]
-_RANGES = {"B": (0, 255), "b": (-128, 127), "H": (0, 65535), "h": (-32768, 32767)}
-_RANGES |= {"I": (0, 2**32 - 1), "i": (-(2**31), 2**31 - 1)}
-_RANGES |= {"Q": (0, 2**64 - 1), "q": (-(2**63), 2**63 - 1)}
-
-
-def random_message(cls: Any, seed: int) -> Any:
-    """A message of the class with random values in every field, made by pymavlink."""
-    source = random.Random(f"{cls.msgname}:{seed}")
-    values: dict[str, Any] = {}
-    formats = cls.native_format.decode()[1:]
-    for name, letter, length in zip(
-        cls.ordered_fieldnames, formats, cls.array_lengths, strict=True
-    ):
-        count = max(length, 1)
-        if letter == "c":
-            values[name] = bytes(source.choices(b"ab \x00\xff", k=count))
-            continue
-        if letter in "fd":
-            elements = [source.choice([0.0, 1.5, -2.25, 1e9]) for _ in range(count)]
-        else:
-            elements = [source.randint(*_RANGES[letter]) for _ in range(count)]
-        values[name] = elements if length else elements[0]
-    return cls(*(values[name] for name in cls.fieldnames))
+from tests.support.random_messages import CLASSES, random_message
 
 
 def pack(message: Any, *, version: int = 2, system: int = 1) -> bytes:

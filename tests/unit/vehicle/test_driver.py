@@ -168,9 +168,7 @@ def test_calls_from_many_threads_all_return(bench: Bench) -> None:
     bench.driver.start()
     results: list[int] = []
     threads = [
-        threading.Thread(
-            target=lambda n=n: results.append(bench.driver.call(lambda: n, LIMIT_S))
-        )
+        threading.Thread(target=lambda n=n: results.append(bench.driver.call(lambda: n, LIMIT_S)))
         for n in range(30)
     ]
     for thread in threads:

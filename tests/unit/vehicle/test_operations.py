@@ -114,7 +114,7 @@ def test_the_state_is_success_with_or_without_an_acknowledgement() -> None:
 
 def test_the_state_is_success_even_when_all_repetitions_went_unanswered() -> None:
     script = Script()
-    script.wait(5.0)
+    script.wait(1.6)
     assert len(script.sent) == 3
     assert script.running()
     script.say(script.autopilot.heartbeat(mode=GUIDED))
@@ -126,7 +126,32 @@ def test_no_answer_and_no_change_times_out() -> None:
     script.wait(20.0)
     end = script.end()
     assert end.result is TIMED_OUT
-    assert "DO_SET_MODE was sent 3 times and not answered" in end.reason
+    assert "DO_SET_MODE was sent 10 times and not answered" in end.reason
+    assert [message.confirmation for message in script.sent] == list(range(10))
+
+
+def test_a_link_that_is_down_for_a_while_only_delays_it() -> None:
+    script = Script()
+    script.wait(4.0)
+    script.sent.clear()
+    script.wait(2.0)
+    assert script.sent  # it is still trying
+    script.say(script.autopilot.ack(SET_MODE, ACCEPTED))
+    script.sent.clear()
+    script.wait(1.5)
+    assert not script.sent
+    script.say(script.autopilot.heartbeat(mode=GUIDED))
+    assert script.end().result is ACHIEVED
+
+
+def test_a_take_off_that_is_seen_is_not_commanded_again() -> None:
+    script = take_off()
+    script.wait(1.6)
+    script.say(script.autopilot("EXTENDED_SYS_STATE", landed_state=3))
+    assert len(script.sent) == 3
+    script.wait(5.0)
+    assert len(script.sent) == 3
+    assert script.running()
 
 
 def test_without_heartbeat_it_is_the_link_that_was_lost() -> None:
@@ -379,7 +404,7 @@ def test_the_table_is_complete() -> None:
     expected = {
         OperationState.IDLE: always | {OperationInput.START},
         OperationState.COMMANDING: always | answers | {OperationInput.UNANSWERED},
-        OperationState.CONFIRMING: always | answers,
+        OperationState.CONFIRMING: always | answers | {OperationInput.AGAIN},
         OperationState.REFUSING: always
         | answers
         | {OperationInput.UNDER_WAY, OperationInput.WAITED},

@@ -125,6 +125,15 @@ def test_events_tell_what_changed(script: Script) -> None:
     ]
 
 
+def test_two_changes_in_the_same_instant_are_both_told(script: Script) -> None:
+    beats = [script.autopilot.heartbeat(mode=mode) for mode in (RTL, LOITER)]
+    changes = script.say(*beats)
+    assert [(e.name, e.requested) for e in changes if isinstance(e, ModeChanged)] == [
+        ("RTL", False),
+        ("LOITER", False),
+    ]
+
+
 def test_a_late_heartbeat_is_no_intervention(script: Script) -> None:
     old = script.autopilot.heartbeat(mode=LOITER)
     operation = script.vehicle.change_mode("GUIDED", 0.0)

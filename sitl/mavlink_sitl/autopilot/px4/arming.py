@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.arming import Arming
-from mavlink_sitl.exchange import ArmedChanged, Result, Severity
+from mavlink_sitl.exchange import Result, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.copter import Px4Copter
@@ -51,7 +51,6 @@ class Px4Arming(Arming):
         if copter.estimator.has_origin:
             copter.set_home()
         copter.say(Severity.INFO, "Armed by external command")
-        copter.events.append(ArmedChanged(True))
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
@@ -65,7 +64,6 @@ class Px4Arming(Arming):
         self.armed = False
         text, self._disarm_text = self._disarm_text, ""
         copter.say(Severity.INFO, text or "Disarmed by external command")
-        copter.events.append(ArmedChanged(False))
         copter.plans.rewind()
         copter.flight_ended()
         return Result.ACCEPTED

@@ -17,7 +17,6 @@ from mavlink_sitl.exchange import (
     HomeChanged,
     ItemReached,
     ModeChanged,
-    OriginSet,
     RebootRequested,
     Result,
     Severity,
@@ -177,7 +176,7 @@ class Px4Server(MavlinkServer):
                 text = StatusText(event.severity, event.text.rstrip("\t") + "\t")
                 for message in self._texts.messages(text):
                     self.send(message)
-        elif isinstance(event, (HomeChanged, OriginSet)):
+        elif isinstance(event, HomeChanged):
             self._send_telemetry(_HOME_POSITION)
         elif isinstance(event, ItemReached):
             self._reached = (event.seq, self.now_us, REACHED_REPEATS)

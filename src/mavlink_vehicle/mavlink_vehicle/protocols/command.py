@@ -142,7 +142,7 @@ class CommandInput(enum.Enum):
 def ack_result(message: Message, command: int, address: Address) -> int | None:
     """Return the MAV_RESULT if the message acknowledges our `command`, else None."""
     if (
-        message.get_msgId() != mavlink.MAVLINK_MSG_ID_COMMAND_ACK
+        message._header.msgId != mavlink.MAVLINK_MSG_ID_COMMAND_ACK
         or message.command != command
         or not address.answers(message)
         or not address.is_for_us(message)
@@ -154,11 +154,18 @@ def ack_result(message: Message, command: int, address: Address) -> int | None:
 class Command(Machine[CommandFinished]):
     """Sends one command until it is answered; ends in exactly one `CommandFinished`."""
 
-    def __init__(self, request: CommandRequest, address: Address, timing: CommandTiming) -> None:
-        """Prepare; `start` sends."""
+    def __init__(
+        self,
+        request: CommandRequest,
+        address: Address,
+        timing: CommandTiming,
+        sent_before: int = 0,
+    ) -> None:
+        """Prepare; `start` sends. `sent_before` is how often it has been sent already."""
         super().__init__(CommandState.IDLE)
         self.request = request
-        self.attempts = 0
+        self.attempts = sent_before
+        self._last_attempt = sent_before + timing.retries + 1
         self._address = address
         self._timing = timing
         self._in_progress = False
@@ -191,7 +198,7 @@ class Command(Machine[CommandFinished]):
         if self._deadline is None or now < self._deadline:
             return
         over = now >= self._started_s + self._timing.limit_s
-        exhausted = over or self.attempts > self._timing.retries
+        exhausted = over or self.attempts >= self._last_attempt
         self._fire(CommandInput.EXHAUSTED if exhausted else CommandInput.RETRY, now)
 
     def _send(self, now: float) -> None:

@@ -140,7 +140,7 @@ class MessageRates(Machine[None]):
 
     def receive(self, message: Message, now: float) -> None:
         """Count telemetry; look for the answer to the command under way."""
-        number = message.get_msgId()
+        number = message._header.msgId
         wish = self._wishes.get(number)
         if wish is not None:
             wish.received += 1

@@ -55,7 +55,7 @@ class MessageRequests:
     def receive(self, message: Message, now: float) -> None:
         """Tick off what came."""
         if self._missing:
-            self._missing.discard(message.get_msgId())
+            self._missing.discard(message._header.msgId)
             if not self._missing:
                 self._deadline = None
 

@@ -69,11 +69,14 @@ class OperationTiming:
         timeout_s: time for the whole operation.
         texts_s: time for the STATUSTEXTs of a refusal to come.
         doubt_s: time for the state to contradict the refusal of a repeated command.
+        pause_s: pause after all repetitions of a command that nobody answered; then it is sent
+            again, in case the link was down.
     """
 
     timeout_s: float = 10.0
     texts_s: float = 0.5
     doubt_s: float = 3.0
+    pause_s: float = 1.0
 
 
 class OperationState(enum.Enum):
@@ -96,6 +99,7 @@ class OperationInput(enum.Enum):
     ACCEPTED = "COMMAND_ACK: accepted"
     REFUSED = "COMMAND_ACK: anything else"
     UNANSWERED = "no COMMAND_ACK after all repetitions"
+    AGAIN = "still no COMMAND_ACK; time is left"
     TIME_UP = "the operation's time is up"
     WAITED = "reasons have had their time"
     CANCEL = "cancelled"
@@ -131,7 +135,9 @@ class Operation(Machine[OperationFinished]):
         self._address = address
         self._timing = timing
         self._first_ack_counts = first_ack_counts
+        self._command_timing = command_timing
         self._command = Command(goal.request, address, command_timing)
+        self._again_s: float | None = None
         self._vehicle = VehicleState()
         self._connected = True
         self._texts_before = 0
@@ -252,6 +258,12 @@ class Operation(Machine[OperationFinished]):
             self._fire(OperationInput.WAITED, now)
         elif now >= self._limit_s:
             self._fire(OperationInput.TIME_UP, now)
+        elif self._again_s is not None and now >= self._again_s:
+            self._again_s = None
+            if self.goal.under_way(self._vehicle):
+                self._set_deadline()
+            else:
+                self._fire(OperationInput.AGAIN, now)
         else:
             self._command.handle_timer(now)
             self._step_command(now)
@@ -265,18 +277,36 @@ class Operation(Machine[OperationFinished]):
             self._set_deadline()
 
     def _set_deadline(self) -> None:
-        times = (self._limit_s, self._refused_until_s, self._command.next_deadline())
+        times = (
+            self._limit_s,
+            self._refused_until_s,
+            self._again_s,
+            self._command.next_deadline(),
+        )
         self._deadline = min(time for time in times if time is not None)
 
     def _send(self, now: float) -> None:
         self._command.start(now)
         self._step_command(now)
 
+    def _pause(self, now: float) -> None:
+        self._again_s = now + self._timing.pause_s
+        self._set_deadline()
+
+    def _send_again(self, now: float) -> None:
+        sent = self._command.attempts
+        self._command = Command(
+            self.goal.request, self._address, self._command_timing, sent_before=sent
+        )
+        self._send(now)
+
     def _confirm(self, now: float) -> None:
         self._refused_until_s = None
+        self._again_s = None
         self._set_deadline()
 
     def _refuse(self, now: float) -> None:
+        self._again_s = None
         repeated = self._command.attempts > 1
         wait_s = self._timing.doubt_s if repeated else self._timing.texts_s
         self._refused_until_s = now + wait_s
@@ -334,13 +364,14 @@ class Operation(Machine[OperationFinished]):
         (_S.COMMANDING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.COMMANDING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
         (_S.COMMANDING, _I.REFUSED): (_S.REFUSING, _refuse),
-        (_S.COMMANDING, _I.UNANSWERED): (_S.CONFIRMING, _confirm),
+        (_S.COMMANDING, _I.UNANSWERED): (_S.CONFIRMING, _pause),
         (_S.COMMANDING, _I.TIME_UP): (_S.FINISHED, _time_out),
         (_S.COMMANDING, _I.CANCEL): (_S.FINISHED, _fail),
         (_S.CONFIRMING, _I.REACHED): (_S.FINISHED, _achieve),
         (_S.CONFIRMING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.CONFIRMING, _I.ACCEPTED): (_S.CONFIRMING, None),
         (_S.CONFIRMING, _I.REFUSED): (_S.REFUSING, _refuse),
+        (_S.CONFIRMING, _I.AGAIN): (_S.COMMANDING, _send_again),
         (_S.CONFIRMING, _I.TIME_UP): (_S.FINISHED, _time_out),
         (_S.CONFIRMING, _I.CANCEL): (_S.FINISHED, _fail),
         (_S.REFUSING, _I.REACHED): (_S.FINISHED, _achieve),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from typing import Any
 
 import serial
@@ -14,6 +15,7 @@ from mavlink_vehicle.io.links.url import LinkUrl
 _REOPEN_S = 1.0
 _READ_SIZE = 4096
 _READS = 16
+_MAX_UNSENT = 4096
 
 
 class SerialLink:
@@ -31,6 +33,7 @@ class SerialLink:
         self._complained = False
         self._closed = False
         self._open = False
+        self._unsent = b""
         try:
             # Without a port it isn't opened yet. No timeouts: never wait.
             self._port: Any = serial.Serial(
@@ -82,12 +85,18 @@ class SerialLink:
         """Send; dropped while the device is closed or its buffer is full."""
         if not self._open:
             return
+        if len(self._unsent) > _MAX_UNSENT:
+            data = b""  # it is stuck; drop whole frames
+        self._unsent += data
         try:
-            self._port.write(data)
-        except serial.SerialTimeoutException:
+            # Not by pyserial, which waits for room even when told not to.
+            sent = os.write(self._port.fileno(), self._unsent) if self._unsent else 0
+        except BlockingIOError:
             return
-        except (OSError, serial.SerialException) as error:
+        except OSError as error:
             self._lose(error)
+            return
+        self._unsent = self._unsent[sent:]
 
     def poll(self, now: float) -> float | None:
         """Open the device if it isn't."""
@@ -104,6 +113,7 @@ class SerialLink:
             self._next_s = now + _REOPEN_S
             return self._next_s
         self._open = True
+        self._unsent = b""
         self._complained = False
         self._report(f"{self._url}: open.")
         return None

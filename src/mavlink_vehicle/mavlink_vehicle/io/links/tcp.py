@@ -7,8 +7,8 @@ import os
 import socket
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, READ_SIZE, Report, no_report
-from mavlink_vehicle.io.links.url import LinkUrl
+from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, Report, no_report
+from mavlink_vehicle.io.links.url import LinkUrl, resolve
 
 MAX_CLIENTS = 16
 _CONNECT_TIMEOUT_S = 5.0
@@ -32,7 +32,7 @@ class _Stream:
         room = MAX_BYTES
         for _ in range(MAX_READS):
             try:
-                data = self.socket.recv(READ_SIZE)
+                data = self.socket.recv(MAX_BYTES)
             except BlockingIOError:
                 return True
             except OSError:
@@ -131,10 +131,9 @@ class TcpOutLink:
 
     def _connect(self, now: float) -> float:
         try:
-            found = socket.getaddrinfo(self._url.host, self._url.port, type=socket.SOCK_STREAM)
-        except OSError as error:
-            return self._fail(now, str(error.strerror or error))
-        family, _, _, _, address = found[0]
+            family, address = resolve(self._url, socket.SOCK_STREAM)
+        except LinkError:
+            return self._fail(now, f"the host {self._url.host!r} is not known")
         sock = socket.socket(family, socket.SOCK_STREAM)
         sock.setblocking(False)
         code = sock.connect_ex(address)
@@ -195,8 +194,9 @@ class TcpInLink:
         self._url = url
         self._report = report
         self._clients: list[_Stream] = []
+        family, address = resolve(url, socket.SOCK_STREAM)
         try:
-            self._listener = socket.create_server((url.host, url.port), backlog=MAX_CLIENTS)
+            self._listener = socket.create_server(address, family=family, backlog=MAX_CLIENTS)
         except OSError as error:
             raise LinkError(f"Cannot open {url}: {error.strerror or error}.") from error
         self._listener.setblocking(False)

@@ -7,12 +7,13 @@ import time
 
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, READ_SIZE, Report, no_report
-from mavlink_vehicle.io.links.url import LinkKind, LinkUrl
+from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, resolve
 
 PEER_EXPIRY_S = 30.0
 """A peer of a `udpin` that is silent for longer is forgotten (an autopilot beats at 1 Hz)."""
 
 MAX_PEERS = 32
+_EXPIRY_CHECK_S = 1.0
 _BUFFER_SIZE = 1 << 20
 
 
@@ -29,7 +30,8 @@ class UdpLink:
         self._report = report
         self._listens = url.kind is LinkKind.UDP_IN
         self._peers: dict[tuple[str, int], float] = {}
-        family, address = _resolve(url)
+        self._next_expiry_s = 0.0
+        family, address = resolve(url, socket.SOCK_DGRAM)
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
@@ -102,7 +104,11 @@ class UdpLink:
         if not self._listens:
             self._send_to(data, None)
             return
-        for address in tuple(self._peers):
+        now = time.monotonic()
+        if now >= self._next_expiry_s:
+            self._next_expiry_s = now + _EXPIRY_CHECK_S
+            self._expire(now)
+        for address in self._peers:
             self._send_to(data, address)
 
     def poll(self, now: float) -> float | None:
@@ -128,19 +134,11 @@ class UdpLink:
         self._peers[address] = now
         if known:
             return
-        self._peers = {a: at for a, at in self._peers.items() if now - at < PEER_EXPIRY_S}
+        self._expire(now)
         if len(self._peers) > MAX_PEERS:
             quietest = min(self._peers, key=self._peers.__getitem__)
             del self._peers[quietest]
         self._report(f"{self._url}: {address[0]}:{address[1]} speaks.")
 
-
-def _resolve(url: LinkUrl) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    try:
-        found = socket.getaddrinfo(url.host, url.port, type=socket.SOCK_DGRAM)
-    except OSError as error:
-        raise LinkError(
-            f"Cannot open {url}: the host {url.host!r} is not known ({error.strerror or error})."
-        ) from error
-    family, _, _, _, address = found[0]
-    return family, (str(address[0]), int(address[1]))
+    def _expire(self, now: float) -> None:
+        self._peers = {a: at for a, at in self._peers.items() if now - at < PEER_EXPIRY_S}

@@ -11,6 +11,7 @@ from __future__ import annotations
 import enum
 import ipaddress
 import re
+import socket
 from dataclasses import dataclass
 
 from mavlink_vehicle.errors import LinkError
@@ -126,6 +127,24 @@ def parse_url(url: str) -> LinkUrl:
             raise LinkError(f"{url!r} does not say which host to connect to. {EXAMPLES}")
         host = "127.0.0.1"
     return LinkUrl(kind, host=host, port=port)
+
+
+def resolve(url: LinkUrl, kind: socket.SocketKind) -> tuple[socket.AddressFamily, tuple[str, int]]:
+    """Return address family and address of a UDP or TCP link; IPv4 where there are both.
+
+    A simulator on "localhost" listens at 127.0.0.1, while the name may mean ::1 first.
+
+    Raises:
+        LinkError: the host is not known.
+    """
+    try:
+        found = socket.getaddrinfo(url.host, url.port, type=kind)
+    except OSError as error:
+        raise LinkError(
+            f"Cannot open {url}: the host {url.host!r} is not known ({error.strerror or error})."
+        ) from error
+    family, _, _, _, address = min(found, key=lambda entry: entry[0] != socket.AF_INET)
+    return family, (str(address[0]), int(address[1]))
 
 
 def _serial(url: str, text: str) -> LinkUrl:

@@ -1,0 +1,88 @@
+"""How to talk to one vehicle: the settings of `Vehicle`, checked when they are made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from mavlink_vehicle.errors import ConfigurationError
+
+DEFAULT_RATES_HZ: Mapping[str, float] = MappingProxyType(
+    {
+        "GLOBAL_POSITION_INT": 20.0,
+        "LOCAL_POSITION_NED": 20.0,
+        "EXTENDED_SYS_STATE": 5.0,
+        "SYS_STATUS": 2.0,
+        "BATTERY_STATUS": 2.0,
+        "GPS_RAW_INT": 2.0,
+        "EKF_STATUS_REPORT": 1.0,
+        "ESTIMATOR_STATUS": 1.0,
+        "ATTITUDE": 10.0,
+        "SYSTEM_TIME": 1.0,
+        "HOME_POSITION": 0.5,
+    }
+)
+"""Hz by message name, asked for in this order."""
+
+
+@dataclass(frozen=True)
+class VehicleConfig:
+    """How to talk to one vehicle.
+
+    Attributes:
+        target_system: its MAVLink system id; 0 takes the first autopilot that is heard.
+        target_component: component id of its autopilot.
+        source_system: our system id; None takes the vehicle's own, as an onboard computer
+            should (1 before it is known).
+        source_component: our component id; 191 is MAV_COMP_ID_ONBOARD_COMPUTER.
+        heartbeat_interval_s: how often we send HEARTBEAT.
+        heartbeat_timeout_s: silence of its HEARTBEAT after which it counts as lost.
+        message_rates_hz: telemetry that is asked for.
+        command_timeout_s: time to the repetition of a command without an answer.
+        command_retries: repetitions after the first sending.
+        operation_timeout_s: time for a mode change, arming or disarming to show in its state.
+        takeoff_timeout_s: time for a take-off; None takes 15 s and 2 s for each metre.
+        grace_s: a change that we asked for may show up this long after its operation ended.
+    """
+
+    target_system: int = 0
+    target_component: int = 1
+    source_system: int | None = None
+    source_component: int = 191
+    heartbeat_interval_s: float = 1.0
+    heartbeat_timeout_s: float = 3.0
+    message_rates_hz: Mapping[str, float] = field(default_factory=lambda: DEFAULT_RATES_HZ)
+    command_timeout_s: float = 0.5
+    command_retries: int = 4
+    operation_timeout_s: float = 10.0
+    takeoff_timeout_s: float | None = None
+    grace_s: float = 5.0
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no sense.
+
+        Raises:
+            ConfigurationError: says which value and what it may be.
+        """
+        for name, low in (
+            ("target_system", 0),
+            ("target_component", 1),
+            ("source_component", 1),
+            ("source_system", 1),
+        ):
+            number = getattr(self, name)
+            if number is not None and not low <= number <= 255:
+                raise ConfigurationError(f"{name} is {number}; it must be {low} to 255.")
+        for name in (
+            "heartbeat_interval_s",
+            "heartbeat_timeout_s",
+            "command_timeout_s",
+            "operation_timeout_s",
+        ):
+            if not 0.0 < getattr(self, name) < 1e6:
+                raise ConfigurationError(f"{name} must be a positive number of seconds.")
+        if self.command_retries < 0:
+            raise ConfigurationError("command_retries must be 0 or more.")
+        if not all(0.0 <= rate_hz <= 1000.0 for rate_hz in self.message_rates_hz.values()):
+            raise ConfigurationError("message_rates_hz must be between 0 (off) and 1000 Hz.")

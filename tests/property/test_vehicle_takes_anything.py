@@ -1,0 +1,92 @@
+"""Whatever a vehicle or somebody in its name sends: no exception, no nonsense in the state."""
+
+from __future__ import annotations
+
+import math
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mavlink_vehicle.codec import Codec, mavlink
+from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
+from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
+
+KNOWN = [
+    cls
+    for cls in CLASSES
+    if cls.msgname
+    in (
+        "HEARTBEAT", "SYSTEM_TIME", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "ATTITUDE",
+        "BATTERY_STATUS", "SYS_STATUS", "EXTENDED_SYS_STATE", "HOME_POSITION",
+        "GPS_GLOBAL_ORIGIN", "GPS_RAW_INT", "EKF_STATUS_REPORT", "ESTIMATOR_STATUS",
+        "AUTOPILOT_VERSION", "STATUSTEXT", "COMMAND_ACK",
+    )
+]  # fmt: skip
+STEP = st.tuples(
+    st.one_of(st.sampled_from(KNOWN), st.sampled_from(CLASSES)),
+    st.integers(0, 1_000_000),
+    st.sampled_from([0.0, 0.01, 0.5, 4.0]),
+    st.sampled_from([None, None, "mode", "arm", "disarm", "take off", "cancel", "stream"]),
+)
+
+
+def act(vehicle: Vehicle, what: str | None, now: float) -> None:
+    if what == "mode":
+        vehicle.change_mode("GUIDED", now)
+    elif what == "arm":
+        vehicle.arm(now)
+    elif what == "disarm":
+        vehicle.disarm(now, force=True)
+    elif what == "take off":
+        vehicle.take_off(5.0, now)
+    elif what == "cancel":
+        vehicle.cancel_operation(now)
+    elif what == "stream":
+        vehicle.open_stream(now)
+
+
+@given(st.lists(STEP, max_size=60), st.booleans())
+@settings(max_examples=150)
+def test_anything_may_come_at_any_time(steps: list[tuple], discovered: bool) -> None:  # type: ignore[type-arg]
+    vehicle, codec, now = Vehicle(VehicleConfig()), Codec(1, 191), 100.0
+    vehicle.start(now)
+    if discovered:
+        vehicle.receive(AutopilotMessages().heartbeat(), now)
+    packer = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    started, ended = 0, 0
+    for number, (cls, seed, pause_s, what) in enumerate(steps):
+        now += pause_s
+        packer.seq = number % 256
+        frame = bytes(random_message(cls, seed, STRANGE_FLOATS).pack(packer))
+        for message in codec.decode(frame):
+            vehicle.receive(message, now)
+        act(vehicle, what, now)
+        started += what in ("mode", "arm", "disarm", "take off")
+        vehicle.handle_timer(now)
+        for message in vehicle.messages_to_send():
+            codec.encode(message)
+        while (event := vehicle.next_event()) is not None:
+            ended += type(event).__name__ == "OperationFinished"
+    assert 0 <= started - ended <= 1
+    check_sense(vehicle)
+
+
+def check_sense(vehicle: Vehicle) -> None:
+    state = vehicle.state
+    numbers: list[float | None] = []
+    if state.global_position is not None:
+        numbers += state.global_position.velocity_ned_m_s
+        numbers.append(state.global_position.heading_ned_rad)
+    if state.local_position is not None:
+        numbers += [*state.local_position.position_ned_m, *state.local_position.velocity_ned_m_s]
+    if state.attitude is not None:
+        numbers += [state.attitude.roll_rad, state.attitude.yaw_ned_rad]
+    if state.battery is not None:
+        numbers += [state.battery.remaining, state.battery.voltage_v, state.battery.current_a]
+        assert state.battery.remaining is None or 0.0 <= state.battery.remaining <= 1.0
+    if state.home is not None and state.home.position_ned_m is not None:
+        numbers += state.home.position_ned_m
+    assert all(number is None or math.isfinite(number) for number in numbers)
+    for text in state.status_texts:
+        assert text.text.isprintable()

@@ -1,0 +1,112 @@
+"""A driver thread that is no longer there: goals end all the same, and none is taken."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import rclpy
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient
+from rclpy.executors import MultiThreadedExecutor
+
+from custom_interfaces.action import Navigate
+from drone_navigation.actions import NavigateServer
+from drone_navigation.bridge import Bridge
+from drone_navigation.configuration import make_config
+from drone_navigation.names import ACTION_NAME
+from drone_navigation.navigation_server import ServerApplication
+from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.topics import Topics
+from mavlink_vehicle.codec import Codec
+from mavlink_vehicle.io.clock import MonotonicClock
+from mavlink_vehicle.io.driver import Driver
+from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.outcomes import OutcomeCode
+from tests.support.ros_flight import navigate_goal, new_domain
+
+pytestmark = pytest.mark.xdist_group("ros_demo")
+
+
+class _Server:
+    """The navigation server's parts in this process, so that a test can break one."""
+
+    def __init__(self) -> None:
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        domain = new_domain()
+        port = free_udp_port()
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node = rclpy.create_node("navigation_server", context=self.context)
+        config = make_config({"arming": "auto"})
+        clock = MonotonicClock()
+        self.bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+        application = ServerApplication(self.bridge, None, clock)
+        link = open_link(f"udpin://127.0.0.1:{port}")
+        self.driver = Driver(application, link, Codec(1, 191), clock)
+        self.server = NavigateServer(self.node, self.bridge, self.driver, clock)
+        application.attach(self.node, self.server, Topics(self.node))
+        self.client = ActionClient(self.node, Navigate, ACTION_NAME)
+        self.executor = MultiThreadedExecutor(num_threads=6, context=self.context)
+        self.executor.add_node(self.node)
+        self.spinner = threading.Thread(target=self.executor.spin, daemon=True)
+        self.driver.start()
+        self.spinner.start()
+        self.simulator = Process(
+            "mavlink_sitl",
+            ["python", "-m", "mavlink_sitl", "--link", f"udpout://127.0.0.1:{port}",
+             "--ready-after", "0.5"],
+            ros_environment(domain),
+        )  # fmt: skip
+
+    def close(self) -> None:
+        self.simulator.stop()
+        self.driver.stop(5.0)
+        self.executor.shutdown(timeout_sec=2.0)
+        self.spinner.join(5.0)
+        self.client.destroy()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self.context)
+
+
+@pytest.fixture
+def server() -> Iterator[_Server]:
+    server = _Server()
+    yield server
+    server.close()
+
+
+def _wait(condition: Callable[[], bool], what: str, timeout_s: float = 20.0) -> None:
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline, f"{what} did not happen in {timeout_s:g} s"
+        time.sleep(0.02)
+
+
+def _send(server: _Server) -> Any:
+    future = server.client.send_goal_async(navigate_goal(5.0, 0.0, 2.0))
+    _wait(future.done, "an answer to the goal")
+    return future.result()
+
+
+def test_open_goals_end_and_new_ones_are_refused(server: _Server) -> None:
+    _wait(lambda: server.bridge.pose is not None, "a position")
+    assert server.client.wait_for_server(timeout_sec=10.0)
+    handle = _send(server)
+    assert handle.accepted
+    result = handle.get_result_async()
+    _wait(lambda: server.bridge.active_goal_id is not None, "the start of the goal")
+
+    server.driver.stop(5.0)
+    assert not _send(server).accepted
+    assert not result.done()
+    server.server.abandon(OutcomeCode.INTERNAL_ERROR, "The driver is gone.")
+    _wait(result.done, "the end of the goal")
+    assert result.result().status == GoalStatus.STATUS_ABORTED
+    assert result.result().result.message == "INTERNAL_ERROR: The driver is gone."
+    _wait(server.server.is_idle, "the session's end")

@@ -1,0 +1,95 @@
+"""The table of parameters as ROS parameters of a node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from drone_navigation.configuration import PARAMETERS, ConfigurationError
+from drone_navigation.parameters import declare_parameters
+from tests.support.ros_flight import new_domain
+
+MakeNode = Callable[..., Node]
+
+
+@pytest.fixture(scope="module")
+def context() -> Iterator[rclpy.Context]:
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=new_domain())
+    yield context
+    rclpy.try_shutdown(context=context)
+
+
+@pytest.fixture
+def make_node(context: rclpy.Context) -> Iterator[MakeNode]:
+    nodes: list[Node] = []
+
+    def make(**values: Any) -> Node:
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        nodes.append(Node("navigation_server", context=context, parameter_overrides=overrides))
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.destroy_node()
+
+
+@pytest.mark.parametrize(
+    ("values", "simulator", "may_arm"),
+    [
+        ({}, True, True),
+        ({"feedback_rate_hz": 5.0}, True, True),
+        ({"link_url": "udpin://127.0.0.1:14551"}, True, False),
+        ({"arming": "never"}, True, False),
+        ({"arming": "auto", "link_url": "udpin://127.0.0.1:14551"}, True, True),
+        ({}, False, False),
+        ({"speed_default_m_s": 1.0}, False, False),
+        ({"arming": "auto"}, False, True),
+    ],
+)
+def test_the_server_arms_only_the_simulators_vehicle_or_when_told(
+    make_node: MakeNode, values: dict[str, Any], simulator: bool, may_arm: bool
+) -> None:
+    config = declare_parameters(make_node(**values), simulator)
+    assert config.bridge.goto.may_arm is may_arm
+
+
+def test_every_parameter_has_a_descriptor_with_its_range(make_node: MakeNode) -> None:
+    node = make_node()
+    declare_parameters(node, simulator=True)
+    for spec in PARAMETERS:
+        descriptor = node.describe_parameter(spec.name)
+        assert descriptor.description == spec.description
+        assert descriptor.read_only
+        ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+        if spec.minimum is not None:
+            assert (ranges[0].from_value, ranges[0].to_value) == (spec.minimum, spec.maximum)
+        if spec.choices is not None:
+            assert all(choice in descriptor.additional_constraints for choice in spec.choices)
+
+
+def test_a_whole_number_is_taken_for_a_float(make_node: MakeNode) -> None:
+    config = declare_parameters(make_node(speed_default_m_s=2), simulator=True)
+    assert config.bridge.goto.limits.speed_horizontal_m_s == 2.0
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        ({"colour": "blue"}, "colour"),
+        ({"setpoint_rate_hz": 0.1}, "setpoint_rate_hz"),
+        ({"setpoint_rate_hz": "fast"}, "setpoint_rate_hz"),
+        ({"target_system": 300}, "target_system"),
+        ({"arming": "maybe"}, "arming"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_by_name(
+    make_node: MakeNode, values: dict[str, Any], named: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=named):
+        declare_parameters(make_node(**values), simulator=True)

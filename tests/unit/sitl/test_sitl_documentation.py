@@ -1,0 +1,52 @@
+"""docs/sitl.md names what there is, and its example runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.mavlink.telemetry import BUILDERS
+from mavlink_sitl.options import make_parser, parse
+
+TEXT = (Path(__file__).resolve().parents[3] / "docs/sitl.md").read_text("utf-8")
+
+
+def test_the_example_runs() -> None:
+    blocks = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+    # The other one is a test, which test_pytest_plugin.py runs as such.
+    (example,) = (block for block in blocks if "def test_" not in block)
+    exec(compile(example, "docs/sitl.md", "exec"), {})
+
+
+def test_every_option_is_documented_and_every_documented_one_exists() -> None:
+    documented = set(re.findall(r"^\| `(--[a-z-]+)`", TEXT, re.MULTILINE))
+    existing = {
+        word
+        for action in make_parser()._actions
+        for word in action.option_strings
+        if word.startswith("--") and word != "--help"
+    }
+    assert documented == existing
+
+
+def test_the_command_lines_are_right() -> None:
+    lines = re.findall(r"^python -m mavlink_sitl([^#\n]*)", TEXT, re.MULTILINE)
+    assert len(lines) >= 4
+    for line in lines:
+        parse(line.split())
+
+
+def test_every_parameter_is_documented() -> None:
+    section = TEXT[TEXT.index("**Parameters**") : TEXT.index("## What is not, yet")]
+    documented = re.findall(r"`([A-Z][A-Z0-9_]+)`", section)
+    assert documented == sorted(spec.name for spec in ARDUCOPTER.parameters)
+
+
+def test_every_mode_and_message_is_documented() -> None:
+    for mode in ARDUCOPTER.modes.values():
+        assert re.search(rf"\b{mode.name}\b", TEXT), mode.name
+    for message_id in BUILDERS:
+        name = dialect.mavlink_map[message_id].msgname
+        assert re.search(rf"\b{name}\b", TEXT), name

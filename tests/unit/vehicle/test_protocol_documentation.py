@@ -1,0 +1,58 @@
+"""docs/protocols.md and docs/frames_and_units.md tell what the code does."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mavlink_vehicle import frames
+from mavlink_vehicle.io.links import parse_url
+from mavlink_vehicle.protocols.command import Command
+from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
+from mavlink_vehicle.protocols.machine import Machine
+from mavlink_vehicle.protocols.message_rates import MessageRates
+from mavlink_vehicle.protocols.operations import Operation
+from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
+from mavlink_vehicle.vehicle import VehicleConfig
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+PROTOCOLS = (DOCS / "protocols.md").read_text("utf-8")
+FRAMES = (DOCS / "frames_and_units.md").read_text("utf-8")
+MACHINES = [HeartbeatWatch, Command, Operation, MessageRates, SetpointStream]
+
+
+def documented_tables() -> list[list[tuple[str, str, str]]]:
+    tables = re.findall(
+        r"^\| State \| Input \| Next state \|\n\|---\|---\|---\|\n((?:\|.*\n)+)",
+        PROTOCOLS,
+        re.MULTILINE,
+    )
+    return [re.findall(r"^\| `(\w+)` \| `(\w+)` \| `(\w+)` \|$", t, re.MULTILINE) for t in tables]
+
+
+@pytest.mark.parametrize("number", range(len(MACHINES)))
+def test_the_transition_tables_are_the_codes_own(number: int) -> None:
+    machine: type[Machine[object]] = MACHINES[number]
+    expected = [(s.name, i.name, n.name) for (s, i), (n, _) in machine.table.items()]
+    assert documented_tables()[number] == expected
+    assert len(documented_tables()) == len(MACHINES)
+
+
+def test_links_are_written_in_ways_that_work() -> None:
+    rows = re.findall(r"^\| [\w, ]+ \| `(\S+)` \| `(\S+)` \|$", PROTOCOLS, re.MULTILINE)
+    assert len(rows) == 6
+    for mavsdk, pymavlink in rows:
+        assert parse_url(mavsdk) == parse_url(pymavlink)
+
+
+def test_settings_that_are_named_exist() -> None:
+    for name in re.findall(r"`(\w+_(?:s|retries))`", PROTOCOLS):
+        assert hasattr(VehicleConfig(), name), name
+
+
+def test_conversions_that_are_named_exist_and_none_is_left_out() -> None:
+    named = set(re.findall(r"`(\w+_to_\w+)`", FRAMES))
+    there = {name for name in vars(frames) if "_to_" in name and not name.startswith("_")}
+    assert named == there
