@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import subprocess
 import sys
 import threading
@@ -23,9 +22,6 @@ MISSION = """QGC WPL 110
 3 0 3 16 0 0 0 0 -35.3630813 149.1654503 12.0 1
 """.replace(" ", "\t").replace("QGC\tWPL\t", "QGC WPL ")
 MODULES = "mode,arm,wp,cmdlong,param,link,misc"
-
-if importlib.util.find_spec("MAVProxy") is None:
-    pytest.skip("MAVProxy from PyPI is not installed", allow_module_level=True)
 
 
 class MavProxy:
