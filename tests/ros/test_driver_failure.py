@@ -15,12 +15,13 @@ from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 
 from custom_interfaces.action import Navigate
-from drone_navigation.actions import NavigateServer
+from drone_navigation.actions import GoalServers
 from drone_navigation.bridge import Bridge
 from drone_navigation.configuration import make_config
 from drone_navigation.names import ACTION_NAME
 from drone_navigation.navigation_server import ServerApplication
 from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.service_servers import ServiceServers
 from drone_navigation.topics import Topics
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import MonotonicClock
@@ -49,8 +50,9 @@ class _Server:
         application = ServerApplication(self.bridge, None, clock)
         link = open_link(f"udpin://127.0.0.1:{port}")
         self.driver = Driver(application, link, Codec(1, 191), clock)
-        self.server = NavigateServer(self.node, self.bridge, self.driver, clock)
-        application.attach(self.node, self.server, Topics(self.node))
+        self.server = GoalServers(self.node, self.bridge, self.driver, clock)
+        services = ServiceServers(self.node, self.bridge, self.driver, clock)
+        application.attach(self.node, self.server, services, Topics(self.node))
         self.client = ActionClient(self.node, Navigate, ACTION_NAME)
         self.executor = MultiThreadedExecutor(num_threads=6, context=self.context)
         self.executor.add_node(self.node)

@@ -1,4 +1,4 @@
-"""Bridge and simulated copter on one simulated clock: a whole goal in milliseconds."""
+"""Bridge and simulated vehicle on one simulated clock: a whole goal in milliseconds."""
 
 from __future__ import annotations
 
@@ -8,8 +8,15 @@ from typing import TypeVar
 
 from drone_navigation.bridge import Bridge
 from drone_navigation.configuration import ParameterValue, make_config
-from drone_navigation.goal import GoalFeedback, GoalFinished, GoalRejected, LogLine
-from drone_navigation.requests import NavigateRequest
+from drone_navigation.goal import (
+    GoalFeedback,
+    GoalFinished,
+    GoalRejected,
+    LogLine,
+    ServiceDone,
+)
+from drone_navigation.requests import NavigateRequest, Request
+from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.simulation import Simulation
 from mavlink_vehicle.codec import Codec, Message
@@ -18,16 +25,19 @@ from navigation_core.geometry import Vector3
 from navigation_core.safety import Rejection
 
 _TICK_S = 0.01
-_Output = TypeVar("_Output", GoalFeedback, GoalFinished, GoalRejected, LogLine)
+_Output = TypeVar("_Output", GoalFeedback, GoalFinished, GoalRejected, LogLine, ServiceDone)
 
 
 class SimulatedFlight:
     """Runs both sides tick by tick; the link between them can be cut."""
 
-    def __init__(self, seed: int = 1, **parameters: ParameterValue) -> None:
+    def __init__(
+        self, seed: int = 1, simulated: VehicleConfig | None = None, **parameters: ParameterValue
+    ) -> None:
         """Start both, with parameters of the server; ``arming`` is auto unless given."""
         self.config = make_config({"arming": "auto", **parameters})
-        self.simulation = Simulation(vehicles=[VehicleConfig(ready_after_s=1.0)], seed=seed)
+        vehicle = simulated or VehicleConfig(ready_after_s=1.0)
+        self.simulation = Simulation(vehicles=[vehicle], seed=seed)
         self.vehicle = Vehicle(self.config.vehicle)
         self.bridge = Bridge(self.vehicle, self.config.bridge)
         self.now = 0.0
@@ -92,7 +102,10 @@ class SimulatedFlight:
 
     def send(self, x: float, y: float, z: float, speed: float = 0.0) -> str:
         """Send a goal that must be accepted, and return its id."""
-        request = self.request(x, y, z, speed)
+        return self.start(self.request(x, y, z, speed))
+
+    def start(self, request: Request) -> str:
+        """Send a goal of any action that must be accepted, and return its id."""
         rejection = self.bridge.check(request, self.now)
         assert rejection is None, rejection
         goal_id = f"{next(self._ids):032x}"
@@ -100,7 +113,15 @@ class SimulatedFlight:
         self._collect()
         return goal_id
 
-    def check(self, request: NavigateRequest) -> Rejection | None:
+    def serve(self, service: Service) -> ServiceDone:
+        """Call a service and return its answer."""
+        number = next(self._ids)
+        self.bridge.serve(number, service, self.now)
+        self._collect()
+        self.run_until(lambda: any(done.number == number for done in self.all(ServiceDone)), 20.0)
+        return self.all(ServiceDone)[-1]
+
+    def check(self, request: Request) -> Rejection | None:
         """Ask whether a request would be accepted."""
         return self.bridge.check(request, self.now)
 

@@ -14,7 +14,10 @@ from navigation_core.tasks.base import Status
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")])
 NAVIGATE = (ROOT / "docs/navigate.md").read_text("utf-8")
-ACTION = (ROOT / "src/custom_interfaces/action/Navigate.action").read_text("utf-8")
+INTERFACES = ROOT / "src/custom_interfaces"
+ACTION = (INTERFACES / "action/Navigate.action").read_text("utf-8")
+ACTIONS = "".join(path.read_text("utf-8") for path in sorted(INTERFACES.glob("action/*")))
+NUMBERS = (INTERFACES / "msg/GoalCode.msg").read_text("utf-8")
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
 
 
@@ -52,13 +55,21 @@ def test_every_parameter_is_documented_with_its_default() -> None:
     assert rows == expected
 
 
-def test_every_code_and_status_is_documented_and_a_constant_of_the_action() -> None:
+def test_every_code_and_status_is_documented_and_a_constant_of_an_action() -> None:
     for code in OutcomeCode:
         assert f"`{code.value}`" in NAVIGATE, code
         assert f'\nstring CODE_{code.value}="{code.value}"\n' in ACTION, code
     for status in Status:
         assert f"`{status.value}`" in NAVIGATE, status
-        assert f'\nstring STATUS_{status.value}="{status.value}"\n' in ACTION, status
+        assert f'\nstring STATUS_{status.value}="{status.value}"\n' in ACTIONS, status
+    assert set(re.findall(r"string STATUS_(\w+)=", ACTIONS)) == {s.value for s in Status}
+
+
+def test_every_code_has_its_own_number_and_zero_is_success() -> None:
+    numbers = {name: int(value) for name, value in re.findall(r"uint16 (\w+)=(\d+)", NUMBERS)}
+    assert set(numbers) == {code.value for code in OutcomeCode}
+    assert len(set(numbers.values())) == len(numbers)
+    assert numbers["SUCCESS"] == 0
 
 
 def test_parameters_named_on_the_navigate_page_exist() -> None:

@@ -1,4 +1,4 @@
-"""The action server: a front end that hands goals to the driver thread.
+"""The action servers: front ends that hand goals to the driver thread.
 
 How rclpy 7.1 behaves decides the shape of this file. Each accepted goal's execute
 callback is parked on an event in an executor thread and costs nothing while it waits;
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +22,25 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
-from custom_interfaces.action import Navigate
+from custom_interfaces.action import (
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    ReturnToLaunch,
+    Takeoff,
+)
 from drone_navigation import convert
 from drone_navigation.bridge import Bridge
 from drone_navigation.goal import GoalFeedback, GoalFinished
 from drone_navigation.lifecycle import GoalState
-from drone_navigation.names import ACTION_NAME
+from drone_navigation.names import (
+    ACTION_NAME,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+    TAKEOFF_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
+from drone_navigation.requests import Request
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Driver
@@ -42,10 +56,69 @@ _CALL_TIMEOUT_S = 2.0
 _CANCEL_STATE_TIMEOUT_S = 2.0
 
 
+@dataclass(frozen=True)
+class ActionKind:
+    """One action that is served.
+
+    Attributes:
+        name: its name in the graph.
+        type: its generated type.
+        request: makes the bridge's request from a goal.
+        feedback: makes the feedback message.
+        result: makes the result message.
+    """
+
+    name: str
+    type: Any
+    request: Callable[[Any], Request]
+    feedback: Callable[[GoalFeedback, Any], Any]
+    result: Callable[[GoalFinished, Any], Any]
+
+
+ACTIONS = (
+    ActionKind(
+        ACTION_NAME,
+        Navigate,
+        convert.request_from_goal,
+        convert.feedback_message,
+        convert.result_message,
+    ),
+    ActionKind(
+        WAYPOINTS_ACTION_NAME,
+        NavigateWaypoints,
+        convert.request_from_waypoints,
+        convert.waypoints_feedback,
+        convert.waypoints_result,
+    ),
+    ActionKind(
+        TAKEOFF_ACTION_NAME,
+        Takeoff,
+        convert.request_from_takeoff,
+        convert.takeoff_feedback,
+        convert.takeoff_result,
+    ),
+    ActionKind(
+        LAND_ACTION_NAME,
+        Land,
+        convert.request_from_land,
+        convert.land_feedback,
+        convert.land_result,
+    ),
+    ActionKind(
+        RETURN_ACTION_NAME,
+        ReturnToLaunch,
+        convert.request_from_return,
+        convert.return_feedback,
+        convert.return_result,
+    ),
+)
+
+
 @dataclass
 class _Session:
     """One accepted goal: its rclpy handle and, later, how it ended."""
 
+    kind: ActionKind
     handle: ServerGoalHandle
     accepted_s: float
     done: threading.Event = field(default_factory=threading.Event)
@@ -85,35 +158,41 @@ class _CompleteCancelActionServer(ActionServer):
         return True
 
 
-class NavigateServer:
-    """Serves ``navigate_to_waypoint`` from a bridge that runs on a driver thread."""
+class GoalServers:
+    """Serves all actions from a bridge that runs on a driver thread.
+
+    The vehicle has one goal at a time, whichever action it came by.
+    """
 
     def __init__(self, node: Node, bridge: Bridge, driver: Driver, clock: Clock) -> None:
-        """Offer the action on ``node``."""
+        """Offer the actions on ``node``."""
         self._node = node
         self._bridge = bridge
         self._driver = driver
         self._clock = clock
         self._sessions: dict[str, _Session] = {}
         self._lock = threading.Lock()
-        self._server = _CompleteCancelActionServer(
-            node,
-            Navigate,
-            ACTION_NAME,
+        # Goal and cancel requests are taken in the order in which they came, of all actions;
+        # the parked execute callbacks are tasks of the executor, outside this group.
+        group = MutuallyExclusiveCallbackGroup()
+        self._servers = [self._serve(kind, group) for kind in ACTIONS]
+
+    def _serve(self, kind: ActionKind, group: MutuallyExclusiveCallbackGroup) -> ActionServer:
+        return _CompleteCancelActionServer(
+            self._node,
+            kind.type,
+            kind.name,
             execute_callback=self._execute,
-            goal_callback=self._on_goal,
-            handle_accepted_callback=self._on_accepted,
+            goal_callback=lambda goal: self._on_goal(kind.request(goal)),
+            handle_accepted_callback=lambda handle: self._on_accepted(kind, handle),
             cancel_callback=self._on_cancel,
-            # Goal and cancel requests are taken in the order in which they came; the
-            # parked execute callbacks are tasks of the executor, outside this group.
-            callback_group=MutuallyExclusiveCallbackGroup(),
+            callback_group=group,
             result_timeout=RESULT_TIMEOUT_S,
         )
 
     # --- executor threads --------------------------------------------------------------
 
-    def _on_goal(self, goal: Navigate.Goal) -> GoalResponse:
-        request = convert.request_from_goal(goal)
+    def _on_goal(self, request: Request) -> GoalResponse:
         try:
             rejection: Rejection | None = self._driver.call(
                 lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
@@ -123,11 +202,11 @@ class NavigateServer:
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
 
-    def _on_accepted(self, handle: ServerGoalHandle) -> None:
+    def _on_accepted(self, kind: ActionKind, handle: ServerGoalHandle) -> None:
         goal_id = bytes(handle.goal_id.uuid).hex()
         with self._lock:
-            self._sessions[goal_id] = _Session(handle, self._clock.now())
-        request = convert.request_from_goal(handle.request)
+            self._sessions[goal_id] = _Session(kind, handle, self._clock.now())
+        request = kind.request(handle.request)
         # EXECUTING before the bridge can end the goal: an end needs that state.
         handle.execute()
         self._driver.post(lambda: self._bridge.start_goal(goal_id, request, self._clock.now()))
@@ -142,7 +221,7 @@ class NavigateServer:
             accepted = False
         return CancelResponse.ACCEPT if accepted else CancelResponse.REJECT
 
-    def _execute(self, handle: ServerGoalHandle) -> Navigate.Result:
+    def _execute(self, handle: ServerGoalHandle) -> Any:
         goal_id = bytes(handle.goal_id.uuid).hex()
         session = self._sessions[goal_id]
         session.done.wait()
@@ -156,7 +235,7 @@ class NavigateServer:
             handle.abort()
         with self._lock:
             del self._sessions[goal_id]
-        return convert.result_message(finished, self._node.get_clock().now().to_msg())
+        return session.kind.result(finished, self._node.get_clock().now().to_msg())
 
     # --- driver thread -----------------------------------------------------------------
 
@@ -166,7 +245,7 @@ class NavigateServer:
         if session is None or session.finished is not None:
             return
         stamp = self._node.get_clock().now().to_msg()
-        session.handle.publish_feedback(convert.feedback_message(feedback, stamp))
+        session.handle.publish_feedback(session.kind.feedback(feedback, stamp))
 
     def finish(self, finished: GoalFinished) -> None:
         """Let the goal's execute callback return its result."""

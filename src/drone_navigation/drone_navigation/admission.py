@@ -1,44 +1,137 @@
-"""Whether a goal can be taken now, and what it means in the map frame. No ROS."""
+"""Whether a goal can be taken now, and the task that it becomes. No ROS."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
 from drone_navigation.map_frame import MapFrame
-from drone_navigation.requests import NavigateRequest, check_request, resolve
+from drone_navigation.requests import (
+    LandRequest,
+    MapPose,
+    NavigateRequest,
+    Request,
+    ReturnRequest,
+    TakeoffRequest,
+    check_request,
+    resolve,
+)
 from drone_navigation.settings import BridgeConfig
+from drone_navigation.traits import traits_of
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety import Rejection
-from navigation_core.tasks.goto import GotoGoal
+from navigation_core.safety import Rejection, check_target
+from navigation_core.tasks.base import Task
+from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.vehicle_led import (
+    LAND,
+    RETURN_TO_LAUNCH,
+    VehicleLed,
+    VehicleLedGoal,
+)
+
+_NO_OBSTACLE_SOURCE = "No obstacle source is configured, so the flight was planned straight."
+
+
+class Handover(NamedTuple):
+    """The setpoint that the replaced goal sent last; all None when there was none."""
+
+    commanded: KinematicState | None = None
+    yaw_enu_rad: float | None = None
+    time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """A request that can be worked on.
+
+    Attributes:
+        description: what it aims at, for the log.
+        target_enu_m: where it ends, in the map frame; None when the vehicle decides that.
+        make_task: makes the task, which goes on from a replaced goal's last setpoint.
+        warnings: sentences to tell people, and to add to the final message.
+    """
+
+    description: str
+    target_enu_m: Vector3 | None
+    make_task: Callable[[Handover], Task]
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What admission looks at, gathered once.
+
+    Attributes:
+        vehicle: the vehicle, which is connected and has a profile.
+        profile: that profile.
+        map_frame: its map frame.
+        pose: its pose in it; None only for what needs no position.
+        config: how goals are treated.
+    """
+
+    vehicle: Vehicle
+    profile: Profile
+    map_frame: MapFrame
+    pose: MapPose | None
+    config: BridgeConfig
+
+    @property
+    def ground_enu_m(self) -> float:
+        """Height of the ground in the map frame."""
+        return self.map_frame.ground_enu_m(self.vehicle.state)
+
+    @property
+    def flies(self) -> bool:
+        """Whether it is armed and in the air, as far as it says."""
+        state = self.vehicle.state
+        return state.armed and state.landed_state not in (
+            LandedState.ON_GROUND,
+            LandedState.UNDEFINED,
+        )
 
 
 def admit(
-    request: NavigateRequest,
+    request: Request,
     vehicle: Vehicle,
     map_frame: MapFrame,
     config: BridgeConfig,
     active_goal_id: str | None,
     now: float,
-) -> GotoGoal | Rejection:
-    """Return the target in the map frame, or the first reason against it."""
-    rejection = check_request(request) or _check_vehicle(vehicle, map_frame, config, now)
-    if rejection is not None:
-        return rejection
+) -> Admitted | Rejection:
+    """Return what a request means for this vehicle, or the first reason against it."""
+    if isinstance(request, NavigateRequest):
+        rejection = check_request(request)
+        if rejection is not None:
+            return rejection
+    # Who has lost the position must still be able to land.
+    needs_position = not isinstance(request, LandRequest)
+    situation = _situation(vehicle, map_frame, config, needs_position, now)
+    if isinstance(situation, Rejection):
+        return situation
     if active_goal_id is not None and not config.replace_active_goal:
         return Rejection(
             OutcomeCode.BUSY,
             f"Goal {active_goal_id} is active and on_new_goal is 'reject'; cancel it first.",
         )
-    state = vehicle.state
-    pose = map_frame.pose(state)
-    assert pose is not None  # _check_vehicle saw to it
-    return resolve(
-        request, pose, map_frame.ground_enu_m(state), config.volume, config.speed_max_m_s
-    )
+    if isinstance(request, NavigateRequest):
+        return _navigate(request, situation)
+    if isinstance(request, TakeoffRequest):
+        return _take_off(request, situation)
+    if isinstance(request, LandRequest):
+        return _vehicle_led(LAND, situation.profile.land_mode, situation)
+    if isinstance(request, ReturnRequest):
+        return _vehicle_led(RETURN_TO_LAUNCH, situation.profile.return_mode, situation)
+    return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, "Routes are not flown yet.")
 
 
-def _check_vehicle(
-    vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig, now: float
-) -> Rejection | None:
+def _situation(
+    vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig, needs_position: bool, now: float
+) -> Situation | Rejection:
     state, profile = vehicle.state, vehicle.profile
     if not vehicle.connected or profile is None:
         return Rejection(
@@ -51,8 +144,10 @@ def _check_vehicle(
             f"Goals on this vehicle ({profile.name}) are not supported; docs/autopilots.md lists "
             "those that are.",
         )
-    position = state.global_position
-    if map_frame.pose(state) is None or position is None:
+    position, pose = state.global_position, map_frame.pose(state)
+    if not needs_position:
+        return Situation(vehicle, profile, map_frame, pose, config)
+    if pose is None or position is None:
         return Rejection(
             OutcomeCode.NO_POSITION,
             "The autopilot has no valid position yet; wait for its GPS and estimator.",
@@ -64,10 +159,108 @@ def _check_vehicle(
             f"The last GLOBAL_POSITION_INT is {age_s:.1f} s old; check the link and the message "
             "rates.",
         )
-    if not state.armed and not config.goto.may_arm:
+    return Situation(vehicle, profile, map_frame, pose, config)
+
+
+def _may_move(situation: Situation) -> Rejection | None:
+    if situation.vehicle.state.armed or situation.config.goto.may_arm:
+        return None
+    return Rejection(
+        OutcomeCode.ARMING_NOT_ALLOWED,
+        "The vehicle is disarmed and the parameter arming is 'never'; arm and take off "
+        "yourself, or set arming to 'auto'.",
+    )
+
+
+def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Rejection:
+    rejection = _may_move(situation)
+    if rejection is not None:
+        return rejection
+    config = situation.config
+    assert situation.pose is not None
+    goal = resolve(
+        request,
+        situation.pose,
+        situation.map_frame.enu,
+        situation.ground_enu_m,
+        config.volume,
+        config.speed_max_m_s,
+    )
+    if isinstance(goal, Rejection):
+        return goal
+    warnings = (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else ()
+    return _goto(goal, config.goto, situation, warnings)
+
+
+def _take_off(request: TakeoffRequest, situation: Situation) -> Admitted | Rejection:
+    traits = traits_of(situation.profile)
+    if not traits.flies:
         return Rejection(
-            OutcomeCode.ARMING_NOT_ALLOWED,
-            "The vehicle is disarmed and the parameter arming is 'never'; arm and take off "
-            "yourself, or set arming to 'auto'.",
+            OutcomeCode.UNSUPPORTED_VEHICLE, f"A {traits.name} cannot take off; it drives."
         )
-    return None
+    if situation.flies:
+        return Rejection(
+            OutcomeCode.ALREADY_FLYING,
+            "The vehicle flies already; send a Navigate goal to change its height.",
+        )
+    rejection = _may_move(situation)
+    if rejection is not None:
+        return rejection
+    config = situation.config
+    assert situation.pose is not None
+    height_m = request.height_m or config.goto.takeoff_height_m
+    x, y, _ = situation.pose.position_enu_m
+    target = (x, y, situation.ground_enu_m + height_m)
+    rejection = check_target(target, None, situation.ground_enu_m, config.volume)
+    if rejection is not None:
+        return rejection
+    goto = replace(config.goto, takeoff_height_m=height_m, takeoff_height_min_m=height_m)
+    return _goto(GotoGoal(target, situation.pose.yaw_enu_rad), goto, situation)
+
+
+def _goto(
+    goal: GotoGoal, config: GotoConfig, situation: Situation, warnings: tuple[str, ...] = ()
+) -> Admitted:
+    traits = traits_of(situation.profile)
+    x, y, z = goal.position_enu_m
+    speed_m_s = goal.max_speed_m_s or config.limits.speed_horizontal_m_s
+
+    def make_task(handover: Handover) -> Task:
+        return Goto(
+            goal,
+            config,
+            predecessor=handover.commanded,
+            predecessor_yaw=handover.yaw_enu_rad,
+            predecessor_time_s=handover.time_s,
+            traits=traits,
+        )
+
+    return Admitted(
+        f"map ({x:.2f}, {y:.2f}, {z:.2f}) m at up to {speed_m_s:g} m/s",
+        goal.position_enu_m,
+        make_task,
+        warnings,
+    )
+
+
+def _vehicle_led(
+    goal: VehicleLedGoal, mode: str | None, situation: Situation
+) -> Admitted | Rejection:
+    traits = traits_of(situation.profile)
+    if mode is None:
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"{situation.profile.name} has no mode for a {goal.name}; docs/autopilots.md says what "
+            "each vehicle can do.",
+        )
+    if not situation.vehicle.state.armed:
+        return Rejection(
+            OutcomeCode.NOT_FLYING, f"The vehicle is disarmed, so there is no {goal.name} to do."
+        )
+    if traits.flies and not situation.flies:
+        return Rejection(
+            OutcomeCode.NOT_FLYING,
+            f"The vehicle is on the ground, so there is no {goal.name} to do.",
+        )
+    config = situation.config.goto
+    return Admitted(goal.name, None, lambda _handover: VehicleLed(goal, config, traits))

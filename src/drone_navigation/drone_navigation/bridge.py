@@ -11,15 +11,24 @@ I/O and reads no clock; the driver thread calls it with ``now`` and collects
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from drone_navigation import notes
-from drone_navigation.admission import admit
+from drone_navigation.admission import Admitted, Handover, admit
 from drone_navigation.goal import ActiveGoal, LogLevel, Output
 from drone_navigation.lifecycle import GoalEvent
 from drone_navigation.map_frame import MapFrame
-from drone_navigation.observation import hold_setpoint_ned, observe, setpoint_ned
+from drone_navigation.observation import (
+    hold_setpoint_ned,
+    observe,
+    setpoint_ned,
+    vehicle_mode,
+)
+from drone_navigation.operations import begin_operation
+from drone_navigation.parking import Parking
 from drone_navigation.reporting import Reporter
-from drone_navigation.requests import MapPose, NavigateRequest
+from drone_navigation.requests import MapPose, Request
+from drone_navigation.services import Service, ServiceDesk
 from drone_navigation.settings import BridgeConfig
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import SetpointError
@@ -49,7 +58,6 @@ from navigation_core.tasks.base import (
     Progress,
     Status,
 )
-from navigation_core.tasks.goto import Goto, GotoGoal
 
 __all__ = ["Bridge", "BridgeConfig"]
 
@@ -71,6 +79,8 @@ class Bridge:
         self._report = Reporter(vehicle, self._map_frame)
         self._goal: ActiveGoal | None = None
         self._close_when_sent = False
+        self._parking = Parking(vehicle, config.setpoint_period_s)
+        self._desk = ServiceDesk(vehicle, self._report)
 
     @property
     def active_goal_id(self) -> str | None:
@@ -84,7 +94,7 @@ class Bridge:
 
     # --- requests from clients -------------------------------------------------------
 
-    def check(self, request: NavigateRequest, now: float) -> Rejection | None:
+    def check(self, request: Request, now: float) -> Rejection | None:
         """Say whether a goal would be accepted now; a refusal is also put out for people."""
         result = self._admit(request, now)
         if not isinstance(result, Rejection):
@@ -92,28 +102,24 @@ class Bridge:
         self._report.rejected(result)
         return result
 
-    def start_goal(self, goal_id: str, request: NavigateRequest, now: float) -> None:
+    def start_goal(self, goal_id: str, request: Request, now: float) -> None:
         """Begin an accepted goal; it replaces the active one.
 
         The moment between :meth:`check` and this call is short but not nothing: what no
         longer holds ends the goal at once, with the same code.
         """
-        target = self._admit(request, now)
-        if isinstance(target, Rejection):
-            stillborn = self._new_goal(goal_id, request, GotoGoal(request.position_m), now)
-            self._report.ended(stillborn, Outcome(target.code, target.message, None), now)
+        admitted = self._admit(request, now)
+        if isinstance(admitted, Rejection):
+            self._report.stillborn(goal_id, admitted)
             return
         previous = self._goal
-        goal = self._goal = self._new_goal(goal_id, request, target, now)
+        goal = self._goal = self._new_goal(goal_id, admitted, now)
+        self._desk.give_up("A new goal was started.", now)
         if previous is not None:
             replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
             self._report.ended(previous, replaced, now)
         goal.apply(GoalEvent.EXECUTE)
-        self._report.accepted(goal, target, self._config.goto.limits.speed_horizontal_m_s)
-        if request.avoid_obstacles:
-            text = "No obstacle source is configured, so the flight was planned straight."
-            goal.notes.append(text)
-            self._report.log(LogLevel.WARN, f"Goal {goal.short_id} asks to avoid. {text}")
+        self._report.accepted(goal)
         goal.task.start(self._observe(goal, now), now)
 
     def cancel_goal(self, goal_id: str, now: float) -> bool:
@@ -128,6 +134,41 @@ class Bridge:
             goal.next_step_s = min(goal.next_step_s, now)
             self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
         return True
+
+    def pause(self, now: float) -> tuple[bool, str]:
+        """Stop the active goal until :meth:`resume`; returns whether it will, and a sentence."""
+        goal = self._goal
+        if goal is None:
+            return False, "No goal is active."
+        rejection = goal.task.pause(now)
+        if rejection is not None:
+            return False, rejection.message
+        goal.next_step_s = min(goal.next_step_s, now)
+        self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: paused")
+        return True, f"Goal {goal.goal_id} is paused."
+
+    def resume(self, now: float) -> tuple[bool, str]:
+        """Go on with a paused goal; returns whether there is one, and a sentence."""
+        goal = self._goal
+        if goal is None:
+            return False, "No goal is active."
+        goal.task.unpause(now)
+        goal.next_step_s = min(goal.next_step_s, now)
+        self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed")
+        return True, f"Goal {goal.goal_id} goes on."
+
+    def serve(self, number: int, service: Service, now: float) -> None:
+        """Do what a service asks of the vehicle; a ``ServiceDone`` with the number answers."""
+        goal = self._goal
+        if goal is not None and service is not Service.HOLD:
+            text = f"Goal {goal.goal_id} is active; cancel it first."
+            self._report.served(number, False, text)
+            return
+        if goal is not None:
+            text = "The hold service was called."
+            self._end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)
+        self._parking.give_up()
+        self._desk.begin(number, service, now)
 
     def shut_down(self, now: float) -> None:
         """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
@@ -172,6 +213,7 @@ class Bridge:
         """Do what is due."""
         self._vehicle.handle_timer(now)
         self._handle_events(now)
+        self._parking.handle_timer(now)
         goal = self._goal
         if goal is not None and now >= goal.next_step_s:
             goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
@@ -182,12 +224,10 @@ class Bridge:
 
     def next_deadline(self) -> float | None:
         """Return when :meth:`handle_timer` wants to be called."""
-        deadline = self._vehicle.next_deadline()
         goal = self._goal
-        if goal is None:
-            return deadline
-        own = min(goal.next_step_s, self._feedback_deadline(goal))
-        return own if deadline is None else min(own, deadline)
+        own = None if goal is None else min(goal.next_step_s, self._feedback_deadline(goal))
+        deadlines = (self._vehicle.next_deadline(), self._parking.next_deadline(), own)
+        return min((time for time in deadlines if time is not None), default=None)
 
     def messages_to_send(self) -> list[Message]:
         """Return the MAVLink messages that are to go out now."""
@@ -203,29 +243,33 @@ class Bridge:
 
     # --- goals -------------------------------------------------------------------------
 
-    def _admit(self, request: NavigateRequest, now: float) -> GotoGoal | Rejection:
+    def _admit(self, request: Request, now: float) -> Admitted | Rejection:
         return admit(
             request, self._vehicle, self._map_frame, self._config, self.active_goal_id, now
         )
 
-    def _new_goal(
-        self, goal_id: str, request: NavigateRequest, target: GotoGoal, now: float
-    ) -> ActiveGoal:
+    def _new_goal(self, goal_id: str, admitted: Admitted, now: float) -> ActiveGoal:
         """Make a goal that goes on from where the active one, if any, has got to."""
         previous = self._goal
-        if previous is None:
-            task = Goto(target, self._config.goto)
-            return ActiveGoal(goal_id, request, target.position_enu_m, task, now, now, now)
-        task = Goto(
-            target,
-            self._config.goto,
-            predecessor=previous.task.commanded,
-            predecessor_yaw=previous.task.commanded_yaw_enu_rad,
-            predecessor_time_s=previous.setpoint_s,
-        )
+        handover, next_step_s = Handover(), now
+        if previous is not None:
+            handover = Handover(
+                previous.task.commanded, previous.task.commanded_yaw_enu_rad, previous.setpoint_s
+            )
+            next_step_s = previous.next_step_s
+        self._parking.give_up()
         goal = ActiveGoal(
-            goal_id, request, target.position_enu_m, task, now, previous.next_step_s, now
+            goal_id,
+            admitted.description,
+            admitted.target_enu_m,
+            admitted.make_task(handover),
+            now,
+            next_step_s,
+            now,
+            notes=list(admitted.warnings),
         )
+        if previous is None:
+            return goal
         # An arming or a take-off under way is what the new goal needs, too.
         goal.operation, goal.operation_id = previous.operation, previous.operation_id
         return goal
@@ -242,6 +286,8 @@ class Bridge:
             return
         if isinstance(intent, Perform):
             self._perform(goal, intent, now)
+            if intent.kind is OperationKind.TAKE_CONTROL:
+                self._parking.keep_streaming(now)
         elif isinstance(intent, Fly):
             self._fly(goal, intent, now)
         if self._goal is goal:
@@ -250,18 +296,7 @@ class Bridge:
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
         if goal.operation is not None and goal.operation.kind is intent.kind:
             return
-        vehicle = self._vehicle
-        vehicle.close_stream()
-        if intent.kind is OperationKind.TAKE_CONTROL:
-            mode = None if vehicle.profile is None else vehicle.profile.control_mode
-            goal.operation_id = vehicle.change_mode(mode or "", now)
-        elif intent.kind is OperationKind.ARM:
-            goal.operation_id = vehicle.arm(now)
-        elif intent.kind is OperationKind.DISARM:
-            goal.operation_id = vehicle.disarm(now)
-        else:
-            assert intent.height_m is not None
-            goal.operation_id = vehicle.take_off(intent.height_m, now)
+        goal.operation_id = begin_operation(self._vehicle, intent, now)
         goal.operation = OperationReport(intent.kind, OperationState.PENDING, "")
 
     def _fly(self, goal: ActiveGoal, intent: Fly, now: float) -> None:
@@ -312,7 +347,9 @@ class Bridge:
                 vehicle.send_setpoint(hold_setpoint_ned(goal.task.commanded_yaw_enu_rad), now)
             except SetpointError as error:
                 self._report.log(LogLevel.WARN, f"The vehicle could not be told to hold: {error}")
-        self._close_when_sent = True  # closing now would drop that setpoint
+        if not self._parking.begin(hold_setpoint_ned(goal.task.commanded_yaw_enu_rad), now):
+            self._close_when_sent = True  # closing now would drop that setpoint
+        goal.progress = goal.task.progress(self._observe(goal, now), now)
         self._report.ended(goal, outcome, now)
 
     def _abandon(self, code: OutcomeCode, text: str, now: float) -> None:
@@ -347,6 +384,8 @@ class Bridge:
                 self._tell(event)
 
     def _finish_operation(self, event: OperationFinished, now: float) -> None:
+        if self._parking.finish(event) or self._desk.finish(event):
+            return
         goal = self._goal
         if goal is None or goal.operation is None or goal.operation_id != event.operation_id:
             return
@@ -360,6 +399,10 @@ class Bridge:
         self._report.note(notes.text(f"mode {event.name}"))
         self._report.log(LogLevel.INFO, f"Vehicle mode: {event.name}")
         if event.requested:
+            return
+        goal = self._goal
+        mode = vehicle_mode(self._vehicle.profile, event.name)
+        if goal is not None and goal.task.accepts_mode(mode):
             return
         state = self._vehicle.state
         if state.system_status == _MAV_STATE_BOOT:
@@ -402,10 +445,10 @@ class Bridge:
         return observe(self._vehicle, self._map_frame, goal.operation, now)
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:
-        progress = goal.task.progress(self._observe(goal, now), now)
+        progress = goal.progress = goal.task.progress(self._observe(goal, now), now)
         if self._vehicle.connected:
             return progress
-        return Progress(Status.LINK_LOST, progress.distance_remaining_m, progress.time_remaining_s)
+        return replace(progress, status=Status.LINK_LOST)
 
     def _feedback_deadline(self, goal: ActiveGoal) -> float:
         # Positions trigger feedback; without one for half a period, a timer does.

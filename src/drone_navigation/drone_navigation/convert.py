@@ -3,14 +3,39 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 
-from custom_interfaces.action import Navigate
+from custom_interfaces.action import (
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    ReturnToLaunch,
+    Takeoff,
+)
+from custom_interfaces.msg import GoalCode, Waypoint
 from drone_navigation.goal import GoalFeedback, GoalFinished
 from drone_navigation.lifecycle import GoalState
-from drone_navigation.requests import FRAME_MAP, MapPose, NavigateRequest
+from drone_navigation.requests import (
+    FRAME_MAP,
+    AltitudeReference,
+    LandRequest,
+    MapPose,
+    NavigateRequest,
+    ReturnRequest,
+    TakeoffRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from navigation_core.outcomes import OutcomeCode
+
+_REFERENCES = {
+    Waypoint.FRAME_GEODETIC_AMSL: AltitudeReference.AMSL,
+    Waypoint.FRAME_GEODETIC_ABOVE_HOME: AltitudeReference.HOME,
+    Waypoint.FRAME_GEODETIC_ABOVE_GROUND: AltitudeReference.GROUND,
+}
 
 
 def request_from_goal(goal: Navigate.Goal) -> NavigateRequest:
@@ -19,11 +44,54 @@ def request_from_goal(goal: Navigate.Goal) -> NavigateRequest:
     q = pose.orientation
     return NavigateRequest(
         frame_id=goal.target_pose.header.frame_id,
-        position_m=(pose.position.x, pose.position.y, pose.position.z),
+        position=(pose.position.x, pose.position.y, pose.position.z),
         orientation_xyzw=(q.x, q.y, q.z, q.w),
         avoid_obstacles=goal.avoid_obstacles,
         max_speed_m_s=goal.max_speed,
     )
+
+
+def request_from_waypoints(goal: NavigateWaypoints.Goal) -> WaypointsRequest:
+    """Return the request that a NavigateWaypoints goal makes."""
+    return WaypointsRequest(
+        waypoints=tuple(_waypoint(waypoint) for waypoint in goal.waypoints),
+        by_mission=goal.execution == NavigateWaypoints.Goal.EXECUTION_MISSION,
+        laps=goal.laps,
+        max_speed_m_s=goal.max_speed,
+        avoid_obstacles=goal.avoid_obstacles,
+    )
+
+
+def _waypoint(message: Waypoint) -> WaypointRequest:
+    position = message.position
+    return WaypointRequest(
+        position=(position.x, position.y, position.z),
+        altitude_reference=_REFERENCES.get(message.frame),
+        acceptance_radius_m=message.acceptance_radius,
+        hold_time_s=message.hold_time,
+        yaw_enu_rad=message.yaw if message.use_yaw else None,
+        max_speed_m_s=message.max_speed,
+    )
+
+
+def request_from_takeoff(goal: Takeoff.Goal) -> TakeoffRequest:
+    """Return the request that a Takeoff goal makes."""
+    return TakeoffRequest(goal.height)
+
+
+def request_from_land(_goal: Land.Goal) -> LandRequest:
+    """Return the request that a Land goal makes."""
+    return LandRequest()
+
+
+def request_from_return(_goal: ReturnToLaunch.Goal) -> ReturnRequest:
+    """Return the request that a ReturnToLaunch goal makes."""
+    return ReturnRequest()
+
+
+def code_number(code: OutcomeCode) -> int:
+    """Return the number of GoalCode.msg for a code."""
+    return int(getattr(GoalCode, code.value))
 
 
 def pose_stamped(pose: MapPose | None, stamp: Time) -> PoseStamped:
@@ -42,19 +110,57 @@ def pose_stamped(pose: MapPose | None, stamp: Time) -> PoseStamped:
 
 
 def feedback_message(feedback: GoalFeedback, stamp: Time) -> Navigate.Feedback:
-    """Return the action feedback; an unknown battery is NaN."""
+    """Return the feedback of Navigate; an unknown battery is NaN."""
     message = Navigate.Feedback()
+    _fill_feedback(message, feedback, stamp)
+    return message
+
+
+def waypoints_feedback(feedback: GoalFeedback, stamp: Time) -> NavigateWaypoints.Feedback:
+    """Return the feedback of NavigateWaypoints."""
+    message = NavigateWaypoints.Feedback()
+    _fill_feedback(message, feedback, stamp)
+    route = feedback.route
+    if route is not None:
+        message.current_waypoint = route.current
+        message.current_lap = route.lap
+        message.waypoints_remaining = route.remaining
+    return message
+
+
+def takeoff_feedback(feedback: GoalFeedback, stamp: Time) -> Takeoff.Feedback:
+    """Return the feedback of Takeoff."""
+    return _height_feedback(Takeoff.Feedback(), feedback, stamp)
+
+
+def land_feedback(feedback: GoalFeedback, stamp: Time) -> Land.Feedback:
+    """Return the feedback of Land."""
+    return _height_feedback(Land.Feedback(), feedback, stamp)
+
+
+def return_feedback(feedback: GoalFeedback, stamp: Time) -> ReturnToLaunch.Feedback:
+    """Return the feedback of ReturnToLaunch."""
+    return _height_feedback(ReturnToLaunch.Feedback(), feedback, stamp)
+
+
+def _height_feedback(message: Any, feedback: GoalFeedback, stamp: Time) -> Any:
+    _fill_feedback(message, feedback, stamp)
+    message.height = math.nan if feedback.height_m is None else feedback.height_m
+    return message
+
+
+def _fill_feedback(message: Any, feedback: GoalFeedback, stamp: Time) -> None:
+    """Fill what the feedbacks of all actions have."""
     message.current_pose = pose_stamped(feedback.pose, stamp)
     message.distance_remaining = feedback.distance_remaining_m
     message.estimated_time_remaining = feedback.time_remaining_s
     remaining = feedback.battery_remaining
     message.battery_percentage = math.nan if remaining is None else 100.0 * remaining
     message.current_status = feedback.status.value
-    return message
 
 
 def result_message(finished: GoalFinished, stamp: Time) -> Navigate.Result:
-    """Return the action result."""
+    """Return the result of Navigate."""
     message = Navigate.Result()
     message.success = finished.state is GoalState.SUCCEEDED
     message.final_pose = pose_stamped(finished.pose, stamp)
@@ -62,4 +168,34 @@ def result_message(finished: GoalFinished, stamp: Time) -> Navigate.Result:
     error_m = finished.final_error_m
     message.final_error = math.nan if error_m is None else error_m
     message.message = finished.message
+    return message
+
+
+def waypoints_result(finished: GoalFinished, stamp: Time) -> NavigateWaypoints.Result:
+    """Return the result of NavigateWaypoints."""
+    message = _result(NavigateWaypoints.Result(), finished, stamp)
+    message.waypoints_reached = finished.waypoints_reached
+    return message
+
+
+def takeoff_result(finished: GoalFinished, stamp: Time) -> Takeoff.Result:
+    """Return the result of Takeoff."""
+    return _result(Takeoff.Result(), finished, stamp)
+
+
+def land_result(finished: GoalFinished, stamp: Time) -> Land.Result:
+    """Return the result of Land."""
+    return _result(Land.Result(), finished, stamp)
+
+
+def return_result(finished: GoalFinished, stamp: Time) -> ReturnToLaunch.Result:
+    """Return the result of ReturnToLaunch."""
+    return _result(ReturnToLaunch.Result(), finished, stamp)
+
+
+def _result(message: Any, finished: GoalFinished, stamp: Time) -> Any:
+    message.error_code = code_number(finished.code)
+    message.message = finished.message
+    message.final_pose = pose_stamped(finished.pose, stamp)
+    message.total_elapsed_time = finished.elapsed_s
     return message

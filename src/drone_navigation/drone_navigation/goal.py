@@ -14,7 +14,7 @@ from drone_navigation.lifecycle import (
     next_state,
     terminal_event,
 )
-from drone_navigation.requests import MapPose, NavigateRequest
+from drone_navigation.requests import MapPose
 from mavlink_vehicle.codec import Message
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -22,6 +22,8 @@ from navigation_core.safety import Rejection
 from navigation_core.tasks.base import (
     OperationReport,
     Outcome,
+    Progress,
+    RouteProgress,
     Status,
     Task,
 )
@@ -46,6 +48,8 @@ class GoalFeedback:
         time_remaining_s: estimated time to the end of the goal; always finite.
         battery_remaining: fraction from 0 to 1; None when the vehicle does not say.
         status: what is happening.
+        height_m: height above the ground; None while it is not known.
+        route: how far the route is flown, for a goal that has one.
     """
 
     goal_id: str
@@ -54,6 +58,8 @@ class GoalFeedback:
     time_remaining_s: float
     battery_remaining: float | None
     status: Status
+    height_m: float | None = None
+    route: RouteProgress | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +74,7 @@ class GoalFinished:
         pose: last known pose in the map frame, or None.
         elapsed_s: time since the goal was accepted.
         final_error_m: measured distance to the target; None when it could not be measured.
+        waypoints_reached: for a route, how many waypoints were reached, all laps counted.
     """
 
     goal_id: str
@@ -77,6 +84,7 @@ class GoalFinished:
     pose: MapPose | None
     elapsed_s: float
     final_error_m: float | None
+    waypoints_reached: int = 0
 
 
 @dataclass(frozen=True)
@@ -106,7 +114,22 @@ class Annotation:
     message: Message
 
 
-Output: TypeAlias = GoalFeedback | GoalFinished | GoalRejected | LogLine | Annotation
+@dataclass(frozen=True)
+class ServiceDone:
+    """A service that took the vehicle a while has its answer.
+
+    Attributes:
+        number: what :meth:`Bridge.serve` was given.
+        success: whether the vehicle did it.
+        message: a sentence.
+    """
+
+    number: int
+    success: bool
+    message: str
+
+
+Output: TypeAlias = GoalFeedback | GoalFinished | GoalRejected | LogLine | Annotation | ServiceDone
 
 
 @dataclass
@@ -115,8 +138,8 @@ class ActiveGoal:
 
     Attributes:
         goal_id: UUID as hexadecimal digits.
-        request: as it was sent.
-        target_enu_m: the target in the map frame.
+        description: what it aims at, for the log.
+        target_enu_m: the target in the map frame; None when the vehicle decides.
         task: what works towards it.
         accepted_s: time of acceptance.
         next_step_s: time of the next step of the task.
@@ -129,11 +152,12 @@ class ActiveGoal:
         operation_id: the vehicle's number for it.
         setpoint_s: when the last setpoint was sent, or None.
         notes: sentences that are added to the final message.
+        progress: the last progress, or None.
     """
 
     goal_id: str
-    request: NavigateRequest
-    target_enu_m: Vector3
+    description: str
+    target_enu_m: Vector3 | None
     task: Task
     accepted_s: float
     next_step_s: float
@@ -146,6 +170,7 @@ class ActiveGoal:
     operation_id: int | None = None
     setpoint_s: float | None = None
     notes: list[str] = field(default_factory=list)
+    progress: Progress | None = None
 
     @property
     def short_id(self) -> str:
@@ -178,8 +203,9 @@ class ActiveGoal:
             code = outcome.code
         self.apply(terminal_event(code))
         error_m = outcome.final_error_m
-        if error_m is None and pose is not None:
+        if error_m is None and pose is not None and self.target_enu_m is not None:
             error_m = math.dist(pose.position_enu_m, self.target_enu_m)
+        route = None if self.progress is None else self.progress.route
         notes = "".join(f" {note}" for note in self.notes)
         return GoalFinished(
             goal_id=self.goal_id,
@@ -189,4 +215,5 @@ class ActiveGoal:
             pose=pose,
             elapsed_s=now - self.accepted_s,
             final_error_m=error_m,
+            waypoints_reached=route.reached if route is not None else 0,
         )

@@ -70,12 +70,19 @@ class MapFrame:
         # Of the two quaternions of an attitude, the one that people expect to read.
         w, x, y, z = (-part for part in attitude) if attitude[0] < 0.0 else attitude
         return MapPose(
-            position_enu_m=self._enu(
-                position.latitude_deg, position.longitude_deg, position.altitude_amsl_m
+            position_enu_m=self.enu(
+                (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
             ),
             yaw_enu_rad=frames.yaw_ned_to_enu(yaw_ned_rad),
             orientation_xyzw=(x, y, z, w),
         )
+
+    def home_enu_m(self, state: VehicleState) -> Vector3 | None:
+        """Return the launch point, or None while it or the origin is not known."""
+        if self._origin is None or state.home is None:
+            return None
+        home = state.home
+        return self.enu((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
 
     def ground_enu_m(self, state: VehicleState) -> float:
         """Return the map height of the ground: home's altitude, or the origin's."""
@@ -83,8 +90,10 @@ class MapFrame:
             return 0.0
         return state.home.altitude_amsl_m - self._origin[2]
 
-    def _enu(self, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> Vector3:
+    def enu(self, place: Geodetic) -> Vector3:
+        """Return a place in the map frame; the origin must be known."""
         assert self._origin is not None
+        latitude_deg, longitude_deg, altitude_amsl_m = place
         origin = self._origin
         north_m, east_m, _ = frames.geodetic_to_ned(
             latitude_deg, longitude_deg, altitude_amsl_m, origin

@@ -3,4 +3,8 @@
 from __future__ import annotations
 
 ACTION_NAME = "navigate_to_waypoint"
+WAYPOINTS_ACTION_NAME = "navigate_waypoints"
+TAKEOFF_ACTION_NAME = "takeoff"
+LAND_ACTION_NAME = "land"
+RETURN_ACTION_NAME = "return_to_launch"
 SERVER_NODE_NAME = "navigation_server"

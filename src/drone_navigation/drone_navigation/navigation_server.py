@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from drone_navigation import notes
-from drone_navigation.actions import NavigateServer
+from drone_navigation.actions import GoalServers
 from drone_navigation.bridge import Bridge
 from drone_navigation.configuration import (
     PARAMETERS,
@@ -33,9 +33,11 @@ from drone_navigation.goal import (
     GoalRejected,
     LogLevel,
     LogLine,
+    ServiceDone,
 )
 from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.parameters import declare_parameters
+from drone_navigation.service_servers import ServiceServers
 from drone_navigation.topics import Topics
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.errors import LinkError
@@ -66,13 +68,17 @@ class ServerApplication:
         self._recorder = recorder
         self._clock = clock
         self._notes = Codec(source_system=1, source_component=notes.COMPONENT_ID)
-        self._server: NavigateServer | None = None
+        self._server: GoalServers | None = None
+        self._services: ServiceServers | None = None
         self._topics: Topics | None = None
         self._node: Node | None = None
 
-    def attach(self, node: Node, server: NavigateServer, topics: Topics) -> None:
+    def attach(
+        self, node: Node, server: GoalServers, services: ServiceServers, topics: Topics
+    ) -> None:
         """Say where outputs go."""
         self._node, self._server, self._topics = node, server, topics
+        self._services = services
 
     def start(self, now: float) -> None:
         """Start the bridge."""
@@ -115,6 +121,8 @@ class ServerApplication:
                 self._server.finish(output)
             elif isinstance(output, GoalRejected) and self._topics is not None:
                 self._topics.publish_rejection(output.text)
+            elif isinstance(output, ServiceDone) and self._services is not None:
+                self._services.finish(output)
             elif isinstance(output, LogLine) and self._node is not None:
                 _log(self._node, output)
             elif isinstance(output, Annotation) and self._recorder is not None:
@@ -209,8 +217,9 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
         source_component=config.vehicle.source_component,
     )
     driver = Driver(application, link, codec, clock, recorder, application.fail)
-    server = NavigateServer(node, bridge, driver, clock)
-    application.attach(node, server, Topics(node))
+    server = GoalServers(node, bridge, driver, clock)
+    services = ServiceServers(node, bridge, driver, clock)
+    application.attach(node, server, services, Topics(node))
     executor = MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS)
     executor.add_node(node)
     spinner = threading.Thread(
@@ -242,7 +251,7 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
 def _stop_goals(
     bridge: Bridge,
     driver: Driver,
-    server: NavigateServer,
+    server: GoalServers,
     clock: MonotonicClock,
     config: ServerConfig,
 ) -> None:

@@ -7,8 +7,9 @@ import math
 from drone_navigation.map_frame import MapFrame
 from mavlink_vehicle import frames
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle
-from navigation_core.tasks.base import Observation, OperationReport, Setpoint
+from navigation_core.tasks.base import Observation, OperationReport, Setpoint, VehicleMode
 
 _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.UNDEFINED: None,
@@ -17,6 +18,23 @@ _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.IN_AIR: True,
     LandedState.LANDING: True,
 }
+
+
+def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
+    """Say what a mode, by the autopilot's own name, is good for."""
+    if profile is None or not name:
+        return VehicleMode.OTHER
+    for mode, known in (
+        (VehicleMode.CONTROL, profile.control_mode),
+        (VehicleMode.HOLD, profile.hold_mode),
+        (VehicleMode.LAND, profile.land_mode),
+        (VehicleMode.RETURN, profile.return_mode),
+        (VehicleMode.MISSION, profile.mission_mode),
+        (VehicleMode.TAKE_OFF, profile.takeoff_mode),
+    ):
+        if name == known:
+            return mode
+    return VehicleMode.OTHER
 
 
 def observe(
@@ -42,6 +60,9 @@ def observe(
         position_age_s=age_s,
         connected=vehicle.connected,
         operation=operation,
+        mode=vehicle_mode(vehicle.profile, vehicle.mode_name),
+        home_enu_m=map_frame.home_enu_m(state),
+        landing=state.landed_state is LandedState.LANDING,
     )
 
 

@@ -9,18 +9,20 @@ from drone_navigation.goal import (
     ActiveGoal,
     Annotation,
     GoalFeedback,
+    GoalFinished,
     GoalRejected,
     LogLevel,
     LogLine,
     Output,
+    ServiceDone,
 )
+from drone_navigation.lifecycle import GoalState
 from drone_navigation.map_frame import MapFrame
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
 from navigation_core.tasks.base import Outcome, Progress
-from navigation_core.tasks.goto import GotoGoal
 
 
 class Reporter:
@@ -51,16 +53,15 @@ class Reporter:
         self._outputs.append(output)
         self.log(LogLevel.WARN, f"Goal rejected: {output.text}")
 
-    def accepted(self, goal: ActiveGoal, target: GotoGoal, speed_default_m_s: float) -> None:
+    def accepted(self, goal: ActiveGoal) -> None:
         """Tell that a goal begins."""
-        x, y, z = target.position_enu_m
-        speed = target.max_speed_m_s or speed_default_m_s
-        self.log(
-            LogLevel.INFO,
-            f"Goal {goal.short_id} accepted: map ({x:.2f}, {y:.2f}, {z:.2f}) m at up to "
-            f"{speed:g} m/s",
-        )
-        self.note(notes.goal_accepted(goal.short_id, target.position_enu_m))
+        self.log(LogLevel.INFO, f"Goal {goal.short_id} accepted: {goal.description}")
+        if goal.target_enu_m is None:
+            self.note(notes.text(f"goal {goal.short_id} {goal.description}"))
+        else:
+            self.note(notes.goal_accepted(goal.short_id, goal.target_enu_m))
+        for warning in goal.notes:
+            self.log(LogLevel.WARN, f"Goal {goal.short_id}: {warning}")
 
     def status(self, goal: ActiveGoal, progress: Progress) -> None:
         """Tell when a goal's status is another one than before."""
@@ -82,10 +83,32 @@ class Reporter:
                 time_remaining_s=progress.time_remaining_s,
                 battery_remaining=None if state.battery is None else state.battery.remaining,
                 status=progress.status,
+                height_m=self._height_m(),
+                route=progress.route,
             )
         )
         for message in notes.progress(progress, now):
             self.note(message)
+
+    def stillborn(self, goal_id: str, rejection: Rejection) -> None:
+        """Tell that a goal, accepted a moment ago, can no longer begin."""
+        text = f"{rejection.code.value}: {rejection.message}"
+        pose = self._map_frame.pose(self._vehicle.state)
+        self._outputs.append(
+            GoalFinished(goal_id, GoalState.ABORTED, rejection.code, text, pose, 0.0, None)
+        )
+        self.log(LogLevel.WARN, f"Goal {goal_id[:8]} ABORTED: {text}")
+
+    def served(self, number: int, success: bool, message: str) -> None:
+        """Answer a service."""
+        self._outputs.append(ServiceDone(number, success, message))
+
+    def _height_m(self) -> float | None:
+        state = self._vehicle.state
+        pose = self._map_frame.pose(state)
+        if pose is None:
+            return None
+        return pose.position_enu_m[2] - self._map_frame.ground_enu_m(state)
 
     def ended(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         """Move a goal to its end and tell it."""

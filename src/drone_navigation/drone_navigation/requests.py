@@ -1,9 +1,12 @@
-"""What a client asks for, checked and resolved into the map frame. No ROS."""
+"""What clients ask for, checked and resolved into the map frame. No ROS."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
 
 from mavlink_vehicle import frames
 from navigation_core.geometry import Vector3
@@ -13,6 +16,7 @@ from navigation_core.tasks.goto import GotoGoal
 
 FRAME_MAP = "map"
 FRAME_BASE_LINK = "base_link"
+FRAME_WGS84 = "wgs84"
 
 # A quaternion whose norm is this near to 1 has suffered from rounding (float32, YAML
 # typed by hand); one further off was not meant as an orientation.
@@ -27,18 +31,90 @@ class NavigateRequest:
     """A goal of ``custom_interfaces/action/Navigate`` as it was sent.
 
     Attributes:
-        frame_id: "map", "" (which means map) or "base_link".
-        position_m: target in that frame, ENU or FLU metres.
+        frame_id: "map", "" (which means map), "base_link" or "wgs84".
+        position: target in that frame: ENU or FLU metres, or latitude and longitude in degrees
+            and altitude above mean sea level in metres.
         orientation_xyzw: target orientation; all zero = face the direction of travel.
         avoid_obstacles: whether the client asked for obstacle avoidance.
         max_speed_m_s: highest ground speed; 0 = the configured default.
     """
 
     frame_id: str
-    position_m: Vector3
+    position: Vector3
     orientation_xyzw: tuple[float, float, float, float]
     avoid_obstacles: bool
     max_speed_m_s: float
+
+
+class AltitudeReference(Enum):
+    """What the third number of a geodetic waypoint is counted from."""
+
+    AMSL = "above mean sea level"
+    HOME = "above home"
+    GROUND = "above the ground below the vehicle"
+
+
+@dataclass(frozen=True)
+class WaypointRequest:
+    """One waypoint as it was sent.
+
+    Attributes:
+        position: ENU metres, or latitude and longitude in degrees and a height in metres.
+        altitude_reference: for a geodetic position, what the height is counted from; None for
+            a position in the map frame.
+        acceptance_radius_m: reached when this near; 0 = the configured default.
+        hold_time_s: how long to stay; 0 = fly through.
+        yaw_enu_rad: heading, or None for the direction of travel.
+        max_speed_m_s: highest ground speed on the way to it; 0 = the goal's.
+    """
+
+    position: Vector3
+    altitude_reference: AltitudeReference | None = None
+    acceptance_radius_m: float = 0.0
+    hold_time_s: float = 0.0
+    yaw_enu_rad: float | None = None
+    max_speed_m_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class WaypointsRequest:
+    """A goal of ``custom_interfaces/action/NavigateWaypoints`` as it was sent.
+
+    Attributes:
+        waypoints: the route.
+        by_mission: whether the autopilot flies it as a mission; otherwise the bridge does.
+        laps: how often the route is flown; 0 = once.
+        max_speed_m_s: highest ground speed; 0 = the configured default.
+        avoid_obstacles: whether the client asked for obstacle avoidance.
+    """
+
+    waypoints: tuple[WaypointRequest, ...]
+    by_mission: bool = False
+    laps: int = 0
+    max_speed_m_s: float = 0.0
+    avoid_obstacles: bool = False
+
+
+@dataclass(frozen=True)
+class TakeoffRequest:
+    """A goal of ``custom_interfaces/action/Takeoff``; height 0 = the configured default."""
+
+    height_m: float
+
+
+@dataclass(frozen=True)
+class LandRequest:
+    """A goal of ``custom_interfaces/action/Land``."""
+
+
+@dataclass(frozen=True)
+class ReturnRequest:
+    """A goal of ``custom_interfaces/action/ReturnToLaunch``."""
+
+
+Request: TypeAlias = (
+    NavigateRequest | WaypointsRequest | TakeoffRequest | LandRequest | ReturnRequest
+)
 
 
 @dataclass(frozen=True)
@@ -52,18 +128,23 @@ class MapPose:
 
 def check_request(request: NavigateRequest) -> Rejection | None:
     """Check all that can be judged without a vehicle: numbers, frame, speed, orientation."""
-    numbers = (*request.position_m, *request.orientation_xyzw, request.max_speed_m_s)
+    numbers = (*request.position, *request.orientation_xyzw, request.max_speed_m_s)
     if not all(math.isfinite(number) for number in numbers):
         return Rejection(
             OutcomeCode.INVALID_NUMBER,
             "The goal contains a number that is NaN or infinite; every number must be finite.",
         )
-    if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK):
+    if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84):
         return Rejection(
             OutcomeCode.UNKNOWN_FRAME,
             f"Frame '{request.frame_id}' is not known; use '{FRAME_MAP}' (ENU metres from the "
-            f"vehicle's local origin) or '{FRAME_BASE_LINK}' (FLU metres from the vehicle).",
+            f"vehicle's local origin), '{FRAME_BASE_LINK}' (FLU metres from the vehicle) or "
+            f"'{FRAME_WGS84}' (latitude, longitude, altitude above mean sea level).",
         )
+    if request.frame_id == FRAME_WGS84:
+        rejection = check_geodetic(request.position)
+        if rejection is not None:
+            return rejection
     if request.max_speed_m_s < 0.0:
         return Rejection(
             OutcomeCode.NEGATIVE_SPEED,
@@ -92,9 +173,22 @@ def check_request(request: NavigateRequest) -> Rejection | None:
     return None
 
 
+def check_geodetic(position: Vector3) -> Rejection | None:
+    """Say why latitude and longitude (degrees) are no place on earth, or None."""
+    latitude_deg, longitude_deg, _ = position
+    if abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0:
+        return None
+    return Rejection(
+        OutcomeCode.INVALID_NUMBER,
+        f"({latitude_deg:g}, {longitude_deg:g}) is no place on earth; give the latitude (-90 to "
+        "90 degrees) first, then the longitude (-180 to 180 degrees).",
+    )
+
+
 def resolve(
     request: NavigateRequest,
     pose: MapPose,
+    geodetic_to_enu: Callable[[Vector3], Vector3],
     ground_enu_m: float,
     volume: FlightVolume,
     speed_max_m_s: float,
@@ -105,6 +199,7 @@ def resolve(
         request: what the client sent.
         pose: the vehicle's pose now; a base_link target is relative to its position and yaw
             (the level body frame: roll and pitch of the moment do not tilt the target).
+        geodetic_to_enu: turns (latitude, longitude, altitude AMSL) into the map frame.
         ground_enu_m: height of the ground in the map frame.
         volume: where targets are accepted.
         speed_max_m_s: highest ground speed the server is configured to fly.
@@ -113,9 +208,11 @@ def resolve(
         The goal, or why it is refused.
     """
     yaw = _yaw_enu_rad(request.orientation_xyzw)
-    position = request.position_m
-    if request.frame_id == FRAME_BASE_LINK:
-        offset = frames.body_flu_to_enu(request.position_m, pose.yaw_enu_rad)
+    position = request.position
+    if request.frame_id == FRAME_WGS84:
+        position = geodetic_to_enu(position)
+    elif request.frame_id == FRAME_BASE_LINK:
+        offset = frames.body_flu_to_enu(request.position, pose.yaw_enu_rad)
         position = (
             pose.position_enu_m[0] + offset[0],
             pose.position_enu_m[1] + offset[1],

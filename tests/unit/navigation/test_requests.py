@@ -31,9 +31,14 @@ def pose(x: float = 0.0, y: float = 0.0, z: float = 5.0, yaw: float = 0.0) -> Ma
     return MapPose((x, y, z), yaw, (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
 
+def enu(place: tuple[float, float, float]) -> tuple[float, float, float]:
+    """A world in which a thousandth of a degree is 100 m, and the origin 50 m above the sea."""
+    return (place[1] * 1e5, place[0] * 1e5, place[2] - 50.0)
+
+
 def goal(asked: NavigateRequest, at: MapPose | None = None) -> GotoGoal:
     assert check_request(asked) is None
-    result = resolve(asked, at or pose(), 0.0, VOLUME, 10.0)
+    result = resolve(asked, at or pose(), enu, 0.0, VOLUME, 10.0)
     assert isinstance(result, GotoGoal), result
     return result
 
@@ -120,18 +125,32 @@ def test_base_link_is_relative_to_position_and_yaw(vehicle_yaw: float, turn: flo
 
 
 def test_below_ground_and_outside_the_volume() -> None:
-    below = resolve(request((1.0, 1.0, -3.0)), pose(), 0.0, VOLUME, 10.0)
+    below = resolve(request((1.0, 1.0, -3.0)), pose(), enu, 0.0, VOLUME, 10.0)
     assert isinstance(below, Rejection)
     assert below.code is OutcomeCode.BELOW_GROUND
-    far = resolve(request((99.0, 99.0, 5.0)), pose(), 0.0, VOLUME, 10.0)
+    far = resolve(request((99.0, 99.0, 5.0)), pose(), enu, 0.0, VOLUME, 10.0)
     assert isinstance(far, Rejection)
     assert far.code is OutcomeCode.OUTSIDE_VOLUME
-    high = resolve(request((1.0, 1.0, 51.0)), pose(), 0.0, VOLUME, 10.0)
+    high = resolve(request((1.0, 1.0, 51.0)), pose(), enu, 0.0, VOLUME, 10.0)
     assert isinstance(high, Rejection)
     assert high.code is OutcomeCode.OUTSIDE_VOLUME
 
 
 def test_heights_are_judged_above_the_ground_not_above_the_origin() -> None:
-    below = resolve(request((1.0, 1.0, 2.0)), pose(), 3.0, VOLUME, 10.0)
+    below = resolve(request((1.0, 1.0, 2.0)), pose(), enu, 3.0, VOLUME, 10.0)
     assert isinstance(below, Rejection)
     assert below.code is OutcomeCode.BELOW_GROUND
+
+
+def test_a_geodetic_target_is_latitude_longitude_and_altitude_above_the_sea() -> None:
+    target = goal(request((0.0002, -0.0003, 62.0), frame="wgs84"))
+    assert target.position_enu_m == pytest.approx((-30.0, 20.0, 12.0))
+    assert target.yaw_enu_rad == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("place", [(90.1, 0.0, 50.0), (0.0, 180.5, 50.0), (149.2, -35.4, 600.0)])
+def test_a_place_that_is_not_on_earth_is_refused(place: tuple[float, float, float]) -> None:
+    rejection = check_request(request(place, frame="wgs84"))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.INVALID_NUMBER
+    assert "latitude (-90 to" in rejection.message

@@ -35,6 +35,7 @@ COPTER = Profile(
     hold_mode="BRAKE",
     land_mode="LAND",
     return_mode="RTL",
+    mission_mode="AUTO",
     takeoff=TakeoffForm.ABOVE_HOME,
     # GCS_MAVLink_Copter.cpp, SET_POSITION_TARGET_LOCAL_NED: a position may come with a
     # velocity, and both with an acceleration, but a position with an acceleration alone, or
@@ -50,6 +51,7 @@ ROVER = Profile(
     control_mode="GUIDED",
     hold_mode="HOLD",
     return_mode="RTL",
+    mission_mode="AUTO",
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_P,
     unsupported_messages=_PX4_MESSAGES,
@@ -60,6 +62,7 @@ PLANE = Profile(
     modes=_modes("PLANE_MODE"),
     hold_mode="LOITER",
     return_mode="RTL",
+    mission_mode="AUTO",
     unsupported_messages=_PX4_MESSAGES,
 )
 

@@ -41,6 +41,9 @@ class Profile:
         hold_mode: the mode that stops and holds by itself, without a pilot's sticks.
         land_mode: lands where it is.
         return_mode: returns to its launch point.
+        mission_mode: flies the uploaded mission.
+        takeoff_mode: the mode that a take-off changes to, if it does not stay in the control
+            mode.
         takeoff: how the take-off command is written.
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
@@ -61,6 +64,8 @@ class Profile:
     hold_mode: str | None = None
     land_mode: str | None = None
     return_mode: str | None = None
+    mission_mode: str | None = None
+    takeoff_mode: str | None = None
     takeoff: TakeoffForm = TakeoffForm.NONE
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE

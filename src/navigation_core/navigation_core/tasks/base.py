@@ -16,8 +16,10 @@ from navigation_core.geometry import KinematicState, Vector3, is_finite
 from navigation_core.outcomes import OutcomeCode, Rejection
 
 __all__ = [
+    "COPTER",
     "Fly",
     "Intent",
+    "MissionReport",
     "Observation",
     "OperationKind",
     "OperationReport",
@@ -28,9 +30,12 @@ __all__ = [
     "Progress",
     "Rejection",
     "Requirement",
+    "RouteProgress",
     "Setpoint",
     "Status",
     "Task",
+    "Traits",
+    "VehicleMode",
     "Wait",
     "check_requirements",
 ]
@@ -45,6 +50,10 @@ class Status(str, Enum):
     NAVIGATING = "NAVIGATING"
     SETTLING = "SETTLING"
     HOLDING = "HOLDING"
+    PAUSED = "PAUSED"
+    UPLOADING = "UPLOADING"
+    RETURNING = "RETURNING"
+    LANDING = "LANDING"
     CANCELLING = "CANCELLING"
     LINK_LOST = "LINK_LOST"
 
@@ -56,6 +65,53 @@ class OperationKind(Enum):
     ARM = "ARM"
     DISARM = "DISARM"
     TAKE_OFF = "TAKE_OFF"
+    HOLD = "HOLD"
+    LAND = "LAND"
+    RETURN = "RETURN"
+    REPOSITION = "REPOSITION"
+    UPLOAD_MISSION = "UPLOAD_MISSION"
+    START_MISSION = "START_MISSION"
+
+
+class VehicleMode(Enum):
+    """What the vehicle's mode is good for, whatever its firmware calls it."""
+
+    CONTROL = "CONTROL"
+    """It follows setpoints."""
+    HOLD = "HOLD"
+    """It holds by itself; a plane circles."""
+    TAKE_OFF = "TAKE_OFF"
+    LAND = "LAND"
+    RETURN = "RETURN"
+    MISSION = "MISSION"
+    OTHER = "OTHER"
+
+
+@dataclass(frozen=True)
+class Traits:
+    """What a kind of vehicle can do.
+
+    Attributes:
+        name: for sentences: "copter", "rover".
+        flies: whether it leaves the ground.
+        hovers: whether it can stand still away from the ground, or on it. A plane cannot.
+        control_before_takeoff: whether it must be in the mode in which it follows setpoints
+            before it takes off (ArduCopter), or must not (PX4).
+        lands_itself: whether it can be told to land where it is.
+        circle_radius_m: radius of the circle that it flies instead of standing still.
+        turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
+    """
+
+    name: str = "copter"
+    flies: bool = True
+    hovers: bool = True
+    control_before_takeoff: bool = True
+    lands_itself: bool = True
+    circle_radius_m: float = 0.0
+    turning_radius_m: float = 0.0
+
+
+COPTER = Traits()
 
 
 class OperationState(Enum):
@@ -85,6 +141,23 @@ class OperationReport:
 
 
 @dataclass(frozen=True)
+class MissionReport:
+    """How the mission in the autopilot stands.
+
+    Attributes:
+        current: index in the uploaded route of the waypoint that it is on its way to, from 0.
+        reached: how many waypoints of the route it has said to have reached, laps counted.
+        complete: whether it says that the mission is over.
+        changed_by: who changed or removed our mission in the autopilot; empty if it is ours.
+    """
+
+    current: int
+    reached: int
+    complete: bool
+    changed_by: str = ""
+
+
+@dataclass(frozen=True)
 class Observation:
     """What is known about the vehicle at one moment.
 
@@ -100,6 +173,10 @@ class Observation:
         position_age_s: time since the position was received; infinite without one.
         connected: whether the vehicle is heard.
         operation: state of the operation that the task asked for last, or None.
+        mode: what the vehicle's mode is good for.
+        home_enu_m: the launch point in the map frame, or None.
+        landing: whether it says that it is landing.
+        mission: how the uploaded mission stands, or None.
     """
 
     time_s: float
@@ -113,6 +190,10 @@ class Observation:
     position_age_s: float
     connected: bool
     operation: OperationReport | None
+    mode: VehicleMode = VehicleMode.OTHER
+    home_enu_m: Vector3 | None = None
+    landing: bool = False
+    mission: MissionReport | None = None
 
 
 @dataclass(frozen=True)
@@ -147,10 +228,14 @@ class Perform:
     Attributes:
         kind: which operation.
         height_m: for TAKE_OFF, the height above the ground to climb to.
+        target_enu_m: for REPOSITION, where to go.
+        speed_m_s: for REPOSITION, the speed on the way; None for the vehicle's own.
     """
 
     kind: OperationKind
     height_m: float | None = None
+    target_enu_m: Vector3 | None = None
+    speed_m_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -179,6 +264,23 @@ class Outcome:
 
 
 @dataclass(frozen=True)
+class RouteProgress:
+    """How far a route is flown.
+
+    Attributes:
+        current: the waypoint that the vehicle is on its way to, from 0.
+        lap: the lap, from 0.
+        remaining: waypoints that are left, the current one and all laps included.
+        reached: waypoints that were reached, all laps counted.
+    """
+
+    current: int
+    lap: int
+    remaining: int
+    reached: int
+
+
+@dataclass(frozen=True)
 class Progress:
     """How far a task is. Both numbers are always finite and not negative.
 
@@ -186,11 +288,13 @@ class Progress:
         status: what is happening.
         distance_remaining_m: length of the way that is left.
         time_remaining_s: estimated time to the end.
+        route: how far the route is flown, for a task that has one.
     """
 
     status: Status
     distance_remaining_m: float
     time_remaining_s: float
+    route: RouteProgress | None = None
 
 
 class Requirement(Flag):
@@ -226,6 +330,18 @@ class Task(Protocol):
 
     def cancel(self, now: float) -> None:
         """Ask for an early end; the steps that follow bring the vehicle to a stop."""
+
+    def pause(self, now: float) -> Rejection | None:
+        """Stop and hold until :meth:`unpause`; says why if this cannot be paused."""
+
+    def unpause(self, now: float) -> None:
+        """Go on after a pause."""
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """Whether the vehicle may get into this mode by itself at this point of the task.
+
+        Any other change of mode that nobody here asked for is somebody taking over.
+        """
 
     def resume(self, observation: Observation, now: float) -> None:
         """Go on after a time without steps."""

@@ -19,6 +19,12 @@ _WHAT = {
     OperationKind.ARM: "arm",
     OperationKind.DISARM: "disarm",
     OperationKind.TAKE_OFF: "take off",
+    OperationKind.HOLD: "hold",
+    OperationKind.LAND: "land",
+    OperationKind.RETURN: "return to the launch point",
+    OperationKind.REPOSITION: "go to the target",
+    OperationKind.UPLOAD_MISSION: "take the mission",
+    OperationKind.START_MISSION: "start the mission",
 }
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from navigation_core.geometry import KinematicState, distance, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
+    COPTER,
     Fly,
     Intent,
     Observation,
@@ -21,7 +22,10 @@ from navigation_core.tasks.base import (
     Outcome,
     Perform,
     Progress,
+    Rejection,
     Requirement,
+    Traits,
+    VehicleMode,
     Wait,
 )
 from navigation_core.tasks.conditions import Dwell, Operation
@@ -40,7 +44,8 @@ from navigation_core.trajectory import TrajectoryError
 __all__ = ["Goto", "GotoConfig", "GotoConfigError", "GotoGoal"]
 
 _Answer = Intent | Outcome | None
-_FLYING = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.HOLDING, Phase.BRAKING})
+_PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING})
+_FLYING = _PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.BRAKING}
 _STOPPING = frozenset({Phase.BRAKING, Phase.DISARMING})
 # A step changes the phase a few times at most; more would be a programming error.
 _PHASE_CHANGES_MAX = 8
@@ -56,6 +61,7 @@ class Goto:
         predecessor: KinematicState | None = None,
         predecessor_yaw: float | None = None,
         predecessor_time_s: float | None = None,
+        traits: Traits = COPTER,
     ) -> None:
         """Prepare.
 
@@ -66,9 +72,11 @@ class Goto:
                 this one goes on without a jump; None to begin at the measured state.
             predecessor_yaw: yaw of that setpoint.
             predecessor_time_s: when it was sent; None for the time of :meth:`start`.
+            traits: what the vehicle can do.
         """
         self._goal = goal
         self._config = config
+        self._traits = traits
         self._flight = Flight(goal, config, predecessor, predecessor_yaw)
         self._estimator = GotoEstimator(goal, config, self._flight.limits)
         self._predecessor_time_s = predecessor_time_s
@@ -79,6 +87,7 @@ class Goto:
         self._arming_asked = False
         self._armed_seen = False
         self._cancel_asked = False
+        self._pause_asked = False
         self._ending: Outcome | None = None
         self._outcome: Outcome | None = None
         self._arrival = Dwell(config.arrival_dwell_s)
@@ -91,6 +100,7 @@ class Goto:
             Phase.NAVIGATING: self._navigate,
             Phase.SETTLING: self._settle,
             Phase.HOLDING: self._hold,
+            Phase.PAUSED: self._stay,
             Phase.BRAKING: self._brake,
             Phase.DISARMING: self._disarm,
         }
@@ -138,6 +148,9 @@ class Goto:
             if self._cancel_asked and self._phase not in _STOPPING:
                 text = "The goal was cancelled."
                 self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
+            elif self._pause_asked and self._phase in _PAUSABLE:
+                self._flight.plan_stop(observation)
+                self._go(Event.PAUSE, now)
             answer = self._answer(observation, now)
         except TrajectoryError as error:
             answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
@@ -151,6 +164,22 @@ class Goto:
     def cancel(self, now: float) -> None:
         """Ask for an early end; the steps that follow bring the vehicle to a stop."""
         self._cancel_asked = True
+
+    def pause(self, now: float) -> Rejection | None:
+        """Brake and hold until :meth:`unpause`; before the flight, as soon as it begins."""
+        self._pause_asked = True
+        return None
+
+    def unpause(self, now: float) -> None:
+        """Go on after a pause."""
+        self._pause_asked = False
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
+        if self._traits.control_before_takeoff:
+            return False
+        before_flight = self._phase not in _FLYING
+        return before_flight and mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD)
 
     def resume(self, observation: Observation, now: float) -> None:
         """Go on after a time without steps: the flight is planned anew at the next step."""
@@ -236,7 +265,8 @@ class Goto:
             return Perform(OperationKind.DISARM)  # of a replaced goal; it cannot be taken back
         # A take-off that a replaced goal began goes on.
         taking_off = _is_pending(observation, OperationKind.TAKE_OFF)
-        if not observation.in_control and not taking_off:
+        needs_control = self._traits.control_before_takeoff or self._flies(observation)
+        if not observation.in_control and not taking_off and needs_control:
             answer = self._perform(
                 Perform(OperationKind.TAKE_CONTROL), OutcomeCode.MODE_REFUSED, observation, now
             )
@@ -350,6 +380,20 @@ class Goto:
         if too_old or now - self._phase_since_s > timeout_s:
             text = f"The vehicle has given no valid position, velocity and yaw for {timeout_s:g} s."
             return Outcome(OutcomeCode.NO_POSITION, text, None)
+        self._flight.walk(None)
+        carrot = self._flight.carrot
+        return Wait() if carrot is None else Fly(carrot.setpoint)
+
+    def _stay(self, observation: Observation, now: float) -> _Answer:
+        """Stand still where the pause came, until it is over."""
+        located = is_located(observation, self._config.position_stale_s)
+        if not located:
+            return self._lose_position(observation, now)
+        if not self._pause_asked:
+            self._begin_flight(Event.REPLAN, observation, now)
+            return None
+        if self._flight.is_stale or self._flight.carrot is None:
+            self._flight.plan_stop(observation)
         self._flight.walk(None)
         carrot = self._flight.carrot
         return Wait() if carrot is None else Fly(carrot.setpoint)

@@ -1,6 +1,6 @@
 r"""The phases of a flight to a point, and every way from one to the next.
 
-    PREPARING --> ARMING --> TAKING_OFF --> NAVIGATING <--> HOLDING
+    PREPARING --> ARMING --> TAKING_OFF --> NAVIGATING <--> HOLDING, PAUSED
         \____________________________________^   |
                                                SETTLING --> ENDED
 
@@ -22,6 +22,7 @@ class Phase(Enum):
     NAVIGATING = auto()
     SETTLING = auto()
     HOLDING = auto()
+    PAUSED = auto()
     BRAKING = auto()
     DISARMING = auto()
     ENDED = auto()
@@ -37,6 +38,7 @@ class Event(Enum):
     TRAJECTORY_ENDED = auto()
     POSITION_LOST = auto()
     REPLAN = auto()
+    PAUSE = auto()
     STOP_ON_GROUND = auto()
     STOP_IN_AIR = auto()
     OVER = auto()
@@ -61,12 +63,17 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
     (Phase.NAVIGATING, Event.TRAJECTORY_ENDED): Phase.SETTLING,
     (Phase.NAVIGATING, Event.POSITION_LOST): Phase.HOLDING,
     (Phase.NAVIGATING, Event.REPLAN): Phase.NAVIGATING,
+    (Phase.NAVIGATING, Event.PAUSE): Phase.PAUSED,
     (Phase.NAVIGATING, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.SETTLING, Event.POSITION_LOST): Phase.HOLDING,
     (Phase.SETTLING, Event.REPLAN): Phase.NAVIGATING,
+    (Phase.SETTLING, Event.PAUSE): Phase.PAUSED,
     (Phase.SETTLING, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.HOLDING, Event.REPLAN): Phase.NAVIGATING,
     (Phase.HOLDING, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.PAUSED, Event.REPLAN): Phase.NAVIGATING,
+    (Phase.PAUSED, Event.POSITION_LOST): Phase.HOLDING,
+    (Phase.PAUSED, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.DISARMING, Event.STOP_IN_AIR): Phase.BRAKING,
 }
 TRANSITIONS.update(

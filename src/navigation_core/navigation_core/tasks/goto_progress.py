@@ -18,6 +18,7 @@ _STATUS = {
     Phase.NAVIGATING: Status.NAVIGATING,
     Phase.SETTLING: Status.SETTLING,
     Phase.HOLDING: Status.HOLDING,
+    Phase.PAUSED: Status.PAUSED,
     Phase.BRAKING: Status.CANCELLING,
     Phase.DISARMING: Status.CANCELLING,
 }
@@ -115,7 +116,7 @@ class GotoEstimator:
 
     def _in_flight(self, phase: Phase, elapsed_s: float, carrot: Carrot) -> tuple[float, float]:
         dwell_s = self._config.arrival_dwell_s
-        if phase is Phase.HOLDING:
+        if phase in (Phase.HOLDING, Phase.PAUSED):
             leg_s = self._last.time_remaining_s
             return self._to_goal_m(), max(leg_s, carrot.time_remaining_s)
         position = self._position_enu_m

@@ -1,0 +1,89 @@
+"""The services of the navigation server: pause, resume, hold, arm, disarm."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable
+from functools import partial
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from drone_navigation.bridge import Bridge
+from drone_navigation.goal import ServiceDone
+from drone_navigation.services import Service
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import Driver
+
+_CALL_TIMEOUT_S = 2.0
+# Longer than a mode change or an arming may take (``VehicleConfig.operation_timeout_s``).
+_DONE_TIMEOUT_S = 15.0
+
+
+class ServiceServers:
+    """Offers ``~/pause``, ``~/resume``, ``~/hold``, ``~/arm`` and ``~/disarm``."""
+
+    def __init__(self, node: Node, bridge: Bridge, driver: Driver, clock: Clock) -> None:
+        """Offer the services, all std_srvs/Trigger, on ``node``."""
+        self._bridge = bridge
+        self._driver = driver
+        self._clock = clock
+        self._numbers = itertools.count(1)
+        self._waiting: dict[int, threading.Event] = {}
+        self._answers: dict[int, ServiceDone] = {}
+        group = ReentrantCallbackGroup()
+        callbacks: dict[str, Callable[[Trigger.Request, Trigger.Response], Trigger.Response]] = {
+            "pause": partial(self._ask, bridge.pause),
+            "resume": partial(self._ask, bridge.resume),
+        }
+        callbacks |= {service.value: partial(self._serve, service) for service in Service}
+        self._servers = [
+            node.create_service(Trigger, f"~/{name}", callback, callback_group=group)
+            for name, callback in callbacks.items()
+        ]
+
+    # --- executor threads --------------------------------------------------------------
+
+    def _ask(
+        self,
+        question: Callable[[float], tuple[bool, str]],
+        _request: Trigger.Request,
+        response: Trigger.Response,
+    ) -> Trigger.Response:
+        try:
+            response.success, response.message = self._driver.call(
+                lambda: question(self._clock.now()), _CALL_TIMEOUT_S
+            )
+        except DriverError as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def _serve(
+        self, service: Service, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        number = next(self._numbers)
+        done = self._waiting[number] = threading.Event()
+        try:
+            self._driver.post(lambda: self._bridge.serve(number, service, self._clock.now()))
+            done.wait(_DONE_TIMEOUT_S)
+        finally:
+            del self._waiting[number]
+        answer = self._answers.pop(number, None)
+        if answer is None:
+            response.success = False
+            response.message = f"No answer from the vehicle within {_DONE_TIMEOUT_S:g} s."
+        else:
+            response.success, response.message = answer.success, answer.message
+        return response
+
+    # --- driver thread -----------------------------------------------------------------
+
+    def finish(self, answer: ServiceDone) -> None:
+        """Let the service callback that waits for this answer return it."""
+        waiting = self._waiting.get(answer.number)
+        if waiting is not None:
+            self._answers[answer.number] = answer
+            waiting.set()

@@ -1,0 +1,290 @@
+"""Land, and return to the launch point: the vehicle does it, the task watches over it.
+
+Both are modes of the autopilot. The task asks for the mode, follows what the vehicle says
+and measures, and judges the end by that: on the ground with the motors off, or at the launch
+point. A cancel has the vehicle hold where it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from navigation_core.geometry import KinematicState, Vector3, distance, horizontal_norm, subtract
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.base import (
+    Intent,
+    Observation,
+    OperationKind,
+    Outcome,
+    Perform,
+    Progress,
+    Requirement,
+    Status,
+    Traits,
+    VehicleMode,
+    Wait,
+)
+from navigation_core.tasks.conditions import Dwell, Operation
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.measurement import is_airborne, measured_speed
+
+# A vehicle that has not moved this far for this long is stuck. ArduCopter waits 5 s above
+# the launch point before it lands (RTL_LOIT_TIME), PX4 up to 5 s (RTL_LAND_DELAY).
+_MOVED_M = 0.5
+_STUCK_S = 60.0
+# Descent at the end of a landing: LAND_SPEED of ArduCopter is 0.5 m/s, MPC_LAND_SPEED of
+# PX4 0.7 m/s; from 10 m up both are faster (LAND_ALT_LOW, MPC_LAND_ALT2).
+_LAND_SPEED_M_S = 0.5
+_LAND_LOW_M = 10.0
+_DESCENT_M_S = 1.5
+_TOUCHDOWN_S = 3.0
+# A plane circles the launch point; its radius is its own parameter.
+_CIRCLE_SHARE = 1.5
+
+
+class _Phase(Enum):
+    ASKING = auto()
+    UNDER_WAY = auto()
+    STOPPING = auto()
+    ENDED = auto()
+
+
+@dataclass(frozen=True)
+class VehicleLedGoal:
+    """What the vehicle is to do by itself.
+
+    Attributes:
+        operation: how it is asked.
+        mode: the mode that this leads to.
+        name: for sentences: "landing".
+    """
+
+    operation: OperationKind
+    mode: VehicleMode
+    name: str
+
+
+LAND = VehicleLedGoal(OperationKind.LAND, VehicleMode.LAND, "landing")
+RETURN_TO_LAUNCH = VehicleLedGoal(OperationKind.RETURN, VehicleMode.RETURN, "return")
+
+
+class VehicleLed:
+    """Landing or return. See :class:`navigation_core.tasks.base.Task`."""
+
+    def __init__(self, goal: VehicleLedGoal, config: GotoConfig, traits: Traits) -> None:
+        """Prepare.
+
+        Args:
+            goal: :data:`LAND` or :data:`RETURN_TO_LAUNCH`.
+            config: tolerances and limits of time.
+            traits: what the vehicle can do.
+        """
+        self._goal = goal
+        self._config = config
+        self._traits = traits
+        self._phase = _Phase.ASKING
+        self._operation: Operation | None = None
+        self._cancel_asked = False
+        self._cancelled_s = 0.0
+        self._moved_s = 0.0
+        self._moved_from: Vector3 | None = None
+        self._arrived = Dwell(config.arrival_dwell_s)
+        self._stopped = Dwell(config.stop_dwell_s)
+        self._outcome: Outcome | None = None
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def requires(self) -> Requirement:
+        """What must be there before :meth:`start`."""
+        return Requirement.CONNECTION
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """None: the vehicle flies by itself."""
+        return None
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """None: the vehicle flies by itself."""
+        return None
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        self._moved_s = now
+        self._moved_from = observation.position_enu_m
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Say what to do now, or how it ended; after the end, the outcome again."""
+        if self._outcome is None:
+            answer = self._answer(observation, now)
+            if not isinstance(answer, Outcome):
+                return answer
+            self._outcome = answer
+            self._phase = _Phase.ENDED
+        return self._outcome
+
+    def cancel(self, now: float) -> None:
+        """Ask the vehicle to hold where it is."""
+        self._cancel_asked = True
+        self._cancelled_s = now
+
+    def pause(self, now: float) -> Rejection | None:
+        """Refuse: the vehicle flies by itself."""
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"A {self._goal.name} cannot be paused; cancel it, and the vehicle holds.",
+        )
+
+    def unpause(self, now: float) -> None:
+        """Nothing to go on with."""
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """PX4 changes from its return mode to its landing mode, and to another on the ground."""
+        if self._phase is not _Phase.UNDER_WAY:
+            return False
+        return mode in (self._goal.mode, VehicleMode.LAND)
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Go on after a time without steps."""
+        self._moved_s = now
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Say how far it is."""
+        if self._phase is _Phase.ENDED:
+            return Progress(self._status(observation), 0.0, 0.0)
+        left_m, left_s = self._landing(observation)
+        if self._phase is _Phase.STOPPING:
+            return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s)
+        home_m = self._home_m(observation)
+        if self._goal is RETURN_TO_LAUNCH and home_m is not None:
+            speed_m_s = max(
+                measured_speed(observation) or 0.0, self._config.limits.speed_horizontal_m_s
+            )
+            left_m, left_s = left_m + home_m, left_s + home_m / speed_m_s
+        return Progress(self._status(observation), left_m, left_s)
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        if self._cancel_asked and self._phase is not _Phase.STOPPING:
+            self._phase = _Phase.STOPPING
+            self._operation = None
+        if self._on_ground(observation) and self._traits.flies:
+            return self._on_the_ground(observation)
+        if self._phase is _Phase.STOPPING:
+            return self._stop(observation, now)
+        if self._phase is _Phase.ASKING:
+            answer = self._ask(Perform(self._goal.operation), observation, now)
+            if answer is not None:
+                return answer
+            self._phase = _Phase.UNDER_WAY
+            self._moved_s = now
+        return self._watch(observation, now)
+
+    def _ask(
+        self, intent: Perform, observation: Observation, now: float
+    ) -> Intent | Outcome | None:
+        if self._operation is None:
+            timeout_s = self._config.operation_timeout_s
+            self._operation = Operation(intent, OutcomeCode.MODE_REFUSED, now, timeout_s)
+            return intent
+        return self._operation.check(observation, now)
+
+    def _watch(self, observation: Observation, now: float) -> Intent | Outcome:
+        if self._arrived.holds(self._at_launch(observation), now):
+            text = (
+                "The vehicle circles the launch point."
+                if not self._traits.hovers
+                else "The vehicle stands at the launch point."
+            )
+            return Outcome(OutcomeCode.SUCCESS, text, self._home_m(observation))
+        position = observation.position_enu_m
+        if position is not None and (
+            self._moved_from is None or distance(position, self._moved_from) > _MOVED_M
+        ):
+            self._moved_from, self._moved_s = position, now
+        if now - self._moved_s > _STUCK_S:
+            text = f"The vehicle has not moved for {_STUCK_S:g} s in its {self._goal.name}."
+            return Outcome(OutcomeCode.TIMEOUT, text, None)
+        return Wait()
+
+    def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
+        answer = self._ask(Perform(OperationKind.HOLD), observation, now)
+        if isinstance(answer, Outcome):
+            return Outcome(
+                OutcomeCode.CANCELED, f"The goal was cancelled, but: {answer.message}", None
+            )
+        speed_m_s = measured_speed(observation)
+        slow = speed_m_s is not None and speed_m_s < self._config.stop_speed_m_s
+        if answer is None and not self._traits.hovers:
+            return Outcome(OutcomeCode.CANCELED, "The goal was cancelled; it circles.", None)
+        if answer is None and self._stopped.holds(slow, now):
+            text = "The goal was cancelled. The vehicle stands still."
+            return Outcome(OutcomeCode.CANCELED, text, None)
+        if now - self._cancelled_s > self._config.cancel_timeout_s:
+            speed = "an unknown speed" if speed_m_s is None else f"{speed_m_s:.2f} m/s"
+            text = (
+                f"The goal was cancelled. The vehicle had not stopped after "
+                f"{self._config.cancel_timeout_s:g} s; it moves at {speed}."
+            )
+            return Outcome(OutcomeCode.CANCELED, text, None)
+        return Wait() if answer is None else answer
+
+    def _on_the_ground(self, observation: Observation) -> Outcome:
+        if self._cancel_asked:
+            text = "The goal was cancelled. The vehicle is on the ground, its motors are off."
+            return Outcome(OutcomeCode.CANCELED, text, None)
+        home_m = self._home_m(observation) if self._goal is RETURN_TO_LAUNCH else None
+        text = "The vehicle is on the ground, its motors are off."
+        return Outcome(OutcomeCode.SUCCESS, text, home_m)
+
+    # --- what is measured ------------------------------------------------------------
+
+    def _on_ground(self, observation: Observation) -> bool:
+        return not observation.armed and not is_airborne(
+            observation, self._config.airborne_height_m
+        )
+
+    def _at_launch(self, observation: Observation) -> bool:
+        """Whether a vehicle that does not land is where it was to return to."""
+        if self._goal is not RETURN_TO_LAUNCH or observation.mode is not VehicleMode.RETURN:
+            return False
+        home_m = self._home_m(observation)
+        if home_m is None:
+            return False
+        if not self._traits.hovers:
+            return home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
+        if self._traits.flies:
+            return False  # it lands there
+        speed_m_s = measured_speed(observation)
+        slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
+        return slow and home_m <= self._arrival_m()
+
+    def _arrival_m(self) -> float:
+        """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m)."""
+        return max(self._config.arrival_radius_m, 3.0)
+
+    def _home_m(self, observation: Observation) -> float | None:
+        position, home = observation.position_enu_m, observation.home_enu_m
+        if position is None or home is None:
+            return None
+        return horizontal_norm(subtract(position, home))
+
+    def _landing(self, observation: Observation) -> tuple[float, float]:
+        """Return the height that is left, and how long a landing from there takes."""
+        position = observation.position_enu_m
+        if position is None or not self._traits.lands_itself:
+            return 0.0, 0.0
+        height_m = max(position[2] - observation.ground_enu_m, 0.0)
+        low_m = min(height_m, _LAND_LOW_M)
+        fast_s = (height_m - low_m) / _DESCENT_M_S
+        return height_m, low_m / _LAND_SPEED_M_S + fast_s + _TOUCHDOWN_S
+
+    def _status(self, observation: Observation) -> Status:
+        if self._phase is _Phase.ASKING:
+            return Status.PREPARING
+        if self._goal is LAND or observation.mode is VehicleMode.LAND or observation.landing:
+            return Status.LANDING
+        return Status.RETURNING
