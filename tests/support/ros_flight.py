@@ -18,8 +18,10 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from custom_interfaces.action import Navigate
+from drone_navigation.actions import ACTIONS
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
 from drone_navigation.topics import LATCHED_QOS
@@ -57,8 +59,8 @@ class GoalRecord:
         """Start empty."""
         self.accepted: bool | None = None
         self.handle: Any = None
-        self.feedback: list[Navigate.Feedback] = []
-        self.result: Navigate.Result | None = None
+        self.feedback: list[Any] = []
+        self.result: Any = None
         self.status: int | None = None
         self.feedback_after_end = 0
 
@@ -71,8 +73,15 @@ class GoalRecord:
 class Flight:
     """Server and simulator in a domain of their own, with a relay between them."""
 
-    def __init__(self, folder: Path, *server_arguments: str, arming: str = "auto") -> None:
-        """Start both and wait until the server has a position."""
+    def __init__(
+        self,
+        folder: Path,
+        *server_arguments: str,
+        arming: str = "auto",
+        simulator: tuple[str, ...] = (),
+    ) -> None:
+        """Start both, with further options each, and wait until the server has a position."""
+        self._simulator_arguments = simulator
         self.domain = new_domain()
         self.environment = ros_environment(self.domain)
         self.folder = folder
@@ -105,13 +114,16 @@ class Flight:
         )  # fmt: skip
 
     def start_simulator(self) -> Process:
-        """Start a simulated copter that sends to the relay."""
+        """Start a simulated vehicle, a copter unless told, that sends to the relay."""
         link = f"udpout://127.0.0.1:{self.relay.vehicle_port}"
         return Process(
             "mavlink_sitl",
-            ["python", "-m", "mavlink_sitl", "--link", link, "--ready-after", "1"],
+            [
+                "python", "-m", "mavlink_sitl", "--link", link, "--ready-after", "1",
+                *self._simulator_arguments,
+            ],
             self.environment,
-        )
+        )  # fmt: skip
 
     def renew_client(self) -> None:
         """Start over as a client that has never heard of a server that was killed.
@@ -125,7 +137,8 @@ class Flight:
     def _stop_client(self) -> None:
         if self._node is None:
             return
-        self.client.destroy()
+        for client in self._clients.values():
+            client.destroy()
         self._node.destroy_node()
         self._executor.shutdown()
         rclpy.try_shutdown(context=self._context)
@@ -138,7 +151,7 @@ class Flight:
         self._node = rclpy.create_node("test_client", context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self.client = ActionClient(self._node, Navigate, ACTION_NAME)
+        self._clients: dict[str, ActionClient] = {}
         self.rejections: list[str] = []
         self._node.create_subscription(
             String,
@@ -146,7 +159,25 @@ class Flight:
             lambda message: self.rejections.append(message.data),
             LATCHED_QOS,
         )
-        assert self.client.wait_for_server(timeout_sec=READY_TIMEOUT_S), "no action server"
+        self._client(Navigate.Goal())
+
+    def _client(self, goal: Any) -> ActionClient:
+        """Return the client of the action that a goal belongs to."""
+        kind = next(kind for kind in ACTIONS if isinstance(goal, kind.type.Goal))
+        if kind.name not in self._clients:
+            client = ActionClient(self._node, kind.type, kind.name)
+            assert client.wait_for_server(timeout_sec=READY_TIMEOUT_S), "no action server"
+            self._clients[kind.name] = client
+        return self._clients[kind.name]
+
+    def call(self, name: str) -> Trigger.Response:
+        """Call one of the server's own services."""
+        service = self._node.create_client(Trigger, f"{SERVER_NODE_NAME}/{name}")
+        assert service.wait_for_service(timeout_sec=10.0)
+        future = service.call_async(Trigger.Request())
+        self.wait(future.done, 20.0, f"an answer to {name}")
+        self._node.destroy_client(service)
+        return future.result()
 
     def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
         """Spin until ``condition`` holds; fail after ``timeout_s``."""
@@ -163,8 +194,8 @@ class Flight:
         while time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.05)
 
-    def send(self, goal: Navigate.Goal) -> GoalRecord:
-        """Send a goal and wait until it is accepted or rejected."""
+    def send(self, goal: Any) -> GoalRecord:
+        """Send a goal of any action and wait until it is accepted or rejected."""
         record = GoalRecord()
 
         def on_feedback(message: Any) -> None:
@@ -172,7 +203,7 @@ class Flight:
             if record.result is not None:
                 record.feedback_after_end += 1
 
-        future = self.client.send_goal_async(goal, feedback_callback=on_feedback)
+        future = self._client(goal).send_goal_async(goal, feedback_callback=on_feedback)
         self.wait(future.done, 10.0, "an answer to the goal")
         record.handle = future.result()
         record.accepted = record.handle.accepted
@@ -210,9 +241,7 @@ class Flight:
             f"status {status}",
         )
 
-    def wait_for_result(
-        self, record: GoalRecord, timeout_s: float = FLIGHT_TIMEOUT_S
-    ) -> Navigate.Result:
+    def wait_for_result(self, record: GoalRecord, timeout_s: float = FLIGHT_TIMEOUT_S) -> Any:
         """Wait for the end of a goal, and a little longer for feedback that must not come."""
         self.wait(lambda: record.result is not None, timeout_s, "the end of the goal")
         self.spin_for(0.3)
