@@ -12,7 +12,9 @@ from tests.support.ros_flight import Flight, navigate_goal
 pytestmark = pytest.mark.xdist_group("ros_actions")
 
 
-def test_take_off_pause_and_land(flight: Flight) -> None:
+def test_arm_disarm_take_off_pause_and_land(flight: Flight) -> None:
+    assert flight.call("arm").success
+    assert flight.call("disarm").success
     record = flight.send(Takeoff.Goal(height=3.0))
     result = flight.wait_for_result(record)
     assert record.status == GoalStatus.STATUS_SUCCEEDED, result.message
@@ -43,8 +45,6 @@ def test_take_off_pause_and_land(flight: Flight) -> None:
 
 
 def test_a_place_on_earth_and_a_return_that_is_cancelled(flight: Flight) -> None:
-    assert flight.call("arm").success
-    assert flight.call("disarm").success
     goal = navigate_goal(-35.363261, 149.16523 + 1.1e-4, 584.0 + 4.0)
     goal.target_pose.header.frame_id = "wgs84"
     result = flight.wait_for_result(flight.send(goal))
