@@ -15,6 +15,8 @@ import pytest
 from mavlink_vehicle.codec import Codec, mavlink
 from mavlink_vehicle.events import (
     ArmedChanged,
+    FailsafeBegan,
+    FailsafeEnded,
     HeartbeatLost,
     HeartbeatRegained,
     LandedChanged,
@@ -182,6 +184,31 @@ UP_ONLY = ["ON_GROUND", "TAKEOFF", "IN_AIR"]
             [],
         ),
         ("ardupilot/plane_guided", ["MANUAL", "TAKEOFF", "GUIDED", "RTL"], [True], UP_ONLY),
+        (
+            "px4/offboard_10m_20n_gt_api",
+            ["OFFBOARD", "AUTO.LAND", "OFFBOARD"],
+            [True, False],
+            ["ON_GROUND", "IN_AIR", "LANDING", "ON_GROUND"],
+        ),
+        (
+            "px4/offboard_loss_stop_api",
+            ["OFFBOARD", "AUTO.RTL", "OFFBOARD"],
+            [True, False],
+            # It flapped on touch-down.
+            ["ON_GROUND", "IN_AIR", "LANDING", "ON_GROUND", "LANDING", "ON_GROUND"],
+        ),
+        (
+            "px4/mission_clear_api",
+            ["AUTO.MISSION", "AUTO.LOITER", "AUTO.RTL", "AUTO.LOITER"],
+            [True, False],
+            FLIGHT,
+        ),
+        (
+            "px4/mavsdk_offboard_goto_api",
+            ["OFFBOARD", "AUTO.LOITER", "AUTO.LAND", "AUTO.LOITER"],
+            [True, False],
+            ["ON_GROUND", "IN_AIR", "LANDING", "ON_GROUND"],
+        ),
     ],
 )
 def test_flights_are_told_as_they_were(
@@ -192,7 +219,10 @@ def test_flights_are_told_as_they_were(
     assert replay.armed() == armed
     assert replay.landed() == landed
     assert not replay.kinds(VehicleRebooted)
-    assert all(not e.requested for _, e in replay.events if isinstance(e, ModeChanged))
+    asked = [e.name for _, e in replay.events if isinstance(e, ModeChanged) and e.requested]
+    # Nobody here asked; only that a PX4 goes back to an earlier mode when it has landed is its
+    # own doing.
+    assert asked == (modes[-1:] if name.startswith("px4") and not armed[-1] else [])
 
 
 def test_a_reboot_and_a_kill_are_both_seen_once() -> None:
@@ -208,15 +238,48 @@ def test_a_reboot_and_a_kill_are_both_seen_once() -> None:
     assert not replay.vehicle.state.position_valid
 
 
-def test_a_px4_flight_is_followed_although_its_modes_have_no_names_yet() -> None:
-    replay = Replay("px4/offboard_10m_20n_gt_api")
-    assert replay.armed() == [True, False]
-    assert replay.landed() == ["ON_GROUND", "IN_AIR", "LANDING", "ON_GROUND"]
-    assert replay.modes() == ["MODE_393216", "MODE_100925440", "MODE_393216"]
-    battery = replay.vehicle.state.battery
+def test_px4s_pack_voltage_and_unknown_current_are_read_as_such() -> None:
+    battery = Replay("px4/offboard_10m_20n_gt_api").vehicle.state.battery
     assert battery is not None
+    assert battery.voltage_v == pytest.approx(16.2, abs=0.1)
     assert battery.current_a is None
+    assert battery.consumed_ah is None
     assert battery.remaining == 0.97
+
+
+@pytest.mark.parametrize(
+    ("name", "began", "ended"),
+    [
+        ("ardupilot/copter_lowbatt", [("battery", "Battery Failsafe")], True),
+        ("ardupilot/copter_gcsloss", [("gcs", "GCS Failsafe")], True),
+        (
+            "px4/offboard_loss_stop_api",
+            [("offboard", "OFFBOARD is wanted but another mode is flown")],
+            True,
+        ),
+        # Flights without one, with everything that could be mistaken for one: refused setpoints,
+        # a defeated take-off, an enabled fence, failed arming checks, a reboot.
+        *((f"ardupilot/{name}", [], False) for name in (
+            "copter_acks", "copter_auto_cleared", "copter_fence", "copter_guided",
+            "copter_reboot", "copter_setpoints", "copter_takeoff_mix", "multi_udp",
+            "plane_guided", "rover_auto", "rover_guided",
+        )),
+        *((f"px4/{name}", [], False) for name in (
+            "mavsdk_offboard_goto_api", "mission_clear_api", "offboard_10m_20n_gt_api",
+            "probe_ground_api",
+        )),
+        ("real/copter_2018-09-17", [], False),
+        ("real/sub_small", [], False),
+    ],
+)  # fmt: skip
+def test_failsafes_are_told_with_their_kind_and_no_others(
+    name: str, began: list[tuple[str, str]], ended: bool
+) -> None:
+    replay = Replay(name)
+    told = [(e.kind.value, e.text) for _, e in replay.events if isinstance(e, FailsafeBegan)]
+    assert told == began
+    assert bool(replay.kinds(FailsafeEnded)) == ended
+    assert replay.vehicle.state.failsafe is None
 
 
 def test_a_take_off_defeated_by_setpoints_ends_disarmed() -> None:

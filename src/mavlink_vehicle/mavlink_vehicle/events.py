@@ -17,6 +17,12 @@ class OperationKind(enum.Enum):
     ARM = "arming"
     DISARM = "disarming"
     TAKE_OFF = "take-off"
+    TAKE_CONTROL = "taking control"
+    HOLD = "hold"
+    LAND = "landing"
+    RETURN_TO_LAUNCH = "return to launch"
+    REPOSITION = "reposition"
+    CHANGE_SPEED = "speed change"
 
 
 class OperationResult(enum.Enum):
@@ -63,8 +69,9 @@ class ModeChanged:
         previous: custom_mode before.
         current: custom_mode now.
         name: name of the mode now.
-        requested: whether an operation of ours asked for exactly this change. False means a
-            pilot, a ground station or a failsafe did it.
+        requested: whether an operation of ours asked for exactly this change, or the firmware
+            made it by itself after its own take-off or landing. False means a pilot, a ground
+            station or a failsafe did it.
     """
 
     previous: int
@@ -95,6 +102,37 @@ class SystemStatusChanged:
 
     previous: int
     current: int
+
+
+class FailsafeKind(enum.Enum):
+    """What the autopilot acts against."""
+
+    BATTERY = "battery"
+    FENCE = "fence"
+    RC = "rc"
+    GCS = "gcs"
+    GPS = "gps"
+    OFFBOARD = "offboard"
+    OTHER = "other"
+
+
+@dataclass(frozen=True)
+class FailsafeBegan:
+    """The autopilot acts by itself; `text` is what shows it, in the autopilot's words if any.
+
+    It comes up to half a second after the state shows it, as the words that tell the kind may
+    come after the HEARTBEAT.
+    """
+
+    kind: FailsafeKind
+    text: str
+
+
+@dataclass(frozen=True)
+class FailsafeEnded:
+    """The failsafe that was told last is over, or the vehicle is disarmed."""
+
+    kind: FailsafeKind
 
 
 @dataclass(frozen=True)
@@ -161,6 +199,8 @@ VehicleEvent: TypeAlias = (
     | ArmedChanged
     | LandedChanged
     | SystemStatusChanged
+    | FailsafeBegan
+    | FailsafeEnded
     | HeartbeatLost
     | HeartbeatRegained
     | VehicleRebooted

@@ -14,6 +14,7 @@ from typing import Any
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.failsafe import assess
 from mavlink_vehicle.frames import Vector3, normalize_angle
 from mavlink_vehicle.status_text import add_chunk, expire
 from mavlink_vehicle.telemetry import (
@@ -54,6 +55,7 @@ _WRAP_MARGIN_MS = 60_000
 _AUTOPILOT_INVALID = mavlink.MAV_AUTOPILOT_INVALID
 _ARMED_FLAG = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_GEOFENCE = mavlink.MAV_SYS_STATUS_GEOFENCE
 # The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
@@ -76,7 +78,12 @@ def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
         return state
     if header.srcSystem != state.system_id and not (state.system_id == 0 and reducer is _heartbeat):
         return state
-    return reducer(state, message, now)
+    after = reducer(state, message, now)
+    if reducer in _FAILSAFE_EVIDENCE and after is not state:
+        failsafe = assess(after, now)
+        if failsafe is not after.failsafe:
+            after = _evolve(after, {"failsafe": failsafe})
+    return after
 
 
 def _evolve(state: VehicleState, changes: dict[str, Any]) -> VehicleState:
@@ -101,9 +108,12 @@ def _heartbeat(state: VehicleState, message: Message, now: float) -> VehicleStat
         "armed": bool(message.base_mode & _ARMED_FLAG),
         "base_mode": message.base_mode,
         "custom_mode": message.custom_mode,
+        "heartbeat_mode": message.custom_mode,
         "system_status": message.system_status,
         "texts": expire(state.texts, now),
     }
+    if message.custom_mode != state.custom_mode:
+        changes["intended_mode"] = 0  # what was intended is known for the mode before only
     if message.system_status == _BOOT and state.system_status > _BOOT:
         # An ArduCopter that restarts says so in its first second; its time since boot comes
         # only when it has been asked for again.
@@ -121,9 +131,31 @@ _VOID_AFTER_RESTART: dict[str, Any] = {
     "origin": None,
     "gps": None,
     "estimator": None,
+    "ground_altitude_amsl_m": None,
+    "ground_down_m": None,
     "sensors_health": None,
     "prearm_ok": None,
+    "intended_mode": 0,
+    "fence_breached": False,
+    "failsafe": None,
 }
+
+
+def _current_mode(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    """PX4's HEARTBEAT comes once a second whatever happens; this one can be had more often."""
+    changes = {
+        "custom_mode": message.custom_mode,
+        "intended_mode": message.intended_custom_mode,
+    }
+    if changes["custom_mode"] == state.custom_mode and (
+        changes["intended_mode"] == state.intended_mode
+    ):
+        return state
+    return _evolve(state, changes)
+
+
+def _on_ground(state: VehicleState) -> bool:
+    return state.landed_state is LandedState.ON_GROUND and not state.armed
 
 
 def _boot_changes(state: VehicleState, time_boot_ms: int, now: float) -> dict[str, Any]:
@@ -173,6 +205,8 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
             (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01),
             None if heading == _UINT16_MAX else normalize_angle(heading * _CENTIDEGREE),
         )
+        if _on_ground(state):
+            changes["ground_altitude_amsl_m"] = message.alt * 1e-3
     return _evolve(state, changes)
 
 
@@ -183,11 +217,12 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
     changes = _boot_changes(state, time_boot_ms, now)
     position = (message.x, message.y, message.z)
     velocity = (message.vx, message.vy, message.vz)
-    changes["local_position"] = (
-        LocalPosition(now, time_boot_ms, position, velocity)
-        if _finite(position) and _finite(velocity)
-        else None
-    )
+    if _finite(position) and _finite(velocity):
+        changes["local_position"] = LocalPosition(now, time_boot_ms, position, velocity)
+        if _on_ground(state):
+            changes["ground_down_m"] = message.z
+    else:
+        changes["local_position"] = None
     return _evolve(state, changes)
 
 
@@ -231,12 +266,16 @@ def _battery_status(state: VehicleState, message: Message, now: float) -> Vehicl
 
 def _sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
     health = message.onboard_control_sensors_health
+    # PX4 sets the health bit of a check that it does not list as present.
+    tells_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(
+        message.onboard_control_sensors_present & _PREARM_CHECK
+    )
     changes: dict[str, Any] = {
         "sensors_health": health,
-        "prearm_ok": bool(health & _PREARM_CHECK)
-        if message.onboard_control_sensors_present & _PREARM_CHECK
-        else None,
+        "prearm_ok": bool(health & _PREARM_CHECK) if tells_prearm else None,
     }
+    if message.onboard_control_sensors_enabled & _GEOFENCE:
+        changes["fence_breached"] = not health & _GEOFENCE
     if state.battery is None or state.battery.from_summary:
         voltage_mv = message.voltage_battery
         changes["battery"] = Battery(
@@ -255,6 +294,10 @@ def _extended_sys_state(state: VehicleState, message: Message, _now: float) -> V
     except ValueError:  # a state that a newer dialect may define
         landed = LandedState.UNDEFINED
     return state if landed is state.landed_state else _evolve(state, {"landed_state": landed})
+
+
+def _fence_status(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    return _evolve(state, {"fence_breached": message.breach_status != 0})
 
 
 def _home_position(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -338,6 +381,7 @@ def _fraction(percent: int) -> float | None:
 _Reducer = Callable[[VehicleState, Message, float], VehicleState]
 _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_heartbeat_message: _heartbeat,
+    mavlink.MAVLink_current_mode_message: _current_mode,
     mavlink.MAVLink_system_time_message: _system_time,
     mavlink.MAVLink_global_position_int_message: _global_position,
     mavlink.MAVLink_local_position_ned_message: _local_position,
@@ -345,6 +389,7 @@ _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_battery_status_message: _battery_status,
     mavlink.MAVLink_sys_status_message: _sys_status,
     mavlink.MAVLink_extended_sys_state_message: _extended_sys_state,
+    mavlink.MAVLink_fence_status_message: _fence_status,
     mavlink.MAVLink_home_position_message: _home_position,
     mavlink.MAVLink_gps_global_origin_message: _gps_global_origin,
     mavlink.MAVLink_gps_raw_int_message: _gps_raw,
@@ -353,3 +398,6 @@ _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_autopilot_version_message: _autopilot_version,
     mavlink.MAVLink_statustext_message: _status_text,
 }
+_FAILSAFE_EVIDENCE = frozenset(
+    {_heartbeat, _current_mode, _sys_status, _fence_status, _status_text, _battery_status}
+)

@@ -1,233 +1,101 @@
-"""One autopilot: the protocols put together, still without I/O or a clock.
+"""One autopilot, and what it can be asked to do; still without I/O or a clock.
 
-`Vehicle` is told what arrives (`receive`) and what time it is (`handle_timer`), and says what
-to send, what happened and when it wants to be called again. `io.driver` runs it on real links;
-a test runs it with a `ManualClock`.
+`io.driver` runs a `Vehicle` on real links; a test runs it with a `ManualClock`.
 """
 
 from __future__ import annotations
 
-from collections import deque
+import math
 
-from mavlink_vehicle.codec import Message, mavlink, with_source
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.events import (
-    ArmedChanged,
-    HeartbeatLost,
-    LandedChanged,
-    ModeChanged,
-    OperationKind,
-    OperationResult,
-    StatusTextReceived,
-    StreamClosed,
-    SystemStatusChanged,
-    VehicleDiscovered,
-    VehicleEvent,
-    VehicleRebooted,
-)
-from mavlink_vehicle.profiles import Profile, profile_for
-from mavlink_vehicle.protocols.command import Address, CommandTiming
+from mavlink_vehicle.events import OperationKind, OperationResult
+from mavlink_vehicle.profiles import AltitudeReference, Profile
 from mavlink_vehicle.protocols.goals import (
     ArmGoal,
     ModeGoal,
-    TakeoffGoal,
-    takeoff_problem,
-    takeoff_timeout_s,
+    RepositionGoal,
+    SpeedGoal,
+    reposition_problem,
+    speed_problem,
 )
-from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
-from mavlink_vehicle.protocols.message_rates import MessageRates
-from mavlink_vehicle.protocols.message_requests import MessageRequests
-from mavlink_vehicle.protocols.operation_slot import OperationSlot, Wanted
-from mavlink_vehicle.protocols.operations import Goal, OperationTiming
-from mavlink_vehicle.protocols.sequence import SequenceOrder
-from mavlink_vehicle.protocols.setpoint_stream import (
-    SetpointNed,
-    SetpointStream,
-    StreamStatistics,
-)
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.protocols.operation_slot import Wanted
+from mavlink_vehicle.protocols.operations import Gate, Goal, OperationTiming
+from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
+from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal, takeoff_problem, takeoff_timeout_s
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
+from mavlink_vehicle.vehicle_core import VehicleCore
 
 __all__ = ["DEFAULT_RATES_HZ", "SetpointNed", "Vehicle", "VehicleConfig"]
 
-_WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
 _TAKEOFF_DOUBT_S = 6.0
 """An ArduCopter spins its motors up for 3.5 s before anything shows that it takes off."""
-_HEARTBEAT = mavlink.MAVLink_heartbeat_message
-_COMMAND_ACK = mavlink.MAVLink_command_ack_message
+_STREAM_WAIT_S = 2.0
 
 
-class Vehicle:
-    """One autopilot; sans I/O. Operations are asynchronous: each ends in one event."""
+class Vehicle(VehicleCore):
+    """One autopilot; sans I/O.
 
-    def __init__(self, config: VehicleConfig | None = None) -> None:
-        """Prepare; nothing happens before `start`."""
-        self.config = config or VehicleConfig()
-        self.state = VehicleState(
-            system_id=self.config.target_system, component_id=self.config.target_component
-        )
-        self.profile: Profile | None = None
-        self._command_timing = CommandTiming(
-            self.config.command_timeout_s, self.config.command_retries
-        )
-        self._sender = HeartbeatSender(
-            self.config.heartbeat_interval_s, mavlink.MAV_TYPE_ONBOARD_CONTROLLER
-        )
-        self._watch = HeartbeatWatch(self.config.heartbeat_timeout_s)
-        self._rates = MessageRates(self.config.message_rates_hz, self._command_timing)
-        self._requests = MessageRequests(_WANTED_ONCE)
-        self._stream = SetpointStream()
-        self._order = SequenceOrder()
-        self._heartbeat_place = -1
-        self._slot = OperationSlot(self._command_timing, self.config.grace_s)
-        self._events: deque[VehicleEvent] = deque()
-        self._parts = (self._sender, self._watch, self._rates, self._requests, self._slot)
-        self._senders = (self._slot, self._stream, self._sender, self._rates, self._requests)
+    Operations are asynchronous: each method returns an id, and each operation ends in one
+    `OperationFinished` with that id. One runs at a time; a new one cancels the pending one.
+    """
 
-    # What is known
-
-    @property
-    def connected(self) -> bool:
-        """Whether its HEARTBEAT is fresh."""
-        return self._watch.alive
-
-    @property
-    def discovered(self) -> bool:
-        """Whether it was ever heard."""
-        return self.profile is not None
-
-    @property
-    def mode_name(self) -> str:
-        """The mode's name; empty before the vehicle was heard."""
-        return "" if self.profile is None else self.profile.mode_name(self.state.custom_mode)
-
-    @property
-    def in_control_mode(self) -> bool:
-        """Whether it is in the mode in which it follows setpoints."""
-        return self.profile is not None and self.mode_name == self.profile.control_mode
-
-    @property
-    def operation(self) -> int | None:
-        """Id of the operation under way, None when there is none."""
-        pending = self._slot.pending
-        return None if pending is None else pending.operation_id
-
-    @property
-    def stream_open(self) -> bool:
-        """Whether setpoints may be sent."""
-        return self._stream.is_open
-
-    @property
-    def stream_statistics(self) -> StreamStatistics:
-        """What was streamed since the stream was last opened."""
-        return self._stream.statistics
-
-    @property
-    def refused_messages(self) -> dict[str, str]:
-        """Telemetry that the autopilot will not send, with its answer."""
-        return self._rates.refusals
-
-    @property
-    def address(self) -> Address:
-        """Who talks to whom, as far as it is known."""
-        system = self.state.system_id
-        source = self.config.source_system
-        return Address(
-            source_system=(system or 1) if source is None else source,
-            source_component=self.config.source_component,
-            target_system=system,
-            target_component=self.config.target_component,
-        )
-
-    # The six methods
-
-    def start(self, now: float) -> None:
-        """Begin to send HEARTBEAT and to listen."""
-        self._sender.start(now)
-
-    def receive(self, message: Message, now: float) -> None:
-        """Take in one message, whoever sent it."""
-        header = message._header
-        before = self.state
-        if header.srcComponent != before.component_id or (
-            header.srcSystem != before.system_id and before.system_id != 0
-        ):
-            return
-        kind = message.__class__
-        if self.profile is not None:
-            place = self._order.place(header.seq, now)
-            if kind is _HEARTBEAT:
-                if place < self._heartbeat_place:
-                    return  # it would show a mode that has been left since
-                self._heartbeat_place = place
-        state = reduce(before, message, now)
-        if state.system_id == 0:
-            return
-        if kind is _COMMAND_ACK:
-            self._slot.receive(message, now)
-            self._take_ends()
-        self._requests.receive(message, now)
-        self._rates.receive(message, now)
-        if state is before:
-            return
-        self.state = state
-        if kind is _HEARTBEAT:
-            self._heartbeat(message, now)
-        self._compare(before, kind is _HEARTBEAT, now)
-        if self._slot.pending is not None:
-            self._slot.observe(state, self.connected, now)
-            self._take_ends()
-
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        earliest = None
-        for part in self._parts:
-            time = part.next_deadline()
-            if time is not None and (earliest is None or time < earliest):
-                earliest = time
-        return earliest
-
-    def handle_timer(self, now: float) -> None:
-        """Do what is due."""
-        for part in self._parts:
-            part.handle_timer(now)
-        while (event := self._watch.next_event()) is not None:
-            self._events.append(event)
-            if isinstance(event, HeartbeatLost):
-                self._rates.pause(now)
-                self._requests.pause()
-                self._slot.observe(self.state, False, now)
-        self._take_ends()
-
-    def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent, with our ids in it."""
-        messages: list[Message] = []
-        for part in self._senders:
-            messages += part.messages_to_send()
-        if messages:
-            address = self.address
-            for message in messages:
-                with_source(message, address.source_system, address.source_component)
-        return messages
-
-    def next_event(self) -> VehicleEvent | None:
-        """Take the next event."""
-        return self._events.popleft() if self._events else None
-
-    # Operations: one at a time; a new one cancels the pending one
+    # Modes
 
     def change_mode(self, name: str, now: float) -> int:
         """Change to the mode called `name`; returns the operation's id."""
-        profile = self.profile
+        profile, kind = self.profile, OperationKind.CHANGE_MODE
         if profile is None:
-            return self._nobody(OperationKind.CHANGE_MODE, now)
-        mode = profile.modes.get(name)
-        if mode is None:
+            return self._nobody(kind, now)
+        if name not in profile.modes:
             known = ", ".join(sorted(profile.modes)) or "none that is known"
             reason = f"{profile.name} has no mode {name!r}; its modes are {known}."
-            return self._refuse(OperationKind.CHANGE_MODE, reason, now)
-        timing = OperationTiming(self.config.operation_timeout_s)
-        return self._begin(profile, ModeGoal(name, mode), Wanted(mode=mode), timing, now)
+            return self._refuse(kind, reason, now)
+        return self._to_mode(profile, name, kind, now)
+
+    def take_control(self, now: float) -> int:
+        """Enter the mode in which the vehicle is flown by us; returns the operation's id.
+
+        Where the profile has a `prestream_s`, the stream must be open and setpoints must be
+        sent meanwhile: the command goes out when they have come for that long.
+        """
+        profile, kind = self.profile, OperationKind.TAKE_CONTROL
+        if profile is None:
+            return self._nobody(kind, now)
+        prestream_s = profile.prestream_s
+        if prestream_s == 0.0 or profile.control_mode is None:
+            return self._own_mode(profile.control_mode, kind, now)
+        if not self.stream_open:
+            reason = (
+                f"{profile.name} enters {profile.control_mode} only while setpoints come; open "
+                "the stream and send them first."
+            )
+            return self._refuse(kind, reason, now)
+
+        def gate(now: float) -> float:
+            return self._stream.steady_from_s(prestream_s, now)
+
+        return self._to_mode(profile, profile.control_mode, kind, now, gate)
+
+    def hold(self, now: float) -> int:
+        """Stop and hold, by the vehicle's own mode (a plane circles); returns the id."""
+        mode = None if self.profile is None else self.profile.hold_mode
+        return self._own_mode(mode, OperationKind.HOLD, now)
+
+    def land(self, now: float) -> int:
+        """Land where it is, by the vehicle's own mode; returns the operation's id.
+
+        It is achieved when the mode is; the landing shows in `VehicleState.landed_state`.
+        """
+        mode = None if self.profile is None else self.profile.land_mode
+        return self._own_mode(mode, OperationKind.LAND, now)
+
+    def return_to_launch(self, now: float) -> int:
+        """Return to the launch point, by the vehicle's own mode; returns the operation's id."""
+        mode = None if self.profile is None else self.profile.return_mode
+        return self._own_mode(mode, OperationKind.RETURN_TO_LAUNCH, now)
+
+    # Motors and take-off
 
     def arm(self, now: float) -> int:
         """Arm the motors; returns the operation's id."""
@@ -240,17 +108,83 @@ class Vehicle:
     def take_off(self, height_above_home_m: float, now: float) -> int:
         """Take off to a height above home; returns the operation's id.
 
-        The vehicle must be armed and in its control mode. Setpoints are refused until it ends.
+        The vehicle must be armed, and in its control mode where the profile says
+        `control_before_takeoff`. A PX4 counts the height from the ground it stands on, as its
+        home moves; an ArduPlane climbs to the height of its own TKOFF_ALT.
         """
-        profile = self.profile
+        profile, kind = self.profile, OperationKind.TAKE_OFF
         if profile is None:
-            return self._nobody(OperationKind.TAKE_OFF, now)
+            return self._nobody(kind, now)
         problem = takeoff_problem(height_above_home_m, self.state, profile)
         if problem is not None:
-            return self._refuse(OperationKind.TAKE_OFF, f"Take-off refused: {problem}.", now)
+            return self._refuse(kind, f"Take-off refused: {problem}.", now)
         timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_home_m)
         goal = TakeoffGoal(height_above_home_m, self.state, profile)
         timing = OperationTiming(timeout_s, doubt_s=_TAKEOFF_DOUBT_S)
+        wanted = Wanted(mode=profile.mode_number(profile.takeoff_mode))
+        return self._begin(profile, goal, wanted, timing, now)
+
+    # Places and speeds
+
+    def reposition(
+        self,
+        latitude_deg: float,
+        longitude_deg: float,
+        altitude_amsl_m: float,
+        now: float,
+        radius_m: float | None = None,
+    ) -> int:
+        """Send it to a place, which a plane then circles; returns the operation's id.
+
+        Args:
+            latitude_deg: WGS-84.
+            longitude_deg: WGS-84.
+            altitude_amsl_m: above mean sea level.
+            now: time in seconds.
+            radius_m: of the circle; None leaves it to the vehicle. PX4 has its own anyway.
+        """
+        profile, kind = self.profile, OperationKind.REPOSITION
+        if profile is None:
+            return self._nobody(kind, now)
+        place = (latitude_deg, longitude_deg, altitude_amsl_m)
+        problem = reposition_problem(place, radius_m, self.state, profile)
+        mode = profile.mode_number(profile.control_mode)
+        home = self.state.home
+        if problem is not None or mode is None:
+            return self._refuse(kind, f"Reposition refused: {problem}.", now)
+        above_home = profile.altitude_reference is AltitudeReference.HOME and home is not None
+        frame = mavlink.MAV_FRAME_GLOBAL_INT
+        if above_home and home is not None:
+            altitude_amsl_m -= home.altitude_amsl_m
+            frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
+        goal = RepositionGoal(
+            profile.control_mode or "",
+            mode,
+            profile,
+            latitude_deg=latitude_deg,
+            longitude_deg=longitude_deg,
+            altitude_m=altitude_amsl_m,
+            frame=frame,
+            # PX4 takes a yaw here; ArduPlane the direction of the circle, 0 clockwise.
+            yaw=0.0 if above_home else math.nan,
+            radius_m=radius_m or 0.0,
+        )
+        timing = OperationTiming(self.config.operation_timeout_s)
+        return self._begin(profile, goal, Wanted(mode=mode), timing, now)
+
+    def change_speed(self, speed_m_s: float, now: float) -> int:
+        """Change the speed by command, where the profile says so; returns the operation's id.
+
+        It is achieved when it was acknowledged, as nothing in the vehicle's state shows it.
+        """
+        profile, kind = self.profile, OperationKind.CHANGE_SPEED
+        if profile is None:
+            return self._nobody(kind, now)
+        problem = speed_problem(speed_m_s, self.mode_name, profile)
+        if problem is not None or profile.speed_command is None:
+            return self._refuse(kind, f"Speed change refused: {problem}.", now)
+        goal = SpeedGoal(speed_m_s, profile.speed_command.speed_type)
+        timing = OperationTiming(self.config.operation_timeout_s)
         return self._begin(profile, goal, Wanted(), timing, now)
 
     def cancel_operation(self, now: float) -> None:
@@ -269,7 +203,7 @@ class Vehicle:
         self._stream.close()
 
     def send_setpoint(self, setpoint: SetpointNed, now: float) -> None:
-        """Send SET_POSITION_TARGET_LOCAL_NED.
+        """Send SET_POSITION_TARGET_LOCAL_NED with what the profile's `setpoint_form` has of it.
 
         Raises:
             SetpointError: says why this must not be sent, or not now.
@@ -310,73 +244,25 @@ class Vehicle:
 
     # Inside
 
-    def _heartbeat(self, message: Message, now: float) -> None:
-        """Take note of a HEARTBEAT of the vehicle, already in the state."""
-        state = self.state
-        if self.profile is None:
-            self.profile = profile_for(state.autopilot, state.vehicle_type)
-            self._events.append(
-                VehicleDiscovered(
-                    state.system_id,
-                    state.component_id,
-                    state.autopilot,
-                    state.vehicle_type,
-                    self.profile.name,
-                )
-            )
-            self._ask(now)
-        self._watch.observe_boots(state.boot_count)
-        self._watch.receive(message, now)
-        while (event := self._watch.next_event()) is not None:
-            self._events.append(event)
-            self._ask(now)
+    def _own_mode(self, name: str | None, kind: OperationKind, now: float) -> int:
+        profile = self.profile
+        if profile is None:
+            return self._nobody(kind, now)
+        if name is None:
+            why = profile.unsupported or f"{profile.name} has no mode for it."
+            sentence = f"{kind.value[0].upper()}{kind.value[1:]} refused: {why}"
+            return self._refuse(kind, sentence, now)
+        return self._to_mode(profile, name, kind, now)
 
-    def _ask(self, now: float) -> None:
-        """Ask for the telemetry and for what is wanted once, from the beginning."""
-        if self.profile is not None:
-            address = self.address
-            self._rates.resume(address, self.profile.unsupported_messages, now)
-            self._requests.resume(address, now)
-
-    def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
-        """Turn the difference of two states into events."""
-        state = self.state
-        if state.boot_count != before.boot_count:
-            self._events.append(VehicleRebooted(state.boot_count))
-            self._close_by_interlock("the autopilot restarted")
-            self._ask(now)
-            self._slot.lose("the autopilot restarted", now)
-            self._take_ends()
-        if heartbeat and before.last_heartbeat_s is not None:
-            self._compare_heartbeats(before, now)
-        if state.landed_state is not before.landed_state:
-            self._events.append(LandedChanged(before.landed_state, state.landed_state))
-        if state.texts is not before.texts:
-            new_texts = state.texts.count - before.texts.count
-            for text in state.status_texts[-new_texts:] if new_texts else ():
-                self._events.append(StatusTextReceived(text.text, text.severity))
-
-    def _compare_heartbeats(self, before: VehicleState, now: float) -> None:
-        state = self.state
-        if state.armed != before.armed:
-            requested = self._slot.armed_changed(state.armed, now)
-            self._events.append(ArmedChanged(state.armed, requested))
-            if not state.armed:
-                self._close_by_interlock("the vehicle was disarmed")
-        if state.custom_mode != before.custom_mode:
-            name = self.mode_name
-            requested = self._slot.mode_changed(state, name, now)
-            self._events.append(ModeChanged(before.custom_mode, state.custom_mode, name, requested))
-            self._take_ends()
-            if not requested and not self.in_control_mode:
-                self._close_by_interlock(f"the vehicle was switched to {name}, not by our request")
-        if state.system_status != before.system_status:
-            self._events.append(SystemStatusChanged(before.system_status, state.system_status))
-
-    def _close_by_interlock(self, reason: str) -> None:
-        if self._stream.is_open:
-            self._stream.close()
-            self._events.append(StreamClosed(reason))
+    def _to_mode(
+        self, profile: Profile, name: str, kind: OperationKind, now: float, gate: Gate | None = None
+    ) -> int:
+        mode = profile.modes[name]
+        timing = OperationTiming(
+            self.config.operation_timeout_s, gate_s=profile.prestream_s + _STREAM_WAIT_S
+        )
+        goal = ModeGoal(name, mode, profile, kind)
+        return self._begin(profile, goal, Wanted(mode=mode), timing, now, gate)
 
     def _set_armed(self, goal: ArmGoal, now: float) -> int:
         if self.profile is None:
@@ -385,7 +271,13 @@ class Vehicle:
         return self._begin(self.profile, goal, Wanted(armed=goal.armed), timing, now)
 
     def _begin(
-        self, profile: Profile, goal: Goal, wanted: Wanted, timing: OperationTiming, now: float
+        self,
+        profile: Profile,
+        goal: Goal,
+        wanted: Wanted,
+        timing: OperationTiming,
+        now: float,
+        gate: Gate | None = None,
     ) -> int:
         operation_id = self._slot.begin(
             goal,
@@ -396,6 +288,7 @@ class Vehicle:
             now,
             connected=self.connected,
             first_ack_counts=goal.request.command not in profile.later_ack_counts,
+            gate=gate,
         )
         self._take_ends()
         return operation_id
@@ -410,8 +303,3 @@ class Vehicle:
         operation_id = self._slot.end_at_once(kind, OperationResult.LINK_LOST, reason, now)
         self._take_ends()
         return operation_id
-
-    def _take_ends(self) -> None:
-        """Put the ends of operations into their place among the events."""
-        while (event := self._slot.next_event()) is not None:
-            self._events.append(event)

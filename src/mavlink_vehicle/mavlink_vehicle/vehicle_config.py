@@ -21,6 +21,7 @@ DEFAULT_RATES_HZ: Mapping[str, float] = MappingProxyType(
         "ATTITUDE": 10.0,
         "SYSTEM_TIME": 1.0,
         "HOME_POSITION": 0.5,
+        "CURRENT_MODE": 5.0,
     }
 )
 """Hz by message name, asked for in this order."""
@@ -37,6 +38,7 @@ class VehicleConfig:
             should (1 before it is known).
         source_component: our component id; 191 is MAV_COMP_ID_ONBOARD_COMPUTER.
         heartbeat_interval_s: how often we send HEARTBEAT.
+        heartbeat_type: as which MAV_TYPE; None takes what the firmware's profile says.
         heartbeat_timeout_s: silence of its HEARTBEAT after which it counts as lost.
         message_rates_hz: telemetry that is asked for.
         command_timeout_s: time to the repetition of a command without an answer.
@@ -51,6 +53,7 @@ class VehicleConfig:
     source_system: int | None = None
     source_component: int = 191
     heartbeat_interval_s: float = 1.0
+    heartbeat_type: int | None = None
     heartbeat_timeout_s: float = 3.0
     message_rates_hz: Mapping[str, float] = field(default_factory=lambda: DEFAULT_RATES_HZ)
     command_timeout_s: float = 0.5
@@ -74,6 +77,10 @@ class VehicleConfig:
             number = getattr(self, name)
             if number is not None and not low <= number <= 255:
                 raise ConfigurationError(f"{name} is {number}; it must be {low} to 255.")
+        if self.heartbeat_type is not None and not 0 <= self.heartbeat_type <= 255:
+            raise ConfigurationError(
+                f"heartbeat_type is {self.heartbeat_type}; it must be 0 to 255."
+            )
         for name in (
             "heartbeat_interval_s",
             "heartbeat_timeout_s",

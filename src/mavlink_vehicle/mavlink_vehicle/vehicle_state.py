@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.failsafe import Failsafe
 from mavlink_vehicle.status_text import StatusText, StatusTexts
 from mavlink_vehicle.telemetry import (
     Attitude,
@@ -31,9 +32,15 @@ class VehicleState:
         armed: the armed flag of HEARTBEAT.
         base_mode: as sent.
         custom_mode: as sent; its meaning depends on the firmware.
+        intended_mode: the mode that was chosen, of CURRENT_MODE; 0 when not told.
         system_status: MAV_STATE. Don't derive `armed` from it.
+        heartbeat_mode: the mode that HEARTBEAT showed last; `system_status` is about it.
         landed_state: of EXTENDED_SYS_STATE.
+        failsafe: the failsafe in force, None when there is none.
+        fence_breached: of FENCE_STATUS, or of SYS_STATUS where a fence is enabled.
         global_position: None also while the vehicle sends 0, 0.
+        ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
+        ground_down_m: the same in the local frame.
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
         prearm_ok: whether the autopilot would arm, None when it doesn't tell.
         boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
@@ -53,8 +60,12 @@ class VehicleState:
     armed: bool = False
     base_mode: int = 0
     custom_mode: int = 0
+    intended_mode: int = 0
     system_status: int = 0
+    heartbeat_mode: int = 0
     landed_state: LandedState = LandedState.UNDEFINED
+    failsafe: Failsafe | None = None
+    fence_breached: bool = False
     global_position: GlobalPosition | None = None
     local_position: LocalPosition | None = None
     attitude: Attitude | None = None
@@ -63,6 +74,8 @@ class VehicleState:
     origin: Origin | None = None
     gps: GpsFix | None = None
     estimator: Estimator | None = None
+    ground_altitude_amsl_m: float | None = None
+    ground_down_m: float | None = None
     sensors_health: int | None = None
     prearm_ok: bool | None = None
     firmware_version: str | None = None
@@ -76,6 +89,16 @@ class VehicleState:
     def status_texts(self) -> tuple[StatusText, ...]:
         """The last 20 texts, oldest first."""
         return self.texts.texts
+
+    @property
+    def mode_may_not_run(self) -> bool:
+        """Whether the selected mode cannot run, or that isn't known yet (PX4).
+
+        Disarmed, a PX4 lets any mode be selected, and says with MAV_STATE_UNINIT (0) that it
+        cannot run there. In flight it refuses such modes.
+        """
+        unsure = not self.armed and self.heartbeat_mode != self.custom_mode
+        return self.system_status == 0 or unsure
 
     @property
     def position_valid(self) -> bool:

@@ -8,7 +8,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.profiles.ardupilot import COPTER
 from mavlink_vehicle.protocols.command import Address, CommandTiming
-from mavlink_vehicle.protocols.goals import ArmGoal, ModeGoal, TakeoffGoal
+from mavlink_vehicle.protocols.goals import ArmGoal, ModeGoal
 from mavlink_vehicle.protocols.operations import (
     Goal,
     Operation,
@@ -16,6 +16,7 @@ from mavlink_vehicle.protocols.operations import (
     OperationState,
     OperationTiming,
 )
+from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal
 from mavlink_vehicle.state import VehicleState, reduce
 from tests.support.autopilot_messages import AutopilotMessages
 
@@ -34,7 +35,11 @@ class Script:
     """An operation, the vehicle's state, and what is said to both."""
 
     def __init__(
-        self, goal: Goal | None = None, *, state: VehicleState | None = None, **options: bool
+        self,
+        goal: Goal | None = None,
+        *,
+        state: VehicleState | None = None,
+        first_ack_counts: bool = True,
     ) -> None:
         self.autopilot = AutopilotMessages()
         self.now = 0.0
@@ -45,11 +50,11 @@ class Script:
             self.state = reduce(self.state, self.autopilot.heartbeat(), 0.0)
         self.operation = Operation(
             7,
-            goal or ModeGoal("GUIDED", GUIDED),
+            goal or ModeGoal("GUIDED", GUIDED, COPTER),
             ADDRESS,
             CommandTiming(timeout_s=0.5, retries=2),
             OperationTiming(timeout_s=8.0, texts_s=0.5, doubt_s=3.0),
-            **options,
+            first_ack_counts=first_ack_counts,
         )
         self.operation.begin(self.state, self.connected, self.now)
         self._take()
@@ -261,7 +266,7 @@ def test_a_stale_state_is_not_believed() -> None:
     autopilot = AutopilotMessages()
     state = reduce(VehicleState(), autopilot.heartbeat(mode=GUIDED), 0.0)
     operation = Operation(
-        1, ModeGoal("GUIDED", GUIDED), ADDRESS, CommandTiming(), OperationTiming()
+        1, ModeGoal("GUIDED", GUIDED, COPTER), ADDRESS, CommandTiming(), OperationTiming()
     )
     operation.begin(state, False, 50.0)
     assert len(operation.messages_to_send()) == 1
@@ -272,7 +277,7 @@ def test_an_earlier_request_under_way_makes_heartbeats_wait() -> None:
     autopilot = AutopilotMessages()
     state = reduce(VehicleState(), autopilot.heartbeat(mode=GUIDED), 0.0)
     operation = Operation(
-        1, ModeGoal("GUIDED", GUIDED), ADDRESS, CommandTiming(), OperationTiming()
+        1, ModeGoal("GUIDED", GUIDED, COPTER), ADDRESS, CommandTiming(), OperationTiming()
     )
     operation.begin(state, True, 0.0, settle_s=1.5)
     assert len(operation.messages_to_send()) == 1
@@ -402,7 +407,8 @@ def test_the_table_is_complete() -> None:
     always = {OperationInput.REACHED, OperationInput.FAILED, OperationInput.CANCEL}
     answers = {OperationInput.ACCEPTED, OperationInput.REFUSED, OperationInput.TIME_UP}
     expected = {
-        OperationState.IDLE: always | {OperationInput.START},
+        OperationState.IDLE: always | {OperationInput.START, OperationInput.PREPARE},
+        OperationState.PREPARING: always | {OperationInput.READY},
         OperationState.COMMANDING: always | answers | {OperationInput.UNANSWERED},
         OperationState.CONFIRMING: always | answers | {OperationInput.AGAIN},
         OperationState.REFUSING: always

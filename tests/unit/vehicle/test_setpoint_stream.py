@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import itertools
 import math
 
 import pytest
@@ -10,10 +9,13 @@ from hypothesis import strategies as st
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.frames import Vector3
-from mavlink_vehicle.profiles import GENERIC
-from mavlink_vehicle.profiles.ardupilot import COPTER, ROVER
+from mavlink_vehicle.profiles import GENERIC, Profile
+from mavlink_vehicle.profiles.ardupilot import COPTER, PLANE, ROVER
+from mavlink_vehicle.profiles.px4 import COPTER as PX4_COPTER
+from mavlink_vehicle.profiles.px4 import PLANE as PX4_PLANE
+from mavlink_vehicle.profiles.px4 import ROVER as PX4_ROVER
 from mavlink_vehicle.protocols.command import Address
-from mavlink_vehicle.protocols.setpoint_stream import SetpointNed, SetpointStream, check_setpoint
+from mavlink_vehicle.protocols.setpoint_stream import SetpointNed, SetpointStream, legal_setpoint
 
 ADDRESS = Address(1, 191, 1, 1)
 HERE: Vector3 = (1.0, 2.0, -3.0)
@@ -100,27 +102,63 @@ def test_what_is_not_finite_never_leaves(bad: float, axis: int, name: str) -> No
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_yaw_must_be_finite_and_one(bad: float) -> None:
     with pytest.raises(SetpointError, match="yaw_ned_rad is"):
-        check_setpoint(SetpointNed(HERE, yaw_ned_rad=bad), COPTER)
+        legal_setpoint(SetpointNed(HERE, yaw_ned_rad=bad), COPTER)
     with pytest.raises(SetpointError, match="yaw_rate_rad_s is"):
-        check_setpoint(SetpointNed(HERE, yaw_rate_rad_s=bad), COPTER)
+        legal_setpoint(SetpointNed(HERE, yaw_rate_rad_s=bad), COPTER)
     with pytest.raises(SetpointError, match="not both"):
-        check_setpoint(SetpointNed(HERE, yaw_ned_rad=0.0, yaw_rate_rad_s=0.0), COPTER)
+        legal_setpoint(SetpointNed(HERE, yaw_ned_rad=0.0, yaw_rate_rad_s=0.0), COPTER)
 
 
-def test_only_combinations_that_the_vehicle_follows_are_legal() -> None:
-    legal = []
-    for position, velocity, acceleration in itertools.product([None, HERE], repeat=3):
-        setpoint = SetpointNed(position, velocity, acceleration)
+@pytest.mark.parametrize(
+    ("profile", "sent"),
+    [
+        # What is left of P, V, PV, A, PA, VA and PVA; "-" is refused.
+        (COPTER, ["P", "V", "PV", "A", "-", "VA", "PVA"]),
+        (PX4_COPTER, ["P", "V", "PV", "A", "PA", "VA", "PVA"]),
+        (ROVER, ["-", "V", "V", "-", "-", "V", "V"]),
+        (PX4_ROVER, ["-", "V", "V", "-", "-", "V", "V"]),
+        (PLANE, ["-"] * 7),
+        (PX4_PLANE, ["-"] * 7),
+        (GENERIC, ["-"] * 7),
+    ],
+)
+def test_a_setpoint_is_reduced_to_the_form_of_its_vehicle(
+    profile: Profile, sent: list[str]
+) -> None:
+    results = []
+    for given_groups in ("P", "V", "PV", "A", "PA", "VA", "PVA"):
+        position, velocity, acceleration = (HERE if n in given_groups else None for n in "PVA")
+        setpoint = SetpointNed(position, velocity, acceleration, yaw_ned_rad=0.5)
         try:
-            check_setpoint(setpoint, COPTER)
-        except SetpointError:
+            reduced = legal_setpoint(setpoint, profile)
+        except SetpointError as error:
+            assert f"{profile.name} does not follow" in str(error)  # noqa: PT017
+            results.append("-")
             continue
-        legal.append("".join(n for n, v in zip("PVA", (position, velocity, acceleration)) if v))  # noqa: B905
-    assert sorted(legal) == ["A", "P", "PV", "PVA", "V", "VA"]
-    with pytest.raises(SetpointError, match="ArduRover does not follow setpoints with ACCEL"):
-        check_setpoint(SetpointNed(acceleration_ned_m_s2=HERE), ROVER)
-    with pytest.raises(SetpointError, match="generic autopilot does not follow"):
-        check_setpoint(SetpointNed(position_ned_m=HERE), GENERIC)
+        left = (reduced.position_ned_m, reduced.velocity_ned_m_s, reduced.acceleration_ned_m_s2)
+        results.append("".join(n for n, v in zip("PVA", left, strict=True) if v is not None))
+        assert (reduced.yaw_ned_rad is None) == (profile in (ROVER, PX4_ROVER))
+    assert results == sent
+
+
+def test_a_nan_is_refused_even_in_what_would_be_left_out() -> None:
+    with pytest.raises(SetpointError, match="position_ned_m"):
+        legal_setpoint(SetpointNed((math.nan, 0.0, 0.0), velocity_ned_m_s=HERE), ROVER)
+
+
+def test_how_long_the_stream_has_run_counts_from_its_last_pause() -> None:
+    stream = SetpointStream()
+    assert stream.steady_from_s(1.2, 0.0) == math.inf
+    stream.open(0.0)
+    assert stream.steady_from_s(1.2, 0.0) == math.inf
+    offer(stream, SetpointNed(HERE), 1.0)
+    offer(stream, SetpointNed(HERE), 1.4)
+    assert stream.steady_from_s(1.2, 1.4) == 2.2
+    assert stream.steady_from_s(1.2, 2.0) == math.inf
+    offer(stream, SetpointNed(HERE), 2.1)
+    assert stream.steady_from_s(1.2, 2.1) == 3.3
+    stream.close()
+    assert stream.steady_from_s(1.2, 2.1) == math.inf
 
 
 def test_gaps_are_measured() -> None:

@@ -10,6 +10,8 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import ConfigurationError, MessageError, SetpointError
 from mavlink_vehicle.events import (
     ArmedChanged,
+    FailsafeBegan,
+    FailsafeKind,
     LandedChanged,
     LandedState,
     ModeChanged,
@@ -121,7 +123,8 @@ def test_events_tell_what_changed(script: Script) -> None:
         LandedChanged(LandedState.UNDEFINED, LandedState.IN_AIR)
     ]
     assert script.say(autopilot("STATUSTEXT", severity=4, text="Battery Failsafe")) == [
-        StatusTextReceived("Battery Failsafe", 4)
+        StatusTextReceived("Battery Failsafe", 4),
+        FailsafeBegan(FailsafeKind.BATTERY, "Battery Failsafe"),
     ]
 
 

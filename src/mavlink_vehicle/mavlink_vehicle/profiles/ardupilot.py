@@ -1,4 +1,4 @@
-"""ArduPilot: copter, and the mode tables of its other vehicles.
+"""ArduPilot: copter, rover, boat and plane, and the mode tables of its other vehicles.
 
 Mode numbers are those of the dialect's COPTER_MODE, ROVER_MODE, PLANE_MODE and SUB_MODE
 enums. What the vehicles do with commands and setpoints was observed on ArduPilot's own
@@ -8,10 +8,17 @@ simulator (master of May 2025) and read in ArduCopter's GCS_MAVLink_Copter.cpp.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
-from mavlink_vehicle.profiles.profile import Profile, SetpointField, TakeoffForm
+from mavlink_vehicle.profiles.profile import (
+    Profile,
+    SetpointField,
+    SpeedCommand,
+    TakeoffForm,
+    VehicleKind,
+)
 
 
 def _modes(enum_name: str) -> Mapping[str, int]:
@@ -30,36 +37,70 @@ _P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCEL
 
 COPTER = Profile(
     name="ArduCopter",
+    kind=VehicleKind.COPTER,
     modes=_modes("COPTER_MODE"),
     control_mode="GUIDED",
+    control_before_takeoff=True,
     hold_mode="BRAKE",
     land_mode="LAND",
     return_mode="RTL",
     mission_mode="AUTO",
     takeoff=TakeoffForm.ABOVE_HOME,
+    # Refused on the ground and in other modes.
+    speed_command=SpeedCommand(1, frozenset({"GUIDED", "AUTO"})),
     # GCS_MAVLink_Copter.cpp, SET_POSITION_TARGET_LOCAL_NED: a position may come with a
     # velocity, and both with an acceleration, but a position with an acceleration alone, or
     # none of the three, is ignored.
     setpoint_motions=frozenset({_P, _P | _V, _P | _V | _A, _V, _V | _A, _A}),
-    setpoint_form=_P | _V | SetpointField.YAW,
+    # Without the acceleration it overshoots the speed of a trajectory by a tenth.
+    setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
     unsupported_messages=_PX4_MESSAGES,
 )
 
 ROVER = Profile(
     name="ArduRover",
+    kind=VehicleKind.ROVER,
     modes=_modes("ROVER_MODE"),
     control_mode="GUIDED",
+    control_before_takeoff=True,
     hold_mode="HOLD",
     return_mode="RTL",
     mission_mode="AUTO",
+    # With velocity setpoints the setpoint is the speed: DO_CHANGE_SPEED fails then
+    # (Rover's mode_guided.cpp, set_desired_speed).
+    speed_command=SpeedCommand(1, frozenset({"AUTO"})),
+    # An acceleration is refused, with a text at every message. A yaw beside a velocity wins
+    # over its direction, so none is sent: the heading follows the velocity.
     setpoint_motions=frozenset({_P, _V}),
-    setpoint_form=_P,
+    setpoint_form=_V,
     unsupported_messages=_PX4_MESSAGES,
 )
 
+BOAT = replace(ROVER, name="ArduRover boat", kind=VehicleKind.BOAT)
+
 PLANE = Profile(
     name="ArduPlane",
+    kind=VehicleKind.PLANE,
     modes=_modes("PLANE_MODE"),
+    control_mode="GUIDED",
+    hold_mode="LOITER",
+    return_mode="RTL",
+    mission_mode="AUTO",
+    # NAV_TAKEOFF is refused outside a mission; the mode takes off and circles at TKOFF_ALT.
+    takeoff=TakeoffForm.MODE,
+    takeoff_mode="TAKEOFF",
+    # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
+    reposition=True,
+    # An airspeed between its limits; it is forgotten when the mode changes.
+    speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
+    unsupported_messages=_PX4_MESSAGES,
+)
+
+QUADPLANE = Profile(
+    name="ArduPlane VTOL",
+    unsupported="ArduPlane VTOL vehicles are not supported: they hover and glide, and goals "
+    "know only vehicles that do one of the two.",
+    modes=PLANE.modes,
     hold_mode="LOITER",
     return_mode="RTL",
     mission_mode="AUTO",
@@ -80,22 +121,18 @@ _COPTER_TYPES = {
     mavlink.MAV_TYPE_DODECAROTOR,
     mavlink.MAV_TYPE_DECAROTOR,
 }
-_PLANE_TYPES = {mavlink.MAV_TYPE_FIXED_WING} | {
-    number
-    for number, entry in mavlink.enums["MAV_TYPE"].items()
-    if entry.name.startswith("MAV_TYPE_VTOL_")
+_BY_TYPE = {
+    mavlink.MAV_TYPE_GROUND_ROVER: ROVER,
+    mavlink.MAV_TYPE_SURFACE_BOAT: BOAT,
+    mavlink.MAV_TYPE_FIXED_WING: PLANE,
+    mavlink.MAV_TYPE_SUBMARINE: SUB,
+    **dict.fromkeys(_COPTER_TYPES, COPTER),
 }
-_ROVER_TYPES = {mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SURFACE_BOAT}
 
 
 def ardupilot_profile(vehicle_type: int) -> Profile:
     """Return the profile for a MAV_TYPE that an ArduPilot reports."""
-    if vehicle_type in _COPTER_TYPES:
-        return COPTER
-    if vehicle_type in _ROVER_TYPES:
-        return ROVER
-    if vehicle_type in _PLANE_TYPES:
-        return PLANE
-    if vehicle_type == mavlink.MAV_TYPE_SUBMARINE:
-        return SUB
-    return OTHER
+    entry = mavlink.enums["MAV_TYPE"].get(vehicle_type)
+    if entry is not None and entry.name.startswith("MAV_TYPE_VTOL_"):
+        return QUADPLANE
+    return _BY_TYPE.get(vehicle_type, OTHER)

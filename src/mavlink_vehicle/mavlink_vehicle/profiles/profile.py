@@ -7,16 +7,48 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from mavlink_vehicle.codec import mavlink
+
+
+class VehicleKind(enum.Enum):
+    """What a vehicle is, as far as flying it is concerned."""
+
+    COPTER = "copter"
+    ROVER = "rover"
+    BOAT = "boat"
+    PLANE = "plane"
+    OTHER = "other"
+
+
+class ModePacking(enum.Enum):
+    """How a custom_mode goes into MAV_CMD_DO_SET_MODE."""
+
+    WHOLE = "param2"
+    """ArduPilot."""
+    MAIN_AND_SUB = "main mode in param2, sub mode in param3"
+    """PX4: custom_mode is main << 16 | sub << 24."""
+
 
 class TakeoffForm(enum.Enum):
-    """How the height of MAV_CMD_NAV_TAKEOFF is meant."""
+    """How a take-off is asked for, and how its height is meant."""
 
     NONE = "none"
     """The vehicle has no such command (rover, boat), or the profile doesn't know it."""
     ABOVE_HOME = "above home"
-    """COMMAND_LONG, param7 is metres above home (ArduCopter)."""
+    """MAV_CMD_NAV_TAKEOFF, param7 is metres above home (ArduCopter)."""
     AMSL = "above mean sea level"
-    """COMMAND_LONG, param7 is metres above mean sea level (PX4)."""
+    """MAV_CMD_NAV_TAKEOFF, param7 is metres above mean sea level (PX4)."""
+    MODE = "mode"
+    """A mode takes off, to the height of a parameter of its own (ArduPlane: TKOFF_ALT)."""
+
+
+class AltitudeReference(enum.Enum):
+    """From where the altitude of a command counts."""
+
+    HOME = "home"
+    """MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, above home (ArduPilot, which keeps home in flight)."""
+    AMSL = "mean sea level"
+    """Above mean sea level, whatever the frame says (PX4, which moves home in flight)."""
 
 
 class SetpointField(enum.Flag):
@@ -31,47 +63,87 @@ class SetpointField(enum.Flag):
 
 
 @dataclass(frozen=True)
+class SpeedCommand:
+    """Where MAV_CMD_DO_CHANGE_SPEED works.
+
+    Attributes:
+        speed_type: its param1; 0 airspeed, 1 ground speed.
+        modes: in which it has an effect.
+    """
+
+    speed_type: int
+    modes: frozenset[str]
+
+
+@dataclass(frozen=True)
 class Profile:
     """One firmware and kind of vehicle.
 
     Attributes:
         name: for people, for example "ArduCopter".
+        kind: what it is.
+        unsupported: why goals are not accepted on it, as a sentence; None when they are.
         modes: custom_mode by mode name.
-        control_mode: the mode in which setpoints are followed; None: this profile can't.
-        hold_mode: the mode that stops and holds by itself, without a pilot's sticks.
+        mode_packing: how a mode goes into the command that changes it.
+        control_mode: the mode in which it is flown by us; None: this profile can't.
+        control_before_takeoff: whether the control mode must be entered before a take-off.
+        prestream_s: how long setpoints must have been streamed before the control mode is
+            entered; 0: not before, but after.
+        hold_mode: the mode that stops and holds by itself, without a pilot's sticks. A plane
+            circles.
         land_mode: lands where it is.
         return_mode: returns to its launch point.
-        mission_mode: flies the uploaded mission.
-        takeoff_mode: the mode that a take-off changes to, if it does not stay in the control
-            mode.
-        takeoff: how the take-off command is written.
+        mission_mode: flies the stored mission.
+        takeoff: how a take-off is asked for.
+        takeoff_mode: the mode that a take-off goes through, if it has one.
+        after_takeoff_mode: the mode that it goes to by itself then.
+        altitude_reference: of the altitudes in commands.
+        reposition: whether it is sent to places by MAV_CMD_DO_REPOSITION, not by setpoints.
+        speed_command: how its speed is changed by command; None where the setpoints say it.
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
-        setpoint_form: what the bridge normally streams.
+        setpoint_form: what is streamed; what else a setpoint gives is left out.
         setpoints_while_disarmed: whether setpoints may be sent to a disarmed vehicle. A rover
             keeps such a setpoint and drives off when it is armed.
         setpoints_outside_control_mode: whether the stream must run before the control mode is
             entered (PX4), or must not (whoever selects that mode later would set it off).
         setpoints_before_takeoff: whether setpoints may run before and during a take-off. An
             ArduCopter then stays on the ground, although it acknowledges the take-off.
+        status_tells_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
+            cannot run.
+        earlier_mode_after_landing: whether it goes back, by itself, to the mode from before
+            when it has landed.
+        heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
         later_ack_counts: commands with a first acknowledgement that says nothing.
         unsupported_messages: telemetry that the firmware does not have, so isn't asked for.
     """
 
     name: str
+    kind: VehicleKind = VehicleKind.OTHER
+    unsupported: str | None = None
     modes: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    mode_packing: ModePacking = ModePacking.WHOLE
     control_mode: str | None = None
+    control_before_takeoff: bool = False
+    prestream_s: float = 0.0
     hold_mode: str | None = None
     land_mode: str | None = None
     return_mode: str | None = None
     mission_mode: str | None = None
-    takeoff_mode: str | None = None
     takeoff: TakeoffForm = TakeoffForm.NONE
+    takeoff_mode: str | None = None
+    after_takeoff_mode: str | None = None
+    altitude_reference: AltitudeReference = AltitudeReference.HOME
+    reposition: bool = False
+    speed_command: SpeedCommand | None = None
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE
     setpoints_while_disarmed: bool = False
     setpoints_outside_control_mode: bool = False
     setpoints_before_takeoff: bool = False
+    status_tells_runnable: bool = False
+    earlier_mode_after_landing: bool = False
+    heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
     later_ack_counts: frozenset[int] = frozenset()
     unsupported_messages: frozenset[str] = frozenset()
 
@@ -81,3 +153,7 @@ class Profile:
             if number == custom_mode:
                 return name
         return f"MODE_{custom_mode}"
+
+    def mode_number(self, name: str | None) -> int | None:
+        """Return the custom_mode of a mode's name, None for no name or an unknown one."""
+        return None if name is None else self.modes.get(name)

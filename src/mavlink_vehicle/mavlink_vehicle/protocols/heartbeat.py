@@ -1,4 +1,4 @@
-"""HEARTBEAT, both ways: ours at 1 Hz as an onboard computer, and the watch over theirs.
+"""HEARTBEAT, both ways: ours at 1 Hz, and the watch over theirs.
 
 https://mavlink.io/en/services/heartbeat.html. An ArduPilot with FS_GCS_ENABLE, and a PX4 with
 COM_DL_LOSS_T, take the end of our HEARTBEATs as the loss of the ground station: setpoints
@@ -19,9 +19,9 @@ class HeartbeatSender:
     """Sends our HEARTBEAT at a fixed rate, the first one at once."""
 
     def __init__(self, interval_s: float, mav_type: int) -> None:
-        """Send as `mav_type` (MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`."""
+        """Send as `mav_type` (such as MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`."""
         self._interval_s = interval_s
-        self._mav_type = mav_type
+        self.mav_type = mav_type
         self._deadline: float | None = None
         self._outbox: list[Message] = []
 
@@ -45,7 +45,7 @@ class HeartbeatSender:
         self._outbox.append(
             make(
                 "HEARTBEAT",
-                type=self._mav_type,
+                type=self.mav_type,
                 autopilot=mavlink.MAV_AUTOPILOT_INVALID,
                 system_status=mavlink.MAV_STATE_ACTIVE,
                 mavlink_version=3,

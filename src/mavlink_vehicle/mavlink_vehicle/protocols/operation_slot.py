@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.protocols.command import Address, CommandTiming
-from mavlink_vehicle.protocols.operations import Goal, Operation, OperationTiming
+from mavlink_vehicle.protocols.operations import Gate, Goal, Operation, OperationTiming
 from mavlink_vehicle.protocols.requested_changes import RequestedChanges
 from mavlink_vehicle.state import VehicleState
 
@@ -51,6 +51,7 @@ class OperationSlot:
         *,
         connected: bool,
         first_ack_counts: bool,
+        gate: Gate | None = None,
     ) -> int:
         """Start an operation and return its id; the parameters are those of `Operation`."""
         self.cancel(f"{goal.kind.value} was asked for instead", now)
@@ -61,6 +62,7 @@ class OperationSlot:
             self._command_timing,
             timing,
             first_ack_counts=first_ack_counts,
+            gate=gate,
         )
         self._operation = operation
         doubt = self._requested.contradicted(now, mode=wanted.mode, armed=wanted.armed)
@@ -101,10 +103,10 @@ class OperationSlot:
         if operation is not None:
             if requested:
                 operation.settle()
-            kind = operation.goal.kind
-            third = not requested and not operation.goal.reached(state)
-            if kind is OperationKind.TAKE_OFF or (kind is OperationKind.CHANGE_MODE and third):
+            if operation.goal.cut_short(state, requested):
                 self.cancel(f"the vehicle was switched to {name} meanwhile", now)
+            elif operation.goal.kind is OperationKind.TAKE_OFF:
+                return True  # it goes through modes of its own
         return requested
 
     def armed_changed(self, armed: bool, now: float) -> bool:
@@ -151,7 +153,10 @@ class OperationSlot:
 
     def _collect(self, now: float) -> None:
         event = None if self._operation is None else self._operation.next_event()
-        if event is not None:
+        if event is not None and self._operation is not None:
+            if event.result is OperationResult.ACHIEVED:
+                for mode in self._operation.next_modes():
+                    self._requested.add(mode=mode)
             self._operation = None
             self._requested.end(now)
             self._events.append(event)

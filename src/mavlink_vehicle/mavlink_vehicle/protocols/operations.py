@@ -1,4 +1,4 @@
-"""Mode change, arming, disarming, take-off: a command, confirmed by the vehicle's own state.
+"""Mode change, arming, take-off and so on: a command, confirmed by the vehicle's own state.
 
 An acknowledgement alone is never success: ArduPilot accepts a take-off that then doesn't
 happen, PX4 accepts mode changes that it refuses a moment later, and an acknowledgement can be
@@ -9,13 +9,16 @@ lost although the command was obeyed. So:
   the command was repeated, the refusal may be the answer to a repetition of a command already
   obeyed ("already flying"); the state then has longer to show it.
 - Everything else ends when the time is up.
+- Where nothing in the state can show it (a speed), or something else could have the same look
+  (a place to go to), the acknowledgement must come, too.
+- A command may have to wait for a gate: PX4 enters OFFBOARD only while setpoints come.
 """
 
 from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -35,9 +38,16 @@ from mavlink_vehicle.protocols.command import (
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.state import VehicleState
 
+Gate = Callable[[float], float]
+"""now -> when the command may be sent as things are; infinity: something is missing."""
+
 
 class Goal(Protocol):
     """What an operation is to bring about, judged by the vehicle's state."""
+
+    @property
+    def needs_ack(self) -> bool:
+        """Whether the state alone does not show it."""
 
     @property
     def kind(self) -> OperationKind:
@@ -60,6 +70,18 @@ class Goal(Protocol):
     def failure(self, state: VehicleState) -> str | None:
         """Return why the vehicle itself has made it impossible, if so."""
 
+    def hint(self, state: VehicleState) -> str | None:
+        """Return what the state says about why it isn't reached."""
+
+    def expects_mode(self, state: VehicleState) -> bool:
+        """Tell whether the mode is one that it brings with it."""
+
+    def cut_short(self, state: VehicleState, requested: bool) -> bool:
+        """Tell whether the mode that was just changed to ends it; `requested` if by us."""
+
+    def next_modes(self, state: VehicleState) -> tuple[int, ...]:
+        """Return the modes that the vehicle goes to by itself when it is done."""
+
 
 @dataclass(frozen=True)
 class OperationTiming:
@@ -71,18 +93,21 @@ class OperationTiming:
         doubt_s: time for the state to contradict the refusal of a repeated command.
         pause_s: pause after all repetitions of a command that nobody answered; then it is sent
             again, in case the link was down.
+        gate_s: time for the gate to open.
     """
 
     timeout_s: float = 10.0
     texts_s: float = 0.5
     doubt_s: float = 3.0
     pause_s: float = 1.0
+    gate_s: float = 3.0
 
 
 class OperationState(enum.Enum):
     """Where an operation stands."""
 
     IDLE = "not started"
+    PREPARING = "waiting for the gate"
     COMMANDING = "command sent, not answered"
     CONFIRMING = "accepted or unanswered; waiting for the state to show it"
     REFUSING = "refused; waiting for reasons, or for the state to contradict"
@@ -93,6 +118,8 @@ class OperationInput(enum.Enum):
     """What moves an operation on."""
 
     START = "start"
+    PREPARE = "start, when the gate is open"
+    READY = "the gate is open"
     REACHED = "the state shows it"
     UNDER_WAY = "the state shows the vehicle at it"
     FAILED = "the state shows that it can't be reached"
@@ -103,6 +130,10 @@ class OperationInput(enum.Enum):
     TIME_UP = "the operation's time is up"
     WAITED = "reasons have had their time"
     CANCEL = "cancelled"
+
+
+_NOTHING_SENT = (OperationState.IDLE, OperationState.PREPARING, OperationState.FINISHED)
+_GATE_LOOK_S = 0.1
 
 
 class Operation(Machine[OperationFinished]):
@@ -117,6 +148,7 @@ class Operation(Machine[OperationFinished]):
         timing: OperationTiming,
         *,
         first_ack_counts: bool = True,
+        gate: Gate | None = None,
     ) -> None:
         """Prepare; `start` looks at the state and sends.
 
@@ -128,6 +160,7 @@ class Operation(Machine[OperationFinished]):
             timing: patience of the whole.
             first_ack_counts: False where the autopilot acknowledges twice and only the second
                 one tells the truth.
+            gate: what the command has to wait for.
         """
         super().__init__(OperationState.IDLE)
         self.operation_id = operation_id
@@ -135,6 +168,8 @@ class Operation(Machine[OperationFinished]):
         self._address = address
         self._timing = timing
         self._first_ack_counts = first_ack_counts
+        self._gate = gate
+        self._gate_until_s = math.inf
         self._command_timing = command_timing
         self._command = Command(goal.request, address, command_timing)
         self._again_s: float | None = None
@@ -153,10 +188,14 @@ class Operation(Machine[OperationFinished]):
         """Whether it has ended."""
         return self.state is OperationState.FINISHED
 
+    def next_modes(self) -> tuple[int, ...]:
+        """Return the modes that the vehicle still goes to by itself after this."""
+        return self.goal.next_modes(self._vehicle)
+
     def start(self, now: float) -> None:
         """Send the command; `begin` is the way in, as it brings the state along."""
         self._limit_s = now + self._timing.timeout_s
-        self._fire(OperationInput.START, now)
+        self._fire(OperationInput.START if self._gate is None else OperationInput.PREPARE, now)
 
     def begin(
         self, state: VehicleState, connected: bool, now: float, settle_s: float = 0.0
@@ -183,7 +222,7 @@ class Operation(Machine[OperationFinished]):
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the command's acknowledgements."""
-        if self.finished or self.state is OperationState.IDLE:
+        if self.state in _NOTHING_SENT:
             return
         result = ack_result(message, self._command.request.command, self._address)
         if result is None:
@@ -195,6 +234,8 @@ class Operation(Machine[OperationFinished]):
         if result == ACCEPTED:
             self._answer = result
             self._fire(OperationInput.ACCEPTED, now)
+            if self.goal.needs_ack and self._reached():
+                self._fire(OperationInput.REACHED, now)
         elif self._answer != ACCEPTED or not self._first_ack_counts:
             self._answer = result
             self._fire(OperationInput.REFUSED, now)
@@ -233,6 +274,7 @@ class Operation(Machine[OperationFinished]):
             self._connected
             and heard_s is not None
             and heard_s >= self._heartbeat_from_s
+            and (self._answer == ACCEPTED or not self.goal.needs_ack)
             and self.goal.reached(self._vehicle)
         )
 
@@ -254,7 +296,9 @@ class Operation(Machine[OperationFinished]):
         """Repeat the command, or end."""
         if self.finished or self._deadline is None or now < self._deadline:
             return
-        if self._refused_until_s is not None and now >= self._refused_until_s:
+        if self.state is OperationState.PREPARING:
+            self._try_gate(now)
+        elif self._refused_until_s is not None and now >= self._refused_until_s:
             self._fire(OperationInput.WAITED, now)
         elif now >= self._limit_s:
             self._fire(OperationInput.TIME_UP, now)
@@ -284,6 +328,21 @@ class Operation(Machine[OperationFinished]):
             self._command.next_deadline(),
         )
         self._deadline = min(time for time in times if time is not None)
+
+    def _prepare(self, now: float) -> None:
+        self._gate_until_s = min(now + self._timing.gate_s, self._limit_s)
+        self._try_gate(now)
+
+    def _try_gate(self, now: float) -> None:
+        open_s = now if self._gate is None else self._gate(now)
+        if open_s <= now:
+            self._fire(OperationInput.READY, now)
+        elif now >= self._gate_until_s:
+            self._result = OperationResult.REFUSED
+            self._reason = f"no setpoint stream came within {self._timing.gate_s:.1f} s"
+            self._fire(OperationInput.FAILED, now)
+        else:
+            self._deadline = min(open_s, now + _GATE_LOOK_S, self._gate_until_s)
 
     def _send(self, now: float) -> None:
         self._command.start(now)
@@ -327,7 +386,8 @@ class Operation(Machine[OperationFinished]):
     def _time_out(self, now: float) -> None:
         name = command_name(self._command.request.command)
         if self._answer == ACCEPTED:
-            what = f"{name} was ACCEPTED, but the vehicle's state does not show it"
+            hint = self.goal.hint(self._vehicle) or "the vehicle's state does not show it"
+            what = f"{name} was ACCEPTED, but {hint}"
         else:
             what = f"{name} was sent {self._command.attempts} times and not answered"
         what = f"{self._title()} not confirmed within {self._timing.timeout_s:.1f} s: {what}"
@@ -357,9 +417,14 @@ class Operation(Machine[OperationFinished]):
     _I = OperationInput
     table: ClassVar[Table] = {
         (_S.IDLE, _I.START): (_S.COMMANDING, _send),
+        (_S.IDLE, _I.PREPARE): (_S.PREPARING, _prepare),
         (_S.IDLE, _I.REACHED): (_S.FINISHED, _achieve),
         (_S.IDLE, _I.CANCEL): (_S.FINISHED, _fail),
         (_S.IDLE, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.PREPARING, _I.READY): (_S.COMMANDING, _send),
+        (_S.PREPARING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.PREPARING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.PREPARING, _I.CANCEL): (_S.FINISHED, _fail),
         (_S.COMMANDING, _I.REACHED): (_S.FINISHED, _achieve),
         (_S.COMMANDING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.COMMANDING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),

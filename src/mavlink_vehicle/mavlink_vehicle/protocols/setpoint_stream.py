@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, make, mavlink
@@ -29,6 +29,9 @@ IGNORE_YAW_RATE = 0b1000_0000_0000
 
 MAX_ABS_VALUE = 1e6
 """Metres, m/s or m/s2 beyond this are a mistake of the sender, not a place to go."""
+
+MAX_GAP_S = 0.5
+"""A longer pause begins the stream anew. PX4 takes 1 s (COM_OF_LOSS_T) as the end of it."""
 
 _MOTION = SetpointField.POSITION | SetpointField.VELOCITY | SetpointField.ACCELERATION
 
@@ -57,6 +60,21 @@ class SetpointNed:
                 given |= group
         return given
 
+    def reduced_to(self, form: SetpointField) -> SetpointNed:
+        """Return it with only those groups that `form` has."""
+        if not self.fields() & ~form:
+            return self
+        return replace(
+            self,
+            position_ned_m=self.position_ned_m if SetpointField.POSITION in form else None,
+            velocity_ned_m_s=self.velocity_ned_m_s if SetpointField.VELOCITY in form else None,
+            acceleration_ned_m_s2=(
+                self.acceleration_ned_m_s2 if SetpointField.ACCELERATION in form else None
+            ),
+            yaw_ned_rad=self.yaw_ned_rad if SetpointField.YAW in form else None,
+            yaw_rate_rad_s=self.yaw_rate_rad_s if SetpointField.YAW_RATE in form else None,
+        )
+
     def type_mask(self) -> int:
         """Return the POSITION_TARGET_TYPEMASK of what is given."""
         mask = 0
@@ -68,13 +86,25 @@ class SetpointNed:
         return mask
 
 
-def check_setpoint(setpoint: SetpointNed, profile: Profile) -> None:
-    """Raise SetpointError unless the vehicle would follow the setpoint.
+def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
+    """Return what of the setpoint is sent: its groups that are of `profile.setpoint_form`.
 
     Raises:
-        SetpointError: a number is not finite or absurd, or the combination is one that this
-            kind of vehicle ignores or misunderstands.
+        SetpointError: a number is not finite or absurd, also in what would be left out, or
+            what remains is a combination that this kind of vehicle ignores or misunderstands.
     """
+    if not profile.setpoint_motions:
+        way = "; it is sent to places by reposition" if profile.reposition else ""
+        raise SetpointError(f"{profile.name} does not follow setpoints{way}.")
+    _check_numbers(setpoint)
+    reduced = setpoint.reduced_to(profile.setpoint_form)
+    if reduced.fields() & _MOTION not in profile.setpoint_motions:
+        given = (setpoint.fields() & _MOTION).name or "neither position, velocity nor acceleration"
+        raise SetpointError(f"{profile.name} does not follow setpoints with {given}.")
+    return reduced
+
+
+def _check_numbers(setpoint: SetpointNed) -> None:
     for name, vector in (
         ("position_ned_m", setpoint.position_ned_m),
         ("velocity_ned_m_s", setpoint.velocity_ned_m_s),
@@ -92,10 +122,6 @@ def check_setpoint(setpoint: SetpointNed, profile: Profile) -> None:
             raise SetpointError(f"{name} is {angle}: give a finite number or None.")
     if setpoint.yaw_ned_rad is not None and setpoint.yaw_rate_rad_s is not None:
         raise SetpointError("A setpoint has a yaw or a yaw rate, not both.")
-    motion = setpoint.fields() & _MOTION
-    if motion not in profile.setpoint_motions:
-        given = motion.name or "neither position, velocity nor acceleration"
-        raise SetpointError(f"{profile.name} does not follow setpoints with {given}.")
 
 
 def setpoint_message(setpoint: SetpointNed, address: Address, time_boot_ms: int) -> Message:
@@ -160,11 +186,19 @@ class SetpointStream(Machine[None]):
         """Begin closed."""
         super().__init__(StreamState.CLOSED)
         self.statistics = StreamStatistics()
+        self._running_since_s = math.inf
 
     @property
     def is_open(self) -> bool:
         """Whether setpoints may leave."""
         return self.state is StreamState.OPEN
+
+    def steady_from_s(self, duration_s: float, now: float) -> float:
+        """Return when it will have run for `duration_s` without a pause; infinity if it doesn't."""
+        last_sent_s = self.statistics.last_sent_s
+        if not self.is_open or last_sent_s is None or now - last_sent_s > MAX_GAP_S:
+            return math.inf
+        return self._running_since_s + duration_s
 
     def start(self, now: float) -> None:
         """Nothing to do; the stream stays closed."""
@@ -199,9 +233,11 @@ class SetpointStream(Machine[None]):
         """
         if not self.is_open:
             raise SetpointError("The setpoint stream is closed; open it before sending.")
-        check_setpoint(setpoint, profile)
-        self._outbox.append(setpoint_message(setpoint, address, time_boot_ms))
+        reduced = legal_setpoint(setpoint, profile)
+        self._outbox.append(setpoint_message(reduced, address, time_boot_ms))
         statistics = self.statistics
+        if statistics.last_sent_s is None or now - statistics.last_sent_s > MAX_GAP_S:
+            self._running_since_s = now
         statistics.sent += 1
         if statistics.last_sent_s is not None:
             statistics.max_gap_s = max(statistics.max_gap_s, now - statistics.last_sent_s)

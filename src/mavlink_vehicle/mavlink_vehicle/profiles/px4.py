@@ -1,0 +1,144 @@
+"""PX4: multicopter, rover, boat and plane.
+
+Read in PX4 v1.17.0, where a file is named, and seen in the recordings of its own simulator
+(multicopter). Modes are those of commander/px4_custom_mode.h: custom_mode is
+main << 16 | sub << 24.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.profiles.profile import (
+    AltitudeReference,
+    ModePacking,
+    Profile,
+    SetpointField,
+    SpeedCommand,
+    TakeoffForm,
+    VehicleKind,
+)
+
+_MAIN = {
+    "MANUAL": 1, "ALTCTL": 2, "POSCTL": 3, "ACRO": 5, "OFFBOARD": 6, "STABILIZED": 7,
+    "TERMINATION": 10, "ALTITUDE_CRUISE": 11,
+}  # fmt: skip
+_AUTO = {
+    "READY": 1, "TAKEOFF": 2, "LOITER": 3, "MISSION": 4, "RTL": 5, "LAND": 6, "FOLLOW_TARGET": 8,
+    "PRECLAND": 9, "VTOL_TAKEOFF": 10,
+    **{f"EXTERNAL{number}": 10 + number for number in range(1, 9)},
+}  # fmt: skip
+_POSCTL = {"ORBIT": 1, "SLOW": 2}
+_MAIN_POSCTL, _MAIN_AUTO = 3, 4
+
+
+def _modes() -> Mapping[str, int]:
+    modes = {name: main << 16 for name, main in _MAIN.items()}
+    modes |= {f"POSCTL.{name}": _MAIN_POSCTL << 16 | sub << 24 for name, sub in _POSCTL.items()}
+    modes |= {f"AUTO.{name}": _MAIN_AUTO << 16 | sub << 24 for name, sub in _AUTO.items()}
+    return MappingProxyType(modes)
+
+
+_P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCELERATION
+
+_COMMON = Profile(
+    name="PX4",
+    modes=_modes(),
+    mode_packing=ModePacking.MAIN_AND_SUB,
+    hold_mode="AUTO.LOITER",
+    return_mode="AUTO.RTL",
+    mission_mode="AUTO.MISSION",
+    altitude_reference=AltitudeReference.AMSL,
+    # navigator_main.cpp: the cruising speed of the navigator's modes; OFFBOARD has none. It
+    # does not tell ground speed from airspeed.
+    speed_command=SpeedCommand(1, frozenset({"AUTO.LOITER", "AUTO.MISSION"})),
+    status_tells_runnable=True,
+    earlier_mode_after_landing=True,
+    # STATUSTEXT goes only to links on which a ground station was heard (mavlink_main.h,
+    # is_gcs_connected); docs/autopilots.md says what else follows from it.
+    heartbeat_type=mavlink.MAV_TYPE_GCS,
+    # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
+    later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
+    unsupported_messages=frozenset({"EKF_STATUS_REPORT"}),
+)
+
+# OFFBOARD is refused until setpoints have come for a second (offboardCheck.cpp, COM_OF_LOSS_T).
+_OFFBOARD = replace(
+    _COMMON, control_mode="OFFBOARD", prestream_s=1.2, setpoints_outside_control_mode=True
+)
+
+COPTER = replace(
+    _OFFBOARD,
+    name="PX4 multicopter",
+    kind=VehicleKind.COPTER,
+    land_mode="AUTO.LAND",
+    takeoff=TakeoffForm.AMSL,
+    takeoff_mode="AUTO.TAKEOFF",
+    after_takeoff_mode="AUTO.LOITER",
+    # Each axis may be given in any combination (mavlink_receiver.cpp, PositionControl.cpp);
+    # nothing at all is "invalid" and counts as a lost stream.
+    setpoint_motions=frozenset({_P, _V, _A, _P | _V, _P | _A, _V | _A, _P | _V | _A}),
+    setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+    # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
+    setpoints_before_takeoff=True,
+)
+
+ROVER = replace(
+    _OFFBOARD,
+    name="PX4 rover",
+    kind=VehicleKind.ROVER,
+    # The rover modules' OffboardMode: a position, if there is one, wins over a velocity. Of a
+    # velocity the length is the speed and the direction the heading; yaw is not looked at.
+    setpoint_motions=frozenset({_P, _V}),
+    setpoint_form=_V,
+)
+
+BOAT = replace(ROVER, name="PX4 boat", kind=VehicleKind.BOAT)
+
+PLANE = replace(
+    _COMMON,
+    name="PX4 plane",
+    kind=VehicleKind.PLANE,
+    # DO_REPOSITION goes there by itself (Commander.cpp).
+    control_mode="AUTO.LOITER",
+    land_mode="AUTO.LAND",
+    takeoff=TakeoffForm.AMSL,
+    takeoff_mode="AUTO.TAKEOFF",
+    after_takeoff_mode="AUTO.LOITER",
+    reposition=True,
+)
+
+VTOL = replace(
+    _COMMON,
+    name="PX4 VTOL",
+    unsupported="PX4 VTOL vehicles are not supported: they hover and glide, and goals know only "
+    "vehicles that do one of the two.",
+)
+
+OTHER = replace(_COMMON, name="PX4 vehicle of another kind")
+
+_COPTER_TYPES = {
+    mavlink.MAV_TYPE_QUADROTOR,
+    mavlink.MAV_TYPE_COAXIAL,
+    mavlink.MAV_TYPE_HELICOPTER,
+    mavlink.MAV_TYPE_HEXAROTOR,
+    mavlink.MAV_TYPE_OCTOROTOR,
+    mavlink.MAV_TYPE_TRICOPTER,
+}
+_BY_TYPE = {
+    mavlink.MAV_TYPE_GROUND_ROVER: ROVER,
+    mavlink.MAV_TYPE_SURFACE_BOAT: BOAT,
+    mavlink.MAV_TYPE_FIXED_WING: PLANE,
+    **dict.fromkeys(_COPTER_TYPES, COPTER),
+}
+
+
+def px4_profile(vehicle_type: int) -> Profile:
+    """Return the profile for a MAV_TYPE that a PX4 reports."""
+    entry = mavlink.enums["MAV_TYPE"].get(vehicle_type)
+    if entry is not None and entry.name.startswith("MAV_TYPE_VTOL_"):
+        return VTOL
+    return _BY_TYPE.get(vehicle_type, OTHER)

@@ -1,0 +1,68 @@
+"""Tells when a failsafe begins and ends, with its kind.
+
+The HEARTBEAT that shows a failsafe and the text that says which one come in either order. So a
+failsafe without a known kind is told half a second later, with what is known by then.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
+from mavlink_vehicle.failsafe import Failsafe
+
+_TEXTS_S = 0.5
+
+
+class FailsafeWatch:
+    """Follows `VehicleState.failsafe`."""
+
+    def __init__(self) -> None:
+        """Begin without one."""
+        self._now: Failsafe | None = None
+        self._told: FailsafeKind | None = None
+        self._deadline: float | None = None
+        self._events: deque[FailsafeBegan | FailsafeEnded] = deque()
+
+    def start(self, now: float) -> None:
+        """Nothing to do."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """What comes in is looked at by `state.reduce`."""
+
+    def observe(self, failsafe: Failsafe | None, now: float) -> None:
+        """Take in what the state says now."""
+        self._now = failsafe
+        if failsafe is None:
+            self._deadline = None
+            if self._told is not None:
+                self._events.append(FailsafeEnded(self._told))
+                self._told = None
+        elif failsafe.kind is not FailsafeKind.OTHER:
+            self._tell(failsafe)
+        elif self._told is None and self._deadline is None:
+            self._deadline = now + _TEXTS_S
+
+    def next_deadline(self) -> float | None:
+        """Return when the texts have had their time."""
+        return self._deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Tell what is known by now."""
+        if self._deadline is not None and now >= self._deadline and self._now is not None:
+            self._tell(self._now)
+
+    def messages_to_send(self) -> list[Message]:
+        """There are none."""
+        return []
+
+    def next_event(self) -> FailsafeBegan | FailsafeEnded | None:
+        """Take the next event."""
+        return self._events.popleft() if self._events else None
+
+    def _tell(self, failsafe: Failsafe) -> None:
+        self._deadline = None
+        if self._told is not failsafe.kind:
+            self._told = failsafe.kind
+            self._events.append(FailsafeBegan(failsafe.kind, failsafe.text))

@@ -1,0 +1,320 @@
+"""One autopilot: the protocols put together, still without I/O or a clock.
+
+`VehicleCore` is told what arrives (`receive`) and what time it is (`handle_timer`), and says
+what to send, what happened and when it wants to be called again. `vehicle.Vehicle` adds what it
+can be asked to do.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from mavlink_vehicle.codec import Message, mavlink, with_source
+from mavlink_vehicle.events import (
+    ArmedChanged,
+    HeartbeatLost,
+    LandedChanged,
+    LandedState,
+    ModeChanged,
+    StatusTextReceived,
+    StreamClosed,
+    SystemStatusChanged,
+    VehicleDiscovered,
+    VehicleEvent,
+    VehicleRebooted,
+)
+from mavlink_vehicle.profiles import Profile, profile_for
+from mavlink_vehicle.protocols.command import Address, CommandTiming
+from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
+from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
+from mavlink_vehicle.protocols.message_rates import MessageRates
+from mavlink_vehicle.protocols.message_requests import MessageRequests
+from mavlink_vehicle.protocols.operation_slot import OperationSlot
+from mavlink_vehicle.protocols.sequence import SequenceOrder
+from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
+from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.vehicle_config import VehicleConfig
+
+_WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
+_HEARTBEAT = mavlink.MAVLink_heartbeat_message
+_CURRENT_MODE = mavlink.MAVLink_current_mode_message
+_COMMAND_ACK = mavlink.MAVLink_command_ack_message
+
+
+class VehicleCore:
+    """One autopilot as far as it is listened to; sans I/O."""
+
+    def __init__(self, config: VehicleConfig | None = None) -> None:
+        """Prepare; nothing happens before `start`."""
+        self.config = config or VehicleConfig()
+        self.state = VehicleState(
+            system_id=self.config.target_system, component_id=self.config.target_component
+        )
+        self.profile: Profile | None = None
+        self._command_timing = CommandTiming(
+            self.config.command_timeout_s, self.config.command_retries
+        )
+        self._sender = HeartbeatSender(
+            self.config.heartbeat_interval_s,
+            mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+            if self.config.heartbeat_type is None
+            else self.config.heartbeat_type,
+        )
+        self._watch = HeartbeatWatch(self.config.heartbeat_timeout_s)
+        self._rates = MessageRates(self.config.message_rates_hz, self._command_timing)
+        self._requests = MessageRequests(_WANTED_ONCE)
+        self._stream = SetpointStream()
+        self._order = SequenceOrder()
+        self._mode_place = -1
+        self._failsafes = FailsafeWatch()
+        self._slot = OperationSlot(self._command_timing, self.config.grace_s)
+        self._events: deque[VehicleEvent] = deque()
+        self._parts = (
+            self._sender,
+            self._watch,
+            self._rates,
+            self._requests,
+            self._slot,
+            self._failsafes,
+        )
+        self._senders = (self._slot, self._stream, self._sender, self._rates, self._requests)
+
+    # What is known
+
+    @property
+    def connected(self) -> bool:
+        """Whether its HEARTBEAT is fresh."""
+        return self._watch.alive
+
+    @property
+    def discovered(self) -> bool:
+        """Whether it was ever heard."""
+        return self.profile is not None
+
+    @property
+    def mode_name(self) -> str:
+        """The mode's name; empty before the vehicle was heard."""
+        return "" if self.profile is None else self.profile.mode_name(self.state.custom_mode)
+
+    @property
+    def in_control_mode(self) -> bool:
+        """Whether it is in the mode in which it follows setpoints."""
+        return self._is_in_control_mode(self.state)
+
+    @property
+    def operation(self) -> int | None:
+        """Id of the operation under way, None when there is none."""
+        pending = self._slot.pending
+        return None if pending is None else pending.operation_id
+
+    @property
+    def stream_open(self) -> bool:
+        """Whether setpoints may be sent."""
+        return self._stream.is_open
+
+    @property
+    def stream_statistics(self) -> StreamStatistics:
+        """What was streamed since the stream was last opened."""
+        return self._stream.statistics
+
+    @property
+    def refused_messages(self) -> dict[str, str]:
+        """Telemetry that the autopilot will not send, with its answer."""
+        return self._rates.refusals
+
+    @property
+    def address(self) -> Address:
+        """Who talks to whom, as far as it is known."""
+        system = self.state.system_id
+        source = self.config.source_system
+        return Address(
+            source_system=(system or 1) if source is None else source,
+            source_component=self.config.source_component,
+            target_system=system,
+            target_component=self.config.target_component,
+        )
+
+    # The six methods
+
+    def start(self, now: float) -> None:
+        """Begin to send HEARTBEAT and to listen."""
+        self._sender.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in one message, whoever sent it."""
+        header = message._header
+        before = self.state
+        if header.srcComponent != before.component_id or (
+            header.srcSystem != before.system_id and before.system_id != 0
+        ):
+            return
+        kind = message.__class__
+        if self.profile is not None:
+            place = self._order.place(header.seq, now)
+            if kind is _HEARTBEAT or kind is _CURRENT_MODE:
+                if place < self._mode_place:
+                    return  # it would show a mode that has been left since
+                self._mode_place = place
+        state = reduce(before, message, now)
+        if state.system_id == 0:
+            return
+        if kind is _COMMAND_ACK:
+            self._slot.receive(message, now)
+            self._take_ends()
+        self._requests.receive(message, now)
+        self._rates.receive(message, now)
+        if state is before:
+            return
+        self.state = state
+        if kind is _HEARTBEAT:
+            self._heartbeat(message, now)
+        self._compare(before, kind is _HEARTBEAT, now)
+        if self._slot.pending is not None:
+            self._slot.observe(state, self.connected, now)
+            self._take_ends()
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+        earliest = None
+        for part in self._parts:
+            time = part.next_deadline()
+            if time is not None and (earliest is None or time < earliest):
+                earliest = time
+        return earliest
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        for part in self._parts:
+            part.handle_timer(now)
+        while (event := self._watch.next_event()) is not None:
+            self._events.append(event)
+            if isinstance(event, HeartbeatLost):
+                self._rates.pause(now)
+                self._requests.pause()
+                self._slot.observe(self.state, False, now)
+        self._take_ends()
+        self._take_failsafes()
+
+    def messages_to_send(self) -> list[Message]:
+        """Take what is to be sent, with our ids in it."""
+        messages: list[Message] = []
+        for part in self._senders:
+            messages += part.messages_to_send()
+        if messages:
+            address = self.address
+            for message in messages:
+                with_source(message, address.source_system, address.source_component)
+        return messages
+
+    def next_event(self) -> VehicleEvent | None:
+        """Take the next event."""
+        return self._events.popleft() if self._events else None
+
+    # Inside
+
+    def _heartbeat(self, message: Message, now: float) -> None:
+        """Take note of a HEARTBEAT of the vehicle, already in the state."""
+        state = self.state
+        if self.profile is None:
+            self.profile = profile_for(state.autopilot, state.vehicle_type)
+            if self.config.heartbeat_type is None:
+                self._sender.mav_type = self.profile.heartbeat_type
+            self._events.append(
+                VehicleDiscovered(
+                    state.system_id,
+                    state.component_id,
+                    state.autopilot,
+                    state.vehicle_type,
+                    self.profile.name,
+                )
+            )
+            self._ask(now)
+        self._watch.observe_boots(state.boot_count)
+        self._watch.receive(message, now)
+        while (event := self._watch.next_event()) is not None:
+            self._events.append(event)
+            self._ask(now)
+
+    def _ask(self, now: float) -> None:
+        """Ask for the telemetry and for what is wanted once, from the beginning."""
+        if self.profile is not None:
+            address = self.address
+            self._rates.resume(address, self.profile.unsupported_messages, now)
+            self._requests.resume(address, now)
+
+    def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
+        """Turn the difference of two states into events."""
+        state = self.state
+        if state.boot_count != before.boot_count:
+            self._events.append(VehicleRebooted(state.boot_count))
+            self._close_by_interlock("the autopilot restarted")
+            self._ask(now)
+            self._slot.lose("the autopilot restarted", now)
+            self._take_ends()
+        if before.last_heartbeat_s is not None:
+            if heartbeat:
+                self._compare_armed(before, now)
+            if state.custom_mode != before.custom_mode:
+                self._mode_changed(before, now)
+            if state.system_status != before.system_status:
+                self._events.append(SystemStatusChanged(before.system_status, state.system_status))
+        if state.landed_state is not before.landed_state:
+            self._events.append(LandedChanged(before.landed_state, state.landed_state))
+        if state.texts is not before.texts:
+            new_texts = state.texts.count - before.texts.count
+            for text in state.status_texts[-new_texts:] if new_texts else ():
+                self._events.append(StatusTextReceived(text.text, text.severity))
+        if state.failsafe is not before.failsafe:
+            self._failsafes.observe(state.failsafe, now)
+            self._take_failsafes()
+
+    def _compare_armed(self, before: VehicleState, now: float) -> None:
+        state = self.state
+        if state.armed != before.armed:
+            requested = self._slot.armed_changed(state.armed, now)
+            self._events.append(ArmedChanged(state.armed, requested))
+            if not state.armed:
+                self._close_by_interlock("the vehicle was disarmed")
+
+    def _mode_changed(self, before: VehicleState, now: float) -> None:
+        state, name = self.state, self.mode_name
+        requested = self._slot.mode_changed(state, name, now) or self._went_back(before)
+        self._events.append(ModeChanged(before.custom_mode, state.custom_mode, name, requested))
+        self._take_ends()
+        if self.in_control_mode:
+            return
+        if not requested:
+            self._close_by_interlock(f"the vehicle was switched to {name}, not by our request")
+        elif self._is_in_control_mode(before):
+            self._close_by_interlock(f"control was given up for {name}")
+
+    def _went_back(self, before: VehicleState) -> bool:
+        """Tell whether it took up an earlier mode because it has landed (PX4)."""
+        profile, state = self.profile, self.state
+        if profile is None or not profile.earlier_mode_after_landing:
+            return False
+        down = not state.armed or state.landed_state is LandedState.ON_GROUND
+        landing = (
+            profile.mode_number(profile.land_mode), profile.mode_number(profile.return_mode)
+        )  # fmt: skip
+        return down and before.custom_mode in landing
+
+    def _is_in_control_mode(self, state: VehicleState) -> bool:
+        profile = self.profile
+        if profile is None or state.custom_mode != profile.mode_number(profile.control_mode):
+            return False
+        return not (profile.status_tells_runnable and state.mode_may_not_run)
+
+    def _close_by_interlock(self, reason: str) -> None:
+        if self._stream.is_open:
+            self._stream.close()
+            self._events.append(StreamClosed(reason))
+
+    def _take_ends(self) -> None:
+        """Put the ends of operations into their place among the events."""
+        while (event := self._slot.next_event()) is not None:
+            self._events.append(event)
+
+    def _take_failsafes(self) -> None:
+        while (event := self._failsafes.next_event()) is not None:
+            self._events.append(event)
