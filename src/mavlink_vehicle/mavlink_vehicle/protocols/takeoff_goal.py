@@ -60,6 +60,8 @@ class TakeoffGoal(StateGoal):
         position = state.global_position
         if height_m is None or position is None or not state.armed:
             return False
+        if state.landed_state is LandedState.ON_GROUND:
+            return False
         enough_m = min(_PART * self.height_m, self.height_m - _NEAR_M)
         slow = abs(position.velocity_ned_m_s[2]) < _SLOW_M_S
         over = state.custom_mode == self.profile.mode_number(self.profile.after_takeoff_mode)
@@ -91,6 +93,7 @@ class TakeoffGoal(StateGoal):
             return True
         height_m = self._height_m(state)
         over_m = _PLANE_OVER_M if profile.kind is VehicleKind.PLANE else _MODE_OVER_M
+        over_m = min(over_m, 0.5 * self.height_m)
         return (
             mode == profile.mode_number(profile.after_takeoff_mode)
             and height_m is not None
