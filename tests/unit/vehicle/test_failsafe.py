@@ -1,0 +1,179 @@
+"""Failsafes: what shows them, what they are about, and when they are told."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
+from mavlink_vehicle.failsafe import Failsafe
+from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
+from mavlink_vehicle.state import VehicleState, reduce
+from tests.support.autopilot_messages import AutopilotMessages
+
+GUIDED, RTL = 4, 6
+OFFBOARD, PX4_RTL = 0x00060000, 0x05040000
+PX4 = mavlink.MAV_AUTOPILOT_PX4
+CRITICAL, EMERGENCY = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY
+say = AutopilotMessages()
+
+
+def after(
+    *messages: Message, state: VehicleState | None = None, now: float = 100.0
+) -> VehicleState:
+    """Return the state of a vehicle that was told these, a hundredth of a second apart."""
+    state = state or reduce(VehicleState(), say.heartbeat(GUIDED, armed=True, status=4), now - 1.0)
+    for number, message in enumerate(messages):
+        state = reduce(state, message, now + 0.01 * number)
+    return state
+
+
+def text(words: str, severity: int = 4) -> Message:
+    return say("STATUSTEXT", severity=severity, text=words)
+
+
+def critical(mode: int = RTL) -> Message:
+    return say.heartbeat(mode, armed=True, status=CRITICAL)
+
+
+@pytest.mark.parametrize(
+    ("words", "severity", "kind"),
+    [
+        ("Battery Failsafe", 4, FailsafeKind.BATTERY),
+        ("GCS Failsafe", 4, FailsafeKind.GCS),
+        ("Radio Failsafe", 4, FailsafeKind.RC),
+        ("EKF variance", 2, FailsafeKind.GPS),
+        ("EKF Failsafe: changed to LAND Mode", 2, FailsafeKind.GPS),
+        ("Circle fence breached", 4, FailsafeKind.FENCE),
+        ("Low battery\t", 2, FailsafeKind.BATTERY),
+        ("Critical battery\t", 2, FailsafeKind.BATTERY),
+        ("Connection to ground station lost\t", 6, FailsafeKind.GCS),
+        ("Geofence violation", 2, FailsafeKind.FENCE),
+    ],
+)
+@pytest.mark.parametrize("text_first", [True, False])
+def test_the_texts_tell_the_kind_in_either_order(
+    words: str, severity: int, kind: FailsafeKind, text_first: bool
+) -> None:
+    messages = [text(words, severity), critical()]
+    state = after(*(messages if text_first else reversed(messages)))
+    assert state.failsafe is not None
+    assert state.failsafe.kind is kind
+    assert state.failsafe.text == words.strip()
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["PreArm: Battery failsafe", "Arm: Battery 1 low voltage failsafe", "GCS Failsafe Cleared"],
+)
+def test_texts_of_the_arming_checks_and_of_an_end_tell_no_kind(words: str) -> None:
+    state = after(text(words), critical())
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.OTHER
+
+
+def test_an_old_text_tells_nothing_about_a_new_failsafe() -> None:
+    state = after(text("Radio Failsafe"), now=50.0)
+    state = after(critical(), state=state)
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.OTHER
+
+
+@pytest.mark.parametrize("status", [CRITICAL, EMERGENCY])
+def test_a_critical_status_counts_only_while_armed(status: int) -> None:
+    """An ArduCopter says CRITICAL on, when it has landed after a failsafe."""
+    state = after(say.heartbeat(RTL, armed=True, status=status))
+    assert state.failsafe is not None
+    state = after(say.heartbeat(RTL, armed=False, status=status), state=state, now=101.0)
+    assert state.failsafe is None
+
+
+def test_a_breached_fence_counts_although_the_status_is_active() -> None:
+    state = after(say("FENCE_STATUS", breach_status=1, breach_type=3))
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.FENCE
+    assert after(say("FENCE_STATUS", breach_status=0), state=state).failsafe is None
+    fence = mavlink.MAV_SYS_STATUS_GEOFENCE
+    state = after(say("SYS_STATUS", onboard_control_sensors_enabled=fence))
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.FENCE
+    assert after(say("SYS_STATUS", onboard_control_sensors_enabled=0)).failsafe is None
+
+
+def test_without_a_text_the_charge_state_or_the_estimator_tells() -> None:
+    battery = say("BATTERY_STATUS", voltages=[65535] * 10, charge_state=2)
+    state = after(battery, critical())
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.BATTERY
+    state = after(say("EKF_STATUS_REPORT", flags=0xA7), critical())
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.GPS
+
+
+def px4_state(*messages: Message) -> VehicleState:
+    start = reduce(VehicleState(), say.heartbeat(OFFBOARD, True, 4, autopilot=PX4), 99.0)
+    return after(*messages, state=start)
+
+
+def current_mode(mode: int, intended: int) -> Message:
+    return say("CURRENT_MODE", custom_mode=mode, intended_custom_mode=intended)
+
+
+def test_px4_flying_another_mode_than_the_chosen_one_is_a_failsafe() -> None:
+    """Intended OFFBOARD, custom RTL: how the loss of the stream looks."""
+    state = px4_state(current_mode(PX4_RTL, OFFBOARD))
+    assert state.custom_mode == PX4_RTL
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.OFFBOARD
+    assert px4_state(current_mode(PX4_RTL, PX4_RTL)).failsafe is None  # somebody chose RTL
+    assert px4_state(current_mode(PX4_RTL, 0)).failsafe is None  # not told
+
+
+def test_a_lost_current_mode_makes_no_failsafe_of_a_chosen_mode() -> None:
+    state = px4_state(
+        current_mode(OFFBOARD, OFFBOARD), say.heartbeat(PX4_RTL, True, 4, autopilot=PX4)
+    )
+    assert state.failsafe is None
+
+
+def drain(watch: FailsafeWatch) -> list[FailsafeBegan | FailsafeEnded]:
+    events = []
+    while (event := watch.next_event()) is not None:
+        events.append(event)
+    return events
+
+
+def test_a_known_kind_is_told_at_once_and_an_unknown_one_waits_for_its_text() -> None:
+    watch = FailsafeWatch()
+    watch.start(0.0)
+    watch.observe(Failsafe(1.0, FailsafeKind.RC, "Radio Failsafe"), 1.0)
+    assert drain(watch) == [FailsafeBegan(FailsafeKind.RC, "Radio Failsafe")]
+    watch.observe(None, 5.0)
+    assert drain(watch) == [FailsafeEnded(FailsafeKind.RC)]
+
+    watch.observe(Failsafe(9.0, FailsafeKind.OTHER, "critical"), 9.0)
+    assert drain(watch) == []
+    assert watch.next_deadline() == 9.5
+    watch.observe(Failsafe(9.0, FailsafeKind.GCS, "GCS Failsafe"), 9.1)
+    assert drain(watch) == [FailsafeBegan(FailsafeKind.GCS, "GCS Failsafe")]
+    assert watch.next_deadline() is None
+    watch.observe(Failsafe(9.0, FailsafeKind.BATTERY, "Battery Failsafe"), 12.0)
+    assert drain(watch) == [FailsafeBegan(FailsafeKind.BATTERY, "Battery Failsafe")]
+
+
+def test_a_failsafe_without_a_text_is_told_when_the_text_has_had_its_time() -> None:
+    watch = FailsafeWatch()
+    watch.observe(Failsafe(9.0, FailsafeKind.OTHER, "critical"), 9.0)
+    watch.handle_timer(9.4)
+    assert drain(watch) == []
+    watch.handle_timer(9.5)
+    assert drain(watch) == [FailsafeBegan(FailsafeKind.OTHER, "critical")]
+
+
+def test_a_failsafe_that_is_over_before_it_was_told_is_not_told() -> None:
+    watch = FailsafeWatch()
+    watch.observe(Failsafe(9.0, FailsafeKind.OTHER, "critical"), 9.0)
+    watch.observe(None, 9.2)
+    watch.handle_timer(10.0)
+    assert drain(watch) == []
+    assert watch.next_deadline() is None
