@@ -20,6 +20,7 @@ from navigation_core.geometry import (
     distance,
     dot,
     norm,
+    scale,
     subtract,
     unit_between,
 )
@@ -81,12 +82,15 @@ class Piece:
         return (x, y, z)
 
 
-def plan_straight(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Piece:
-    """Plan along the line to the goal, from a state that moves along it."""
+def plan_straight(
+    state: KinematicState, goal_enu_m: Vector3, limits: Limits, end_speed_m_s: float = 0.0
+) -> Piece:
+    """Plan along the line to the goal, from a state that moves along it, to a speed there."""
     axis = unit_between(state.position_enu_m, goal_enu_m) or EAST
     axis_limits = limits.along(axis)
     request = ruckig.InputParameter(1)
     request.target_position = [distance(state.position_enu_m, goal_enu_m)]
+    request.target_velocity = [min(end_speed_m_s, axis_limits.speed_forward_m_s)]
     request.max_velocity = [axis_limits.speed_forward_m_s]
     request.min_velocity = [-axis_limits.speed_backward_m_s]
     return _solve(request, state, (axis,), (axis_limits,))
@@ -96,6 +100,30 @@ def change_velocity(state: KinematicState, target_m_s: Vector3, limits: Limits) 
     """Plan from a state to a velocity without acceleration, wherever that ends."""
     axes = _turn_axes(state, subtract(target_m_s, state.velocity_enu_m_s))
     return _reach(state, target_m_s, axes, limits)
+
+
+def change_along(state: KinematicState, target_m_s: Vector3, limits: Limits) -> Piece:
+    """Plan a change of velocity along its chord, in space; across it, nothing changes."""
+    chord = unit_between(ZERO, subtract(target_m_s, state.velocity_enu_m_s))
+    if chord is None:
+        chord = unit_between(ZERO, state.velocity_enu_m_s) or EAST
+    side = unit_between(ZERO, across(state.velocity_enu_m_s, chord))
+    return _reach(state, target_m_s, (chord,) if side is None else (chord, side), limits)
+
+
+def speed_change_m(
+    direction_enu: Vector3,
+    from_m_s: float,
+    to_m_s: float,
+    limits: Limits,
+    acceleration_m_s2: float = 0.0,
+) -> float:
+    """Return the way that a change of speed along a direction takes, in metres."""
+    state = KinematicState(
+        ZERO, scale(direction_enu, from_m_s), scale(direction_enu, acceleration_m_s2)
+    )
+    piece = _reach(state, scale(direction_enu, to_m_s), (direction_enu,), limits)
+    return dot(piece.end.position_enu_m, direction_enu)
 
 
 def _reach(

@@ -85,6 +85,16 @@ class Trajectory:
             t_s -= piece.duration_s
         return KinematicState(self.end_position_enu_m)
 
+    def then(self, following: Trajectory) -> Trajectory:
+        """Return this motion and, from its standstill on, another one."""
+        return Trajectory(
+            self.start,
+            following.end_position_enu_m,
+            self.duration_s + following.duration_s,
+            following.limits,
+            self._pieces + following._pieces,
+        )
+
     def remaining_distance_m(self, t_s: float) -> float:
         """Return the length of the path that lies ahead at a time; it never grows."""
         if t_s >= self.duration_s:
@@ -124,7 +134,19 @@ def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Traje
     Raises:
         TrajectoryError: the input is not finite, or Ruckig finds no solution.
     """
-    _check_finite(start, goal_enu_m)
+    check_finite(start, goal_enu_m)
+    pieces = lead_in(start, goal_enu_m, limits)
+    state = pieces[-1].end if pieces else start
+    pieces.append(plan_straight(state, goal_enu_m, limits))
+    return assemble(start, goal_enu_m, limits, pieces)
+
+
+def lead_in(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[Piece]:
+    """Plan what comes before the straight line to a point: a brake and a turn, if need be.
+
+    Raises:
+        TrajectoryError: Ruckig finds no solution.
+    """
     pieces: list[Piece] = []
     state = start
     unavoidable = relaxed_velocity(state, limits)
@@ -132,11 +154,9 @@ def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Traje
         target = limits.clip_velocity(unavoidable)
         pieces.append(change_velocity(state, target, limits))
         state = pieces[-1].end
-    if _moves_along(state, unit_between(state.position_enu_m, goal_enu_m)):
-        pieces.append(plan_straight(state, goal_enu_m, limits))
-    else:
-        pieces.extend(turn_and_straight(state, goal_enu_m, limits))
-    return _assemble(start, goal_enu_m, limits, pieces)
+    if not _moves_along(state, unit_between(state.position_enu_m, goal_enu_m)):
+        pieces.extend(turn_and_straight(state, goal_enu_m, limits)[:-1])
+    return pieces
 
 
 def plan_stop(start: KinematicState, limits: Limits) -> Trajectory:
@@ -145,14 +165,19 @@ def plan_stop(start: KinematicState, limits: Limits) -> Trajectory:
     Raises:
         TrajectoryError: the input is not finite, or Ruckig finds no solution.
     """
-    _check_finite(start, start.position_enu_m)
+    check_finite(start, start.position_enu_m)
     piece = change_velocity(start, ZERO, limits)
-    return _assemble(start, piece.end.position_enu_m, limits, [piece])
+    return assemble(start, piece.end.position_enu_m, limits, [piece])
 
 
-def _assemble(
+def assemble(
     start: KinematicState, end_enu_m: Vector3, limits: Limits, pieces: list[Piece]
 ) -> Trajectory:
+    """Put pieces together that end in a standstill.
+
+    Raises:
+        TrajectoryError: they do not end where they should.
+    """
     duration_s = total_duration_s(pieces)
     error_m = distance(pieces[-1].end.position_enu_m, end_enu_m)
     if not (math.isfinite(duration_s) and error_m < 1e-3):
@@ -163,7 +188,12 @@ def _assemble(
     return Trajectory(start, end_enu_m, duration_s, limits, tuple(pieces))
 
 
-def _check_finite(start: KinematicState, goal_enu_m: Vector3) -> None:
+def check_finite(start: KinematicState, goal_enu_m: Vector3) -> None:
+    """Refuse numbers that are NaN or infinite.
+
+    Raises:
+        TrajectoryError: says which.
+    """
     if not (start.is_finite and all(math.isfinite(value) for value in goal_enu_m)):
         raise TrajectoryError(
             f"Cannot plan from {start} to {goal_enu_m} m: a number is NaN or infinite."

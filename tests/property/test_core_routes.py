@@ -1,0 +1,132 @@
+"""Routes: continuous, within the limits, near their corners, without needless stops."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from navigation_core.geometry import KinematicState, Vector3, distance, norm, subtract
+from navigation_core.limits import Limits
+from navigation_core.routes import RoutePoint, RouteTrajectory, plan_route
+from navigation_core.trajectory import TrajectoryError
+
+LIMITS = Limits()
+_STEP_S = 0.02
+
+coordinates = st.floats(-60.0, 60.0, allow_nan=False).map(lambda value: round(value, 1))
+heights = st.floats(2.0, 30.0, allow_nan=False).map(lambda value: round(value, 1))
+places = st.tuples(coordinates, coordinates, heights)
+speeds = st.floats(-4.0, 4.0, allow_nan=False)
+
+
+def points(*positions: Vector3, corner_m: float = 1.0) -> list[RoutePoint]:
+    return [RoutePoint(position, corner_m, LIMITS) for position in positions]
+
+
+def speed_at(route: RouteTrajectory, index: int) -> float:
+    return norm(route.trajectory.sample(route.passed_s[index]).velocity_enu_m_s)
+
+
+def _to_polyline(place: Vector3, corners: list[Vector3]) -> float:
+    return min(_to_segment(place, a, b) for a, b in itertools.pairwise(corners))
+
+
+def _to_segment(place: Vector3, a: Vector3, b: Vector3) -> float:
+    line, offset = subtract(b, a), subtract(place, a)
+    length = sum(part * part for part in line)
+    share = sum(p * q for p, q in zip(line, offset, strict=True)) / length if length else 0.0
+    share = min(max(share, 0.0), 1.0)
+    nearest = (a[0] + share * line[0], a[1] + share * line[1], a[2] + share * line[2])
+    return distance(place, nearest)
+
+
+def test_points_on_a_line_are_passed_at_full_speed() -> None:
+    route = plan_route(
+        KinematicState((0.0, 0.0, 5.0)),
+        points((30.0, 0.0, 5.0), (60.0, 0.0, 5.0), (90.0, 0.0, 5.0)),
+    )
+    assert speed_at(route, 0) == pytest.approx(LIMITS.speed_horizontal_m_s, rel=0.01)
+    assert speed_at(route, 1) == pytest.approx(LIMITS.speed_horizontal_m_s, rel=0.01)
+    assert speed_at(route, 2) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_right_angle_is_flown_without_a_stop_and_near_its_corner() -> None:
+    corner = (30.0, 0.0, 5.0)
+    route = plan_route(KinematicState((0.0, 0.0, 5.0)), points(corner, (30.0, 30.0, 5.0)))
+    assert speed_at(route, 0) > 1.0
+    place = route.trajectory.sample(route.passed_s[0]).position_enu_m
+    assert distance(place, corner) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_wider_corner_is_taken_faster() -> None:
+    positions = ((30.0, 0.0, 5.0), (30.0, 30.0, 5.0))
+    start = KinematicState((0.0, 0.0, 5.0))
+    narrow = plan_route(start, points(*positions, corner_m=0.2))
+    wide = plan_route(start, points(*positions, corner_m=3.0))
+    assert speed_at(wide, 0) > speed_at(narrow, 0) > 0.0
+    assert wide.trajectory.duration_s < narrow.trajectory.duration_s
+
+
+def test_a_point_without_a_corner_and_a_way_back_are_stops() -> None:
+    start = KinematicState((0.0, 0.0, 5.0))
+    stop = plan_route(start, points((30.0, 0.0, 5.0), (60.0, 0.0, 5.0), corner_m=0.0))
+    back = plan_route(start, points((30.0, 0.0, 5.0), (0.0, 0.0, 5.0)))
+    assert speed_at(stop, 0) == pytest.approx(0.0, abs=1e-6)
+    # Turning round on the spot: hardly any speed is left where the direction is reversed.
+    assert speed_at(back, 0) < 0.1
+
+
+def test_a_leg_keeps_to_its_own_limits() -> None:
+    slow = LIMITS.with_speed(1.0)
+    route = plan_route(
+        KinematicState((0.0, 0.0, 5.0)),
+        [RoutePoint((30.0, 0.0, 5.0), 1.0, LIMITS), RoutePoint((60.0, 0.0, 5.0), 1.0, slow)],
+    )
+    assert speed_at(route, 0) <= 1.0 + 1e-6
+    middle = route.trajectory.sample(0.5 * route.passed_s[0])
+    assert norm(middle.velocity_enu_m_s) > 3.0
+
+
+def test_no_point_and_a_number_that_is_not_finite_are_refused() -> None:
+    start = KinematicState((0.0, 0.0, 5.0))
+    with pytest.raises(TrajectoryError, match="at least one point"):
+        plan_route(start, [])
+    with pytest.raises(TrajectoryError, match="NaN"):
+        plan_route(start, points((math.nan, 0.0, 5.0)))
+
+
+@settings(deadline=None)
+@given(places, st.lists(places, min_size=1, max_size=5), speeds, speeds)
+def test_every_route_is_continuous_and_within_its_limits(
+    start: Vector3, positions: list[Vector3], east: float, north: float
+) -> None:
+    state = KinematicState(start, (0.0, 0.0, 0.0) if east < 0.0 else (east, north * 0.5, 0.0))
+    route = plan_route(state, points(*positions))
+    trajectory = route.trajectory
+    assert list(route.passed_s) == sorted(route.passed_s)
+    assert distance(trajectory.sample(trajectory.duration_s).position_enu_m, positions[-1]) < 1e-3
+    for position, passed_s in zip(positions, route.passed_s, strict=True):
+        assert distance(trajectory.sample(passed_s).position_enu_m, position) <= 1.0 + 1e-3
+    before = trajectory.sample(0.0)
+    speed_max = max(LIMITS.speed_horizontal_m_s, math.hypot(east, north)) + 1e-3
+    for i in range(1, int(trajectory.duration_s / _STEP_S)):
+        now = trajectory.sample(i * _STEP_S)
+        assert distance(now.position_enu_m, before.position_enu_m) <= speed_max * 1.3 * _STEP_S
+        change = norm(subtract(now.velocity_enu_m_s, before.velocity_enu_m_s))
+        assert change <= 3.0 * _STEP_S
+        assert math.hypot(*now.velocity_enu_m_s[:2]) <= speed_max
+        before = now
+
+
+@settings(deadline=None)
+@given(places, st.lists(places, min_size=2, max_size=5))
+def test_from_rest_a_route_stays_near_its_lines(start: Vector3, positions: list[Vector3]) -> None:
+    route = plan_route(KinematicState(start), points(*positions))
+    corners = [start, *positions]
+    trajectory = route.trajectory
+    for i in range(int(trajectory.duration_s / 0.1)):
+        assert _to_polyline(trajectory.sample(i * 0.1).position_enu_m, corners) <= 1.0 + 1e-3
