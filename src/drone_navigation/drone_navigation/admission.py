@@ -14,9 +14,11 @@ from drone_navigation.requests import (
     Request,
     ReturnRequest,
     TakeoffRequest,
+    WaypointsRequest,
     check_request,
     resolve,
 )
+from drone_navigation.route_requests import resolve_waypoints
 from drone_navigation.settings import BridgeConfig
 from drone_navigation.traits import traits_of
 from mavlink_vehicle.events import LandedState
@@ -27,6 +29,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection, check_target
 from navigation_core.tasks.base import Task
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.route import FlyRoute
 from navigation_core.tasks.vehicle_led import (
     LAND,
     RETURN_TO_LAUNCH,
@@ -126,7 +129,7 @@ def admit(
         return _vehicle_led(LAND, situation.profile.land_mode, situation)
     if isinstance(request, ReturnRequest):
         return _vehicle_led(RETURN_TO_LAUNCH, situation.profile.return_mode, situation)
-    return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, "Routes are not flown yet.")
+    return _route(request, situation)
 
 
 def _situation(
@@ -240,6 +243,45 @@ def _goto(
         goal.position_enu_m,
         make_task,
         warnings,
+    )
+
+
+def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Rejection:
+    rejection = _may_move(situation)
+    if rejection is not None:
+        return rejection
+    if request.by_mission:
+        return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, "Missions are not flown yet.")
+    config = situation.config
+    waypoints = resolve_waypoints(
+        request,
+        situation.map_frame,
+        situation.vehicle.state,
+        config.volume,
+        config.speed_max_m_s,
+        config.goto.arrival_radius_m,
+    )
+    if isinstance(waypoints, Rejection):
+        return waypoints
+    laps = max(request.laps, 1)
+    traits = traits_of(situation.profile)
+
+    def make_task(handover: Handover) -> Task:
+        return FlyRoute(
+            waypoints,
+            laps,
+            config.goto,
+            predecessor=handover.commanded,
+            predecessor_yaw=handover.yaw_enu_rad,
+            predecessor_time_s=handover.time_s,
+            traits=traits,
+        )
+
+    return Admitted(
+        f"route of {len(waypoints)} waypoints, {laps} x",
+        waypoints[-1].position_enu_m,
+        make_task,
+        (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
     )
 
 

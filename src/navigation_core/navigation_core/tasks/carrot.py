@@ -77,6 +77,15 @@ class Carrot:
         return self._state
 
     @property
+    def time_s(self) -> float:
+        """How far along the trajectory it stands, in trajectory time."""
+        return self._time_s
+
+    def turn_to(self, yaw_enu_rad: float) -> None:
+        """Turn to another yaw from now on, the shortest way."""
+        self._yaw_goal = wrap_angle(yaw_enu_rad)
+
+    @property
     def setpoint(self) -> Setpoint:
         """What to send now."""
         return Setpoint(

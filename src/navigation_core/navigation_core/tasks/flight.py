@@ -12,6 +12,7 @@ from navigation_core.geometry import (
     subtract,
 )
 from navigation_core.limits import Limits
+from navigation_core.routes import RoutePoint, plan_route
 from navigation_core.tasks.base import Observation, Setpoint
 from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
@@ -25,6 +26,13 @@ _START_ERROR_SHARE = 1.5
 # Share of the goal's speed that is planned with. A vehicle sways about the speed it is told
 # (simulated copter: up to 6 % after a change), and a goal's speed bounds what it really does.
 _CRUISE_SHARE = 0.97
+# Slower than this, a direction of travel says nothing.
+_COURSE_SPEED_M_S = 0.5
+
+
+def cruise_limits(limits: Limits, speed_m_s: float | None) -> Limits:
+    """Return limits for a flight that is not to be faster than a speed; None changes none."""
+    return limits.with_speed(speed_m_s and speed_m_s * _CRUISE_SHARE)
 
 
 class Flight:
@@ -45,8 +53,7 @@ class Flight:
             predecessor: state of the setpoint that was sent last, by whomever.
             predecessor_yaw: yaw of that setpoint.
         """
-        asked_m_s = goal.max_speed_m_s
-        self.limits: Limits = config.limits.with_speed(asked_m_s and asked_m_s * _CRUISE_SHARE)
+        self.limits = cruise_limits(config.limits, goal.max_speed_m_s)
         self.carrot: Carrot | None = None
         self.commanded = predecessor
         self.commanded_yaw = predecessor_yaw
@@ -56,6 +63,33 @@ class Flight:
         self.is_stale = False
         self._goal = goal
         self._config = config
+        self._yaw_goal = goal.yaw_enu_rad
+        self._via: tuple[RoutePoint, ...] = ()
+        self._via_yaw: tuple[float | None, ...] = ()
+        self._passed_s: tuple[float, ...] = ()
+
+    @property
+    def passed(self) -> int:
+        """How many points of the route the carrot has passed since the flight was planned."""
+        if self.carrot is None:
+            return 0
+        return sum(1 for time_s in self._passed_s if time_s <= self.carrot.time_s)
+
+    def set_route(
+        self, points: tuple[RoutePoint, ...], yaws_enu_rad: tuple[float | None, ...]
+    ) -> None:
+        """Fly to the goal by way of points from the next plan on.
+
+        Args:
+            points: the way; the last is the goal. Empty for the straight way.
+            yaws_enu_rad: for each point the yaw on the way to it, None for the direction of
+                travel.
+        """
+        self._via, self._via_yaw = points, yaws_enu_rad
+
+    def set_goal(self, goal: GotoGoal) -> None:
+        """Fly to another goal from the next plan on."""
+        self._goal = goal
         self._yaw_goal = goal.yaw_enu_rad
 
     def plan_to_goal(self, observation: Observation) -> None:
@@ -71,12 +105,13 @@ class Flight:
         assert self.commanded_yaw is not None
         if self._yaw_goal is None:
             self._yaw_goal = self._yaw_of_travel(self.commanded.position_enu_m, self.commanded_yaw)
-        self.carrot = Carrot(
-            plan_to(self.commanded, self._goal.position_enu_m, self.limits),
-            self._config,
-            self.commanded_yaw,
-            self._yaw_goal,
-        )
+        if self._via:
+            route = plan_route(self.commanded, self._via)
+            trajectory, self._passed_s = route.trajectory, route.passed_s
+        else:
+            trajectory = plan_to(self.commanded, self._goal.position_enu_m, self.limits)
+            self._passed_s = ()
+        self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self._yaw_goal)
 
     def plan_stop(self, observation: Observation) -> None:
         """Plan a brake; there is no carrot if nothing is known to begin with.
@@ -85,6 +120,7 @@ class Flight:
             TrajectoryError: no trajectory could be calculated.
         """
         self.carrot = None
+        self._passed_s = ()
         if not self._choose_start(observation):
             return
         assert self.commanded is not None
@@ -99,8 +135,21 @@ class Flight:
     def walk(self, position_enu_m: Vector3 | None) -> None:
         """Let the carrot walk on by the time of this step."""
         if self.carrot is not None:
+            if self._passed_s:
+                self.carrot.turn_to(self._yaw_on_route(self.carrot))
             self.carrot.advance(self.dt_s, position_enu_m)
         self.dt_s = 0.0
+
+    def _yaw_on_route(self, carrot: Carrot) -> float:
+        """Return the yaw of the leg that the carrot is on, or its direction of travel."""
+        leg = min(self.passed, len(self._via_yaw) - 1)
+        yaw = self._via_yaw[leg]
+        if yaw is not None:
+            return yaw
+        east, north, _ = carrot.state.velocity_enu_m_s
+        if math.hypot(east, north) < _COURSE_SPEED_M_S:
+            return carrot.setpoint.yaw_enu_rad
+        return math.atan2(north, east)
 
     def note(self, setpoint: Setpoint) -> None:
         """Remember the setpoint that is sent."""

@@ -52,7 +52,7 @@ _PHASE_CHANGES_MAX = 8
 
 
 class Goto:
-    """The task of one goal. See :class:`navigation_core.tasks.base.Task`."""
+    """The task of one goal, and the base of routes. See :class:`~.base.Task`."""
 
     def __init__(
         self,
@@ -91,6 +91,8 @@ class Goto:
         self._ending: Outcome | None = None
         self._outcome: Outcome | None = None
         self._arrival = Dwell(config.arrival_dwell_s)
+        self._arrival_radius_m = config.arrival_radius_m
+        self._hold_time_s = 0.0
         self._stopped = Dwell(config.stop_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
         self._handlers: dict[Phase, Callable[[Observation, float], _Answer]] = {
@@ -335,12 +337,16 @@ class Goto:
         carrot = self._flight.carrot
         assert carrot is not None
         self._flight.walk(measured_state(observation).position_enu_m)
+        self._note_place(observation)
         if carrot.arrived:
             self._go(Event.TRAJECTORY_ENDED, now)
             return None
         if carrot.stalled_s > self._config.settle_timeout_s:
             return self._timeout("It made no progress", observation)
         return Fly(carrot.setpoint)
+
+    def _note_place(self, observation: Observation) -> None:
+        """Take note of where the vehicle has come to on its way."""
 
     def _settle(self, observation: Observation, now: float) -> _Answer:
         if not is_located(observation, self._config.position_stale_s):
@@ -352,16 +358,19 @@ class Goto:
         speed_m_s = measured_speed(observation)
         assert error_m is not None
         assert speed_m_s is not None
-        near = error_m <= self._config.arrival_radius_m
+        near = error_m <= self._arrival_radius_m
         slow = speed_m_s <= self._config.arrival_speed_m_s
         # A position that is only repeated adds nothing to the dwell.
         if self._arrival.holds(near and slow, now - observation.position_age_s):
-            text = f"Arrived, {error_m:.2f} m from the target."
-            return Outcome(OutcomeCode.SUCCESS, text, error_m)
-        if now - self._phase_since_s > self._config.settle_timeout_s:
+            return self._arrived(error_m, observation, now)
+        if now - self._phase_since_s > self._config.settle_timeout_s + self._hold_time_s:
             return self._timeout("It did not settle", observation)
         assert self._flight.carrot is not None
         return Fly(self._flight.carrot.setpoint)
+
+    def _arrived(self, error_m: float, observation: Observation, now: float) -> _Answer:
+        """End, or go on; the vehicle has been near and slow for its time."""
+        return Outcome(OutcomeCode.SUCCESS, f"Arrived, {error_m:.2f} m from the target.", error_m)
 
     def _lose_position(self, observation: Observation, now: float) -> _Answer:
         """Stop the setpoint, because where the vehicle is is not known."""
@@ -447,7 +456,7 @@ class Goto:
         config = self._config
         text = (
             f"{what} within {config.settle_timeout_s:g} s: the vehicle is {error_m:.2f} m from "
-            f"the target and moves at {speed_m_s:.2f} m/s, where {config.arrival_radius_m:g} m "
+            f"the target and moves at {speed_m_s:.2f} m/s, where {self._arrival_radius_m:g} m "
             f"and {config.arrival_speed_m_s:g} m/s count as arrived."
         )
         return Outcome(OutcomeCode.TIMEOUT, text, error_m)

@@ -42,6 +42,10 @@ class GotoEstimator:
         self._last = Progress(Status.PREPARING, 0.0, 0.0)
         self._position_enu_m: Vector3 | None = None
 
+    def set_goal(self, goal_enu_m: Vector3) -> None:
+        """Estimate the way to another point from now on."""
+        self._goal_enu_m = goal_enu_m
+
     def takeoff_height_m(self, ground_enu_m: float) -> float:
         """Return the height above the ground to climb to before the flight."""
         height_m = self._goal_enu_m[2] - ground_enu_m

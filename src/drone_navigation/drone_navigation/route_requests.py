@@ -1,0 +1,132 @@
+"""The waypoints that a client asks for, checked and resolved into the map frame. No ROS."""
+
+from __future__ import annotations
+
+import math
+
+from drone_navigation.map_frame import MapFrame
+from drone_navigation.requests import (
+    SPEED_MIN_M_S,
+    AltitudeReference,
+    WaypointRequest,
+    WaypointsRequest,
+    check_geodetic,
+)
+from mavlink_vehicle.state import VehicleState
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import FlightVolume, Rejection, check_target
+from navigation_core.tasks.route import RouteWaypoint
+
+WAYPOINTS_MAX = 1000
+LAPS_MAX = 1000
+# Nearer than this, arrival could not be told from the noise of a position estimate.
+RADIUS_MIN_M = 0.05
+HOLD_TIME_MAX_S = 3600.0
+
+
+def resolve_waypoints(
+    request: WaypointsRequest,
+    map_frame: MapFrame,
+    state: VehicleState,
+    volume: FlightVolume,
+    speed_max_m_s: float,
+    radius_default_m: float,
+) -> tuple[RouteWaypoint, ...] | Rejection:
+    """Turn a route into waypoints of the map frame.
+
+    Args:
+        request: what the client sent.
+        map_frame: knows its origin.
+        state: the vehicle's, for the height of home.
+        volume: where waypoints are accepted.
+        speed_max_m_s: highest ground speed the server is configured to fly.
+        radius_default_m: acceptance radius of a waypoint that says 0.
+
+    Returns:
+        The waypoints, or why the first bad one is refused, with its number from 0.
+    """
+    problem = _problem_of_route(request)
+    if problem is not None:
+        return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
+    ground_enu_m = map_frame.ground_enu_m(state)
+    waypoints = []
+    for index, waypoint in enumerate(request.waypoints):
+        rejection = _check(waypoint)
+        if rejection is None:
+            position = _position(waypoint, map_frame, ground_enu_m)
+            rejection = check_target(position, None, ground_enu_m, volume)
+        if rejection is not None:
+            return Rejection(rejection.code, f"Waypoint {index}: {rejection.message}")
+        speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
+        waypoints.append(
+            RouteWaypoint(
+                position_enu_m=position,
+                acceptance_radius_m=waypoint.acceptance_radius_m or radius_default_m,
+                hold_time_s=waypoint.hold_time_s,
+                yaw_enu_rad=waypoint.yaw_enu_rad,
+                max_speed_m_s=min(speed_m_s, speed_max_m_s) if speed_m_s > 0.0 else None,
+            )
+        )
+    return tuple(waypoints)
+
+
+def _problem_of_route(request: WaypointsRequest) -> str | None:
+    count = len(request.waypoints)
+    if count == 0:
+        return "The route has no waypoint; send at least one."
+    if count > WAYPOINTS_MAX:
+        return f"The route has {count} waypoints; send at most {WAYPOINTS_MAX}."
+    if request.laps > LAPS_MAX:
+        return f"The route is to be flown {request.laps} times; ask for at most {LAPS_MAX}."
+    return _problem_of_speed(request.max_speed_m_s)
+
+
+def _problem_of_speed(speed_m_s: float) -> str | None:
+    if not math.isfinite(speed_m_s) or speed_m_s < 0.0 or 0.0 < speed_m_s < SPEED_MIN_M_S:
+        return (
+            f"max_speed is {speed_m_s:g} m/s; give at least {SPEED_MIN_M_S:g} m/s, or 0 for the "
+            "default."
+        )
+    return None
+
+
+def _check(waypoint: WaypointRequest) -> Rejection | None:
+    numbers = (
+        *waypoint.position,
+        waypoint.acceptance_radius_m,
+        waypoint.hold_time_s,
+        waypoint.yaw_enu_rad or 0.0,
+        waypoint.max_speed_m_s,
+    )
+    if not all(math.isfinite(number) for number in numbers):
+        return Rejection(OutcomeCode.INVALID_NUMBER, "a number is NaN or infinite.")
+    problem = _problem_of_speed(waypoint.max_speed_m_s)
+    radius_m = waypoint.acceptance_radius_m
+    if radius_m < 0.0 or 0.0 < radius_m < RADIUS_MIN_M:
+        problem = (
+            f"acceptance_radius is {radius_m:g} m; give at least {RADIUS_MIN_M:g} m, or 0 for the "
+            "default."
+        )
+    elif not 0.0 <= waypoint.hold_time_s <= HOLD_TIME_MAX_S:
+        problem = f"hold_time is {waypoint.hold_time_s:g} s; give 0 to {HOLD_TIME_MAX_S:g} s."
+    if problem is not None:
+        return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
+    if waypoint.altitude_reference is None:
+        return None
+    if waypoint.altitude_reference is AltitudeReference.GROUND:
+        return Rejection(
+            OutcomeCode.INVALID_WAYPOINTS,
+            "heights above the ground need a vehicle that follows its terrain data, in a mission; "
+            "give them above home or above mean sea level.",
+        )
+    return check_geodetic(waypoint.position)
+
+
+def _position(waypoint: WaypointRequest, map_frame: MapFrame, ground_enu_m: float) -> Vector3:
+    if waypoint.altitude_reference is None:
+        return waypoint.position
+    position = map_frame.enu(waypoint.position)
+    if waypoint.altitude_reference is AltitudeReference.HOME:
+        return (position[0], position[1], ground_enu_m + waypoint.position[2])
+    return position
