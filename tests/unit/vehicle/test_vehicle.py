@@ -277,3 +277,24 @@ def test_settings_without_sense_are_refused(changes: dict[str, object], words: s
 def test_an_unknown_telemetry_name_is_refused() -> None:
     with pytest.raises(MessageError, match="no MAVLink message 'ALTITUDES'"):
         Vehicle(VehicleConfig(message_rates_hz={"ALTITUDES": 1.0}))
+
+
+def test_a_motor_test_is_an_arming_that_nobody_asked_for(script: Script) -> None:
+    """DO_MOTOR_TEST makes an ArduPilot's HEARTBEAT say armed while it lasts."""
+    (event,) = script.say(script.autopilot.heartbeat(mode=LOITER, armed=True))
+    assert event == ArmedChanged(armed=True, requested=False)
+
+
+def test_armed_is_not_derived_from_the_system_status(script: Script) -> None:
+    """A rover is ACTIVE when disarmed in GUIDED, and STANDBY when armed in HOLD."""
+    script.say(script.autopilot.heartbeat(mode=LOITER, armed=False, status=4))
+    assert not script.vehicle.state.armed
+    script.say(script.autopilot.heartbeat(mode=LOITER, armed=True, status=3))
+    assert script.vehicle.state.armed
+
+
+def test_an_item_reached_in_guided_is_no_mission(script: Script) -> None:
+    """Rovers and planes send MISSION_ITEM_REACHED 0 when they come to a GUIDED place."""
+    state = script.vehicle.state
+    assert script.say(script.autopilot("MISSION_ITEM_REACHED", seq=0)) == []
+    assert script.vehicle.state is state

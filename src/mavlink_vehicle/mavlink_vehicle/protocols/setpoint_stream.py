@@ -99,7 +99,8 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
     _check_numbers(setpoint)
     reduced = setpoint.reduced_to(profile.setpoint_form)
     if reduced.fields() & _MOTION not in profile.setpoint_motions:
-        given = (setpoint.fields() & _MOTION).name or "neither position, velocity nor acceleration"
+        motion = setpoint.fields() & _MOTION
+        given = motion.name if motion else "neither position, velocity nor acceleration"
         raise SetpointError(f"{profile.name} does not follow setpoints with {given}.")
     return reduced
 
