@@ -15,6 +15,7 @@ from dataclasses import replace
 
 from drone_navigation import notes
 from drone_navigation.admission import Admitted, Handover, admit
+from drone_navigation.failsafes import failsafe_code
 from drone_navigation.goal import ActiveGoal, LogLevel, Output
 from drone_navigation.lifecycle import GoalEvent
 from drone_navigation.map_frame import MapFrame
@@ -80,7 +81,7 @@ class Bridge:
         self._goal: ActiveGoal | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
-        self._desk = ServiceDesk(vehicle, self._report)
+        self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
 
     @property
     def active_goal_id(self) -> str | None:
@@ -257,7 +258,6 @@ class Bridge:
                 previous.task.commanded, previous.task.commanded_yaw_enu_rad, previous.setpoint_s
             )
             next_step_s = previous.next_step_s
-        self._parking.give_up()
         goal = ActiveGoal(
             goal_id,
             admitted.description,
@@ -278,6 +278,8 @@ class Bridge:
         if not self._vehicle.connected:
             self._step_without_link(goal, now)
             return
+        if self._parking.under_way:
+            return  # the mode is about to change, by our own request
         intent = goal.task.step(self._observe(goal, now), now)
         if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
             goal.operation = None  # the task has seen how it ended
@@ -296,7 +298,7 @@ class Bridge:
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
         if goal.operation is not None and goal.operation.kind is intent.kind:
             return
-        goal.operation_id = begin_operation(self._vehicle, intent, now)
+        goal.operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
         goal.operation = OperationReport(intent.kind, OperationState.PENDING, "")
 
     def _fly(self, goal: ActiveGoal, intent: Fly, now: float) -> None:
@@ -407,10 +409,10 @@ class Bridge:
         state = self._vehicle.state
         if state.system_status == _MAV_STATE_BOOT:
             self._give_up_restarted(now)
-        elif state.system_status >= _MAV_STATE_CRITICAL:
+        elif state.failsafe is not None or state.system_status >= _MAV_STATE_CRITICAL:
             said = "; ".join(text.text for text in state.status_texts[-2:])
             self._abandon(
-                OutcomeCode.VEHICLE_FAILSAFE,
+                failsafe_code(state.failsafe),
                 f"A failsafe of the vehicle changed the mode to {event.name}; control is left "
                 f"to it.{f' It said: {said}.' if said else ''}",
                 now,

@@ -90,6 +90,15 @@ class MapFrame:
             return 0.0
         return state.home.altitude_amsl_m - self._origin[2]
 
+    def geodetic(self, position_enu_m: Vector3) -> Geodetic:
+        """Return the place of a position in the map frame; the origin must be known."""
+        assert self._origin is not None
+        east_m, north_m, up_m = position_enu_m
+        latitude_deg, longitude_deg, _ = frames.ned_to_geodetic(
+            (north_m, east_m, 0.0), self._origin
+        )
+        return latitude_deg, longitude_deg, self._origin[2] + up_m
+
     def enu(self, place: Geodetic) -> Vector3:
         """Return a place in the map frame; the origin must be known."""
         assert self._origin is not None

@@ -29,25 +29,27 @@ class Parking:
     def needed(self) -> bool:
         """Whether this vehicle takes the end of the stream for a failure."""
         profile = self._vehicle.profile
-        return profile is not None and profile.setpoints_outside_control_mode
+        return profile is not None and profile.prestream_s > 0.0
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the vehicle has been asked to hold and does not do so yet."""
+        return self._operation_id is not None
 
     def begin(self, setpoint: SetpointNed, now: float) -> bool:
         """Have the vehicle hold by itself; False if it does not need that."""
         vehicle = self._vehicle
         if not (self.needed and vehicle.stream_open and vehicle.in_control_mode):
             return False
-        assert vehicle.profile is not None
         self._setpoint = setpoint
         self._next_s = now
-        self._operation_id = vehicle.change_mode(vehicle.profile.hold_mode or "", now)
+        self._operation_id = vehicle.hold(now)
         return True
 
     def keep_streaming(self, now: float) -> None:
         """Send a setpoint that holds, so that control will be given."""
-        if not self.needed:
+        if not (self.needed and self._vehicle.stream_open):
             return
-        if not self._vehicle.stream_open:
-            self._vehicle.open_stream(now)
         self._send(hold_setpoint_ned(None), now)
 
     def give_up(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
+from drone_navigation.map_frame import MapFrame
 from drone_navigation.operations import begin_operation
 from drone_navigation.reporting import Reporter
 from mavlink_vehicle.events import OperationFinished, OperationResult
@@ -29,8 +30,9 @@ _OPERATIONS = {
 class ServiceDesk:
     """Works one service request at a time; a later one replaces it."""
 
-    def __init__(self, vehicle: Vehicle, report: Reporter) -> None:
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, report: Reporter) -> None:
         """Prepare."""
+        self._map_frame = map_frame
         self._vehicle = vehicle
         self._report = report
         self._number: int | None = None
@@ -40,7 +42,8 @@ class ServiceDesk:
         """Ask the vehicle."""
         self.give_up("Another request came.", now)
         self._number = number
-        self._operation_id = begin_operation(self._vehicle, Perform(_OPERATIONS[service]), now)
+        intent = Perform(_OPERATIONS[service])
+        self._operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
 
     def give_up(self, why: str, now: float) -> None:
         """End the request under way, if any, as not done."""

@@ -2,11 +2,34 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.profiles import Profile
-from navigation_core.tasks.base import COPTER, Traits
+from mavlink_vehicle.profiles import Profile, VehicleKind
+from navigation_core.tasks.base import Traits
+
+# WP_LOITER_RAD of ArduPlane is 60 m; NAV_LOITER_RAD of PX4 80 m. The goal's own circle is the
+# vehicle's; this is what arrival is judged by.
+_CIRCLE_RADIUS_M = 80.0
+# TURN_RADIUS of ArduRover is 0.9 m; a boat needs more.
+_ROVER_TURN_M, _BOAT_TURN_M = 0.9, 3.0
 
 
 def traits_of(profile: Profile) -> Traits:
     """Return what navigation has to know about a kind of vehicle."""
-    del profile
-    return COPTER
+    lands_itself = profile.land_mode is not None
+    before = profile.control_before_takeoff
+    if profile.kind is VehicleKind.PLANE:
+        return Traits(
+            name="plane",
+            hovers=False,
+            control_before_takeoff=before,
+            lands_itself=lands_itself,
+            circle_radius_m=_CIRCLE_RADIUS_M,
+        )
+    if profile.kind in (VehicleKind.ROVER, VehicleKind.BOAT):
+        boat = profile.kind is VehicleKind.BOAT
+        return Traits(
+            name="boat" if boat else "rover",
+            flies=False,
+            lands_itself=False,
+            turning_radius_m=_BOAT_TURN_M if boat else _ROVER_TURN_M,
+        )
+    return Traits(control_before_takeoff=before, lands_itself=lands_itself)
