@@ -182,7 +182,7 @@ def test_a_pilots_hold_in_the_middle_of_a_take_off_ends_it() -> None:
 
 
 def test_a_take_off_that_is_not_flown_ends_with_the_disarming() -> None:
-    """ "Already higher than takeoff altitude" is acknowledged as ACCEPTED."""
+    """Even "Already higher than takeoff altitude" is acknowledged as ACCEPTED."""
     px4 = Px4()
     px4.vehicle.take_off(10.0, px4.now)
     px4.tell(px4.say.ack(NAV_TAKEOFF, ACCEPTED), px4.beat(TAKEOFF))

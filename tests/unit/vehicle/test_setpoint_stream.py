@@ -122,9 +122,7 @@ def test_yaw_must_be_finite_and_one(bad: float) -> None:
         (GENERIC, ["-"] * 7),
     ],
 )
-def test_a_setpoint_is_reduced_to_the_form_of_its_vehicle(
-    profile: Profile, sent: list[str]
-) -> None:
+def test_a_setpoint_is_reduced_to_its_vehicles_form(profile: Profile, sent: list[str]) -> None:
     results = []
     for given_groups in ("P", "V", "PV", "A", "PA", "VA", "PVA"):
         position, velocity, acceleration = (HERE if n in given_groups else None for n in "PVA")
