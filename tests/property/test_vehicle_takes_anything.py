@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Callable
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, mavlink
-from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
+from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
 
@@ -20,39 +23,62 @@ KNOWN = [
         "HEARTBEAT", "SYSTEM_TIME", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "ATTITUDE",
         "BATTERY_STATUS", "SYS_STATUS", "EXTENDED_SYS_STATE", "HOME_POSITION",
         "GPS_GLOBAL_ORIGIN", "GPS_RAW_INT", "EKF_STATUS_REPORT", "ESTIMATOR_STATUS",
-        "AUTOPILOT_VERSION", "STATUSTEXT", "COMMAND_ACK",
+        "AUTOPILOT_VERSION", "STATUSTEXT", "COMMAND_ACK", "CURRENT_MODE", "FENCE_STATUS",
     )
 ]  # fmt: skip
+OPERATIONS: dict[str, Callable[[Vehicle, float], int]] = {
+    "mode": lambda vehicle, now: vehicle.change_mode("GUIDED", now),
+    "arm": lambda vehicle, now: vehicle.arm(now),
+    "disarm": lambda vehicle, now: vehicle.disarm(now, force=True),
+    "take off": lambda vehicle, now: vehicle.take_off(5.0, now),
+    "control": lambda vehicle, now: vehicle.take_control(now),
+    "hold": lambda vehicle, now: vehicle.hold(now),
+    "land": lambda vehicle, now: vehicle.land(now),
+    "return": lambda vehicle, now: vehicle.return_to_launch(now),
+    "place": lambda vehicle, now: vehicle.reposition(47.0, 8.0, 500.0, now),
+    "speed": lambda vehicle, now: vehicle.change_speed(3.0, now),
+}
 STEP = st.tuples(
     st.one_of(st.sampled_from(KNOWN), st.sampled_from(CLASSES)),
     st.integers(0, 1_000_000),
     st.sampled_from([0.0, 0.01, 0.5, 4.0]),
-    st.sampled_from([None, None, "mode", "arm", "disarm", "take off", "cancel", "stream"]),
+    st.sampled_from([None, None, *OPERATIONS, "cancel", "stream", "setpoint"]),
 )
 
 
 def act(vehicle: Vehicle, what: str | None, now: float) -> None:
-    if what == "mode":
-        vehicle.change_mode("GUIDED", now)
-    elif what == "arm":
-        vehicle.arm(now)
-    elif what == "disarm":
-        vehicle.disarm(now, force=True)
-    elif what == "take off":
-        vehicle.take_off(5.0, now)
+    if what in OPERATIONS:
+        OPERATIONS[what](vehicle, now)
     elif what == "cancel":
         vehicle.cancel_operation(now)
     elif what == "stream":
         vehicle.open_stream(now)
+    elif what == "setpoint":
+        with contextlib.suppress(SetpointError):
+            vehicle.send_setpoint(SetpointNed((1.0, 2.0, -3.0), (0.1, 0.0, 0.0)), now)
 
 
-@given(st.lists(STEP, max_size=60), st.booleans())
-@settings(max_examples=150)
-def test_anything_may_come_at_any_time(steps: list[tuple], discovered: bool) -> None:  # type: ignore[type-arg]
+VEHICLES = [
+    None,
+    *((mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, kind) for kind in (1, 2, 10)),
+    *((mavlink.MAV_AUTOPILOT_PX4, kind) for kind in (1, 2, 10, 22)),
+]
+"""Not heard yet, or MAV_AUTOPILOT and MAV_TYPE."""
+
+
+@given(st.lists(STEP, max_size=60), st.sampled_from(VEHICLES))
+@settings(max_examples=200)
+def test_anything_may_come_at_any_time(
+    steps: list[tuple],  # type: ignore[type-arg]
+    kind: tuple[int, int] | None,
+) -> None:
     vehicle, codec, now = Vehicle(VehicleConfig()), Codec(1, 191), 100.0
     vehicle.start(now)
-    if discovered:
-        vehicle.receive(AutopilotMessages().heartbeat(), now)
+    if kind is not None:
+        say = AutopilotMessages()
+        for armed in (False, True):
+            beat = say.heartbeat(armed=armed, status=4, autopilot=kind[0], vehicle_type=kind[1])
+            vehicle.receive(beat, now)
     packer = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
     started, ended = 0, 0
     for number, (cls, seed, pause_s, what) in enumerate(steps):
@@ -62,7 +88,7 @@ def test_anything_may_come_at_any_time(steps: list[tuple], discovered: bool) -> 
         for message in codec.decode(frame):
             vehicle.receive(message, now)
         act(vehicle, what, now)
-        started += what in ("mode", "arm", "disarm", "take off")
+        started += what in OPERATIONS
         vehicle.handle_timer(now)
         for message in vehicle.messages_to_send():
             codec.encode(message)

@@ -225,6 +225,50 @@ def test_flights_are_told_as_they_were(
     assert asked == (modes[-1:] if name.startswith("px4") and not armed[-1] else [])
 
 
+@pytest.mark.parametrize(
+    ("name", "profile", "mode", "landed", "position", "battery_v"),
+    # How each recording ends, as its notes tell; the real ones by their last messages.
+    [
+        ("ardupilot/copter_acks", "ArduCopter", "GUIDED", "ON_GROUND", True, 12.6),
+        ("ardupilot/copter_auto_cleared", "ArduCopter", "RTL", "ON_GROUND", True, 12.6),
+        ("ardupilot/copter_fence", "ArduCopter", "GUIDED", "IN_AIR", True, 12.6),
+        ("ardupilot/copter_gcsloss", "ArduCopter", "LAND", "ON_GROUND", True, 12.6),
+        ("ardupilot/copter_guided", "ArduCopter", "LAND", "ON_GROUND", True, 12.6),
+        ("ardupilot/copter_lowbatt", "ArduCopter", "GUIDED", "ON_GROUND", True, 10.0),
+        ("ardupilot/copter_reboot", "ArduCopter", "STABILIZE", "ON_GROUND", False, 12.6),
+        ("ardupilot/copter_setpoints", "ArduCopter", "GUIDED", "IN_AIR", True, 12.6),
+        ("ardupilot/copter_takeoff_mix", "ArduCopter", "LAND", "ON_GROUND", True, 12.6),
+        ("ardupilot/multi_udp", "ArduRover", "HOLD", "UNDEFINED", True, 12.6),
+        ("ardupilot/plane_guided", "ArduPlane", "RTL", "IN_AIR", True, 12.2),
+        ("ardupilot/rover_auto", "ArduRover", "HOLD", "UNDEFINED", True, 12.6),
+        ("ardupilot/rover_guided", "ArduRover", "HOLD", "UNDEFINED", True, 12.6),
+        ("px4/mavsdk_offboard_goto_api", "PX4 multicopter", "AUTO.LOITER", "ON_GROUND", True, 16.2),
+        ("px4/mission_clear_api", "PX4 multicopter", "AUTO.LOITER", "ON_GROUND", True, 16.2),
+        ("px4/offboard_10m_20n_gt_api", "PX4 multicopter", "OFFBOARD", "ON_GROUND", True, 16.2),
+        ("px4/offboard_loss_stop_api", "PX4 multicopter", "OFFBOARD", "ON_GROUND", True, 16.2),
+        ("px4/probe_ground_api", "PX4 multicopter", "AUTO.LOITER", "ON_GROUND", True, 16.2),
+        ("real/copter_2018-09-17", "ArduCopter", "STABILIZE", "UNDEFINED", True, None),
+        ("real/sub_small", "ArduSub", "MANUAL", "UNDEFINED", True, 16.2),
+    ],
+)
+def test_each_recording_ends_as_it_did(
+    name: str, profile: str, mode: str, landed: str, position: bool, battery_v: float | None
+) -> None:
+    vehicle = Replay(name).vehicle
+    state = vehicle.state
+    assert vehicle.profile is not None
+    assert vehicle.profile.name == profile
+    assert vehicle.mode_name == mode
+    assert state.landed_state.name == landed
+    assert state.position_valid == position
+    assert state.armed == (landed == "IN_AIR" or name == "ardupilot/multi_udp")
+    assert state.battery is not None
+    if battery_v is None:
+        assert state.battery.voltage_v is None
+    else:
+        assert state.battery.voltage_v == pytest.approx(battery_v, abs=0.05)
+
+
 def test_a_reboot_and_a_kill_are_both_seen_once() -> None:
     replay = Replay("ardupilot/copter_reboot")
     assert replay.kinds(VehicleRebooted, HeartbeatLost, HeartbeatRegained) == [

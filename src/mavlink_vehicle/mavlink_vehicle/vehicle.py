@@ -65,6 +65,10 @@ class Vehicle(VehicleCore):
         prestream_s = profile.prestream_s
         if prestream_s == 0.0 or profile.control_mode is None:
             return self._own_mode(profile.control_mode, kind, now)
+        if not self.state.armed:
+            # Setpoints for a disarmed vehicle would set it off when it is armed.
+            reason = f"{profile.name} is disarmed; arm it before {profile.control_mode} is entered."
+            return self._refuse(kind, reason, now)
         if not self.stream_open:
             reason = (
                 f"{profile.name} enters {profile.control_mode} only while setpoints come; open "

@@ -279,6 +279,9 @@ def test_no_setpoint_goes_to_a_disarmed_px4() -> None:
     px4.vehicle.open_stream(px4.now)
     with pytest.raises(SetpointError, match="disarmed"):
         px4.vehicle.send_setpoint(SPEED, px4.now)
+    px4.vehicle.take_control(px4.now)
+    (end,) = [e for e in px4.events() if isinstance(e, OperationFinished)]
+    assert end.reason == "PX4 multicopter is disarmed; arm it before OFFBOARD is entered."
 
 
 def test_its_gimbal_commands_and_its_requests_are_not_for_us() -> None:
