@@ -180,6 +180,7 @@ def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Reje
     if rejection is not None:
         return rejection
     config = situation.config
+    traits = traits_of(situation.profile)
     assert situation.pose is not None
     goal = resolve(
         request,
@@ -188,6 +189,7 @@ def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Reje
         situation.ground_enu_m,
         config.volume,
         config.speed_max_m_s,
+        traits,
     )
     if isinstance(goal, Rejection):
         return goal
@@ -252,7 +254,7 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         return rejection
     if request.by_mission:
         return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, "Missions are not flown yet.")
-    config = situation.config
+    config, traits = situation.config, traits_of(situation.profile)
     waypoints = resolve_waypoints(
         request,
         situation.map_frame,
@@ -260,11 +262,11 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         config.volume,
         config.speed_max_m_s,
         config.goto.arrival_radius_m,
+        traits,
     )
     if isinstance(waypoints, Rejection):
         return waypoints
     laps = max(request.laps, 1)
-    traits = traits_of(situation.profile)
 
     def make_task(handover: Handover) -> Task:
         return FlyRoute(

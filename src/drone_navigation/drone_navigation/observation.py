@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from drone_navigation.map_frame import MapFrame
+from drone_navigation.traits import traits_of
 from mavlink_vehicle import frames
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.profiles import Profile
@@ -43,20 +44,26 @@ def observe(
     """Build the observation of this moment."""
     state = vehicle.state
     pose = map_frame.pose(state)
-    velocity = None
+    ground_enu_m = map_frame.ground_enu_m(state)
+    velocity = position = None
     age_s = math.inf
     if state.global_position is not None and pose is not None:
         velocity = frames.ned_to_enu(state.global_position.velocity_ned_m_s)
+        position = pose.position_enu_m
+        if vehicle.profile is not None and not traits_of(vehicle.profile).flies:
+            # Its height is the ground's, whatever the GPS makes of it.
+            position = (position[0], position[1], ground_enu_m)
+            velocity = (velocity[0], velocity[1], 0.0)
         age_s = now - state.global_position.time_s
     return Observation(
         time_s=now,
-        position_enu_m=None if pose is None else pose.position_enu_m,
+        position_enu_m=position,
         velocity_enu_m_s=velocity,
         yaw_enu_rad=None if pose is None else pose.yaw_enu_rad,
         armed=state.armed,
         in_control=vehicle.in_control_mode,
         airborne=_AIRBORNE[state.landed_state],
-        ground_enu_m=map_frame.ground_enu_m(state),
+        ground_enu_m=ground_enu_m,
         position_age_s=age_s,
         connected=vehicle.connected,
         operation=operation,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TypeAlias
 
@@ -12,6 +12,7 @@ from mavlink_vehicle import frames
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import FlightVolume, Rejection, check_target
+from navigation_core.tasks.base import COPTER, Traits
 from navigation_core.tasks.goto import GotoGoal
 
 FRAME_MAP = "map"
@@ -185,6 +186,34 @@ def check_geodetic(position: Vector3) -> Rejection | None:
     )
 
 
+# A target this near to the ground is meant to be on it.
+GROUND_TOLERANCE_M = 2.0
+
+
+def on_ground(position_enu_m: Vector3, ground_enu_m: float, traits: Traits) -> Vector3 | Rejection:
+    """Return the target of a vehicle that drives, on the ground; refuse one in the air.
+
+    Targets of vehicles that fly are returned as they are.
+    """
+    if traits.flies:
+        return position_enu_m
+    height_m = position_enu_m[2] - ground_enu_m
+    if abs(height_m) > GROUND_TOLERANCE_M:
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"A {traits.name} cannot climb: the target is {height_m:.1f} m above the ground; give "
+            f"the height of the ground, to {GROUND_TOLERANCE_M:g} m.",
+        )
+    return (position_enu_m[0], position_enu_m[1], ground_enu_m)
+
+
+def volume_for(volume: FlightVolume, traits: Traits) -> FlightVolume:
+    """Return the volume for a kind of vehicle: one that drives is always at height 0."""
+    if traits.flies:
+        return volume
+    return replace(volume, altitude_min_m=-GROUND_TOLERANCE_M)
+
+
 def resolve(
     request: NavigateRequest,
     pose: MapPose,
@@ -192,6 +221,7 @@ def resolve(
     ground_enu_m: float,
     volume: FlightVolume,
     speed_max_m_s: float,
+    traits: Traits = COPTER,
 ) -> GotoGoal | Rejection:
     """Turn a request that passed :func:`check_request` into a target in the map frame.
 
@@ -203,6 +233,7 @@ def resolve(
         ground_enu_m: height of the ground in the map frame.
         volume: where targets are accepted.
         speed_max_m_s: highest ground speed the server is configured to fly.
+        traits: what the vehicle can do.
 
     Returns:
         The goal, or why it is refused.
@@ -223,7 +254,11 @@ def resolve(
     speed = None
     if request.max_speed_m_s > 0.0:
         speed = min(request.max_speed_m_s, speed_max_m_s)
-    rejection = check_target(position, speed, ground_enu_m, volume)
+    placed = on_ground(position, ground_enu_m, traits)
+    if isinstance(placed, Rejection):
+        return placed
+    position = placed
+    rejection = check_target(position, speed, ground_enu_m, volume_for(volume, traits))
     if rejection is not None:
         return rejection
     return GotoGoal(position_enu_m=position, yaw_enu_rad=yaw, max_speed_m_s=speed)

@@ -11,11 +11,14 @@ from drone_navigation.requests import (
     WaypointRequest,
     WaypointsRequest,
     check_geodetic,
+    on_ground,
+    volume_for,
 )
 from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import FlightVolume, Rejection, check_target
+from navigation_core.tasks.base import Traits
 from navigation_core.tasks.route import RouteWaypoint
 
 WAYPOINTS_MAX = 1000
@@ -32,6 +35,7 @@ def resolve_waypoints(
     volume: FlightVolume,
     speed_max_m_s: float,
     radius_default_m: float,
+    traits: Traits,
 ) -> tuple[RouteWaypoint, ...] | Rejection:
     """Turn a route into waypoints of the map frame.
 
@@ -42,6 +46,7 @@ def resolve_waypoints(
         volume: where waypoints are accepted.
         speed_max_m_s: highest ground speed the server is configured to fly.
         radius_default_m: acceptance radius of a waypoint that says 0.
+        traits: what the vehicle can do.
 
     Returns:
         The waypoints, or why the first bad one is refused, with its number from 0.
@@ -52,12 +57,9 @@ def resolve_waypoints(
     ground_enu_m = map_frame.ground_enu_m(state)
     waypoints = []
     for index, waypoint in enumerate(request.waypoints):
-        rejection = _check(waypoint)
-        if rejection is None:
-            position = _position(waypoint, map_frame, ground_enu_m)
-            rejection = check_target(position, None, ground_enu_m, volume)
-        if rejection is not None:
-            return Rejection(rejection.code, f"Waypoint {index}: {rejection.message}")
+        position = _place(waypoint, map_frame, ground_enu_m, volume, traits)
+        if isinstance(position, Rejection):
+            return Rejection(position.code, f"Waypoint {index}: {position.message}")
         speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
         waypoints.append(
             RouteWaypoint(
@@ -69,6 +71,22 @@ def resolve_waypoints(
             )
         )
     return tuple(waypoints)
+
+
+def _place(
+    waypoint: WaypointRequest,
+    map_frame: MapFrame,
+    ground_enu_m: float,
+    volume: FlightVolume,
+    traits: Traits,
+) -> Vector3 | Rejection:
+    rejection = _check(waypoint)
+    if rejection is not None:
+        return rejection
+    position = on_ground(_position(waypoint, map_frame, ground_enu_m), ground_enu_m, traits)
+    if isinstance(position, Rejection):
+        return position
+    return check_target(position, None, ground_enu_m, volume_for(volume, traits)) or position
 
 
 def _problem_of_route(request: WaypointsRequest) -> str | None:

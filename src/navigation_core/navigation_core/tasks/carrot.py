@@ -98,12 +98,17 @@ class Carrot:
     @property
     def stalled_s(self) -> float:
         """Time since the carrot last made progress; 0 once it has come to its end."""
-        return 0.0 if self._time_s >= self.trajectory.duration_s else self._stalled_s
+        return 0.0 if self.ended else self._stalled_s
+
+    @property
+    def ended(self) -> bool:
+        """Whether the trajectory has come to its end."""
+        return self._time_s >= self.trajectory.duration_s
 
     @property
     def arrived(self) -> bool:
         """Whether the trajectory and the turn have come to their end."""
-        return self._time_s >= self.trajectory.duration_s and self._yaw == self._yaw_goal
+        return self.ended and self._yaw == self._yaw_goal
 
     @property
     def distance_remaining_m(self) -> float:

@@ -24,10 +24,12 @@ from navigation_core.tasks.base import (
     Progress,
     Rejection,
     Requirement,
+    Setpoint,
     Traits,
     VehicleMode,
     Wait,
 )
+from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.flight import Flight
 from navigation_core.tasks.goto_config import GotoConfig, GotoConfigError, GotoGoal
@@ -39,6 +41,7 @@ from navigation_core.tasks.measurement import (
     measured_speed,
     measured_state,
 )
+from navigation_core.tasks.pursuit import pursue
 from navigation_core.trajectory import TrajectoryError
 
 __all__ = ["Goto", "GotoConfig", "GotoConfigError", "GotoGoal"]
@@ -78,7 +81,7 @@ class Goto:
         self._config = config
         self._traits = traits
         self._flight = Flight(goal, config, predecessor, predecessor_yaw)
-        self._estimator = GotoEstimator(goal, config, self._flight.limits)
+        self._estimator = GotoEstimator(goal, config, self._flight.limits, traits)
         self._predecessor_time_s = predecessor_time_s
         self._last_step_s = 0.0
         self._phase = Phase.PREPARING
@@ -156,8 +159,8 @@ class Goto:
             answer = self._answer(observation, now)
         except TrajectoryError as error:
             answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
-        if isinstance(answer, Fly):
-            self._flight.note(answer.setpoint)
+        if isinstance(answer, Fly) and self._flight.carrot is not None:
+            self._flight.note(self._flight.carrot.setpoint)
         elif isinstance(answer, Outcome):
             self._outcome = answer
             self._go(Event.OVER, now)
@@ -246,7 +249,7 @@ class Goto:
         if not observation.in_control:
             text = "The vehicle left the mode in which it obeys setpoints."
             return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
-        on_ground = observation.airborne is False
+        on_ground = observation.airborne is False and self._traits.flies
         if self._landed.holds(on_ground, now):
             if self._ending is not None:
                 return self._ended("The vehicle is on the ground.", observation)
@@ -297,7 +300,7 @@ class Goto:
             return None
         if answer is not None:
             return answer
-        self._go(Event.NEEDS_TAKEOFF, now)
+        self._go(Event.NEEDS_TAKEOFF if self._traits.flies else Event.NEEDS_CONTROL, now)
         return None
 
     def _take_off(self, observation: Observation, now: float) -> _Answer:
@@ -343,7 +346,7 @@ class Goto:
             return None
         if carrot.stalled_s > self._config.settle_timeout_s:
             return self._timeout("It made no progress", observation)
-        return Fly(carrot.setpoint)
+        return Fly(self._setpoint(carrot, observation))
 
     def _note_place(self, observation: Observation) -> None:
         """Take note of where the vehicle has come to on its way."""
@@ -366,7 +369,19 @@ class Goto:
         if now - self._phase_since_s > self._config.settle_timeout_s + self._hold_time_s:
             return self._timeout("It did not settle", observation)
         assert self._flight.carrot is not None
-        return Fly(self._flight.carrot.setpoint)
+        return Fly(self._setpoint(self._flight.carrot, observation))
+
+    def _setpoint(self, carrot: Carrot, observation: Observation) -> Setpoint:
+        """Return what leads the vehicle along: the carrot, or a velocity after it."""
+        if self._traits.flies:
+            return carrot.setpoint
+        return pursue(
+            carrot.state,
+            measured_state(observation).position_enu_m,
+            self._flight.limits,
+            self._arrival_radius_m,
+            carrot.ended,
+        )
 
     def _arrived(self, error_m: float, observation: Observation, now: float) -> _Answer:
         """End, or go on; the vehicle has been near and slow for its time."""
@@ -430,7 +445,7 @@ class Goto:
 
     def _disarm(self, observation: Observation, now: float) -> _Answer:
         assert self._ending is not None
-        if self._flies(observation):
+        if self._traits.flies and self._flies(observation):
             self._flight.plan_stop(observation)
             self._go(Event.STOP_IN_AIR, now)
             return None
@@ -475,6 +490,9 @@ class Goto:
         return self._operation.check(observation, now)
 
     def _flies(self, observation: Observation) -> bool:
+        """Whether it can move: what flies must be in the air, what drives only armed."""
+        if not self._traits.flies:
+            return observation.armed
         return observation.armed and is_airborne(observation, self._config.airborne_height_m)
 
     def _error_m(self, observation: Observation) -> float | None:

@@ -55,6 +55,8 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
     (Phase.PREPARING, Event.STOP_ON_GROUND): Phase.DISARMING,
     (Phase.PREPARING, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.ARMING, Event.NEEDS_TAKEOFF): Phase.TAKING_OFF,
+    # What drives needs no take-off.
+    (Phase.ARMING, Event.NEEDS_CONTROL): Phase.PREPARING,
     (Phase.ARMING, Event.STOP_ON_GROUND): Phase.DISARMING,
     # Some autopilots leave the mode that obeys setpoints for the take-off.
     (Phase.TAKING_OFF, Event.NEEDS_CONTROL): Phase.PREPARING,

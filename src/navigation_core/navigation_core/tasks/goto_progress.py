@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from navigation_core.geometry import KinematicState, Vector3, distance, is_finite
 from navigation_core.limits import Limits
-from navigation_core.tasks.base import Observation, Progress, Status
+from navigation_core.tasks.base import Observation, Progress, Status, Traits
 from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
@@ -31,8 +31,9 @@ _DISARM_S = 1.0
 class GotoEstimator:
     """Estimates what is left from the phases ahead and the trajectory that is flown."""
 
-    def __init__(self, goal: GotoGoal, config: GotoConfig, limits: Limits) -> None:
+    def __init__(self, goal: GotoGoal, config: GotoConfig, limits: Limits, traits: Traits) -> None:
         """Prepare; nothing is known before :meth:`start`."""
+        self._traits = traits
         self._goal_enu_m = goal.position_enu_m
         self._config = config
         self._limits = limits
@@ -59,7 +60,8 @@ class GotoEstimator:
         self._position_enu_m = position
         self._needs_arming = not observation.armed
         ground_m = observation.ground_enu_m
-        if not observation.armed or not is_airborne(observation, self._config.airborne_height_m):
+        airborne = is_airborne(observation, self._config.airborne_height_m)
+        if self._traits.flies and not (observation.armed and airborne):
             self._takeoff_m = self.takeoff_height_m(ground_m)
             position = (position[0], position[1], ground_m + self._takeoff_m)
         try:

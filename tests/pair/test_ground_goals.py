@@ -1,0 +1,136 @@
+"""Goals on simulated rovers and boats."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from drone_navigation.requests import (
+    LandRequest,
+    ReturnRequest,
+    TakeoffRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from drone_navigation.services import Service
+from mavlink_sitl.config import VehicleConfig
+from tests.support.simulated_flight import SimulatedFlight
+
+VEHICLES = [("rover", "ardupilot"), ("boat", "ardupilot")]
+
+
+@pytest.fixture(params=VEHICLES, ids=" ".join)
+def drive(request: pytest.FixtureRequest) -> SimulatedFlight:
+    kind, autopilot = request.param
+    vehicle = VehicleConfig(vehicle=kind, autopilot=autopilot, ready_after_s=1.0)
+    return SimulatedFlight(simulated=vehicle).ready()
+
+
+def _off(drive: SimulatedFlight, x: float, y: float) -> float:
+    (east, north, _), _ = drive.truth()
+    return math.hypot(east - x, north - y)
+
+
+@pytest.mark.parametrize("target", [(20.0, 5.0), (-15.0, 0.0), (3.0, -4.0)])
+def test_a_goal_is_driven_to_and_the_vehicle_stands_there(
+    drive: SimulatedFlight, target: tuple[float, float]
+) -> None:
+    end = drive.run_to_end(drive.send(*target, 0.0))
+    assert end.code.value == "SUCCESS", end.message
+    assert _off(drive, *target) < 1.0
+    drive.run_for(5.0)
+    assert _off(drive, *target) < 1.5
+    assert drive.truth()[1] < 0.3
+
+
+def test_the_speed_of_a_goal_is_kept(drive: SimulatedFlight) -> None:
+    goal_id = drive.send(30.0, 0.0, 0.0, 1.5)
+    speeds = []
+    while not drive.ends(goal_id):
+        drive.run_for(0.1)
+        speeds.append(drive.truth()[1])
+    assert drive.ends(goal_id)[0].code.value == "SUCCESS"
+    speeds.sort()
+    assert speeds[int(0.99 * len(speeds))] <= 1.5 * 1.05
+    assert speeds[len(speeds) // 2] > 1.0
+
+
+def test_a_target_in_the_air_is_refused(drive: SimulatedFlight) -> None:
+    rejection = drive.check(drive.request(10.0, 5.0, 8.0))
+    assert rejection is not None
+    assert rejection.code.value == "UNSUPPORTED_VEHICLE"
+    assert "cannot climb" in rejection.message
+
+
+@pytest.mark.parametrize("request_", [TakeoffRequest(3.0), LandRequest()])
+def test_what_flies_is_refused(
+    drive: SimulatedFlight, request_: TakeoffRequest | LandRequest
+) -> None:
+    rejection = drive.check(request_)
+    assert rejection is not None
+    assert rejection.code.value == "UNSUPPORTED_VEHICLE"
+
+
+def test_a_route_is_driven_without_a_stop(drive: SimulatedFlight) -> None:
+    places = [(20.0, 0.0), (20.0, 20.0), (0.0, 20.0)]
+    waypoints = tuple(WaypointRequest((*p, 0.0), acceptance_radius_m=3.0) for p in places)
+    goal_id = drive.start(WaypointsRequest(waypoints))
+    slowest = math.inf
+    while drive.truth()[1] < 1.5:
+        drive.run_for(0.1)
+    while (route := drive.feedback(goal_id)[-1].route) is not None and route.current < 2:
+        drive.run_for(0.1)
+        slowest = min(slowest, drive.truth()[1])
+    assert slowest > 0.5
+    end = drive.run_to_end(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+    assert end.waypoints_reached == 3
+
+
+def test_a_cancel_stops_it(drive: SimulatedFlight) -> None:
+    goal_id = drive.send(60.0, 0.0, 0.0)
+    drive.run_until(lambda: drive.truth()[1] > 1.5)
+    drive.bridge.cancel_goal(goal_id, drive.now)
+    end = drive.run_to_end(goal_id)
+    assert end.code.value == "CANCELED", end.message
+    assert drive.truth()[1] < 0.3
+    drive.run_for(5.0)
+    assert drive.truth()[1] < 0.3
+
+
+def test_a_pause_stands_and_a_resume_goes_on(drive: SimulatedFlight) -> None:
+    goal_id = drive.send(40.0, 0.0, 0.0)
+    drive.run_until(lambda: drive.truth()[1] > 1.5)
+    drive.bridge.pause(drive.now)
+    drive.run_for(8.0)
+    assert drive.truth()[1] < 0.3
+    drive.bridge.resume(drive.now)
+    assert drive.run_to_end(goal_id).code.value == "SUCCESS"
+
+
+def test_it_returns_to_where_it_started(drive: SimulatedFlight) -> None:
+    assert drive.run_to_end(drive.send(20.0, 0.0, 0.0)).code.value == "SUCCESS"
+    end = drive.run_to_end(drive.start(ReturnRequest()), 120.0)
+    assert end.code.value == "SUCCESS", end.message
+    assert _off(drive, 0.0, 0.0) < 3.5
+
+
+def test_nothing_moves_a_rover_that_is_armed_later(drive: SimulatedFlight) -> None:
+    goal_id = drive.send(20.0, 0.0, 0.0)
+    drive.run_until(lambda: drive.truth()[1] > 1.0)
+    drive.bridge.cancel_goal(goal_id, drive.now)
+    drive.run_to_end(goal_id)
+    assert drive.serve(Service.DISARM).success
+    place = drive.truth()[0]
+    assert drive.serve(Service.ARM).success
+    drive.run_for(5.0)
+    assert math.dist(drive.truth()[0][:2], place[:2]) < 0.2
+
+
+def test_a_dead_bridge_leaves_it_standing(drive: SimulatedFlight) -> None:
+    drive.send(80.0, 0.0, 0.0)
+    drive.run_until(lambda: drive.truth()[1] > 2.0)
+    drive.link_up = False
+    drive.run_for(12.0)
+    assert drive.truth()[1] < 0.3
