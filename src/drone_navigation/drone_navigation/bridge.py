@@ -24,6 +24,7 @@ from drone_navigation.observation import (
     observe,
     setpoint_ned,
     vehicle_mode,
+    velocity_only,
 )
 from drone_navigation.operations import begin_operation
 from drone_navigation.parking import Parking
@@ -342,7 +343,7 @@ class Bridge:
             vehicle.cancel_operation(now)
         commanded = goal.task.commanded
         moving = commanded is not None and norm(commanded.velocity_enu_m_s) > 0.0
-        if moving and vehicle.stream_open:
+        if (moving or velocity_only(vehicle.profile)) and vehicle.stream_open:
             # The last setpoint still carries a velocity, which an autopilot would follow
             # for seconds (ArduCopter: GUID_TIMEOUT).
             try:

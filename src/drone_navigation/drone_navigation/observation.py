@@ -8,7 +8,7 @@ from drone_navigation.map_frame import MapFrame
 from drone_navigation.traits import traits_of
 from mavlink_vehicle import frames
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.profiles import Profile, SetpointField
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle
 from navigation_core.tasks.base import Observation, OperationReport, Setpoint, VehicleMode
 
@@ -36,6 +36,11 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
         if name == known:
             return mode
     return VehicleMode.OTHER
+
+
+def velocity_only(profile: Profile | None) -> bool:
+    """Whether the vehicle is told velocities only, so that the last one drives it on."""
+    return profile is not None and profile.setpoint_form is SetpointField.VELOCITY
 
 
 def observe(

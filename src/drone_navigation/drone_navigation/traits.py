@@ -9,7 +9,9 @@ from navigation_core.tasks.base import Traits
 # vehicle's; this is what arrival is judged by.
 _CIRCLE_RADIUS_M = 80.0
 # TURN_RADIUS of ArduRover is 0.9 m; a boat needs more.
-_ROVER_TURN_M, _BOAT_TURN_M = 0.9, 3.0
+_ROVER_TURN_M, _BOAT_TURN_M = 0.9, 4.0
+# A boat has no brakes.
+_BOAT_ARRIVAL_M = 2.0
 
 
 def traits_of(profile: Profile) -> Traits:
@@ -31,5 +33,6 @@ def traits_of(profile: Profile) -> Traits:
             flies=False,
             lands_itself=False,
             turning_radius_m=_BOAT_TURN_M if boat else _ROVER_TURN_M,
+            arrival_radius_m=_BOAT_ARRIVAL_M if boat else 0.0,
         )
     return Traits(control_before_takeoff=before, lands_itself=lands_itself)

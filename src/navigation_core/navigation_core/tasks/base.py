@@ -100,6 +100,7 @@ class Traits:
         lands_itself: whether it can be told to land where it is.
         circle_radius_m: radius of the circle that it flies instead of standing still.
         turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
+        arrival_radius_m: how near to a point it can be expected to stop at all.
     """
 
     name: str = "copter"
@@ -109,6 +110,7 @@ class Traits:
     lands_itself: bool = True
     circle_radius_m: float = 0.0
     turning_radius_m: float = 0.0
+    arrival_radius_m: float = 0.0
 
 
 COPTER = Traits()

@@ -41,7 +41,7 @@ from navigation_core.tasks.measurement import (
     measured_speed,
     measured_state,
 )
-from navigation_core.tasks.pursuit import pursue
+from navigation_core.tasks.pursuit import Pursuer, pursue
 from navigation_core.trajectory import TrajectoryError
 
 __all__ = ["Goto", "GotoConfig", "GotoConfigError", "GotoGoal"]
@@ -94,7 +94,7 @@ class Goto:
         self._ending: Outcome | None = None
         self._outcome: Outcome | None = None
         self._arrival = Dwell(config.arrival_dwell_s)
-        self._arrival_radius_m = config.arrival_radius_m
+        self._arrival_radius_m = max(config.arrival_radius_m, traits.arrival_radius_m)
         self._hold_time_s = 0.0
         self._stopped = Dwell(config.stop_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
@@ -375,13 +375,14 @@ class Goto:
         """Return what leads the vehicle along: the carrot, or a velocity after it."""
         if self._traits.flies:
             return carrot.setpoint
-        return pursue(
-            carrot.state,
+        assert observation.yaw_enu_rad is not None
+        pursuer = Pursuer(
             measured_state(observation).position_enu_m,
+            observation.yaw_enu_rad,
+            self._traits,
             self._flight.limits,
-            self._arrival_radius_m,
-            carrot.ended,
         )
+        return pursue(carrot.state, pursuer, self._arrival_radius_m, carrot.ended)
 
     def _arrived(self, error_m: float, observation: Observation, now: float) -> _Answer:
         """End, or go on; the vehicle has been near and slow for its time."""

@@ -142,7 +142,7 @@ class FlyRoute(Goto):
         self._flight.set_goal(self._goal)
         self._flight.set_route(points, tuple(self._at(i).yaw_enu_rad for i in indices))
         self._estimator.set_goal(stop.position_enu_m)
-        self._arrival_radius_m = stop.acceptance_radius_m
+        self._arrival_radius_m = max(stop.acceptance_radius_m, self._traits.arrival_radius_m)
         self._hold_time_s = stop.hold_time_s
         self._arrival = Dwell(max(self._config.arrival_dwell_s, stop.hold_time_s))
         self._planned_from = self._next
