@@ -7,6 +7,7 @@ pytest prints why.
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +152,11 @@ class Replay:
         return "\n".join(text.text for text in self.vehicle.state.status_texts)
 
 
+@functools.cache
+def replayed(name: str) -> Replay:
+    return Replay(name)
+
+
 FLIGHT = ["ON_GROUND", "TAKEOFF", "IN_AIR", "LANDING", "ON_GROUND"]
 UP_ONLY = ["ON_GROUND", "TAKEOFF", "IN_AIR"]
 
@@ -214,7 +220,7 @@ UP_ONLY = ["ON_GROUND", "TAKEOFF", "IN_AIR"]
 def test_flights_are_told_as_they_were(
     name: str, modes: list[str], armed: list[bool], landed: list[str]
 ) -> None:
-    replay = Replay(name)
+    replay = replayed(name)
     assert replay.modes() == modes
     assert replay.armed() == armed
     assert replay.landed() == landed
@@ -254,7 +260,7 @@ def test_flights_are_told_as_they_were(
 def test_each_recording_ends_as_it_did(
     name: str, profile: str, mode: str, landed: str, position: bool, battery_v: float | None
 ) -> None:
-    vehicle = Replay(name).vehicle
+    vehicle = replayed(name).vehicle
     state = vehicle.state
     assert vehicle.profile is not None
     assert vehicle.profile.name == profile
@@ -270,7 +276,7 @@ def test_each_recording_ends_as_it_did(
 
 
 def test_a_reboot_and_a_kill_are_both_seen_once() -> None:
-    replay = Replay("ardupilot/copter_reboot")
+    replay = replayed("ardupilot/copter_reboot")
     assert replay.kinds(VehicleRebooted, HeartbeatLost, HeartbeatRegained) == [
         "VehicleRebooted",
         "HeartbeatLost",
@@ -283,7 +289,7 @@ def test_a_reboot_and_a_kill_are_both_seen_once() -> None:
 
 
 def test_px4s_pack_voltage_and_unknown_current_are_read_as_such() -> None:
-    battery = Replay("px4/offboard_10m_20n_gt_api").vehicle.state.battery
+    battery = replayed("px4/offboard_10m_20n_gt_api").vehicle.state.battery
     assert battery is not None
     assert battery.voltage_v == pytest.approx(16.2, abs=0.1)
     assert battery.current_a is None
@@ -319,7 +325,7 @@ def test_px4s_pack_voltage_and_unknown_current_are_read_as_such() -> None:
 def test_failsafes_are_told_with_their_kind_and_no_others(
     name: str, began: list[tuple[str, str]], ended: bool
 ) -> None:
-    replay = Replay(name)
+    replay = replayed(name)
     told = [(e.kind.value, e.text) for _, e in replay.events if isinstance(e, FailsafeBegan)]
     assert told == began
     assert bool(replay.kinds(FailsafeEnded)) == ended
@@ -328,7 +334,7 @@ def test_failsafes_are_told_with_their_kind_and_no_others(
 
 def test_a_take_off_defeated_by_setpoints_ends_disarmed() -> None:
     """The recording behind the rule that no setpoints are sent during a take-off."""
-    replay = Replay("ardupilot/copter_takeoff_mix")
+    replay = replayed("ardupilot/copter_takeoff_mix")
     times = [at for at, event in replay.events if isinstance(event, ArmedChanged)]
     first = [e for at, e in replay.events if isinstance(e, LandedChanged) and at < times[1]]
     assert times[1] - times[0] == pytest.approx(10.0, abs=0.5)
@@ -336,7 +342,7 @@ def test_a_take_off_defeated_by_setpoints_ends_disarmed() -> None:
 
 
 def test_a_low_battery_shows_in_state_and_texts() -> None:
-    replay = Replay("ardupilot/copter_lowbatt")
+    replay = replayed("ardupilot/copter_lowbatt")
     state = replay.vehicle.state
     assert state.prearm_ok is False
     assert state.battery is not None
@@ -347,7 +353,7 @@ def test_a_low_battery_shows_in_state_and_texts() -> None:
 
 def test_on_a_port_with_three_vehicles_the_first_or_the_wanted_one_is_followed() -> None:
     name = "ardupilot/multi_udp"
-    assert Replay(name).vehicle.state.system_id == 3
+    assert replayed(name).vehicle.state.system_id == 3
     codec, vehicle = Codec(1, 191), Vehicle(VehicleConfig(target_system=2, message_rates_hz={}))
     vehicle.start(0.0)
     for time_s, frame in TlogReader(recording(name)):

@@ -19,8 +19,8 @@ from mavlink_vehicle.protocols.goals import (
     reposition_problem,
     speed_problem,
 )
+from mavlink_vehicle.protocols.operation_parts import Gate, Goal, OperationTiming
 from mavlink_vehicle.protocols.operation_slot import Wanted
-from mavlink_vehicle.protocols.operations import Gate, Goal, OperationTiming
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
 from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal, takeoff_problem, takeoff_timeout_s
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig

@@ -9,13 +9,13 @@ from mavlink_vehicle.events import OperationFinished, OperationKind, OperationRe
 from mavlink_vehicle.profiles.ardupilot import COPTER
 from mavlink_vehicle.protocols.command import Address, CommandTiming
 from mavlink_vehicle.protocols.goals import ArmGoal, ModeGoal
-from mavlink_vehicle.protocols.operations import (
+from mavlink_vehicle.protocols.operation_parts import (
     Goal,
-    Operation,
     OperationInput,
     OperationState,
     OperationTiming,
 )
+from mavlink_vehicle.protocols.operations import Operation
 from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal
 from mavlink_vehicle.state import VehicleState, reduce
 from tests.support.autopilot_messages import AutopilotMessages

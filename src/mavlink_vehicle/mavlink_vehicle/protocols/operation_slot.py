@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.protocols.command import Address, CommandTiming
-from mavlink_vehicle.protocols.operations import Gate, Goal, Operation, OperationTiming
+from mavlink_vehicle.protocols.operation_parts import Gate, Goal, OperationTiming
+from mavlink_vehicle.protocols.operations import Operation
 from mavlink_vehicle.protocols.requested_changes import RequestedChanges
 from mavlink_vehicle.state import VehicleState
 
