@@ -5,17 +5,14 @@
 
 from __future__ import annotations
 
-import math
-
-from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind, OperationResult
-from mavlink_vehicle.profiles import AltitudeReference, Profile
+from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.goals import (
     ArmGoal,
     ModeGoal,
-    RepositionGoal,
     SpeedGoal,
+    reposition_goal,
     reposition_problem,
     speed_problem,
 )
@@ -152,29 +149,11 @@ class Vehicle(VehicleCore):
             return self._nobody(kind, now)
         place = (latitude_deg, longitude_deg, altitude_amsl_m)
         problem = reposition_problem(place, radius_m, self.state, profile)
-        mode = profile.mode_number(profile.control_mode)
-        home = self.state.home
-        if problem is not None or mode is None:
+        if problem is not None:
             return self._refuse(kind, f"Reposition refused: {problem}.", now)
-        above_home = profile.altitude_reference is AltitudeReference.HOME and home is not None
-        frame = mavlink.MAV_FRAME_GLOBAL_INT
-        if above_home and home is not None:
-            altitude_amsl_m -= home.altitude_amsl_m
-            frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
-        goal = RepositionGoal(
-            profile.control_mode or "",
-            mode,
-            profile,
-            latitude_deg=latitude_deg,
-            longitude_deg=longitude_deg,
-            altitude_m=altitude_amsl_m,
-            frame=frame,
-            # PX4 takes a yaw here; ArduPlane the direction of the circle, 0 clockwise.
-            yaw=0.0 if above_home else math.nan,
-            radius_m=radius_m or 0.0,
-        )
+        goal = reposition_goal(place, radius_m, self.state, profile)
         timing = OperationTiming(self.config.operation_timeout_s)
-        return self._begin(profile, goal, Wanted(mode=mode), timing, now)
+        return self._begin(profile, goal, Wanted(mode=goal.custom_mode), timing, now)
 
     def change_speed(self, speed_m_s: float, now: float) -> int:
         """Change the speed by command, where the profile says so; returns the operation's id.

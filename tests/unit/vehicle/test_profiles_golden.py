@@ -207,12 +207,13 @@ def test_px4s_offboard_command_comes_after_the_stream() -> None:
             vehicle.handle_timer(now)
             now += 0.05
 
-    def modes(until_s: float) -> int:
+    def modes(until_s: float) -> list[Message]:
         messages = sent("PX4 multicopter", partial(act, until_s=until_s), mode=PX4_LOITER)
-        return sum(m.get_type() == "COMMAND_LONG" and m.command == 176 for m in messages)
+        return [m for m in messages if m.get_type() == "COMMAND_LONG" and m.command == 176]
 
-    assert modes(11.15) == 0
-    assert modes(11.25) == 1
+    assert not modes(11.15)
+    (command,) = modes(11.25)
+    assert (command.param1, command.param2, command.param3) == (1, 6, 0)
 
 
 @pytest.mark.parametrize("name", VEHICLES)

@@ -233,3 +233,30 @@ def reposition_problem(
     if profile.altitude_reference is AltitudeReference.HOME and state.home is None:
         return "the altitude of home is not known yet"
     return None
+
+
+def reposition_goal(
+    place: tuple[float, float, float],
+    radius_m: float | None,
+    state: VehicleState,
+    profile: Profile,
+) -> RepositionGoal:
+    """Return the goal for a place without a `reposition_problem`; the parameters are the same."""
+    latitude_deg, longitude_deg, altitude_m = place
+    frame, yaw = mavlink.MAV_FRAME_GLOBAL_INT, math.nan
+    if profile.altitude_reference is AltitudeReference.HOME and state.home is not None:
+        altitude_m -= state.home.altitude_amsl_m
+        # PX4 takes a yaw here; ArduPlane the direction of the circle, 0 clockwise.
+        frame, yaw = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, 0.0
+    mode = profile.control_mode or ""
+    return RepositionGoal(
+        mode,
+        profile.modes[mode],
+        profile,
+        latitude_deg=latitude_deg,
+        longitude_deg=longitude_deg,
+        altitude_m=altitude_m,
+        frame=frame,
+        yaw=yaw,
+        radius_m=radius_m or 0.0,
+    )
