@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Motors, Result, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.copter import Copter
+    from mavlink_sitl.autopilot.firmware import Firmware
 
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
@@ -28,7 +28,7 @@ NOT_STARTED = (
 """Recorded one second after power-up (`copter_acks`)"""
 
 
-def prearm_failures(copter: Copter) -> list[str]:
+def prearm_failures(copter: Firmware) -> list[str]:
     """Why the vehicle would refuse to arm; empty when it would not."""
     reasons = []
     spec = copter.mode.spec
@@ -62,7 +62,7 @@ class Arming:
         checks_passed: what the latest look at the checks gave.
     """
 
-    def __init__(self, copter: Copter) -> None:
+    def __init__(self, copter: Firmware) -> None:
         """See the class."""
         self._copter = copter
         self.armed = False

@@ -17,7 +17,7 @@ from mavlink_sitl.exchange import Severity
 from mavlink_sitl.geodesy import GeoPoint, to_local
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.copter import Copter
+    from mavlink_sitl.autopilot.firmware import Firmware
 
 HEIGHT, CIRCLE, POLYGON = 1, 2, 4
 """Bits of FENCE_TYPE"""
@@ -105,7 +105,7 @@ class Fence:
         breached_at_s: simulated time of the latest time.
     """
 
-    def __init__(self, copter: Copter) -> None:
+    def __init__(self, copter: Firmware) -> None:
         """See the class."""
         self._copter = copter
         self.breached = 0
