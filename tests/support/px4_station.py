@@ -8,7 +8,7 @@ import struct
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.geodesy import GeoPoint
 from tests.support.ground_station import GroundStation, Message
 

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.options import parse
 from tests.support.ground_station import (

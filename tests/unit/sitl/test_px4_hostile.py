@@ -9,7 +9,7 @@ import random
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.mavlink.px4.commands import HANDLERS
 from tests.support.hostile_frames import frames
 from tests.support.px4_station import Px4Station, flying_px4, ready_px4

@@ -67,6 +67,8 @@ class Personality:
         standby_s: when HEARTBEAT.system_status goes from BOOT to STANDBY.
         streams: REQUEST_DATA_STREAM groups: stream id to message ids.
         shortest_interval_us: SET_MESSAGE_INTERVAL below it is denied.
+        available_modes: AVAILABLE_MODES in its order: custom mode, standard mode, properties,
+            name; of firmwares that list more than they fly here.
         plan_rules: how missions, fences and rally points are taken.
         kind: copter, rover, boat or plane.
         boot_mode: HEARTBEAT.custom_mode while starting; None for that of the first mode. Who
@@ -93,6 +95,7 @@ class Personality:
     standby_s: float
     streams: Mapping[int, tuple[int, ...]]
     shortest_interval_us: int
+    available_modes: tuple[tuple[int, int, int, str], ...] = ()
     plan_rules: PlanRules = ARDUPILOT_PLANS
     kind: str = "copter"
     boot_mode: int | None = None

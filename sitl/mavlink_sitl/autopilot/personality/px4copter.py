@@ -4,45 +4,41 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.personality.px4 import (
+    ALTCTL,
+    BY_COMPUTER,
+    BY_HAND,
+    BY_ITSELF,
+    CAPABILITIES,
+    LAND,
+    LOITER,
+    MANUAL,
+    MISSION,
+    OFFBOARD,
+    POSCTL,
+    RTL,
+    TAKEOFF,
+    custom_mode,
+)
 from mavlink_sitl.autopilot.plan_rules import PX4_PLANS
 
 _INT32 = ParameterType.INT32
 
 
-def custom_mode(main: int, sub: int = 0) -> int:
-    """HEARTBEAT.custom_mode: the main mode in the third byte, the sub mode in the fourth."""
-    return main << 16 | sub << 24
-
-
-MANUAL = custom_mode(1)
-ALTCTL = custom_mode(2)
-POSCTL = custom_mode(3)
-MISSION = custom_mode(4, 4)
-LOITER = custom_mode(4, 3)
-RTL = custom_mode(4, 5)
-OFFBOARD = custom_mode(6)
-TAKEOFF = custom_mode(4, 2)
-LAND = custom_mode(4, 6)
-
-MAIN_AUTO = 4
-
-_BY_ITSELF, _BY_HAND, _BY_COMPUTER = 0x1C, 0x50, 0x10
-"""base_mode: AUTO, GUIDED and STABILIZE; MANUAL_INPUT and STABILIZE; STABILIZE"""
-
 _MODES = (
-    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=_BY_ITSELF),
-    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=_BY_HAND),
-    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=_BY_HAND),
-    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=_BY_HAND),
-    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=_BY_ITSELF),
-    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=_BY_ITSELF),
-    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", True, True, base_flags=_BY_COMPUTER),
-    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", True, True, base_flags=_BY_ITSELF),
-    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=_BY_ITSELF),
+    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),
+    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=BY_HAND),
+    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=BY_HAND),
+    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=BY_HAND),
+    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=BY_ITSELF),
+    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=BY_ITSELF),
+    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", True, True, base_flags=BY_COMPUTER),
+    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", True, True, base_flags=BY_ITSELF),
+    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=BY_ITSELF),
 )
 """The modes that are flown here; the first one is that of power-up without a receiver."""
 
-MODE_LIST: tuple[tuple[int, int, int, str], ...] = (
+_AVAILABLE: tuple[tuple[int, int, int, str], ...] = (
     (MANUAL, 0, 1, "Manual"),
     (ALTCTL, 4, 0, ""),
     (POSCTL, 1, 0, ""),
@@ -111,16 +107,11 @@ _PARAMETERS = (
     ParameterSpec("SYS_FAILURE_EN", 0.0, _INT32),
 )
 
-_CAPABILITIES = 0x0002 | 0x0004 | 0x0008 | 0x0010 | 0x0080 | 0x0800 | 0xE000
-"""PARAM_FLOAT, MISSION_INT, COMMAND_INT, PARAM_ENCODE_BYTEWISE, SET_POSITION_TARGET_LOCAL_NED,
-FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY. The recorded firmware says 0xE8FF:
-it has MISSION_FLOAT, FTP and SET_ATTITUDE_TARGET, too, which are not modelled."""
-
 PX4COPTER = Personality(
     name="PX4 multicopter",
     mav_type=2,
     mav_autopilot=12,
-    capabilities=_CAPABILITIES,
+    capabilities=CAPABILITIES,
     flight_sw_version=17891583,
     flight_custom_version="d6f12ad1",
     modes={mode.number: mode for mode in _MODES},
@@ -134,6 +125,7 @@ PX4COPTER = Personality(
     standby_s=1.0,
     streams={},
     shortest_interval_us=1000,
+    available_modes=_AVAILABLE,
     plan_rules=PX4_PLANS,
     kind="px4copter",
     armed_text="Armed by external command",

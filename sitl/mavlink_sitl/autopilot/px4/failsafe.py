@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.failsafe import Failsafes
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Observation, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
-    from mavlink_sitl.autopilot.px4.copter import Px4Copter
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 _RC_LOSS = {1: px4.LOITER, 2: px4.RTL, 3: px4.LAND}
 """NAV_RCL_ACT; NAV_DLL_ACT has the same numbers"""
@@ -31,7 +31,7 @@ class Px4Failsafes(Failsafes):
         acting: the mode a failsafe has chosen, or None.
     """
 
-    def __init__(self, copter: Px4Copter) -> None:
+    def __init__(self, copter: Px4Vehicle) -> None:
         """All well."""
         super().__init__()
         self._copter = copter

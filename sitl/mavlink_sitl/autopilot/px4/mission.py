@@ -1,9 +1,4 @@
-"""AUTO.MISSION of PX4. Seen in the recording `px4/mission_clear`.
-
-The list, its order, jumps and conditions are `autopilot.auto`'s; how an item is flown, and
-what is said, is PX4's: item 0 counts, waypoints are reached within NAV_ACC_RAD, a mission
-that is cleared in flight ends in AUTO.LOITER.
-"""
+"""How a multicopter with PX4 flies the items of a mission: waypoints within NAV_ACC_RAD."""
 
 from __future__ import annotations
 
@@ -11,13 +6,12 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.auto_tasks import Task
-from mavlink_sitl.autopilot.personality.px4copter import LOITER
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
-from mavlink_sitl.autopilot.px4.modes import NAV_ACC_RAD_M, REACHED_M, Land, Px4Mode, Return
+from mavlink_sitl.autopilot.px4.mission_mode import Delegate, Px4Mission
+from mavlink_sitl.autopilot.px4.modes import NAV_ACC_RAD_M, REACHED_M, CopterMode, Land, Return
 from mavlink_sitl.autopilot.track import Vector
-from mavlink_sitl.exchange import Motors, Result, Severity
+from mavlink_sitl.exchange import Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.copter import Px4Copter
@@ -26,26 +20,15 @@ ORBIT_RATE_RAD_S = 0.3
 """How fast LOITER_TURNS goes round, as far as the speed allows"""
 
 
-class Mission(Px4Mode, Auto):
+class Mission(CopterMode, Px4Mission):
     """Flies the uploaded mission."""
 
-    px4: Px4Copter
-
-    def enter(self) -> None:
-        """Take the mission up where it was left, or begin it."""
-        self._announced = False
-        self.guide(self.brake_guidance())
-        Auto.enter(self)
-
-    def update(self) -> None:
-        """Go on with the item in force, or to the next."""
-        if self.px4.armed and not self._announced and self.task is not None:
-            self._announced = True
-            self.px4.say(Severity.INFO, "Executing Mission")
-            if isinstance(self.task, ClimbTo):
-                height = self.px4.navigator.home_ned_m()[2] - self.task.target[2]
-                self.px4.say(Severity.INFO, f"Climb to {height:.1f} meters above home")
-        Auto.update(self)
+    def announce(self) -> None:
+        """It begins; a take-off tells its height."""
+        super().announce()
+        if isinstance(self.task, ClimbTo):
+            height = self.px4.navigator.home_ned_m()[2] - self.task.target[2]
+            self.px4.say(Severity.INFO, f"Climb to {height:.1f} meters above home")
 
     @property
     def taking_off(self) -> bool:
@@ -55,23 +38,6 @@ class Mission(Px4Mode, Auto):
     def wants_to_lift(self) -> bool:
         """With a take-off, or any other item that is above the ground."""
         return isinstance(self.task, GoTo) and self.task.target[2] < self.here()[2] - REACHED_M
-
-    def ground_motors(self) -> Motors:
-        """As in PX4's other modes."""
-        return Px4Mode.ground_motors(self)
-
-    def _say(self, seq: int, item: PlanItem) -> None:
-        """PX4 names no items."""
-
-    def _say_reached(self, place: int, item: PlanItem) -> None:
-        """Nor that they are reached."""
-
-    def _complete(self) -> None:
-        """After the last item: stay in the mode and hover."""
-        ended = self.task is not None
-        super()._complete()
-        if ended:
-            self.px4.say(Severity.INFO, "Mission finished, loitering")
 
     def _start_point(self) -> Vector:
         return self.task.target if isinstance(self.task, GoTo) else self.here()
@@ -92,24 +58,10 @@ class Mission(Px4Mode, Auto):
         else:
             self.task = GoTo(self, item, target)
 
-    def mission_changed(self) -> None:
-        """Another list: begin it, or loiter when there is none."""
-        if self.has_mission:
-            self.start(self.px4.plans.current)
-            return
-        self.task = None
-        if self.px4.armed:
-            self.px4.say(Severity.CRITICAL, "No valid mission available, loitering")
-            self.px4.intend(LOITER)
-
     def limits_changed(self) -> None:
         """Another speed: the item goes on with it."""
         if isinstance(self.task, GoTo):
             self.task.begin()
-
-    def pause(self) -> Result:
-        """DO_PAUSE_CONTINUE 0: AUTO.LOITER."""
-        return self.px4.set_mode(LOITER)
 
 
 class Px4Task(Task):
@@ -124,7 +76,7 @@ class Px4Task(Task):
         """See the class."""
         super().__init__(mission, item)
         self.mission = mission
-        self.px4 = mission.px4
+        self.px4: Px4Copter = mission.px4
 
 
 class GoTo(Px4Task):
@@ -219,25 +171,6 @@ class Orbit(GoTo):
     def finished(self) -> bool:
         """When all turns are done."""
         return self._turned_rad >= max(self.item.params[0], 0.0) * math.tau
-
-
-class Delegate(Px4Task):
-    """What another mode does, within the mission; it ends in disarming."""
-
-    def __init__(self, mission: Mission, item: PlanItem, mode: Px4Mode) -> None:
-        """See the class."""
-        super().__init__(mission, item)
-        self._mode = mode
-        mode.enter()
-
-    @property
-    def landing(self) -> bool:
-        """When that mode lands."""
-        return self._mode.landing
-
-    def update(self) -> None:
-        """Go on."""
-        self._mode.update()
 
 
 class LandAt(GoTo):

@@ -7,11 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Vector
-from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.exchange import Guidance, Motors, Severity, YawMode
+from mavlink_sitl.autopilot.px4.mode import ZERO, HoldMode, Px4Mode, TakeoffMode
+from mavlink_sitl.exchange import Guidance, Severity, YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.personality import ModeSpec
     from mavlink_sitl.autopilot.px4.copter import Px4Copter
     from mavlink_sitl.geodesy import GeoPoint
 
@@ -19,29 +18,12 @@ REACHED_M = 0.8
 """NAV_MC_ALT_RAD: a height counts as reached"""
 STOPPED_M_S = 0.8
 """MPC_HOLD_MAX_XY: below it the vehicle holds the place where it is"""
-ZERO: Vector = (0.0, 0.0, 0.0)
 
 
-class Px4Mode(Mode):
-    """A flight mode of one vehicle.
+class CopterMode(Px4Mode):
+    """A flight mode of one multicopter."""
 
-    Args:
-        copter: the vehicle.
-        spec: number, name and rules.
-    """
-
-    def __init__(self, copter: Px4Copter, spec: ModeSpec) -> None:
-        """See the class."""
-        super().__init__(copter, spec)
-        self.px4 = copter
-
-    def wants_to_lift(self) -> bool:
-        """Whether it would leave the ground."""
-        return False
-
-    def ground_motors(self) -> Motors:
-        """Idle, until the ramp of a take-off lifts."""
-        return Motors.FLY if self.px4.arming.may_lift() else Motors.IDLE
+    px4: Px4Copter
 
     def hold_at(self, position: Vector, yaw_rad: float | None = None) -> Guidance:
         """Fly to a place and stay there."""
@@ -58,17 +40,12 @@ class Px4Mode(Mode):
             restart_z=False,
         )
 
-    def here(self) -> Vector:
-        """Where the vehicle believes to be."""
-        motion = self.px4.motion
-        return motion.north_m, motion.east_m, motion.down_m
-
     def brake_guidance(self) -> Guidance:
         """To a standstill as the loops allow."""
         return replace(self.hold_guidance(), limits=self.px4.px4_navigator.direct_limits())
 
 
-class Hold(Px4Mode):
+class Hold(CopterMode, HoldMode):
     """AUTO.LOITER: brake, stay; or go where DO_REPOSITION says."""
 
     def enter(self) -> None:
@@ -116,14 +93,8 @@ class Hold(Px4Mode):
             self.stay_at(self.here())
 
 
-class Takeoff(Px4Mode):
-    """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER.
-
-    Attributes:
-        wanted_amsl_m: what NAV_TAKEOFF asked for, or None for MIS_TAKEOFF_ALT above home.
-    """
-
-    wanted_amsl_m: float | None = None
+class Takeoff(CopterMode, TakeoffMode):
+    """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER."""
 
     def enter(self) -> None:
         """Take the height; one that is below the vehicle is not flown to."""
@@ -159,7 +130,7 @@ class Takeoff(Px4Mode):
             self.px4.hold_at(self.target)
 
 
-class Land(Px4Mode):
+class Land(CopterMode):
     """AUTO.LAND: brake, then down, slower near the ground."""
 
     @property
@@ -208,7 +179,7 @@ def descent_speed_m_s(copter: Px4Copter) -> float:
 
 
 def descending(
-    mode: Px4Mode, at: tuple[float, float] | None, speed: float, first: bool
+    mode: CopterMode, at: tuple[float, float] | None, speed: float, first: bool
 ) -> Guidance:
     """Sink at a speed, over a place or braking."""
     guidance = replace(mode.brake_guidance(), restart_xy=first, restart_z=first)
@@ -219,7 +190,7 @@ def descending(
     return replace(guidance, track_position_xy=1.0, north_m=at[0], east_m=at[1], limits=limits)
 
 
-class Return(Px4Mode):
+class Return(CopterMode):
     """AUTO.RTL: climb to RTL_RETURN_ALT, fly home, land there."""
 
     def enter(self) -> None:
@@ -302,7 +273,7 @@ NAV_ACC_RAD_M = 2.0
 """NAV_ACC_RAD"""
 
 
-class Manual(Px4Mode):
+class Manual(CopterMode):
     """MANUAL, ALTCTL and POSCTL with sticks: all three are flown as velocities."""
 
     def enter(self) -> None:

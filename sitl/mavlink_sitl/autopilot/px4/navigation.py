@@ -28,17 +28,54 @@ AUTO_GAIN_1_S = 0.5
 
 
 class Px4Navigator(Navigator):
-    """A `Navigator` with two sets of limits: OFFBOARD's and that of the AUTO modes.
-
-    The controllers shape a motion by limits of speed, acceleration and jerk. Their gains
-    follow from the ratio of the latter two, so PX4's cascade of a proportional position loop
-    around a proportional velocity loop is had by jerk = 2 * MPC_XY_P * acceleration.
-    """
+    """A `Navigator` that tells home as it is from home as the firmware has it."""
 
     def __init__(self, origin: GeoPoint, parameters: Parameters) -> None:
         """See `Navigator`."""
         super().__init__(origin, parameters)
         self._true_home: GeoPoint | None = None
+
+    def place_ned_m(self, point: GeoPoint) -> tuple[float, float, float]:
+        """A place on earth in the local frame."""
+        return to_local(self.origin, point)
+
+    def down_of_amsl(self, altitude_amsl_m: float) -> float:
+        """An altitude in the local frame."""
+        return self.origin.altitude_amsl_m - altitude_amsl_m
+
+    def set_home(self) -> None:
+        """Home is here."""
+        super().set_home()
+        self._true_home = self.home
+
+    def true_home_ned_m(self) -> tuple[float, float, float]:
+        """Home in the local frame, before any drift."""
+        return (0.0, 0.0, 0.0) if self._true_home is None else self.place_ned_m(self._true_home)
+
+    def true_home_down_m(self) -> float:
+        """Home's height in the local frame, before any drift."""
+        if self._true_home is None:
+            return 0.0
+        return self.down_of_amsl(self._true_home.altitude_amsl_m)
+
+    def set_home_at(self, point: GeoPoint) -> None:
+        """Home is there."""
+        self.home = self._true_home = point
+
+    def drift_home(self, offset_m: float) -> None:
+        """Home's altitude is off by this much for now; its place stays."""
+        if self._true_home is not None:
+            altitude = self._true_home.altitude_amsl_m + offset_m
+            self.home = self._true_home._replace(altitude_amsl_m=altitude)
+
+
+class CopterNavigator(Px4Navigator):
+    """Two sets of limits for multicopters: OFFBOARD's and that of the AUTO modes.
+
+    The controllers shape a motion by limits of speed, acceleration and jerk. Their gains
+    follow from the ratio of the latter two, so PX4's cascade of a proportional position loop
+    around a proportional velocity loop is had by jerk = 2 * MPC_XY_P * acceleration.
+    """
 
     def direct_limits(self) -> Limits:
         """OFFBOARD: the loops without a trajectory in front of them."""
@@ -70,23 +107,6 @@ class Px4Navigator(Navigator):
             jerk_z_m_s3=1.8,
         )
 
-    def place_ned_m(self, point: GeoPoint) -> tuple[float, float, float]:
-        """A place on earth in the local frame."""
-        return to_local(self.origin, point)
-
-    def down_of_amsl(self, altitude_amsl_m: float) -> float:
-        """An altitude in the local frame."""
-        return self.origin.altitude_amsl_m - altitude_amsl_m
-
-    def set_home(self) -> None:
-        """Home is here."""
-        super().set_home()
-        self._true_home = self.home
-
-    def true_home_ned_m(self) -> tuple[float, float, float]:
-        """Home in the local frame, before any drift."""
-        return (0.0, 0.0, 0.0) if self._true_home is None else self.place_ned_m(self._true_home)
-
     def line_limits(
         self, start: tuple[float, float, float], end: tuple[float, float, float]
     ) -> Limits:
@@ -101,19 +121,3 @@ class Px4Navigator(Navigator):
             speed_up_m_s=min(limits.speed_up_m_s, slope),
             speed_down_m_s=min(limits.speed_down_m_s, slope),
         )
-
-    def true_home_down_m(self) -> float:
-        """Home's height in the local frame, before any drift."""
-        if self._true_home is None:
-            return 0.0
-        return self.down_of_amsl(self._true_home.altitude_amsl_m)
-
-    def set_home_at(self, point: GeoPoint) -> None:
-        """Home is there."""
-        self.home = self._true_home = point
-
-    def drift_home(self, offset_m: float) -> None:
-        """Home's altitude is off by this much for now; its place stays."""
-        if self._true_home is not None:
-            altitude = self._true_home.altitude_amsl_m + offset_m
-            self.home = self._true_home._replace(altitude_amsl_m=altitude)

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect

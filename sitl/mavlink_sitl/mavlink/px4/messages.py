@@ -6,8 +6,8 @@ import math
 import struct
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.personality import px4copter as px4
-from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Motors
 from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink import position_messages as position
@@ -36,9 +36,9 @@ _FLAGS_GROUND, _FLAGS_FLYING, _FLAGS_NO_POSITION = 1023, 831, 0x0A7
 """ESTIMATOR_STATUS.flags on the ground, in flight, and without a position"""
 
 
-def copter_of(s: Snapshot) -> Px4Copter:
+def copter_of(s: Snapshot) -> Px4Vehicle:
     """The firmware as what it is."""
-    assert isinstance(s.copter, Px4Copter)
+    assert isinstance(s.copter, Px4Vehicle)
     return s.copter
 
 
@@ -63,15 +63,16 @@ def current_mode(s: Snapshot) -> Message:
     """CURRENT_MODE: what flies, and what is wanted."""
     copter = copter_of(s)
     number = copter.mode.spec.number
-    standard = next(mode[1] for mode in px4.MODE_LIST if mode[0] == number)
+    standard = next(mode[1] for mode in copter.personality.available_modes if mode[0] == number)
     return dialect.MAVLink_current_mode_message(standard, number, copter.intention)
 
 
-def available_mode(place: int) -> Message:
+def available_mode(vehicle: Px4Vehicle, place: int) -> Message:
     """AVAILABLE_MODES: one of them, from 1."""
-    number, standard, properties, name = px4.MODE_LIST[place - 1]
+    modes = vehicle.personality.available_modes
+    number, standard, properties, name = modes[place - 1]
     return dialect.MAVLink_available_modes_message(
-        len(px4.MODE_LIST), place, standard, number, properties, name.encode("ascii")
+        len(modes), place, standard, number, properties, name.encode("ascii")
     )
 
 

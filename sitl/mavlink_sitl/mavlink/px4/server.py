@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.personality.px4copter import MODE_LIST
-from mavlink_sitl.autopilot.px4.copter import ManualControl, Px4Copter
+from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
 from mavlink_sitl.exchange import (
     Event,
     HomeChanged,
@@ -63,7 +62,7 @@ class Px4Server(MavlinkServer):
 
     def __init__(
         self,
-        copter: Px4Copter,
+        copter: Px4Vehicle,
         encoder: Encoder,
         system_id: int,
         now_us: int,
@@ -150,12 +149,12 @@ class Px4Server(MavlinkServer):
 
     def send_modes(self, place: int) -> None:
         """AVAILABLE_MODES: one of them, or with 0 all."""
-        count = len(MODE_LIST)
+        count = len(self.px4.personality.available_modes)
         if place == 0:
             for each in range(1, count + 1):
-                self.send(messages.available_mode(each))
+                self.send(messages.available_mode(self.px4, each))
         elif 1 <= place <= count:
-            self.send(messages.available_mode(place))
+            self.send(messages.available_mode(self.px4, place))
 
     # What the firmware says.
 
