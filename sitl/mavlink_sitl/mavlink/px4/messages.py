@@ -13,7 +13,7 @@ from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink import position_messages as position
 from mavlink_sitl.mavlink import status_messages as status
 from mavlink_sitl.mavlink import telemetry
-from mavlink_sitl.mavlink.codec import Extended, Message, dialect
+from mavlink_sitl.mavlink.codec import Message, Raw, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
     boot_ms,
@@ -374,23 +374,9 @@ def timesync(s: Snapshot) -> Message:
     return dialect.MAVLink_timesync_message(0, wire_time(s))
 
 
-class ProtocolVersion(Extended):
-    """PROTOCOL_VERSION (300), which the generated classes do not have."""
-
-    _ID, _CRC_EXTRA = 300, 217
-
-    def __init__(self) -> None:
-        """Nothing varies."""
-
-    def get_type(self) -> str:
-        """The message's name."""
-        return "PROTOCOL_VERSION"
-
-    def pack(self, mav: object) -> bytes:
-        """One frame: versions 200, 100 to 203, no hashes."""
-        m = dialect.MAVLink_message(self._ID, "PROTOCOL_VERSION")
-        payload = struct.pack("<HHH8s8s", 200, 100, 203, b"", b"")
-        return bytes(m._pack(mav, self._CRC_EXTRA, payload))
+def protocol_version(_: Snapshot) -> Message:
+    """PROTOCOL_VERSION: versions 200, 100 to 203, no hashes."""
+    return Raw(300, 217, struct.pack("<HHH8s8s", 200, 100, 203, b"", b""))
 
 
 BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
@@ -422,7 +408,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     241: status.vibration,
     242: home_position,
     245: extended_sys_state,
-    300: lambda _: ProtocolVersion(),
+    300: protocol_version,
     330: telemetry.BUILDERS.get(330, lambda _: None),
     331: odometry,
     436: current_mode,
