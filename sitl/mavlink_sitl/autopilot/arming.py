@@ -109,7 +109,7 @@ class Arming:
     def run_checks(self) -> Result:
         """RUN_PREARM_CHECKS."""
         copter = self._copter
-        if self.armed:
+        if copter.soft_armed:
             return Result.TEMPORARILY_REJECTED
         for reason in prearm_failures(copter):
             copter.say(Severity.CRITICAL, f"PreArm: {reason}")

@@ -71,7 +71,11 @@ def step(
     spool = o.clip(state.spool + (2.0 * targets.fly - 1.0) * (dt / gains.spool_up_s), 0.0, 1.0)
     # Until the motors may lift, nothing winds up and nothing runs ahead of the vehicle.
     free = targets.fly * (1.0 - belief.on_ground * (spool < 1.0))
-    horizontal, lean_n, lean_e = _horizontal(state.horizontal, targets, belief, free, dt, gains, o)
+    # Who leans as told has no desired motion over ground.
+    own = free * (1.0 - targets.direct_lean)
+    horizontal, lean_n, lean_e = _horizontal(state.horizontal, targets, belief, own, dt, gains, o)
+    lean_n = lean_n * own + targets.lean_north * targets.direct_lean * free
+    lean_e = lean_e * own + targets.lean_east * targets.direct_lean * free
     vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o)
     thrust = lift * o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
     ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
@@ -83,7 +87,7 @@ def step(
     wanted = o.where(ahead, course, state.yaw_rad)
     yaw_rad, yaw_rate = _yaw(wanted, targets, belief, free, dt, gains, o)
     state = ControllerState(horizontal, vertical, yaw_rad, spool)
-    return state, Output(lean_n * free, lean_e * free, thrust, yaw_rate)
+    return state, Output(lean_n, lean_e, thrust, yaw_rate)
 
 
 def _horizontal(

@@ -7,18 +7,32 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.auto import ALLOW_ARMING, Auto
+from mavlink_sitl.autopilot.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.firmware import Firmware
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
+from mavlink_sitl.autopilot.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.modes import Brake, Land, Mode, PilotHeight, Stabilize
-from mavlink_sitl.autopilot.personality import ModeSpec
+from mavlink_sitl.autopilot.motor_test import MotorTest
+from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.plans import PlanItem
 from mavlink_sitl.autopilot.rtl import ReturnToLaunch
-from mavlink_sitl.exchange import LandedState, ModeChanged, Observation, Result, Severity
+from mavlink_sitl.autopilot.yaw_control import YawControl
+from mavlink_sitl.exchange import (
+    Guidance,
+    LandedState,
+    ModeChanged,
+    Observation,
+    Result,
+    Severity,
+    YawMode,
+)
+from mavlink_sitl.geodesy import GeoPoint
 
 BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
     "stabilize": Stabilize,
     "alt_hold": PilotHeight,
-    "auto": Auto,
+    "auto": CopterAuto,
     "guided": Guided,
     "loiter": PilotHeight,
     "rtl": ReturnToLaunch,
@@ -28,7 +42,25 @@ BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
 
 
 class Copter(Firmware):
-    """A copter from power-up to the next; arguments and attributes as of `Firmware`."""
+    """A copter from power-up to the next; arguments as of `Firmware`.
+
+    Attributes:
+        yaw: where somebody wants the nose to point.
+        motor_test: turns single motors.
+    """
+
+    def __init__(
+        self,
+        personality: Personality,
+        parameters: Parameters,
+        origin: GeoPoint,
+        observation: Observation,
+        ready_after_s: float,
+    ) -> None:
+        """See the class."""
+        self.yaw = YawControl()
+        self.motor_test = MotorTest(self)
+        super().__init__(personality, parameters, origin, observation, ready_after_s)
 
     def make_mode(self, spec: ModeSpec) -> Mode:
         """The mode that goes with an entry of the personality."""
@@ -42,6 +74,40 @@ class Copter(Firmware):
         if self.battery_known:
             self.failsafe.update(self, observation)
         self.fence.update()
+
+    @property
+    def soft_armed(self) -> bool:
+        """Armed, or in a motor test."""
+        return self.armed or self.motor_test.running
+
+    def update(self, observation: Observation) -> None:
+        """Take notice of the world and act; called at a fixed rate."""
+        self.yaw.update(observation.motion, observation.time_s)
+        revision = self.revision
+        super().update(observation)
+        self.motor_test.update()
+        if self.yaw.heading_rad is not None and self.revision == revision:
+            self.guide_on()
+
+    def guide(self, guidance: Guidance) -> None:
+        """Called by modes; the heading is another one if somebody asked for it."""
+        if self.yaw.heading_rad is not None:
+            guidance = replace(guidance, yaw_mode=YawMode.ANGLE, yaw_rad=self.yaw.heading_rad)
+        super().guide(guidance)
+
+    def guide_on(self) -> None:
+        """Go on with the guidance in force, with the heading of now."""
+        north, east, down = self.moving_target()
+        self.guide(
+            replace(
+                self._wanted,
+                north_m=north,
+                east_m=east,
+                down_m=down,
+                restart_xy=False,
+                restart_z=False,
+            )
+        )
 
     @property
     def landed_state(self) -> LandedState:
@@ -103,6 +169,7 @@ class Copter(Firmware):
             previous.leave()
         self.mode = mode
         self.navigator.forget_speeds()
+        self.yaw.forget()
         mode.enter()
         self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
         self._settle()
@@ -177,7 +244,14 @@ class Copter(Firmware):
     def setpoint(self, setpoint: Setpoint) -> None:
         """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
         if isinstance(self.mode, Guided) and not self.fence.blocks(setpoint):
+            self.yaw.forget()
             self.mode.setpoint(setpoint)
+
+    def attitude(self, target: AttitudeTarget) -> None:
+        """SET_ATTITUDE_TARGET: the same."""
+        if isinstance(self.mode, Guided):
+            self.yaw.forget()
+            self.mode.attitude(target)
 
     def go_to(self, setpoint: Setpoint) -> None:
         """DO_REPOSITION, once in GUIDED."""
@@ -192,15 +266,6 @@ class Copter(Firmware):
         if isinstance(self.mode, Auto):
             self.mode.limits_changed()
             return Result.ACCEPTED
-        north, east, down = self.moving_target()
-        changed = replace(
-            self._wanted,
-            north_m=north,
-            east_m=east,
-            down_m=down,
-            restart_xy=False,
-            restart_z=False,
-            limits=self.navigator.limits(),
-        )
-        self.guide(changed)
+        self._wanted = replace(self._wanted, limits=self.navigator.limits())
+        self.guide_on()
         return Result.ACCEPTED

@@ -41,6 +41,8 @@ from mavlink_sitl.geodesy import GeoPoint
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.modes import Mode
 
+OWN_OUTPUTS, OUTPUTS = 4, 16
+
 
 class Firmware(ABC):
     """A firmware from power-up to the next; what kind of vehicle it flies is the subclasses'.
@@ -91,6 +93,8 @@ class Firmware(ABC):
         """Breaks something; set by whoever runs the vehicle"""
         self.damage: str | None = None
         """Why it will not fly again before it is mended"""
+        self.servos_us: dict[int, int] = {}
+        """What DO_SET_SERVO has put on outputs, by their number"""
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
@@ -154,6 +158,11 @@ class Firmware(ABC):
     def armed(self) -> bool:
         """Whether the motors are armed."""
         return self.arming.armed
+
+    @property
+    def soft_armed(self) -> bool:
+        """What HEARTBEAT says of it."""
+        return self.armed
 
     @property
     def landed(self) -> bool:
@@ -256,9 +265,12 @@ class Firmware(ABC):
         """Words for people."""
         self.events.append(StatusText(severity, text))
 
-    def set_home(self) -> None:
-        """Home is here."""
-        self.navigator.set_home()
+    def set_home(self, point: GeoPoint | None = None) -> None:
+        """Home is there, or here."""
+        if point is None:
+            self.navigator.set_home()
+        else:
+            self.navigator.home = point
         self.events.append(HomeChanged())
 
     # What people want of it.
@@ -275,6 +287,13 @@ class Firmware(ABC):
         self._landing.update(self.observation, self.armed)
         self._settle()
         return result
+
+    def set_servo(self, output: int, pulse_us: float) -> Result:
+        """DO_SET_SERVO: the outputs above those of the vehicle's own motors and servos."""
+        if not OWN_OUTPUTS < output <= OUTPUTS or not 0.0 <= pulse_us <= 65535.0:
+            return Result.FAILED
+        self.servos_us[output] = round(pulse_us)
+        return Result.ACCEPTED
 
     def reboot(self) -> Result:
         """PREFLIGHT_REBOOT_SHUTDOWN: not while armed."""

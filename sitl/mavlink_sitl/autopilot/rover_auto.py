@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.auto import MOVING, Auto
+from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.auto_tasks import Delay, Task
+from mavlink_sitl.autopilot.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.route import Route
 from mavlink_sitl.autopilot.rover_modes import DriveMode

@@ -10,9 +10,9 @@ when home is set. Commands are answered for any component of the own system, fro
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.exchange import (
     HomeChanged,
     ItemReached,
@@ -29,6 +29,8 @@ from mavlink_sitl.mavlink.snapshot import Snapshot
 from mavlink_sitl.mavlink.status_messages import heartbeat
 from mavlink_sitl.mavlink.statustext import StatusTexts
 from mavlink_sitl.mavlink.streams import StreamSchedule
+
+T = TypeVar("T")
 
 HEARTBEAT_US = 1_000_000
 TIMESYNC_US = 10_000_000
@@ -93,6 +95,7 @@ class MavlinkServer:
             "SET_MODE": self._on_set_mode,
             "SET_POSITION_TARGET_LOCAL_NED": self._on_local_setpoint,
             "SET_POSITION_TARGET_GLOBAL_INT": self._on_global_setpoint,
+            "SET_ATTITUDE_TARGET": self._on_attitude,
             "REQUEST_DATA_STREAM": self._on_request_data_stream,
             "RC_CHANNELS_OVERRIDE": self._on_rc_override,
             "PARAM_REQUEST_LIST": self._on_param_list,
@@ -238,12 +241,17 @@ class MavlinkServer:
             self.copter.set_mode(message.custom_mode)
 
     def _on_local_setpoint(self, message: Message) -> None:
-        self._take_setpoint(lambda: setpoints.from_local_ned(message))
+        self._take_setpoint(lambda: setpoints.from_local_ned(message), self.copter.setpoint)
 
     def _on_global_setpoint(self, message: Message) -> None:
-        self._take_setpoint(lambda: setpoints.from_global_int(message, self.copter))
+        self._take_setpoint(
+            lambda: setpoints.from_global_int(message, self.copter), self.copter.setpoint
+        )
 
-    def _take_setpoint(self, decode: Callable[[], Setpoint | None]) -> None:
+    def _on_attitude(self, message: Message) -> None:
+        self._take_setpoint(lambda: setpoints.from_attitude_target(message), self.copter.attitude)
+
+    def _take_setpoint(self, decode: Callable[[], T | None], take: Callable[[T], None]) -> None:
         try:
             setpoint = decode()
         except setpoints.UnusableError as error:
@@ -253,7 +261,7 @@ class MavlinkServer:
                 self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
             return
         if setpoint is not None:
-            self.copter.setpoint(setpoint)
+            take(setpoint)
 
     def _on_request_data_stream(self, message: Message) -> None:
         rate_hz = message.req_message_rate

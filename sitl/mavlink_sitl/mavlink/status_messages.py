@@ -30,7 +30,7 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     base_mode |= mode.base_flags if copter.started else personality.boot_flags
     if mode.position_controlled or was_position_controlled:
         base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED
-    if copter.armed:
+    if copter.soft_armed:
         base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
     number = mode.number
     if not copter.started and personality.boot_mode is not None:
@@ -157,9 +157,11 @@ def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: four motors, 1000 at rest; hover is near 1590 as recorded."""
     # Thrust goes with the square of the motor command above idle; hover pins the scale.
     raw = to_u16(1000.0 + 590.0 * math.sqrt(max(s.thrust_over_hover, 0.0)))
-    motors = [min(raw, 2000)] * 4
+    copter = s.copter
+    motors = copter.motor_test.outputs_us() if copter.motor_test.running else [min(raw, 2000)] * 4
+    others = [copter.servos_us.get(output, 0) for output in range(5, 17)]
     return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *motors, 0, 0, 0, 0
+        s.time_boot_us & 0xFFFFFFFF, 0, *motors, *others
     )
 
 

@@ -5,6 +5,10 @@ from __future__ import annotations
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
 from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS, SIM_WIND
+from mavlink_sitl.autopilot.plan_rules import ARDUCOPTER_PLANS
+
+SET_ATTITUDE_TARGET = 0x0040
+"""A capability that other kinds of vehicle do not have here"""
 
 _INT8 = ParameterType.INT8
 _INT32 = ParameterType.INT32
@@ -105,7 +109,7 @@ ARDUCOPTER = Personality(
     name="ArduCopter",
     mav_type=2,
     mav_autopilot=3,
-    capabilities=0xFBEF & ~NOT_MODELLED,
+    capabilities=0xFBEF & ~NOT_MODELLED | SET_ATTITUDE_TARGET,
     flight_sw_version=0x04070000,
     flight_custom_version="cef8bcef",
     modes={mode.number: mode for mode in _MODES},
@@ -128,4 +132,5 @@ ARDUCOPTER = Personality(
         12: _EXTRA3,
     },
     shortest_interval_us=3125,
+    plan_rules=ARDUCOPTER_PLANS,
 )

@@ -8,6 +8,7 @@ from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
 from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS, SIM_WIND
+from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
 
 _INT8 = ParameterType.INT8
 _INT32 = ParameterType.INT32
@@ -105,6 +106,7 @@ ARDUPLANE = replace(
     capabilities=0xF36F & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
+    plan_rules=ARDUPILOT_PLANS,
     boot=_BOOT,
     ready_s=20.51,
     gps_fix_s=9.1,

@@ -8,6 +8,7 @@ from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
 from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS
+from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
 
 _INT8 = ParameterType.INT8
 _INT32 = ParameterType.INT32
@@ -96,6 +97,7 @@ ARDUROVER = replace(
     capabilities=0xF1EF & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
+    plan_rules=ARDUPILOT_PLANS,
     boot=_BOOT,
     ready_s=42.10,
     gps_fix_s=9.75,
