@@ -36,8 +36,11 @@ class Auto(Mode):
     """Carries out the uploaded mission; how an item is flown is the subclasses'.
 
     Attributes:
+        moving: the items that move this kind of vehicle.
         task: what it is busy with; None without a mission, or after its end.
     """
+
+    moving = MOVING
 
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
         """See the class."""
@@ -62,7 +65,7 @@ class Auto(Mode):
         """Whether the first item that moves, from the one in force on, leaves the ground."""
         plans = self.copter.plans
         start = max(plans.current, self._first)
-        moving = (i.command for i in plans.mission.items[start:] if i.command in MOVING)
+        moving = (i.command for i in plans.mission.items[start:] if i.command in self.moving)
         return next(moving, None) == Cmd.TAKEOFF
 
     # The mode.
@@ -127,7 +130,7 @@ class Auto(Mode):
         self._waiting = []
         self._doing_since_s = None
         for seq, item in self._walk(place, plans.jumps):
-            if item.command not in MOVING:
+            if item.command not in self.moving:
                 self._waiting.append((seq, item))
                 continue
             self._do_waiting(conditions=False)
@@ -151,7 +154,7 @@ class Auto(Mode):
                 place = self._jump(place, item, jumps)
                 continue
             found.append((place, item))
-            if item.command in MOVING:
+            if item.command in self.moving:
                 return found
             place += 1
         return found
@@ -212,8 +215,7 @@ class Auto(Mode):
         if command == Cmd.CONDITION_DISTANCE:
             return self.distance_left_m() <= value
         if command == Cmd.CHANGE_SPEED:
-            copter.navigator.change_speed(int(value), item.params[1])
-            self.limits_changed()
+            self._change_speed(int(value), item.params[1])
         elif command == Cmd.SET_HOME:
             copter.set_home(None if value == 1.0 else self._point_of(item))
         elif command == Cmd.SET_SERVO:
@@ -221,6 +223,10 @@ class Auto(Mode):
         elif command == Cmd.FENCE_ENABLE and value in (0.0, 1.0):
             copter.fence.enable(value == 1.0)
         return True
+
+    def _change_speed(self, kind: int, speed_m_s: float) -> None:
+        self.copter.navigator.change_speed(kind, speed_m_s)
+        self.limits_changed()
 
     def _begin(self, item: PlanItem) -> None:
         """Begin an item that moves: give `task` a value."""
@@ -249,12 +255,16 @@ class Auto(Mode):
         north, east, _ = to_local(navigator.origin, point)
         if not item.x and not item.y:
             north, east = instead[:2]
-        down = navigator.home_ned_m()[2] - item.z
-        if item.frame in AMSL_FRAMES:
-            down = navigator.origin.altitude_amsl_m - item.z
         if item.z == 0.0 and item.command != Cmd.TAKEOFF:
-            down = instead[2]
-        return north, east, down
+            return north, east, instead[2]
+        return north, east, self._down_m(item)
+
+    def _down_m(self, item: PlanItem) -> float:
+        """The height in an item, NED."""
+        navigator = self.copter.navigator
+        if item.frame in AMSL_FRAMES:
+            return navigator.origin.altitude_amsl_m - item.z
+        return navigator.home_ned_m()[2] - item.z
 
     # What people want of it.
 
@@ -267,7 +277,7 @@ class Auto(Mode):
             item = plans.mission.items[plans.current]
             self._say(plans.current, item)
             text = "Auto mission changed, restarted command"
-            if item != self.task.item and item.command in MOVING:
+            if item != self.task.item and item.command in self.moving:
                 self.task = None
                 self._begin(item)
             else:
