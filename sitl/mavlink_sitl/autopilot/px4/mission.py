@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.auto_tasks import Task
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Delegate, Px4Mission
-from mavlink_sitl.autopilot.px4.modes import NAV_ACC_RAD_M, REACHED_M, CopterMode, Land, Return
+from mavlink_sitl.autopilot.px4.modes import REACHED_M, CopterMode, Land, Return
 from mavlink_sitl.autopilot.track import Vector
 from mavlink_sitl.exchange import Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.copter import Px4Copter
 
+LEAST_RADIUS_M = 0.05
+"""An acceptance radius below it counts as not given"""
 ORBIT_RATE_RAD_S = 0.3
 """How fast LOITER_TURNS goes round, as far as the speed allows"""
 
@@ -102,15 +104,21 @@ class GoTo(Px4Task):
         """Tell the controllers."""
         motion, target = self.px4.motion, self.target
         yaw = None
-        if math.dist(motion[:2], target[:2]) > NAV_ACC_RAD_M:
+        if math.dist(motion[:2], target[:2]) > self._acceptance_m():
             yaw = math.atan2(target[1] - motion.east_m, target[0] - motion.north_m)
         limits = self.px4.px4_navigator.line_limits(motion[:3], target)
         self.mission.guide(replace(self.mission.hold_at(target, yaw), limits=limits))
 
+    def _acceptance_m(self) -> float:
+        """Of the item, or NAV_ACC_RAD."""
+        own_m = self.item.params[1] if self.item.command == Cmd.WAYPOINT else 0.0
+        given = math.isfinite(own_m) and own_m > LEAST_RADIUS_M
+        return own_m if given else self.px4.parameters["NAV_ACC_RAD"]
+
     def _near(self) -> bool:
         motion = self.px4.motion
         level_m = math.dist(motion[:2], self.target[:2])
-        return level_m < NAV_ACC_RAD_M and abs(motion.down_m - self.target[2]) < REACHED_M
+        return level_m < self._acceptance_m() and abs(motion.down_m - self.target[2]) < REACHED_M
 
     def finished(self) -> bool:
         """There, for long enough."""
@@ -187,7 +195,7 @@ class LandAt(GoTo):
         """Sink, once there."""
         if self._sink is not None:
             self._sink.update()
-        elif math.dist(self.px4.motion[:2], self.target[:2]) < NAV_ACC_RAD_M:
+        elif math.dist(self.px4.motion[:2], self.target[:2]) < self._acceptance_m():
             self._sink = Land(self.px4, self.mission.spec)
             self._sink.enter()
 

@@ -17,6 +17,11 @@ from mavlink_sitl.exchange import Result, Severity
 class Px4Mission(Px4Mode, Auto):
     """Carries out the uploaded mission."""
 
+    @property
+    def has_mission(self) -> bool:
+        """Whether there is a mission, and a feasible one."""
+        return super().has_mission and self.px4.feasibility.holds()
+
     def enter(self) -> None:
         """Take the mission up where it was left, or begin it."""
         self._announced = False

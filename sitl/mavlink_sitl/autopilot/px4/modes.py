@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Vector
 from mavlink_sitl.autopilot.px4.mode import ZERO, HoldMode, Px4Mode, TakeoffMode
+from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
 from mavlink_sitl.exchange import Guidance, Severity, YawMode
 
 if TYPE_CHECKING:
@@ -163,13 +164,15 @@ CRAWL_SHARE, LAND_SHARE = 1.4, 1.15
 """Three recorded landings sink faster near the ground than the parameters say"""
 
 
-def descent_speed_m_s(copter: Px4Copter) -> float:
+def descent_speed_m_s(copter: Px4Copter, ground_down_m: float | None = None) -> float:
     """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED at _ALT2, MPC_LAND_CRWL below _ALT3."""
     p = copter.parameters
     heights = (p["MPC_LAND_ALT3"], p["MPC_LAND_ALT2"], p["MPC_LAND_ALT1"])
     slow, crawl = LAND_SHARE * p["MPC_LAND_SPEED"], CRAWL_SHARE * p["MPC_LAND_CRWL"]
     speeds = (crawl, slow, p["MPC_Z_V_AUTO_DN"])
     height = copter.height_above_ground_m()
+    if ground_down_m is not None:
+        height = ground_down_m - copter.motion.down_m
     speed = speeds[0]
     for below, above, low, high in zip(heights, heights[1:], speeds, speeds[1:], strict=False):
         if height > below:
@@ -191,31 +194,25 @@ def descending(
 
 
 class Return(CopterMode):
-    """AUTO.RTL: climb to RTL_RETURN_ALT, fly home, land there."""
+    """AUTO.RTL: climb, fly to home or to what RTL_TYPE chooses instead, land there."""
 
     def enter(self) -> None:
         """Brake and climb."""
         copter = self.px4
-        navigator, p = copter.px4_navigator, copter.parameters
-        self._home = navigator.true_home_ned_m()
+        self._goal = destination_ned_m(copter)
+        self._down_m = return_down_m(copter, self._goal)
         motion = copter.motion
-        away = math.hypot(motion.north_m - self._home[0], motion.east_m - self._home[1])
-        height = p["RTL_RETURN_ALT"]
-        cone = math.tan(math.radians(min(max(p["RTL_CONE_ANG"], 0.0), 89.0)))
-        if p["RTL_CONE_ANG"] < 90.0 and away < p["RTL_MIN_DIST"]:
-            height = min(height, max(2.0 * p["RTL_MIN_DIST"] * cone, p["RTL_DESCEND_ALT"]))
-        self._down_m = min(self._home[2] - height, motion.down_m)
         self._stage = "climb"
         self._speed = -1.0
         amsl = copter.navigator.origin.altitude_amsl_m - self._down_m
-        above = self._home[2] - self._down_m
+        above = self._goal[2] - self._down_m
         if copter.in_flight:
             copter.say(
                 Severity.INFO,
                 f"RTL: start return at {amsl:.0f} m ({above:.0f} m above destination)",
             )
         self._from = (motion.north_m, motion.east_m)
-        self._limits = replace(navigator.limits(), speed_up_m_s=CLIMB_M_S)
+        self._limits = replace(copter.navigator.limits(), speed_up_m_s=CLIMB_M_S)
         braking = replace(self._limits, acceleration_xy_m_s2=BRAKE_M_S2, jerk_xy_m_s3=4.0)
         self.guide(
             replace(
@@ -238,27 +235,58 @@ class Return(CopterMode):
         if not self.px4.armed or self.px4.landed:
             return
         motion = self.px4.motion
-        north, east, _ = self._home
-        speed_m_s = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
-        if self._stage == "climb" and not self._braked and speed_m_s < STOPPED_M_S:
-            self._braked = True
-            limits = replace(self._limits, speed_xy_m_s=BACK_M_S)
-            back = replace(self.hold_at((*self._from, self._down_m)), limits=limits)
-            self.guide(back)
-        if self._stage == "climb" and abs(motion.down_m - self._down_m) < CLIMBED_M:
-            self._stage = "return"
-            self.guide(replace(self.hold_at((north, east, self._down_m))))
+        north, east, _ = self._goal
+        if self._stage == "climb":
+            self._climb()
         elif self._stage == "return":
-            if math.hypot(motion.north_m - north, motion.east_m - east) < NAV_ACC_RAD_M:
-                self._stage = "land"
-                self._sink_from_s = self.px4.now_s + self.px4.parameters["RTL_LAND_DELAY"]
-                self.px4.say(Severity.INFO, "RTL: land at destination")
-        elif self._stage == "land" and self.px4.now_s >= self._sink_from_s:
-            speed = descent_speed_m_s(self.px4)
+            away_m = math.hypot(motion.north_m - north, motion.east_m - east)
+            if away_m < self.px4.parameters["NAV_ACC_RAD"]:
+                self._arrive()
+        elif self._stage == "wait":
+            self._wait()
+        elif self._stage == "land":
+            speed = descent_speed_m_s(self.px4, self._goal[2])
             if abs(speed - self._speed) >= 0.02:
                 first, self._speed = self._speed < 0.0, speed
                 guidance = descending(self, (north, east), speed, False)
                 self.guide(replace(guidance, restart_z=first))
+
+    def _climb(self) -> None:
+        motion = self.px4.motion
+        speed_m_s = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        if not self._braked and speed_m_s < STOPPED_M_S:
+            self._braked = True
+            limits = replace(self._limits, speed_xy_m_s=BACK_M_S)
+            self.guide(replace(self.hold_at((*self._from, self._down_m)), limits=limits))
+        if abs(motion.down_m - self._down_m) < CLIMBED_M:
+            self._stage = "return"
+            self.guide(self.hold_at((*self._goal[:2], self._down_m)))
+
+    def _arrive(self) -> None:
+        """Land, at once or after RTL_LAND_DELAY at RTL_DESCEND_ALT; never if that is negative."""
+        p = self.px4.parameters
+        self._wait_s = p["RTL_LAND_DELAY"]
+        self._wait_from_s: float | None = None
+        if abs(self._wait_s) < 0.01:
+            self._land()
+            return
+        self._stage = "wait"
+        self._down_m = max(self._goal[2] - p["RTL_DESCEND_ALT"], self._down_m)
+        self.guide(self.hold_at((*self._goal[:2], self._down_m)))
+
+    def _wait(self) -> None:
+        now_s = self.px4.now_s
+        if self._wait_from_s is None:
+            if abs(self.px4.motion.down_m - self._down_m) < REACHED_M:
+                self._wait_from_s = now_s
+                what = f"loiter {self._wait_s:.1f}s" if self._wait_s > 0.0 else "completed, loiter"
+                self.px4.say(Severity.INFO, f"RTL: {what}")
+        elif self._wait_s > 0.0 and now_s - self._wait_from_s >= self._wait_s:
+            self._land()
+
+    def _land(self) -> None:
+        self._stage = "land"
+        self.px4.say(Severity.INFO, "RTL: land at destination")
 
 
 BRAKE_M_S2 = 2.7
@@ -269,8 +297,6 @@ CLIMBED_M = 0.3
 """How near to the height of the return before it begins, in the recording"""
 CLIMB_M_S = 1.65
 """The recorded climb of RTL, from 10 m to 30 m in 11 s"""
-NAV_ACC_RAD_M = 2.0
-"""NAV_ACC_RAD"""
 
 
 class Manual(CopterMode):

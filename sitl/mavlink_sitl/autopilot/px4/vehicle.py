@@ -21,6 +21,8 @@ from mavlink_sitl.autopilot.personality import ModeSpec, Personality, px4
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
 from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes
+from mavlink_sitl.autopilot.px4.feasibility import Feasibility
+from mavlink_sitl.autopilot.px4.geofence import Px4Geofence
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.exchange import (
@@ -98,10 +100,12 @@ class Px4Vehicle(Copter):
         self.in_flight = False
         self.took_off_at_s = -math.inf
         self.battery = Px4Battery(parameters)
+        self.feasibility = Feasibility(self)
         self._restored = px4.LOITER
         super().__init__(personality, parameters, origin, observation, ready_after_s)
         self.arming: Px4Arming = Px4Arming(self)
         self.failsafe: Px4Failsafes = Px4Failsafes(self)
+        self.fence: Px4Geofence = Px4Geofence(self)
 
     def make_navigator(self, origin: GeoPoint) -> Px4Navigator:
         """See `Copter`."""
@@ -176,6 +180,7 @@ class Px4Vehicle(Copter):
         return (
             self.damage is None
             and self.estimator.position_ok
+            and not self.fence.breached
             and self.can_run(self.mode.spec.number)
         )
 
@@ -187,6 +192,7 @@ class Px4Vehicle(Copter):
             self.started = True
         self.battery.update(observation.time_s, self.armed)
         super().update(observation)
+        self.feasibility.holds()
         self._detect_flight()
         self._drift_home()
 
