@@ -9,11 +9,13 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.config import DEFAULT_HOME
 from mavlink_sitl.geodesy import GeoPoint
 from tests.support.ground_station import GroundStation, Message
 
 HOME = GeoPoint(47.397743, 8.545594, 488.0)
 NAN = math.nan
+FAST_STREAMS = (24, 30, 31, 32, 33, 36, 74, 83, 85, 87, 105, 111, 132, 141, 331)
 
 
 class Px4Station(GroundStation):
@@ -61,6 +63,12 @@ class Px4Station(GroundStation):
         assert abs(self.position[2] + height_m) < 0.6
         return self
 
+    def without_streams(self) -> Px4Station:
+        """Stop what comes often: a test that needs only texts and states runs faster."""
+        for message_id in FAST_STREAMS:
+            assert self.command(511, message_id, -1) == 0
+        return self
+
     def parameter(self, name: str) -> float | int:
         answers = self.send(mav.MAVLink_param_request_read_message(1, 1, name.encode(), -1))
         (value,) = (m for m in answers if m.get_type() == "PARAM_VALUE")
@@ -106,3 +114,16 @@ def ready_px4(
 def flying_px4(height_m: float = 10.0, parameters: dict[str, float] | None = None) -> Px4Station:
     """A PX4 that follows setpoints in the air above home."""
     return ready_px4(parameters=parameters).take_off(height_m)
+
+
+def near_home(items: list[Message]) -> list[Message]:
+    """Items of `tests.support.missions`, which are near another home, at the same offsets here."""
+    wider = math.cos(math.radians(DEFAULT_HOME.latitude_deg)) / math.cos(
+        math.radians(HOME.latitude_deg)
+    )
+    for item in items:
+        if item.x or item.y:
+            item.x += round(HOME.latitude_deg * 1e7) - round(DEFAULT_HOME.latitude_deg * 1e7)
+            east = item.y - round(DEFAULT_HOME.longitude_deg * 1e7)
+            item.y = round(HOME.longitude_deg * 1e7) + round(east * wider)
+    return items

@@ -551,6 +551,8 @@ def test_the_battery_drains_to_half_while_armed_and_refills_in_3_s() -> None:
 def test_a_critical_battery_returns_when_told_to() -> None:
     air = flying_px4(parameters={"COM_LOW_BAT_ACT": 3})
     air.vehicle.set_battery_voltage(14.5)
+    air.stream_to(4.5, 0.0, 0.0, -10.0)
+    assert air.custom_mode == px4.LOITER  # COM_FAIL_ACT_T to take over
     air.stream_to(1.0, 0.0, 0.0, -10.0)
     assert air.custom_mode == px4.RTL
     assert air.vehicle.copter.system_status == 5
@@ -593,6 +595,8 @@ def test_posctl_flies_by_manual_control_and_is_lost_without(air: Px4Station) -> 
     air.stream(3.0, 10.0, lambda: stick(500))
     assert air.velocity[0] == pytest.approx(5.0, abs=0.5)
     air.run(1.5)
+    assert air.custom_mode == px4.LOITER  # COM_FAIL_ACT_T to take over
+    air.run(5.0)
     assert air.custom_mode == px4.RTL
 
 
