@@ -15,7 +15,7 @@ from mavlink_sitl.autopilot.modes import Brake, Land, Mode, PilotHeight, Stabili
 from mavlink_sitl.autopilot.motor_test import MotorTest
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
-from mavlink_sitl.autopilot.plans import PlanItem
+from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.yaw_control import YawControl
 from mavlink_sitl.exchange import (
@@ -189,6 +189,19 @@ class Copter(Firmware):
             return Result.FAILED
         auto.may_take_off = True
         return Result.ACCEPTED
+
+    def start_landing_sequence(self) -> Result:
+        """DO_LAND_START: AUTO, from the mission's item of that name on."""
+        items = self.plans.mission.items
+        place = next((i for i, item in enumerate(items) if item.command == Cmd.LAND_START), None)
+        text = "Mode change to AUTO RTL failed"
+        if place is None or self.auto is None:
+            self.say(Severity.WARNING, f"{text}: No landing sequence found")
+            return Result.FAILED
+        if not self.enter_mode(self.auto.spec.number):
+            self.say(Severity.WARNING, text)
+            return Result.FAILED
+        return self.set_current_item(place)
 
     def set_current_item(self, seq: int) -> Result:
         """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT."""

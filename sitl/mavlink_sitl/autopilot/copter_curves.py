@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,11 @@ MOVING_M_S = 0.5
 """Slower, a curve leaves towards its end, whatever the direction"""
 BEND_SHARE = 0.7
 """Of the acceleration, for the bends of a curve: the rest is for keeping on it"""
+BRAKE_SHARE = 0.6
+"""Of that, for slowing down in time"""
 CREEP_M_S = 0.1
+POINTS = 60
+"""A curve is flown as so many straight pieces"""
 
 
 class Circle(CopterTask):
@@ -134,50 +139,47 @@ class Spline(CopterTask):
         """See the class."""
         super().__init__(auto, item)
         self.target = target
-        self._start = start
         self._stay_s = max(item.params[0], 0.0)
         self._moves_on = following is not None and self._stay_s == 0.0
         chord = _minus(target, start)
-        reach_m = math.hypot(*chord)
         velocity = self.copter.motion[3:6]
         self._speed_m_s = math.hypot(*velocity)
         leaving = velocity if self._speed_m_s > MOVING_M_S else chord
         arriving = chord
         if following is not None and self._moves_on:
             arriving = _minus(following, start)
-        self._leaving = _of_length(leaving, reach_m)
-        self._arriving = _of_length(arriving, reach_m)
-        self._along = 0.0
+        self._points = _hermite(start, target, leaving, arriving)
+        self._speeds = self._speed_profile()
+        self._at = 0.0
+        self._velocity: Vector = (velocity[0], velocity[1], velocity[2])
         self._began = False
         self._last_s = self.copter.now_s
         self._arrived_s: float | None = None
 
-    def _at(self, u: float) -> tuple[Vector, Vector]:
-        """Position and its derivative by u, which goes from 0 to 1."""
-        a, b = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u)
-        h, k = u * (1.0 - u) ** 2, u * u * (u - 1.0)
-        dh, dk = (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
-        place, slope = [], []
-        for axis in range(3):
-            start, chord = self._start[axis], self.target[axis] - self._start[axis]
-            m0, m1 = self._leaving[axis], self._arriving[axis]
-            place.append(start + chord * a + m0 * h + m1 * k)
-            slope.append(chord * b + m0 * dh + m1 * dk)
-        return (place[0], place[1], place[2]), (slope[0], slope[1], slope[2])
-
-    def _speed(self, dt: float, slope: Vector, bend_1_m: float) -> float:
-        """As fast as limits, the bend and the place to stop at allow."""
+    def _speed_profile(self) -> list[float]:
+        """How fast it may be at each point, so that it can still slow down for what comes."""
         limits = self.copter.navigator.limits()
-        most = limits.speed_xy_m_s
-        steepness = abs(slope[2]) / max(math.hypot(*slope), 1e-6)
-        climb = limits.speed_down_m_s if slope[2] > 0.0 else limits.speed_up_m_s
-        most = min(most, climb / max(steepness, 1e-6))
         acceleration = BEND_SHARE * limits.acceleration_xy_m_s2
-        most = min(most, math.sqrt(acceleration / max(bend_1_m, 1e-6)))
+        points, speeds = self._points, []
+        for i in range(POINTS + 1):
+            before, here, after = points[max(i - 1, 0)], points[i], points[min(i + 1, POINTS)]
+            way = _minus(after, before)
+            length = max(math.hypot(*way), 1e-6)
+            climb = limits.speed_down_m_s if way[2] > 0.0 else limits.speed_up_m_s
+            most = min(limits.speed_xy_m_s, climb * length / max(abs(way[2]), 1e-6))
+            if 0 < i < POINTS:
+                turn = math.dist(
+                    _of_length(_minus(here, before), 1.0), _of_length(_minus(after, here), 1.0)
+                )
+                most = min(most, math.sqrt(acceleration * 0.5 * length / max(turn, 1e-6)))
+            speeds.append(most)
         if not self._moves_on:
-            left_m = math.dist(self._at(self._along)[0], self.target)
-            most = min(most, math.sqrt(2.0 * acceleration * left_m) + CREEP_M_S)
-        return min(self._speed_m_s + acceleration * dt, most)
+            speeds[-1] = 0.0
+        for i in reversed(range(POINTS)):
+            step = math.dist(points[i], points[i + 1])
+            in_time = math.sqrt(speeds[i + 1] ** 2 + 2.0 * BRAKE_SHARE * acceleration * step)
+            speeds[i] = min(speeds[i], in_time)
+        return speeds
 
     def update(self) -> None:
         """Move the reference on along the curve."""
@@ -185,21 +187,34 @@ class Spline(CopterTask):
         dt, self._last_s = copter.now_s - self._last_s, copter.now_s
         if not copter.armed or copter.landed:
             return
-        _, slope = self._at(self._along)
-        ahead = self._at(min(self._along + 0.02, 1.0))[1]
-        length = max(math.hypot(*slope), 1e-3)
-        turn = math.dist(_of_length(slope, 1.0), _of_length(ahead, 1.0))
-        self._speed_m_s = self._speed(dt, slope, turn / (0.02 * length))
-        self._along = min(self._along + self._speed_m_s * dt / length, 1.0)
-        place, slope = self._at(self._along)
-        moving = self._moves_on or self._along < 1.0
-        velocity = _of_length(slope, self._speed_m_s) if moving else (0.0, 0.0, 0.0)
+        limit = BEND_SHARE * copter.navigator.limits().acceleration_xy_m_s2
+        index = min(int(self._at), POINTS - 1)
+        part = self._at - index
+        most = self._speeds[index] * (1.0 - part) + self._speeds[index + 1] * part
+        self._speed_m_s = min(self._speed_m_s + limit * dt, max(most, CREEP_M_S))
+        step = max(math.dist(self._points[index], self._points[index + 1]), 1e-3)
+        self._at = min(self._at + self._speed_m_s * dt / step, float(POINTS))
+        index = min(int(self._at), POINTS - 1)
+        part = self._at - index
+        here, after = self._points[index], self._points[index + 1]
+        way = _minus(after, here)
+        moving = self._moves_on or self._at < POINTS
+        velocity = _of_length(way, self._speed_m_s if moving else 0.0)
+        change = _minus(velocity, self._velocity) if dt > 0.0 and moving else (0.0, 0.0, 0.0)
+        self._velocity = velocity
+        acceleration = _of_length(change, min(math.hypot(*change) / max(dt, 1e-3), 2.0 * limit))
         self.auto.guide(
             replace(
-                holding(self.auto, place),
+                holding(
+                    self.auto,
+                    (here[0] + way[0] * part, here[1] + way[1] * part, here[2] + way[2] * part),
+                ),
                 velocity_north_m_s=velocity[0],
                 velocity_east_m_s=velocity[1],
                 velocity_down_m_s=velocity[2],
+                acceleration_north_m_s2=acceleration[0],
+                acceleration_east_m_s2=acceleration[1],
+                acceleration_down_m_s2=acceleration[2],
                 restart_xy=not self._began,
                 restart_z=not self._began,
                 yaw_mode=YawMode.LOOK_AHEAD,
@@ -210,7 +225,7 @@ class Spline(CopterTask):
     def finished(self) -> bool:
         """At the end of the curve, for long enough."""
         copter = self.copter
-        if self._along < 1.0:
+        if self._at < POINTS:
             return False
         if self._moves_on:
             return True
@@ -222,10 +237,26 @@ class Spline(CopterTask):
         return copter.now_s - self._arrived_s >= self._stay_s
 
 
+def _hermite(
+    start: Vector, end: Vector, leaving: Sequence[float], arriving: Vector
+) -> list[Vector]:
+    """POINTS + 1 points of a curve with these directions at its ends."""
+    chord = _minus(end, start)
+    reach_m = math.hypot(*chord)
+    m0, m1 = _of_length(leaving, reach_m), _of_length(arriving, reach_m)
+    points = []
+    for i in range(POINTS + 1):
+        u = i / POINTS
+        a, h, k = u * u * (3.0 - 2.0 * u), u * (1.0 - u) ** 2, u * u * (u - 1.0)
+        n, e, d = (start[x] + chord[x] * a + m0[x] * h + m1[x] * k for x in range(3))
+        points.append((n, e, d))
+    return points
+
+
 def _minus(a: Vector, b: Vector) -> Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-def _of_length(vector: tuple[float, ...], length: float) -> Vector:
+def _of_length(vector: Sequence[float], length: float) -> Vector:
     scale = length / max(math.hypot(*vector), 1e-6)
     return vector[0] * scale, vector[1] * scale, vector[2] * scale

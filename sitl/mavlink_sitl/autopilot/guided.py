@@ -141,6 +141,8 @@ class Guided(Mode):
     def attitude(self, target: AttitudeTarget) -> None:
         """Take an attitude; everything in it is finite."""
         begins = self.submode is not Submode.ATTITUDE
+        if target.quaternion is None and self._attitude is not None and not begins:
+            target = replace(target, quaternion=self._attitude.quaternion)
         self.submode = Submode.ATTITUDE
         self._takeoff_pending = False
         self._expires_s = self.copter.now_s + self.copter.parameters["GUID_TIMEOUT"]

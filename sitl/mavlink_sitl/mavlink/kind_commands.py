@@ -13,6 +13,7 @@ from mavlink_sitl.autopilot.guided import Frame, Setpoint
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.mavlink.copter_commands import COPTER
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.commands import Command
@@ -68,6 +69,7 @@ _PLANE: dict[int, Handler | None] = {
 }
 
 BY_KIND: dict[str, dict[int, Handler | None]] = {
+    "copter": COPTER,
     "rover": _ROVER,
     "boat": _ROVER,
     "plane": _PLANE,

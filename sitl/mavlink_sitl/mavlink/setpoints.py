@@ -7,12 +7,16 @@ ignores the whole group. What is left must make sense (`Guided.setpoint` decides
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
 from mavlink_sitl.autopilot.guided_attitude import AttitudeTarget
 from mavlink_sitl.geodesy import GeoPoint, to_local
 from mavlink_sitl.mavlink.codec import Message
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.commands import Command
 
 POSITION_IGNORE = 0x007
 VELOCITY_IGNORE = 0x038
@@ -112,6 +116,24 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
     return _refuse_unusable(
         Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate, is_global=True)
     )
+
+
+def place_of(copter: Copter, command: Command, long_frame: int) -> Vector | None:
+    """Where a command is about, in the local frame; None when that is nowhere.
+
+    Args:
+        copter: the vehicle.
+        command: it.
+        long_frame: the MAV_FRAME that a COMMAND_LONG means.
+    """
+    x, y, frame = command.x, command.y, command.frame
+    if not usable(command.z):
+        return None
+    if command.is_long:
+        if not (usable(x) and usable(y)):
+            return None
+        x, y, frame = x * 1e7, y * 1e7, long_frame
+    return local_position(copter, frame, int(x), int(y), command.z)
 
 
 ATTITUDE_IGNORE, THRUST_IGNORE = 0x80, 0x40
