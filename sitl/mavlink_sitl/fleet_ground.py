@@ -76,10 +76,9 @@ class RoverPhysics(ToldPhysics):
             self.body = self.body._replace(**{name: lane})
         self.guide(index, replace(self._told[index], speed_m_s=0.0))
 
-    def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
-        place = (value + wrong for value, wrong in zip(body[:6], error, strict=True))
+    def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
         zero = self.o.full(0.0)
-        return (*place, zero, zero, body.yaw_rad, zero, zero, body.yaw_rate_rad_s)
+        return (zero, zero, body.yaw_rad, zero, zero, body.yaw_rate_rad_s)
 
 
 class BoatPhysics(RoverPhysics):

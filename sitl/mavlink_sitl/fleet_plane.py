@@ -84,12 +84,9 @@ class PlanePhysics(ToldPhysics):
         lane = self.with_value(self.body.airspeed_m_s, index, 0.0)
         self.body = self.body._replace(airspeed_m_s=lane)
 
-    def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
+    def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
         o = self.o
-        place = (value + wrong for value, wrong in zip(body[:6], error, strict=True))
         pitch = o.where(body.on_ground, 0.0, body.climb_rad + LEVEL_PITCH_RAD)
         turn = body.yaw_rate_rad_s * o.cos(pitch)
         pitch_rate, yaw_rate = turn * o.sin(body.bank_rad), turn * o.cos(body.bank_rad)
-        return (
-            *place, body.bank_rad, pitch, body.yaw_rad, body.roll_rate_rad_s, pitch_rate, yaw_rate
-        )  # fmt: skip
+        return body.bank_rad, pitch, body.yaw_rad, body.roll_rate_rad_s, pitch_rate, yaw_rate

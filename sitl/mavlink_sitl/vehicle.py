@@ -16,6 +16,7 @@ from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
     GpsReading,
     Guidance,
+    Motion,
     Observation,
     RangeReading,
     Result,
@@ -23,11 +24,12 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.firmwares import firmware_class, make_servers
 from mavlink_sitl.fleets import Fleet
-from mavlink_sitl.geodesy import to_geodetic, to_local
+from mavlink_sitl.geodesy import GeoPoint, to_geodetic, to_local
 from mavlink_sitl.injection import GLITCH_RADIUS_M, Failures
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
+from mavlink_sitl.mavlink.streams import NEVER_US
 from mavlink_sitl.simulated_link import SimulatedLink
 from mavlink_sitl.world import sensors
 
@@ -92,6 +94,8 @@ class SimulatedVehicle:
         self._gps_faults: set[str] = set()
         self._gps_offset_ned_m = (0.0, 0.0, 0.0)
         self._gps_believed = True
+        self._gps_made_of: tuple[object, ...] = ()
+        self._gps_reading: GpsReading | None = None
         self._environment: Environment | None = None
         self._damage: str | None = None
         self._failures = Failures(self)
@@ -145,30 +149,44 @@ class SimulatedVehicle:
     def tick(self, now_us: int, think: bool) -> None:
         """A tick has passed; `think` when the firmware acts too."""
         self.now_us = now_us
-        for link in self.links:
-            if link.late:
-                link.pump()
-        if self._boot_at_us is not None:
-            if now_us < self._boot_at_us:
-                return
-            self._boot()
+        if not self.wake_us and not self._moves_on(now_us):
+            return
         if think:
             self._failures.follow_parameters()
-            self.copter.update(self._observation())
-            if self.copter.events:
+            copter = self.copter
+            copter.update(self._observation())
+            if copter.events:
                 self._flush_events()
                 self._plan_wake()
-            self._pass_guidance()
+                self._send_all()
+            if copter.revision != self._revision:
+                self._pass_guidance()
         if now_us >= self.wake_us:
             for server in self._servers:
                 if now_us >= server.next_due_us():
                     server.tick(now_us)
             self._plan_wake()
-        self._send_all()
+            self._send_all()
+
+    def _moves_on(self, now_us: int) -> bool:
+        """What is late on the links, and a start under way; whether the firmware runs."""
+        for link in self.links:
+            if link.late:
+                link.pump()
+        if self._boot_at_us is not None:
+            if now_us < self._boot_at_us:
+                return False
+            self._boot()
+        return True
 
     def _plan_wake(self) -> None:
-        always = self._boot_at_us is not None or any(link.late for link in self.links)
-        self.wake_us = 0 if always else min(s.next_due_us() for s in self._servers)
+        wake_us = NEVER_US if self._boot_at_us is None else 0
+        for server in self._servers:
+            wake_us = min(wake_us, server.next_due_us())
+        for link in self.links:
+            if link.late:
+                wake_us = 0
+        self.wake_us = wake_us
 
     def _flush_events(self) -> None:
         for server in self._servers:
@@ -214,8 +232,7 @@ class SimulatedVehicle:
 
     def _move_origin(self) -> None:
         """A firmware that starts takes the place where it is for its origin."""
-        motion = self._physics.motion(self._lane, truth=True)
-        self.origin = to_geodetic(self.origin, *motion[:3])
+        self.origin = self.truth_point()
         self.offset_ned_m = to_local(self.config.home, self.origin)
         self._physics.put_at_origin(self._lane)
         if self._environment is not None:
@@ -234,15 +251,15 @@ class SimulatedVehicle:
     def _observation(self) -> Observation:
         physics, index = self._physics, self._lane
         touching, impact_m_s, thrust_m_s2 = physics.contact(index)
-        return Observation(
-            time_s=self.now_us / 1e6,
-            motion=physics.motion(index),
-            gps_fix=self._gps_lost_at_s is None and self._gps_believed,
-            battery=physics.battery_reading(index, self._capacity_mah()),
-            touching_ground=touching,
-            impact_m_s=impact_m_s,
-            thrust_over_hover=thrust_m_s2 / 9.80665,
-            airspeed_m_s=physics.airspeed_m_s(index),
+        return Observation(  # by position, which is twice as fast
+            self.now_us / 1e6,
+            physics.motion(index),
+            self._gps_lost_at_s is None and self._gps_believed,
+            physics.battery_reading(index, self._capacity_mah()),
+            touching,
+            impact_m_s,
+            thrust_m_s2 / 9.80665,
+            physics.airspeed_m_s(index),
         )
 
     def _capacity_mah(self) -> float:
@@ -259,39 +276,59 @@ class SimulatedVehicle:
 
     def _make_snapshot(self) -> Snapshot:
         physics, index = self._physics, self._lane
-        truth = physics.motion(index, truth=True)
         thrust = physics.contact(index)[2]
-        gps = self._gps_reading() if self.copter.estimator.gps_started else None
+        started = self.copter.estimator.gps_started
         return Snapshot(
             time_boot_us=self.now_us - self._boot_us,
-            unix_time_us=0 if gps is None else self._epoch_us + self.now_us,
+            unix_time_us=self._epoch_us + self.now_us if started else 0,
             copter=self.copter,
             motion=physics.motion(index),
-            gps=gps,
             battery=physics.battery_reading(index, self._capacity_mah()),
             thrust_over_hover=thrust / 9.80665,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
-            truth=truth,
-            truth_point=to_geodetic(self.origin, *truth[:3]),
-            wind_ned_m_s=physics.wind_at(index),
-            servos_us=physics.servos(index),
             airspeed_m_s=physics.airspeed_m_s(index),
-            look_around=self.look_around,
+            instruments=self,
         )
 
-    def _gps_reading(self) -> GpsReading:
-        time_s, position, velocity = self._physics.gps(self._lane)
-        if not self._gps_believed:  # else the estimate, and the sample with it, goes along
-            n, e, d = (x + off for x, off in zip(position, self._gps_offset_ned_m, strict=True))
-            position = (n, e, d)
-        if self._gps_lost_at_s is not None:
-            time_s = min(time_s, self._gps_lost_at_s)
-        reading = sensors.gps_reading(
-            time_s, self.origin, position, velocity, self._physics.sensor_model
-        )
-        if self._gps_lost_at_s is None:
-            return reading
-        return reading._replace(fix_type=1, satellites=0)
+    # What few messages tell, worked out when it is asked for.
+
+    def gps_reading(self) -> GpsReading | None:
+        """What the receiver says, or None before it is found; made once for each sample."""
+        if not self.copter.estimator.gps_started:
+            return None
+        lost_at_s = self._gps_lost_at_s
+        # Else the estimate, and the sample with it, goes along.
+        offset = (0.0, 0.0, 0.0) if self._gps_believed else self._gps_offset_ned_m
+        made_of = (self._physics.gps(self._lane), lost_at_s, offset, self.origin)
+        if made_of != self._gps_made_of:
+            self._gps_made_of = made_of
+            time_s, place, velocity = made_of[0]
+            n, e, d = (x + off for x, off in zip(place, offset, strict=True))
+            if lost_at_s is not None:
+                time_s = min(time_s, lost_at_s)
+            model = self._physics.sensor_model
+            reading = sensors.gps_reading(time_s, self.origin, (n, e, d), velocity, model)
+            if lost_at_s is not None:
+                reading = reading._replace(fix_type=1, satellites=0)
+            self._gps_reading = reading
+        return self._gps_reading
+
+    def truth(self) -> Motion:
+        """Where it is."""
+        return self._physics.motion(self._lane, truth=True)
+
+    def truth_point(self) -> GeoPoint:
+        """The same on earth."""
+        return to_geodetic(self.origin, *self.truth()[:3])
+
+    @property
+    def wind_ned_m_s(self) -> tuple[float, float, float]:
+        """The wind where it is, m/s."""
+        return self._physics.wind_at(self._lane)
+
+    def servos_us(self) -> tuple[int, ...]:
+        """Servo outputs of who has no four equal motors."""
+        return self._physics.servos(self._lane)
 
     # What can be done to it.
 
@@ -354,11 +391,6 @@ class SimulatedVehicle:
         """Be in a world; called once by the simulation."""
         self._environment = environment
         self._snapshot_cache = None
-
-    @property
-    def wind_ned_m_s(self) -> tuple[float, float, float]:
-        """The wind where it is, m/s."""
-        return self._physics.wind_at(self._lane)
 
     def look_around(self) -> RangeReading | None:
         """What its range sensors see, or None when it has none."""

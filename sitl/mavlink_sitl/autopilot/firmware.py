@@ -82,6 +82,7 @@ class Firmware(ABC):
         self.observation = observation
         self.boot_s = observation.time_s
         self.estimator = Estimator(personality, self.boot_s, ready_after_s)
+        self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
         self.failsafe = Failsafes()
         self.pilot = Pilot()
         self.plans = Plans()
@@ -172,7 +173,7 @@ class Firmware(ABC):
     @property
     def battery_known(self) -> bool:
         """Whether the power monitor has readings yet."""
-        return self.now_s >= self.estimator.scaled(self.personality.battery_ready_s)
+        return self.observation.time_s >= self._battery_ready_at_s
 
     @property
     def system_status(self) -> SystemStatus:
@@ -203,14 +204,15 @@ class Firmware(ABC):
 
     def update(self, observation: Observation) -> None:
         """Take notice of the world and act; called at a fixed rate."""
-        had_origin = self.estimator.has_origin
+        estimator = self.estimator
+        had_origin = estimator.has_origin
         self.observe(observation)
-        self.estimator.update(observation.time_s, observation.gps_fix)
+        estimator.update(observation.time_s, observation.gps_fix)
         self._say_boot()
         if not self.started and self.now_s >= self.estimator.scaled(self.personality.standby_s):
             self.started = True
             self.enter_mode(self.first_mode())  # what was chosen too early is forgotten
-        if self.estimator.has_origin and not had_origin:
+        if not had_origin and estimator.has_origin:
             self.set_home()
         self._landing.update(observation, self.armed)
         self._feel_ground(observation)
@@ -233,9 +235,11 @@ class Firmware(ABC):
 
     def _feel_ground(self, observation: Observation) -> None:
         impact = observation.impact_m_s
-        if impact != self._impact_m_s and impact > 0.0:
-            self.say(Severity.INFO, f"SIM Hit ground at {impact:.6f} m/s")
+        if impact == self._impact_m_s:
+            return
         self._impact_m_s = impact
+        if impact > 0.0:
+            self.say(Severity.INFO, f"SIM Hit ground at {impact:.6f} m/s")
 
     def _settle(self) -> None:
         """Give the motors what arming and the ground allow."""

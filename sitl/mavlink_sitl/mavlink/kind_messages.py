@@ -62,7 +62,7 @@ def position_target_global_int(s: Snapshot) -> Message | None:
 def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: steering on 1 and throttle on 3, or a plane's four surfaces."""
     return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *s.servos_us, 0, 0, 0, 0
+        s.time_boot_us & 0xFFFFFFFF, 0, *s.instruments.servos_us(), 0, 0, 0, 0
     )
 
 
@@ -70,7 +70,7 @@ def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD with the airspeed of who has a sensor for it."""
     m = s.motion
     speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
-    altitude = 0.0 if s.gps is None else s.copter.navigator.here().altitude_amsl_m
+    altitude = s.copter.navigator.here().altitude_amsl_m if s.copter.estimator.gps_started else 0.0
     airspeed = speed if s.airspeed_m_s is None else s.airspeed_m_s
     throttle = to_int(s.throttle_fraction * 100.0, 0, 100)
     return dialect.MAVLink_vfr_hud_message(

@@ -120,9 +120,11 @@ class MavlinkServer:
         self._send_built(self.builders[message_id](self._snapshot()))
 
     def _send_built(self, built: Message | list[Message] | None) -> None:
-        for message in built if isinstance(built, list) else (built,):
-            if message is not None:
+        if isinstance(built, list):
+            for message in built:
                 self.send(message)
+        elif built is not None:
+            self.send(built)
 
     # Time.
 
@@ -130,12 +132,12 @@ class MavlinkServer:
         """When `tick` has something to do."""
         if self._parameters.busy:
             return self.now_us
-        return min(
-            self._heartbeat_due_us,
-            self._timesync_due_us,
-            self.streams.next_due_us,
-            self._missions.next_due_us(),
-        )
+        due_us = self.streams.next_due_us
+        if self._heartbeat_due_us < due_us:
+            due_us = self._heartbeat_due_us
+        if self._timesync_due_us < due_us:
+            due_us = self._timesync_due_us
+        return min(due_us, self._missions.next_due_us())
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
@@ -147,9 +149,9 @@ class MavlinkServer:
             self._timesync_due_us += TIMESYNC_US
             self.send(dialect.MAVLink_timesync_message(0, self._boot_ns()))
         if now_us >= self.streams.next_due_us:
-            snapshot = self._snapshot()
+            snapshot, builders = self._snapshot(), self.builders
             for message_id in self.streams.take_due(now_us):
-                self._send_built(self.builders[message_id](snapshot))
+                self._send_built(builders[message_id](snapshot))
         if now_us >= self._missions.next_due_us():
             self._missions.tick(now_us)
             self.flush_events()

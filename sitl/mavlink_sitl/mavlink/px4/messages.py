@@ -223,7 +223,7 @@ def odometry(s: Snapshot) -> Message:
 def highres_imu(s: Snapshot) -> Message:
     """HIGHRES_IMU: what an accelerometer in the middle feels, and standard air."""
     m = s.motion
-    altitude = s.truth_point.altitude_amsl_m
+    altitude = s.instruments.truth_point().altitude_amsl_m
     lift = s.thrust_over_hover if s.copter.guidance.motors is Motors.FLY else 1.0
     c, yaw = math.cos(m.pitch_rad), m.yaw_rad
     pressure = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588
@@ -248,7 +248,7 @@ def altitude(s: Snapshot) -> Message:
     """ALTITUDE."""
     amsl = s.copter.navigator.here().altitude_amsl_m
     relative = s.copter.navigator.height_above_home_m()
-    above = -s.truth.down_m
+    above = -s.instruments.truth().down_m
     return dialect.MAVLink_altitude_message(
         s.time_boot_us, amsl, amsl, -s.motion.down_m, relative, -s.motion.down_m - above, above
     )
@@ -256,7 +256,7 @@ def altitude(s: Snapshot) -> Message:
 
 def distance_sensor(s: Snapshot) -> Message:
     """DISTANCE_SENSOR: the simulated vehicle looks down."""
-    height = max(-s.truth.down_m, 0.0)
+    height = max(-s.instruments.truth().down_m, 0.0)
     return dialect.MAVLink_distance_sensor_message(
         boot_ms(s), 0, 10000, to_u16(height * 100.0), 0, 0, 25, 0
     )
@@ -264,7 +264,7 @@ def distance_sensor(s: Snapshot) -> Message:
 
 def gps_raw_int(s: Snapshot) -> Message:
     """GPS_RAW_INT: a fix in three dimensions, ten satellites."""
-    gps = s.gps
+    gps = s.instruments.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
     altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
@@ -336,7 +336,7 @@ def scaled_pressure(s: Snapshot) -> Message:
 
 def wind_cov(s: Snapshot) -> Message:
     """WIND_COV: the wind that blows."""
-    north, east, down = s.wind_ned_m_s
+    north, east, down = s.instruments.wind_ned_m_s
     altitude_m = s.copter.navigator.here().altitude_amsl_m
     return dialect.MAVLink_wind_cov_message(
         s.time_boot_us, north, east, down, 0.1, 0.1, altitude_m, 0.5, NAN

@@ -114,9 +114,12 @@ class Px4Server(MavlinkServer):
 
     def next_due_us(self) -> int:
         """When `tick` has something to do."""
-        reached = NEVER_US if self._reached is None else self._reached[1]
-        gimbal = NEVER_US if self._gimbal is None else self._gimbal[1]
-        return min(super().next_due_us(), self._ping_due_us, reached, gimbal)
+        due_us = min(super().next_due_us(), self._ping_due_us)
+        if self._reached is not None:
+            due_us = min(due_us, self._reached[1])
+        if self._gimbal is not None:
+            due_us = min(due_us, self._gimbal[1])
+        return due_us
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
