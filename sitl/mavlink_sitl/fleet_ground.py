@@ -95,3 +95,15 @@ class BoatPhysics(RoverPhysics):
         return boat.step(
             self.body, command, self.wind, self.ground_down_m, DT_S, self.body_model, self.o
         )
+
+
+class Px4RoverPhysics(RoverPhysics):
+    """Rovers of PX4, whose speed controller is mostly its feed-forward (RO_MAX_THR_SPEED)."""
+
+    drive_gains = RoverPhysics.drive_gains._replace(speed=1.0, speed_i=0.05)
+
+
+class Px4BoatPhysics(BoatPhysics):
+    """Boats of PX4; see `Px4RoverPhysics`."""
+
+    drive_gains = BoatPhysics.drive_gains._replace(speed=1.0, speed_i=0.05)

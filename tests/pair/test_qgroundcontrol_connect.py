@@ -26,6 +26,8 @@ IDENTITIES = [
     ("boat", "ardupilot"),
     ("plane", "ardupilot"),
     ("copter", "px4"),
+    ("rover", "px4"),
+    ("boat", "px4"),
 ]
 
 CAPABILITIES = (

@@ -261,6 +261,11 @@ class Firmware(ABC):
             guidance = replace(guidance, motors=self.mode.ground_motors())
         self._publish(guidance)
 
+    @property
+    def wanted(self) -> Guidance:
+        """What its mode asked for last."""
+        return self._wanted
+
     def _publish(self, guidance: Guidance) -> None:
         self.guidance = guidance
         self.revision += 1

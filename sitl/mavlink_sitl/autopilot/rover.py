@@ -26,7 +26,6 @@ from mavlink_sitl.autopilot.rover_modes import (
     ReturnToLaunch,
 )
 from mavlink_sitl.exchange import (
-    Guidance,
     LandedState,
     Limits,
     ModeChanged,
@@ -145,11 +144,6 @@ class Rover(Copter):
         if self.failsafe.active:
             return SystemStatus.CRITICAL
         return SystemStatus.STANDBY if isinstance(self.mode, Hold) else SystemStatus.ACTIVE
-
-    @property
-    def wanted(self) -> Guidance:
-        """What its mode asked for last."""
-        return self._wanted
 
     @property
     def is_boat(self) -> bool:

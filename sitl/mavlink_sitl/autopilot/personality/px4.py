@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 
@@ -93,6 +94,7 @@ COMMON_PARAMETERS = (
     ParameterSpec("NAV_DLL_ACT", 0.0, _INT32),
     ParameterSpec("NAV_RCL_ACT", 2.0, _INT32),
     ParameterSpec("RTL_CONE_ANG", 45.0, _INT32),
+    ParameterSpec("RTL_DESCEND_ALT", 10.0),
     ParameterSpec("RTL_LAND_DELAY", 0.0),
     ParameterSpec("RTL_MIN_DIST", 10.0),
     ParameterSpec("RTL_RETURN_ALT", 30.0),
@@ -102,9 +104,10 @@ COMMON_PARAMETERS = (
     ParameterSpec("SIM_GPS_USED", 10.0, _INT32),
     ParameterSpec("SYS_FAILURE_EN", 0.0, _INT32),
 )
-"""What all kinds have, with the same default values"""
+"""What all kinds have, with a multicopter's default values"""
 
 
-def in_order(specs: Iterable[ParameterSpec]) -> tuple[ParameterSpec, ...]:
-    """Parameters by name, as the firmware lists them."""
-    return tuple(sorted(specs, key=lambda spec: spec.name))
+def in_order(specs: Iterable[ParameterSpec], **defaults: float) -> tuple[ParameterSpec, ...]:
+    """Parameters by name, as the firmware lists them; some with another default."""
+    known = sorted(specs, key=lambda spec: spec.name)
+    return tuple(replace(spec, default=defaults.get(spec.name, spec.default)) for spec in known)

@@ -60,7 +60,6 @@ _PARAMETERS = (
     ParameterSpec("MPC_Z_VEL_MAX_UP", 3.0),
     ParameterSpec("MPC_Z_V_AUTO_DN", 1.5),
     ParameterSpec("MPC_Z_V_AUTO_UP", 3.0),
-    ParameterSpec("RTL_DESCEND_ALT", 10.0),
 )
 
 PX4COPTER = Personality(

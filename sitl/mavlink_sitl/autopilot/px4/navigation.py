@@ -27,6 +27,11 @@ AUTO_GAIN_1_S = 0.5
 """MPC_XY_TRAJ_P"""
 
 
+def within(value: float, least: float, most: float) -> float:
+    """A number within limits, whatever a parameter says."""
+    return min(max(value, least), most)
+
+
 class Px4Navigator(Navigator):
     """A `Navigator` that tells home as it is from home as the firmware has it."""
 

@@ -298,11 +298,12 @@ class Px4Vehicle(Copter):
     def reposition(
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> Result:
-        """DO_REPOSITION with CHANGE_MODE: to AUTO.LOITER somewhere."""
+        """DO_REPOSITION with CHANGE_MODE: to AUTO.LOITER, and when armed somewhere."""
         hold = self._modes[px4.LOITER]
         assert isinstance(hold, HoldMode)
         self.intend(px4.LOITER)
-        hold.go_to(point, altitude_amsl_m, yaw_rad)
+        if self.armed:
+            hold.go_to(point, altitude_amsl_m, yaw_rad)
         return Result.ACCEPTED
 
     def start_mission(self) -> Result:

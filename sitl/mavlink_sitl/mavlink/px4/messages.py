@@ -7,6 +7,7 @@ import struct
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.autopilot.px4.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Motors
 from mavlink_sitl.geodesy import to_geodetic
@@ -224,7 +225,8 @@ def highres_imu(s: Snapshot) -> Message:
     """HIGHRES_IMU: what an accelerometer in the middle feels, and standard air."""
     m = s.motion
     altitude = s.instruments.truth_point().altitude_amsl_m
-    lift = s.thrust_over_hover if s.copter.guidance.motors is Motors.FLY else 1.0
+    flies = isinstance(s.copter, Px4Copter) and s.copter.guidance.motors is Motors.FLY
+    lift = s.thrust_over_hover if flies else 1.0
     c, yaw = math.cos(m.pitch_rad), m.yaw_rad
     pressure = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588
     return dialect.MAVLink_highres_imu_message(
@@ -306,13 +308,16 @@ def home_position(s: Snapshot) -> Message | None:
 
 
 def vfr_hud(s: Snapshot) -> Message:
-    """VFR_HUD: no airspeed sensor."""
+    """VFR_HUD: with the airspeed of who measures it."""
     m = s.motion
+    throttle = s.throttle_fraction
+    if isinstance(s.copter, Px4Copter):
+        throttle = s.thrust_over_hover * HOVER_THRUST
     return dialect.MAVLink_vfr_hud_message(
-        NAN,
+        NAN if s.airspeed_m_s is None else s.airspeed_m_s,
         math.hypot(m.velocity_north_m_s, m.velocity_east_m_s),
         to_int(heading_deg(m.yaw_rad), 0, 359),
-        to_int(s.thrust_over_hover * HOVER_THRUST * 100.0, 0, 100),
+        to_int(throttle * 100.0, 0, 100),
         s.copter.navigator.here().altitude_amsl_m,
         -m.velocity_down_m_s,
     )

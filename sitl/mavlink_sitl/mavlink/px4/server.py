@@ -23,7 +23,7 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.commands import from_message
-from mavlink_sitl.mavlink.px4 import commands, messages, rates, setpoints
+from mavlink_sitl.mavlink.px4 import commands, kind_messages, messages, rates, setpoints
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
 from mavlink_sitl.mavlink.snapshot import Snapshot
@@ -58,8 +58,6 @@ class Px4Server(MavlinkServer):
         peers: the servers of all links of the vehicle, this one among them.
     """
 
-    builders = messages.BUILDERS
-
     def __init__(
         self,
         copter: Px4Vehicle,
@@ -70,6 +68,7 @@ class Px4Server(MavlinkServer):
         role: str = GCS,
     ) -> None:
         """See the class."""
+        self.builders = kind_messages.BUILDERS[copter.personality.kind]
         super().__init__(copter, encoder, system_id, now_us, snapshot)
         self.px4 = copter
         self.role = role
