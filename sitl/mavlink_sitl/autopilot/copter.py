@@ -214,12 +214,13 @@ class Copter(Firmware):
 
     def fly_to_item(self, item: PlanItem) -> Result:
         """A mission item that is a target for GUIDED: MISSION_ITEM with current = 2."""
-        if not isinstance(self.mode, Guided) or self.auto is None or not self.armed:
+        guided = self.mode.spec.behaviour == "guided"
+        if not guided or self.auto is None or not self.armed:
             return Result.FAILED
         target = self.auto.place_of(item, self.motion[:3])
         if not all(math.isfinite(value) for value in target):
             return Result.FAILED
-        self.mode.setpoint(Setpoint(Frame.LOCAL, position_m=target))
+        self.go_to(Setpoint(Frame.LOCAL, position_m=target))
         return Result.ACCEPTED
 
     def pause_or_go_on(self, go_on: bool) -> Result:

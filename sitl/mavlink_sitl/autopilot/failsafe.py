@@ -102,15 +102,22 @@ class Failsafes:
             return
         copter.say(Severity.WARNING, "Battery Failsafe")
         name = "BATT_FS_CRT_ACT" if level == 2 else "BATT_FS_LOW_ACT"
-        self._act(copter, _BATTERY_ACTIONS.get(int(copter.parameters[name])))
+        self._empty(copter, int(copter.parameters[name]))
+
+    def _empty(self, copter: Copter, action: int) -> None:
+        """Do what BATT_FS_*_ACT says."""
+        self._act(copter, _BATTERY_ACTIONS.get(action))
+
+    def _silent_for_s(self, now_s: float) -> float:
+        """How long the ground station has said nothing; 0 before it said anything."""
+        return 0.0 if self._gcs_heard_s is None else now_s - self._gcs_heard_s
 
     def _ground_station(self, copter: Copter, now_s: float) -> None:
         parameters = copter.parameters
-        heard_s = self._gcs_heard_s
-        if heard_s is None or not parameters["FS_GCS_ENABLE"]:
+        if self._gcs_heard_s is None or not parameters["FS_GCS_ENABLE"]:
             self.gcs_lost = False
             return
-        lost = now_s - heard_s >= parameters["FS_GCS_TIMEOUT"]
+        lost = self._silent_for_s(now_s) >= parameters["FS_GCS_TIMEOUT"]
         if lost and not self.gcs_lost and copter.armed:
             self.gcs_lost = True
             copter.say(Severity.WARNING, "GCS Failsafe")

@@ -133,6 +133,12 @@ class Firmware(ABC):
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
 
+    def enter_first(self, numbers: tuple[int, ...]) -> None:
+        """Change to the first of some modes that may be entered."""
+        for number in numbers:
+            if self.mode.spec.number == number or self.enter_mode(number):
+                return
+
     @property
     @abstractmethod
     def has_mission(self) -> bool:

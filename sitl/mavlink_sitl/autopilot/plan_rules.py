@@ -117,6 +117,7 @@ def _mission(*more: Cmd) -> dict[PlanType, frozenset[Cmd]]:
 
 
 ARDUPILOT_PLANS = PlanRules(commands=_mission())
+ARDUPLANE_PLANS = PlanRules(commands=_mission(Cmd.LOITER_TO_ALT))
 ARDUCOPTER_PLANS = PlanRules(commands=_mission(Cmd.SPLINE, Cmd.LOITER_TO_ALT, Cmd.CONDITION_YAW))
 
 PX4_PLANS = PlanRules(

@@ -30,6 +30,8 @@ JERK_M_S3 = 1.0
 BRAKING = 0.67
 """Braking as a share of the acceleration: what the recorded approaches show"""
 ARRIVED_M = 0.22
+CORNER_M_S = 1.8
+"""How fast it may be where a leg ends and another begins"""
 
 _SCALAR = ScalarOps()
 

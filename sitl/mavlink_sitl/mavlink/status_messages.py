@@ -190,8 +190,8 @@ def mission_current(s: Snapshot) -> Message:
     return Extended(message, struct.pack("<III", *ids))
 
 
-_BREACHES = {0: 0, 1: 2}
-"""FENCE_BREACH by FENCE_TYPE bits: none and the height; all else is the boundary"""
+_BREACHES = {0: 0, 1: 2, 8: 1}
+"""FENCE_BREACH by FENCE_TYPE bits: none and the heights; all else is the boundary"""
 
 
 def fence_status(s: Snapshot) -> Message | None:

@@ -115,14 +115,19 @@ def test_disarming_in_flight_fails_unless_forced() -> None:
     assert station.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196) == ACCEPTED
 
 
-def test_auto_without_a_mission_is_refused() -> None:
-    assert flying().mode(AUTO) == FAILED
+def test_auto_without_a_mission_is_over_at_once_and_returns() -> None:
+    station = flying()
+    assert station.mode(AUTO) == ACCEPTED
+    assert station.last("HEARTBEAT").custom_mode == RTL
+    assert "Mission complete, changing mode to RTL" in station.texts()
 
 
 def test_change_speed_is_about_airspeed() -> None:
     station, _ = in_guided()
-    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 25.0, -1) == FAILED
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 0, 12.0, -1) == FAILED, "below the least"
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 2, 3.0, -1) == FAILED
     assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 0, 26.0, -1) == ACCEPTED
+    assert "Set airspeed 26 m/s" in station.texts()
     station.run(15.0)
     assert airspeed(station) == pytest.approx(26.0, abs=1.5)
 
