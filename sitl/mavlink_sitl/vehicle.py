@@ -6,32 +6,28 @@ lanes of `physics`.
 
 from __future__ import annotations
 
-import math
 from typing import Protocol
 
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans import Plans
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
     GpsReading,
     Guidance,
-    Motion,
     Observation,
-    RangeReading,
     Result,
     Severity,
 )
 from mavlink_sitl.firmwares import firmware_class, make_servers
 from mavlink_sitl.fleets import Fleet
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic, to_local
-from mavlink_sitl.injection import GLITCH_RADIUS_M, Failures
+from mavlink_sitl.geodesy import to_local
+from mavlink_sitl.injection import Failures
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
 from mavlink_sitl.mavlink.streams import NEVER_US
 from mavlink_sitl.simulated_link import SimulatedLink
-from mavlink_sitl.world import sensors
+from mavlink_sitl.vehicle_body import VehicleBody
 
 REBOOT_US = 1_200_000
 """Silence from the acknowledgement of a reboot to the first HEARTBEAT"""
@@ -45,7 +41,7 @@ class FrameLog(Protocol):
         ...
 
 
-class SimulatedVehicle:
+class SimulatedVehicle(VehicleBody):
     """A vehicle of a simulation, made by it.
 
     Attributes:
@@ -72,10 +68,8 @@ class SimulatedVehicle:
         epoch_us: int,
     ) -> None:
         """See the class."""
-        self.index = index
+        super().__init__(index, config, fleet)
         self.system_id = system_id
-        self.config = config
-        self.now_us = 0
         personality = config.personality()
         values = dict(config.parameters)
         if any(spec.name == "BATT_CAPACITY" for spec in personality.parameters):
@@ -83,20 +77,10 @@ class SimulatedVehicle:
         self.parameters = Parameters(personality.parameters, values)
         self.plans = Plans()
         self.offset_ned_m = (0.0, 0.0, 0.0)
-        self.origin = config.home
-        self._physics = fleet.physics
-        self._lane = fleet.rows.index(index)
         self._log = log
         self._epoch_us = epoch_us
         self._encoders = [Encoder(system_id, COMPONENT_AUTOPILOT) for _ in config.links]
         self._servers: list[MavlinkServer] = []
-        self._gps_lost_at_s: float | None = None
-        self._gps_faults: set[str] = set()
-        self._gps_offset_ned_m = (0.0, 0.0, 0.0)
-        self._gps_believed = True
-        self._gps_made_of: tuple[object, ...] = ()
-        self._gps_reading: GpsReading | None = None
-        self._environment: Environment | None = None
         self._damage: str | None = None
         self._failures = Failures(self)
         self._boot_at_us: int | None = None
@@ -293,42 +277,8 @@ class SimulatedVehicle:
     # What few messages tell, worked out when it is asked for.
 
     def gps_reading(self) -> GpsReading | None:
-        """What the receiver says, or None before it is found; made once for each sample."""
-        if not self.copter.estimator.gps_started:
-            return None
-        lost_at_s = self._gps_lost_at_s
-        # Else the estimate, and the sample with it, goes along.
-        offset = (0.0, 0.0, 0.0) if self._gps_believed else self._gps_offset_ned_m
-        made_of = (self._physics.gps(self._lane), lost_at_s, offset, self.origin)
-        if made_of != self._gps_made_of:
-            self._gps_made_of = made_of
-            time_s, place, velocity = made_of[0]
-            n, e, d = (x + off for x, off in zip(place, offset, strict=True))
-            if lost_at_s is not None:
-                time_s = min(time_s, lost_at_s)
-            model = self._physics.sensor_model
-            reading = sensors.gps_reading(time_s, self.origin, (n, e, d), velocity, model)
-            if lost_at_s is not None:
-                reading = reading._replace(fix_type=1, satellites=0)
-            self._gps_reading = reading
-        return self._gps_reading
-
-    def truth(self) -> Motion:
-        """Where it is."""
-        return self._physics.motion(self._lane, truth=True)
-
-    def truth_point(self) -> GeoPoint:
-        """The same on earth."""
-        return to_geodetic(self.origin, *self.truth()[:3])
-
-    @property
-    def wind_ned_m_s(self) -> tuple[float, float, float]:
-        """The wind where it is, m/s."""
-        return self._physics.wind_at(self._lane)
-
-    def servos_us(self) -> tuple[int, ...]:
-        """Servo outputs of who has no four equal motors."""
-        return self._physics.servos(self._lane)
+        """What the receiver says, or None before it is found."""
+        return self.receiver() if self.copter.estimator.gps_started else None
 
     # What can be done to it.
 
@@ -364,37 +314,13 @@ class SimulatedVehicle:
         """The firmware stops and starts again where the vehicle is, as after a crash of it."""
         self._shut_down()
 
-    def lose_gps(self, cause: str = "asked") -> None:
-        """The receiver loses its satellites; each cause has to end before they are back."""
-        self._gps_faults.add(cause)
-        if self._gps_lost_at_s is None:
-            self._gps_lost_at_s = self.now_us / 1e6
-            self._set_fix(False)
-
-    def restore_gps(self, cause: str = "asked") -> None:
-        """The cause is gone; without another the receiver finds its satellites again."""
-        self._gps_faults.discard(cause)
-        if not self._gps_faults and self._gps_lost_at_s is not None:
-            self._gps_lost_at_s = None
-            self._set_fix(True)
-
-    def receive_gps(self, fix: bool) -> None:
-        """The world takes the satellites away for a while, or gives them back."""
-        if fix:
-            self.restore_gps("world")
-        else:
-            self.lose_gps("world")
-
     # Its world.
 
-    def enter(self, environment: Environment) -> None:
-        """Be in a world; called once by the simulation."""
-        self._environment = environment
-        self._snapshot_cache = None
-
-    def look_around(self) -> RangeReading | None:
-        """What its range sensors see, or None when it has none."""
-        return None if self._environment is None else self._environment.look_around(self._lane)
+    def repair(self) -> None:
+        """Somebody mends it after a crash; it may fly again."""
+        self._damage = self.copter.damage = None
+        if self._environment is not None:
+            self._environment.recover(self._lane)
 
     def crash(self, obstacle: str, speed_m_s: float) -> None:
         """It has hit something: the flight is over, and it says so."""
@@ -403,16 +329,6 @@ class SimulatedVehicle:
         self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
         self.copter.disarm(force=True)
 
-    def repair(self) -> None:
-        """Somebody mends it after a crash; it may fly again."""
-        self._damage = self.copter.damage = None
-        if self._environment is not None:
-            self._environment.recover(self._lane)
-
-    def _set_fix(self, fix: bool) -> None:
-        physics = self._physics
-        physics.gps_fix = physics.with_value(physics.gps_fix, self._lane, fix)
-
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
         if "SIM_BATT_VOLTAGE" not in self.parameters:
@@ -420,40 +336,6 @@ class SimulatedVehicle:
             return
         self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
 
-    def force_voltage(self, voltage_v: float) -> None:
-        """Force the pack's voltage until told otherwise; 0 gives the model back."""
-        physics = self._physics
-        lane = physics.with_value(physics.battery.override_v, self._lane, voltage_v)
-        physics.battery = physics.battery._replace(override_v=lane)
-
-    @property
-    def battery_consumed_mah(self) -> float:
-        """What has been taken from the pack."""
-        return self._physics.at(self._physics.battery.consumed_mah, self._lane)
-
-    def shift_gps(self, offset_ned_m: tuple[float, float, float]) -> None:
-        """Let the receiver be wrong by so much; far off, the estimator does not believe it."""
-        self._gps_offset_ned_m = offset_ned_m
-        believed = math.hypot(*offset_ned_m) <= GLITCH_RADIUS_M
-        self._physics.mislead(self._lane, offset_ned_m if believed else (0.0, 0.0, 0.0))
-        self._gps_believed = believed
-
     def lose_radio(self, lost: bool) -> None:
         """The pilot's radio goes silent, or comes back."""
         self.copter.pilot.lost = lost
-
-    def weaken_motors(self, efficiency: float) -> None:
-        """Thrust as a part of what is asked for; 1 is whole."""
-        self._physics.weaken(self._lane, efficiency)
-
-    def blow(self, velocity_ned_m_s: tuple[float, float, float]) -> None:
-        """A wind on this vehicle, on top of the world's."""
-        if self._environment is not None:
-            self._environment.blow(self._lane, velocity_ned_m_s)
-
-    def set_battery_remaining(self, fraction: float) -> None:
-        """Fill or empty the pack, 0..1."""
-        physics = self._physics
-        consumed = (1.0 - fraction) * physics.pack.capacity_mah
-        lane = physics.with_value(physics.battery.consumed_mah, self._lane, consumed)
-        physics.battery = physics.battery._replace(consumed_mah=lane)
