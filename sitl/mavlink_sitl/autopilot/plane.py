@@ -35,7 +35,7 @@ from mavlink_sitl.exchange import LandedState, Limits, Motion, Observation, Resu
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.guidance import GlideGuidance
 
-MODE_RTL, MODE_LOITER, MODE_GUIDED, MODE_AUTO = 11, 12, 15, 10
+MODE_MANUAL, MODE_AUTO, MODE_RTL, MODE_LOITER, MODE_GUIDED = 0, 10, 11, 12, 15
 FLYING_M_S = 4.0
 STANDING_M_S = 3.0
 STEP_S = 0.05
@@ -216,8 +216,8 @@ class Plane(Traveller):
         )
 
     def navigation_report(self) -> NavigationReport | None:
-        """For NAV_CONTROLLER_OUTPUT; None in modes that a pilot flies."""
-        if not self.mode.spec.requires_position:
+        """For NAV_CONTROLLER_OUTPUT; None in MANUAL."""
+        if self.mode.spec.number == MODE_MANUAL:
             return None
         target = self.destination_ned_m()
         if target is None or not isinstance(self._wanted, GlideGuidance):

@@ -24,7 +24,7 @@ _GLOBAL_MASK = 0xFDF8
 
 
 def nav_controller_output(s: Snapshot) -> Message | None:
-    """NAV_CONTROLLER_OUTPUT: absent in modes that a pilot drives or flies."""
+    """NAV_CONTROLLER_OUTPUT: absent in MANUAL, and in all modes that a pilot drives."""
     assert isinstance(s.copter, (Rover, Plane))
     report = s.copter.navigation_report()
     if report is None:
@@ -104,7 +104,10 @@ _OWN: dict[int, Builder] = {
     245: extended_sys_state,
 }
 
-BY_KIND: dict[str, dict[int, Builder]] = {"rover": _OWN, "boat": _OWN, "plane": _OWN}
+_DRIVEN = {**_OWN, 168: _never}
+"""Without an airspeed there is no estimate of the wind"""
+
+BY_KIND: dict[str, dict[int, Builder]] = {"rover": _DRIVEN, "boat": _DRIVEN, "plane": _OWN}
 """By kind of vehicle and message id: what is built another way"""
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import struct
 
+from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.mavlink.codec import Extended, Message, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
@@ -45,39 +46,50 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     )
 
 
-# SYS_STATUS bit fields as recorded: before the battery is known, before the GPS, after.
-_PRESENT_EARLY, _PRESENT_NO_GPS, _PRESENT = 0x5331FC0F, 0x5371FC0F, 0x5371FC2F
-_AHRS_ENABLED = 0x00200000
-_ENABLED_ARMED, _HEALTHY_ARMED = 0x01006000, 0x00006000
-_BATTERY = 0x02000000
-_PREARM = 0x10000000
-_GEOFENCE = 0x00100000
+# Bits of SYS_STATUS.
+_MAGNETOMETER, _GPS, _RADIO = 0x00000004, 0x00000020, 0x00010000
+_GEOFENCE, _ESTIMATOR, _TERRAIN = 0x00100000, 0x00200000, 0x00400000
+_LOGGING, _BATTERY, _PREARM = 0x01000000, 0x02000000, 0x10000000
+
+
+def _sensors(copter: Copter) -> tuple[int, int, int]:
+    """What there is, what is used, and what of it is well."""
+    sensors = copter.personality.sensors
+    controlled = sensors.by_mode.get(copter.mode.spec.name, sensors.otherwise)
+    present, enabled = sensors.present, sensors.enabled | controlled
+    healthy = sensors.healthy | controlled
+    if not copter.battery_known:
+        present &= ~_TERRAIN
+        enabled &= ~_TERRAIN
+        healthy &= ~(_TERRAIN | _BATTERY | _MAGNETOMETER)
+    estimator, fence = copter.estimator, copter.fence
+    if estimator.gps_started:
+        present, enabled, healthy = present | _GPS, enabled | _GPS, healthy | _GPS
+    if estimator.has_origin:
+        enabled |= _ESTIMATOR
+        well = estimator.using_gps or not sensors.estimator_needs_gps
+        healthy |= _ESTIMATOR if well else 0
+    if copter.armed:
+        enabled |= _LOGGING
+    if copter.armed or copter.arming.checks_passed:
+        healthy |= _PREARM
+    if copter.failsafe.battery_level:
+        healthy &= ~_BATTERY
+    if copter.pilot.lost:
+        healthy &= ~_RADIO
+    if fence.present:
+        present |= _GEOFENCE
+        enabled |= _GEOFENCE if fence.enabled and copter.parameters["FENCE_ACTION"] else 0
+    if not fence.breached:
+        healthy |= _GEOFENCE
+    return present, enabled, healthy
 
 
 def sys_status(s: Snapshot) -> Message:
-    """SYS_STATUS."""
+    """SYS_STATUS; before the power monitor has readings there is no voltage."""
     copter = s.copter
     known = copter.battery_known
-    if not known:
-        present, enabled, health = _PRESENT_EARLY, 0x52019C0F, 0x45119C0B
-    elif not copter.estimator.gps_started:
-        present, enabled, health = _PRESENT_NO_GPS, 0x52419C0F, 0x47519C0F
-    else:
-        present, enabled, health = _PRESENT, 0x52419C2F, 0x47519C2F
-    if copter.estimator.has_origin:
-        enabled |= _AHRS_ENABLED
-        health |= _AHRS_ENABLED
-    if copter.armed:
-        enabled |= _ENABLED_ARMED
-        health |= _HEALTHY_ARMED
-    if copter.armed or copter.arming.checks_passed:
-        health |= _PREARM
-    if copter.failsafe.battery_level:
-        health &= ~_BATTERY
-    if copter.fence.enabled:
-        enabled |= _GEOFENCE
-    if copter.fence.breached:
-        health &= ~_GEOFENCE
+    present, enabled, health = _sensors(copter)
     battery = s.battery
     return dialect.MAVLink_sys_status_message(
         present,

@@ -3,8 +3,24 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
-from mavlink_sitl.autopilot.personality.shared import COMMON, HEIGHT_FENCE, SIM_WIND, streams
+from mavlink_sitl.autopilot.personality import (
+    NOT_MODELLED,
+    BootStep,
+    ModeSpec,
+    Personality,
+    Sensors,
+)
+from mavlink_sitl.autopilot.personality.shared import (
+    ATTITUDE,
+    COMMON,
+    HEIGHT,
+    HEIGHT_FENCE,
+    PLACE,
+    RATES,
+    SIM_WIND,
+    YAW,
+    streams,
+)
 from mavlink_sitl.autopilot.plan_rules import ARDUCOPTER_PLANS
 
 SET_ATTITUDE_TARGET = 0x0040
@@ -96,13 +112,16 @@ ARDUCOPTER = Personality(
     origin_s=20.03,
     first_heartbeat_s=1.0,
     standby_s=2.46,
-    streams=streams(
-        extended_status=(1, 125, 62, 42, 24, 87),
-        position=(33, 32),
-        rc_channels=(36, 65),
-        extra1=(30, 164),
-        extra2=(74,),
-        extra3=(2, 168, 147, 193, 241),
+    streams=streams(),
+    sensors=Sensors(
+        present=0x5361FC0F,
+        enabled=0x5241800F,
+        healthy=0x4741800F,
+        by_mode={
+            "STABILIZE": RATES | ATTITUDE | YAW,
+            "ALT_HOLD": RATES | ATTITUDE | YAW | HEIGHT,
+        },
+        otherwise=RATES | ATTITUDE | YAW | HEIGHT | PLACE,
     ),
     shortest_interval_us=3125,
     plan_rules=ARDUCOPTER_PLANS,

@@ -5,9 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec
+from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Sensors
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
-from mavlink_sitl.autopilot.personality.shared import COMMON, HEIGHT_FENCE, SIM_WIND
+from mavlink_sitl.autopilot.personality.shared import (
+    ATTITUDE,
+    COMMON,
+    HEIGHT,
+    HEIGHT_FENCE,
+    PLACE,
+    RATES,
+    SIM_WIND,
+    YAW,
+    streams,
+)
 from mavlink_sitl.autopilot.plan_rules import ARDUPLANE_PLANS
 
 _INT8 = ParameterType.INT8
@@ -125,6 +135,21 @@ ARDUPLANE = replace(
     standby_s=1.747,
     boot_mode=16,
     boot_flags=0x10,
+    streams=streams(raw_sensors=(295,), extra1=(11020,)),
+    sensors=Sensors(
+        present=0x1361FC1F,
+        enabled=0x1241801F,
+        healthy=0x0301801F,
+        by_mode={
+            "MANUAL": 0,
+            "ACRO": RATES,
+            "STABILIZE": RATES | ATTITUDE,
+            "FLY_BY_WIRE_A": RATES | ATTITUDE,
+            "FLY_BY_WIRE_B": RATES | ATTITUDE,
+            "CRUISE": RATES | ATTITUDE,
+        },
+        otherwise=RATES | ATTITUDE | YAW | HEIGHT | PLACE,
+    ),
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
 )

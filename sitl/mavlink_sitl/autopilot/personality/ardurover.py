@@ -5,9 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import (
+    NOT_MODELLED,
+    BootStep,
+    ModeSpec,
+    Personality,
+    Sensors,
+)
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
-from mavlink_sitl.autopilot.personality.shared import COMMON
+from mavlink_sitl.autopilot.personality.shared import (
+    ATTITUDE,
+    COMMON,
+    PLACE,
+    RATES,
+    YAW,
+    streams,
+)
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
 
 _INT8 = ParameterType.INT8
@@ -104,6 +117,20 @@ ARDUROVER = replace(
     standby_s=2.365,
     boot_mode=16,
     boot_flags=MANUAL_INPUT,
+    streams=streams(raw_controller=(34,)),
+    sensors=Sensors(
+        present=0x1321DC0F,
+        enabled=0x1201800F,
+        healthy=0x0301810F,
+        by_mode={
+            "MANUAL": 0,
+            "HOLD": 0,
+            "ACRO": RATES | ATTITUDE,
+            "STEERING": RATES | ATTITUDE,
+        },
+        otherwise=RATES | ATTITUDE | YAW | PLACE,
+        estimator_needs_gps=True,
+    ),
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
 )

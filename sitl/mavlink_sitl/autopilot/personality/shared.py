@@ -51,12 +51,17 @@ COMMON = (*BATTERY, *FENCE, *LINK, *SIMULATION)
 """Of every kind of vehicle"""
 
 
-def streams(**groups: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
-    """REQUEST_DATA_STREAM: message ids by stream id, from those by name; 0 is all of them."""
-    by_id = {STREAM_IDS[name]: messages for name, messages in groups.items()}
-    return {0: tuple(m for messages in by_id.values() for m in messages), **by_id}
-
-
+STREAMS: dict[str, tuple[int, ...]] = {
+    "raw_sensors": (27, 116, 129, 29, 137),
+    "extended_status": (1, 125, 152, 42, 24, 62, 162, 87),
+    "rc_channels": (36, 65),
+    "raw_controller": (),
+    "position": (33, 32),
+    "extra1": (30, 164, 178),
+    "extra2": (74,),
+    "extra3": (163, 168, 132, 2, 147, 193, 241),
+}
+"""What the firmware puts into each group, of those messages that are modelled"""
 STREAM_IDS = {
     "raw_sensors": 1,
     "extended_status": 2,
@@ -68,3 +73,19 @@ STREAM_IDS = {
     "extra3": 12,
 }
 """MAV_DATA_STREAM"""
+
+
+def streams(**more: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
+    """REQUEST_DATA_STREAM: message ids by stream id; 0 is all of them.
+
+    Args:
+        more: what a kind of vehicle sends besides, by group.
+    """
+    by_id = {
+        STREAM_IDS[name]: (*messages, *more.get(name, ())) for name, messages in STREAMS.items()
+    }
+    return {0: tuple(m for messages in by_id.values() for m in messages), **by_id}
+
+
+RATES, ATTITUDE, YAW, HEIGHT, PLACE = 0x400, 0x800, 0x1000, 0x2000, 0x4000
+"""Of SYS_STATUS: what is controlled"""
