@@ -60,7 +60,7 @@ def test_a_recording_that_begins_in_the_air_begins_there(
     start = start_of(recording)
     assert start.armed
     assert start.position_ned_m is not None
-    assert start.position_ned_m[2] < -5.0
+    assert start.position_ned_m[2] < -4.0
     assert main([str(path)]) == 0, capsys.readouterr().out
 
 
