@@ -53,7 +53,7 @@ def empty(station: GroundStation, voltage_v: float) -> None:
 def going_north_m(station: GroundStation) -> float:
     """How far North of home the place is that a vehicle goes to."""
     station.command(mav.MAV_CMD_REQUEST_MESSAGE, 87)
-    return (station.last("POSITION_TARGET_GLOBAL_INT").lat_int - HOME[0]) / METRE
+    return float(station.last("POSITION_TARGET_GLOBAL_INT").lat_int - HOME[0]) / METRE
 
 
 # Battery.
