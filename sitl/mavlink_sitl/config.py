@@ -11,6 +11,7 @@ from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
 from mavlink_sitl.autopilot.personality.arduplane import ARDUPLANE
 from mavlink_sitl.autopilot.personality.ardurover import ARDUBOAT, ARDUROVER
 from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
+from mavlink_sitl.autopilot.personality.px4plane import PX4PLANE
 from mavlink_sitl.autopilot.personality.px4rover import PX4BOAT, PX4ROVER
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.faults import LinkFaults
@@ -24,6 +25,7 @@ PERSONALITIES: dict[tuple[str, str], Personality] = {
     ("plane", "ardupilot"): ARDUPLANE,
     ("rover", "px4"): PX4ROVER,
     ("boat", "px4"): PX4BOAT,
+    ("plane", "px4"): PX4PLANE,
 }
 
 DEFAULT_HOME = GeoPoint(-35.363261, 149.165230, 584.0)

@@ -8,6 +8,7 @@ from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.plane import Plane
 from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.rover import Px4Rover
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.autopilot.rover import Rover
@@ -24,6 +25,7 @@ _CLASSES: dict[str, type[Copter]] = {
     "plane": Plane,
     "px4rover": Px4Rover,
     "px4boat": Px4Rover,
+    "px4plane": Px4Plane,
 }
 
 

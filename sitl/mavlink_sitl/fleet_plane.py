@@ -40,10 +40,13 @@ class PlanePhysics(ToldPhysics):
         """See `Physics`."""
         super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
         o = self.o
-        self.body_model: Any = plane.PlaneModel()
+        self.body_model: Any = self._model()
         self.body = plane.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
         self.gps_sample = (0.0, self.body, self.error)
         self._glide = glide_controller.initial(o)
+
+    def _model(self) -> Any:
+        return plane.PlaneModel()
 
     def step(self) -> None:
         """Controllers and bodies, DT_S onwards."""
@@ -90,3 +93,12 @@ class PlanePhysics(ToldPhysics):
         turn = body.yaw_rate_rad_s * o.cos(pitch)
         pitch_rate, yaw_rate = turn * o.sin(body.bank_rad), turn * o.cos(body.bank_rad)
         return body.bank_rad, pitch, body.yaw_rad, body.roll_rate_rad_s, pitch_rate, yaw_rate
+
+
+class Px4PlanePhysics(PlanePhysics):
+    """Planes of PX4: smaller and slower, as its default airspeeds want them (FW_AIRSPD_*)."""
+
+    glide_gains = PlanePhysics.glide_gains._replace(thrust_m_s2=7.5)
+
+    def _model(self) -> Any:
+        return plane.PlaneModel(max_thrust_m_s2=7.5, stall_m_s=7.0, rotate_m_s=9.0)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.fleet_ground import BoatPhysics, Px4BoatPhysics, Px4RoverPhysics, RoverPhysics
-from mavlink_sitl.fleet_plane import PlanePhysics
+from mavlink_sitl.fleet_plane import PlanePhysics, Px4PlanePhysics
 from mavlink_sitl.physics import Physics
 from mavlink_sitl.px4_physics import Px4Physics
 
@@ -23,6 +23,7 @@ PIPELINES: dict[str, type[Physics]] = {
     "plane": PlanePhysics,
     "px4rover": Px4RoverPhysics,
     "px4boat": Px4BoatPhysics,
+    "px4plane": Px4PlanePhysics,
 }
 
 

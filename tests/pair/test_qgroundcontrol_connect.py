@@ -28,6 +28,7 @@ IDENTITIES = [
     ("copter", "px4"),
     ("rover", "px4"),
     ("boat", "px4"),
+    ("plane", "px4"),
 ]
 
 CAPABILITIES = (

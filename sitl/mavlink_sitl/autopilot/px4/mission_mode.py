@@ -9,7 +9,7 @@ from __future__ import annotations
 from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.auto_tasks import Task
 from mavlink_sitl.autopilot.personality.px4 import LOITER
-from mavlink_sitl.autopilot.plans import PlanItem
+from mavlink_sitl.autopilot.plans import MissionState, PlanItem
 from mavlink_sitl.autopilot.px4.mode import Px4Mode
 from mavlink_sitl.exchange import Result, Severity
 
@@ -45,9 +45,10 @@ class Px4Mission(Px4Mode, Auto):
         """Nor that they are reached."""
 
     def _complete(self) -> None:
-        """After the last item: stay in the mode and hold."""
-        ended = self.task is not None
-        super()._complete()
+        """After the last item: stay in the mode and hold; landed, the commander disarms later."""
+        ended, self.task = self.task is not None, None
+        self.px4.plans.state = MissionState.COMPLETE
+        self.guide(self.hold_guidance())
         if ended:
             self.px4.say(Severity.INFO, "Mission finished, loitering")
 

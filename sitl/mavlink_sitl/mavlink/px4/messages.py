@@ -135,7 +135,8 @@ def estimator_status(s: Snapshot) -> Message:
     )
 
 
-def _quaternion(s: Snapshot) -> list[float]:
+def quaternion(s: Snapshot) -> list[float]:
+    """The attitude: w, x, y, z."""
     message = position.attitude_quaternion(s)
     return [message.q1, message.q2, message.q3, message.q4]
 
@@ -144,7 +145,7 @@ def attitude_target(s: Snapshot) -> Message:
     """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
     thrust = max(s.thrust_over_hover * HOVER_THRUST, 0.001)
     return dialect.MAVLink_attitude_target_message(
-        boot_ms(s), 0, _quaternion(s), *s.motion[9:12], min(thrust, 1.0)
+        boot_ms(s), 0, quaternion(s), *s.motion[9:12], min(thrust, 1.0)
     )
 
 
@@ -217,7 +218,7 @@ def odometry(s: Snapshot) -> Message:
     pose = [*covariance, 3e-4, NAN, NAN, 6e-5, NAN, 3e-4]
     velocity = [0.009, *[NAN] * 5, 0.009, *[NAN] * 4, 0.005, *[NAN] * 9]
     return dialect.MAVLink_odometry_message(
-        s.time_boot_us, 1, 1, *m[:3], _quaternion(s), *m[3:6], *m[9:12], pose, velocity, 1, 8, 0
+        s.time_boot_us, 1, 1, *m[:3], quaternion(s), *m[3:6], *m[9:12], pose, velocity, 1, 8, 0
     )
 
 
