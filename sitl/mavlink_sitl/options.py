@@ -156,7 +156,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--autopilot",
         default="ardupilot",
         metavar="FIRMWARE",
-        help="ardupilot, or px4 for a copter (default: ardupilot)",
+        help="ardupilot or px4 (default: ardupilot)",
     )
     add(
         "--link",

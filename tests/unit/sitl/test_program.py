@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import re
 import signal
@@ -157,6 +158,45 @@ def test_at_any_speed_the_same_inputs_give_the_same_bytes(speedup: str, tmp_path
             simulation.link.write(frame)
     assert len(flown) > 2_000
     assert again.getvalue()[: len(flown)] == flown
+
+
+def wait_for_mode(connection: Any, custom_mode: int) -> Any:
+    """The first heartbeat with a mode."""
+    for _ in range(600):
+        beat = heartbeat(connection)
+        if beat.custom_mode == custom_mode:
+            return beat
+    pytest.fail("the mode did not come")
+
+
+def test_a_px4_plane_takes_off_over_udp() -> None:
+    port, takeoff, hold = free_port(), 0x02040000, 0x03040000
+    with (
+        client(f"udpin:127.0.0.1:{port}") as connection,
+        running(
+            "--vehicle",
+            "plane",
+            "--autopilot",
+            "px4",
+            "--ready-after",
+            "1",
+            "--speedup",
+            "20",
+            "--link",
+            f"udpout:127.0.0.1:{port}",
+        ) as program,
+    ):
+        assert "PX4 plane" in program.first_line
+        assert heartbeat(connection).type == 1
+        wait_for_mode(connection, hold)
+        while heartbeat(connection).system_status != 3:
+            pass
+        assert command(connection, mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, *[math.nan] * 4) == 0
+        assert command(connection, mav.MAV_CMD_COMPONENT_ARM_DISARM, 1) == 0
+        assert wait_for_mode(connection, takeoff).base_mode & 128
+        wait_for_mode(connection, hold)
+        printed = program.end()
+    assert re.search(r"s  (vehicle 1: )?takeoff$", printed, re.MULTILINE), printed
 
 
 def test_a_flight_over_tcp_with_two_clients() -> None:

@@ -128,15 +128,10 @@ def nav_controller_output(s: Snapshot) -> Message | None:
     )
 
 
-def never(_: Snapshot) -> None:
-    """Accepted when asked for, and never sent."""
-    return
-
-
 _DRIVE: dict[int, Builder] = {
     36: drive_outputs,
-    83: never,
-    85: never,
+    83: messages.never,
+    85: messages.never,
     87: drive_target,
 }
 _FLY: dict[int, Builder] = {

@@ -385,6 +385,11 @@ def protocol_version(_: Snapshot) -> Message:
     return Raw(300, 217, struct.pack("<HHH8s8s", 200, 100, 203, b"", b""))
 
 
+def never(_: Snapshot) -> None:
+    """Accepted when asked for, and never sent."""
+    return
+
+
 BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     0: heartbeat,
     1: sys_status,
@@ -398,7 +403,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     36: servo_output_raw,
     42: status.mission_current,
     49: position.gps_global_origin,
-    65: status.rc_channels,
+    65: never,  # there is no receiver
     74: vfr_hud,
     83: attitude_target,
     85: position_target_local_ned,
