@@ -7,11 +7,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.auto import ALLOW_ARMING, Auto
+from mavlink_sitl.autopilot.circle import Circle
 from mavlink_sitl.autopilot.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.firmware import Firmware
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.autopilot.guided_attitude import AttitudeTarget
-from mavlink_sitl.autopilot.modes import Brake, Land, Mode, PilotHeight, Stabilize
+from mavlink_sitl.autopilot.modes import Brake, Land, Mode, PilotHeight, Stabilize, Throw
 from mavlink_sitl.autopilot.motor_test import MotorTest
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
@@ -38,7 +39,12 @@ BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
     "rtl": ReturnToLaunch,
     "land": Land,
     "brake": Brake,
+    "circle": Circle,
+    "throw": Throw,
 }
+
+ALOFT_M = 2.5
+"""Height above home from which the ground no longer disturbs the magnetometers"""
 
 
 class Copter(Firmware):
@@ -59,6 +65,7 @@ class Copter(Firmware):
     ) -> None:
         """See the class."""
         self.yaw = YawControl()
+        self._was_aloft = False
         self.motor_test = MotorTest(self)
         super().__init__(personality, parameters, origin, observation, ready_after_s)
 
@@ -86,8 +93,15 @@ class Copter(Firmware):
         revision = self.revision
         super().update(observation)
         self.motor_test.update()
+        self._say_aloft()
         if self.yaw.heading_rad is not None and self.revision == revision:
             self.guide_on()
+
+    def _say_aloft(self) -> None:
+        if not self._was_aloft and not self.landed:
+            self._was_aloft = self.navigator.height_above_home_m() > ALOFT_M
+            for text in self.personality.aloft_texts if self._was_aloft else ():
+                self.say(Severity.INFO, text)
 
     def guide(self, guidance: Guidance) -> None:
         """Called by modes; the heading is another one if somebody asked for it."""
@@ -158,7 +172,9 @@ class Copter(Firmware):
             reason = None
             if mode.spec.requires_position and not self.estimator.position_ok:
                 reason = "requires position"
-            elif isinstance(mode, Auto) and not self._may_start_mission(mode):
+            elif isinstance(mode, Throw) or (
+                isinstance(mode, Auto) and not self._may_start_mission(mode)
+            ):
                 reason = "init failed"
             if reason is not None:
                 text = f"Mode change to {mode.spec.name} failed: {reason}"

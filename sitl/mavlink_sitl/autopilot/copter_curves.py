@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.circle import Orbit, circle_radius_m, circle_rate_rad_s
 from mavlink_sitl.autopilot.copter_tasks import CopterTask, FlyTo, holding
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.track import Vector
@@ -15,10 +16,6 @@ from mavlink_sitl.exchange import YawMode
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter_auto import CopterAuto
 
-CIRCLE_RATE_RAD_S = math.radians(20.0)
-"""CIRCLE_RATE"""
-CIRCLE_RADIUS_M = 10.0
-"""CIRCLE_RADIUS: for an item that gives none"""
 HEIGHT_REACHED_M = 0.05
 MOVING_M_S = 0.5
 """Slower, a curve leaves towards its end, whatever the direction"""
@@ -44,54 +41,26 @@ class Circle(CopterTask):
     def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, centre: Vector) -> None:
         """See the class."""
         super().__init__(auto, item)
-        self._centre = centre
-        self._radius_m = abs(item.params[2]) or CIRCLE_RADIUS_M
-        self._sense = -1.0 if item.params[2] < 0.0 else 1.0
-        self._angle = math.atan2(start[1] - centre[1], start[0] - centre[0])
-        self._way = FlyTo(auto, replace(item, command=Cmd.LOITER_UNLIM), start, self._point())
-        self._turned_rad = 0.0
-        self._last_s: float | None = None
-
-    def _point(self) -> Vector:
-        return (
-            self._centre[0] + self._radius_m * math.cos(self._angle),
-            self._centre[1] + self._radius_m * math.sin(self._angle),
-            self._centre[2],
-        )
+        rate = math.copysign(abs(circle_rate_rad_s(self.copter)), item.params[2])
+        radius_m = abs(item.params[2]) or circle_radius_m(self.copter)
+        angle = math.atan2(start[1] - centre[1], start[0] - centre[0])
+        self._orbit = Orbit(self.copter, centre, radius_m, rate, angle)
+        way = replace(item, command=Cmd.LOITER_UNLIM)
+        self._way = FlyTo(auto, way, start, self._orbit.point())
+        self._round = False
 
     def update(self) -> None:
         """To the edge, then round."""
-        copter = self.copter
-        if self._last_s is None:
+        if not self._round:
             self._way.update()
-            if self._way.track.passed(copter.now_s):
-                self._last_s = copter.now_s
+            self._round = self._way.track.passed(self.copter.now_s)
+            self._orbit.begin()
             return
-        rate = min(
-            CIRCLE_RATE_RAD_S,
-            copter.navigator.limits().speed_xy_m_s / self._radius_m,
-            math.sqrt(copter.navigator.limits().acceleration_xy_m_s2 / self._radius_m),
-        )
-        step = rate * (copter.now_s - self._last_s)
-        self._last_s = copter.now_s
-        self._turned_rad += step
-        self._angle += self._sense * step
-        speed = self._sense * rate * self._radius_m
-        self.auto.guide(
-            replace(
-                holding(self.auto, self._point()),
-                velocity_north_m_s=-speed * math.sin(self._angle),
-                velocity_east_m_s=speed * math.cos(self._angle),
-                restart_xy=False,
-                restart_z=False,
-                yaw_mode=YawMode.ANGLE,  # towards the centre, as CIRCLE_OPTIONS has it
-                yaw_rad=self._angle + math.pi,
-            )
-        )
+        self.auto.guide(self._orbit.go_on(self.auto.hold_guidance()))
 
     def finished(self) -> bool:
         """When all turns are done."""
-        return self._turned_rad >= max(self.item.params[0], 0.0) * math.tau
+        return self._orbit.turned_rad >= max(self.item.params[0], 0.0) * math.tau
 
 
 class LoiterToAltitude(FlyTo):

@@ -97,6 +97,11 @@ def sticks(flight: Flight) -> None:
         flight.watch(4)
 
 
+def round_and_round(flight: Flight) -> None:
+    flight.up().mode(7)
+    flight.watch(6)
+
+
 def idle(flight: Flight) -> None:
     flight.change()
     flight.station.mode(4)
@@ -136,6 +141,8 @@ CASES: dict[str, Case] = {
     "BATT_LOW_MAH": (hover, {"BATT_LOW_TIMER": 3.0}, 3280.0),
     "BATT_LOW_TIMER": (hover, {**FLAT, "BATT_FS_LOW_ACT": 2.0}, 2.0),
     "BATT_LOW_VOLT": (hover, FLAT, 9.0),
+    "CIRCLE_RADIUS": (round_and_round, {}, 500.0),
+    "CIRCLE_RATE": (round_and_round, {}, -10.0),
     "DISARM_DELAY": (idle, {}, 5.0),
     "FENCE_ACTION": (outwards, FENCE, 2.0),
     "FENCE_ALT_MAX": (outwards, FENCE, 8.0),

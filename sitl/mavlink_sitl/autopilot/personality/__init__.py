@@ -98,6 +98,7 @@ class Personality:
         boot_flags: HEARTBEAT.base_mode while starting, besides CUSTOM_MODE_ENABLED.
         armed_text: said when armed.
         disarmed_text: said when disarmed.
+        aloft_texts: said once after power-up, at first out of the ground's reach.
     """
 
     name: str
@@ -125,3 +126,4 @@ class Personality:
     boot_flags: int = 0x58
     armed_text: str = "Arming motors"
     disarmed_text: str = "Disarming motors"
+    aloft_texts: tuple[str, ...] = ()

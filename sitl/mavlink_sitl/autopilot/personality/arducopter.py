@@ -36,9 +36,11 @@ _MODES = (
     ModeSpec(4, "GUIDED", "guided", True, armable=True, position_controlled=True),
     ModeSpec(5, "LOITER", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(6, "RTL", "rtl", True, position_controlled=True),
+    ModeSpec(7, "CIRCLE", "circle", True, position_controlled=True),
     ModeSpec(9, "LAND", "land", position_controlled=True),
     ModeSpec(16, "POSHOLD", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(17, "BRAKE", "brake", True, position_controlled=True),
+    ModeSpec(18, "THROW", "throw", True, armable=True),
 )
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
@@ -48,6 +50,8 @@ _PARAMETERS = (
     *SIM_WIND,
     ParameterSpec("AUTO_OPTIONS", 0.0, _INT32),
     ParameterSpec("AVOID_ENABLE", 3.0, _INT8),
+    ParameterSpec("CIRCLE_RADIUS", 1000.0),
+    ParameterSpec("CIRCLE_RATE", 20.0),
     ParameterSpec("DISARM_DELAY", 10.0, _INT8),
     ParameterSpec("FENCE_TYPE", 7.0, _INT8),
     ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
@@ -125,4 +129,5 @@ ARDUCOPTER = Personality(
     ),
     shortest_interval_us=3125,
     plan_rules=ARDUCOPTER_PLANS,
+    aloft_texts=tuple(f"EKF3 IMU{i} MAG0 in-flight yaw alignment complete" for i in (0, 1)),
 )

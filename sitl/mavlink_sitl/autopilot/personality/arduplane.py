@@ -150,6 +150,7 @@ ARDUPLANE = replace(
         },
         otherwise=RATES | ATTITUDE | YAW | HEIGHT | PLACE,
     ),
+    aloft_texts=(),
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
 )

@@ -131,6 +131,7 @@ ARDUROVER = replace(
         otherwise=RATES | ATTITUDE | YAW | PLACE,
         estimator_needs_gps=True,
     ),
+    aloft_texts=(),
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
 )
