@@ -42,7 +42,8 @@ def test_hostile_frames_do_not_stop_a_flying_copter() -> None:
 
 
 @pytest.mark.parametrize(
-    ("vehicle", "autopilot"), [("copter", "px4"), ("rover", "ardupilot"), ("boat", "ardupilot")]
+    ("vehicle", "autopilot"),
+    [("copter", "px4"), ("rover", "ardupilot"), ("boat", "ardupilot"), ("plane", "px4")],
 )
 def test_nor_the_others(vehicle: str, autopilot: str) -> None:
     config = VehicleConfig(vehicle=vehicle, autopilot=autopilot, ready_after_s=1.0)
