@@ -79,7 +79,7 @@ class Physics:
         self._true_rows: tuple[Any, list[Motion]] = (None, [])
         self._turns: tuple[Any, tuple[Lane, ...]] = (None, ())
         self._gps_rows: tuple[Any, list[GpsSample]] = (None, [])
-        self._contact_rows: tuple[Any, list[tuple[bool, float, float]]] = (None, [])
+        self._contact_rows: tuple[Any, list[Any]] = (None, [])
         self._battery_rows: tuple[Any, list[BatteryReading]] = (None, [])
 
     def at(self, lane: Lane, index: int) -> float:
@@ -208,9 +208,9 @@ class Physics:
         body = self.body
         if self._contact_rows[0] is not body:
             lanes = (body.on_ground, body.impact_m_s, body.thrust_m_s2)
-            rows = zip(*(self.o.unpack(lane) for lane in lanes), strict=True)
-            self._contact_rows = (body, [(bool(t), float(i), float(f)) for t, i, f in rows])
-        return self._contact_rows[1][index]
+            self._contact_rows = (body, list(zip(*map(self.o.unpack, lanes), strict=True)))
+        row: tuple[bool, float, float] = self._contact_rows[1][index]
+        return row
 
     def _motions(self, body: Any, error: sensors.EstimateError | None) -> list[Motion]:
         """All vehicles' motion; made once per tick, since everybody asks at the same ticks."""

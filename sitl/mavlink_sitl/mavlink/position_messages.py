@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.exchange import Motors
+from mavlink_sitl.exchange import Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
@@ -54,17 +54,21 @@ def attitude(s: Snapshot) -> Message:
 def attitude_quaternion(s: Snapshot) -> Message:
     """ATTITUDE_QUATERNION, from body to NED."""
     m = s.motion
-    cr, sr = math.cos(m.roll_rad / 2), math.sin(m.roll_rad / 2)
-    cp, sp = math.cos(m.pitch_rad / 2), math.sin(m.pitch_rad / 2)
-    cy, sy = math.cos(m.yaw_rad / 2), math.sin(m.yaw_rad / 2)
-    return dialect.MAVLink_attitude_quaternion_message(
-        boot_ms(s),
+    return dialect.MAVLink_attitude_quaternion_message(boot_ms(s), *quaternion(m), *m[9:12])
+
+
+def quaternion(m: Motion) -> list[float]:
+    """The attitude, from body to NED."""
+    _, _, _, _, _, _, roll, pitch, yaw, _, _, _ = m
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return [
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
-        *m[9:12],
-    )
+    ]
 
 
 def gps_raw_int(s: Snapshot) -> Message:

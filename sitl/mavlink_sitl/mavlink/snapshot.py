@@ -58,22 +58,25 @@ class Snapshot(NamedTuple):
 def to_int(value: float, low: int, high: int) -> int:
     """Rounded and limited to a field's range."""
     number = round(value)
-    return low if number < low else high if number > high else number  # noqa: FURB136 - hot
+    return number if low <= number <= high else low if number < low else high
 
 
 def to_i16(value: float) -> int:
     """Rounded, limited to int16."""
-    return to_int(value, -32768, 32767)
+    number = round(value)
+    return number if -32768 <= number <= 32767 else to_int(number, -32768, 32767)
 
 
 def to_u16(value: float) -> int:
     """Rounded, limited to uint16."""
-    return to_int(value, 0, 65535)
+    number = round(value)
+    return number if 0 <= number <= 65535 else to_int(number, 0, 65535)
 
 
 def to_i32(value: float) -> int:
     """Rounded, limited to int32."""
-    return to_int(value, -(2**31), 2**31 - 1)
+    number = round(value)
+    return number if -(2**31) <= number < 2**31 else to_int(number, -(2**31), 2**31 - 1)
 
 
 def boot_ms(s: Snapshot) -> int:

@@ -15,6 +15,7 @@ from mavlink_sitl.autopilot.px4.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.rover_modes import DriveMode
 from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.guidance import GlideGuidance
+from mavlink_sitl.mavlink import position_messages as position
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.px4 import messages
 from mavlink_sitl.mavlink.snapshot import Snapshot, boot_ms, to_i16, to_i32, to_u16
@@ -68,7 +69,7 @@ def surface_outputs(s: Snapshot) -> Message:
 def attitude_target(s: Snapshot) -> Message:
     """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
     return dialect.MAVLink_attitude_target_message(
-        boot_ms(s), 0, messages.quaternion(s), *s.motion[9:12], min(s.throttle_fraction, 1.0)
+        boot_ms(s), 0, position.quaternion(s.motion), *s.motion[9:12], min(s.throttle_fraction, 1.0)
     )
 
 

@@ -135,17 +135,11 @@ def estimator_status(s: Snapshot) -> Message:
     )
 
 
-def quaternion(s: Snapshot) -> list[float]:
-    """The attitude: w, x, y, z."""
-    message = position.attitude_quaternion(s)
-    return [message.q1, message.q2, message.q3, message.q4]
-
-
 def attitude_target(s: Snapshot) -> Message:
     """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
     thrust = max(s.thrust_over_hover * HOVER_THRUST, 0.001)
     return dialect.MAVLink_attitude_target_message(
-        boot_ms(s), 0, quaternion(s), *s.motion[9:12], min(thrust, 1.0)
+        boot_ms(s), 0, position.quaternion(s.motion), *s.motion[9:12], min(thrust, 1.0)
     )
 
 
@@ -211,14 +205,27 @@ def position_target_global_int(s: Snapshot) -> Message | None:
     )
 
 
+_POSE = [0.042, *[NAN] * 5, 0.042, *[NAN] * 4, 0.01, *[NAN] * 3, 3e-4, NAN, NAN, 6e-5, NAN, 3e-4]
+_VELOCITY = [0.009, *[NAN] * 5, 0.009, *[NAN] * 4, 0.005, *[NAN] * 9]
+"""Covariances of ODOMETRY"""
+
+
 def odometry(s: Snapshot) -> Message:
     """ODOMETRY: velocity in the same NED frame as the position, as recorded."""
     m = s.motion
-    covariance = [0.042, *[NAN] * 5, 0.042, *[NAN] * 4, 0.01, NAN, NAN, NAN]
-    pose = [*covariance, 3e-4, NAN, NAN, 6e-5, NAN, 3e-4]
-    velocity = [0.009, *[NAN] * 5, 0.009, *[NAN] * 4, 0.005, *[NAN] * 9]
     return dialect.MAVLink_odometry_message(
-        s.time_boot_us, 1, 1, *m[:3], quaternion(s), *m[3:6], *m[9:12], pose, velocity, 1, 8, 0
+        s.time_boot_us,
+        1,
+        1,
+        *m[:3],
+        position.quaternion(s.motion),
+        *m[3:6],
+        *m[9:12],
+        _POSE,
+        _VELOCITY,
+        1,
+        8,
+        0,
     )
 
 
