@@ -188,6 +188,23 @@ def test_do_land_start_goes_on_with_the_landing_sequence() -> None:
     assert math.dist(station.position[:2], (5, 0)) < 0.7
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        mav.MAV_CMD_NAV_SPLINE_WAYPOINT,
+        mav.MAV_CMD_NAV_LOITER_TO_ALT,
+        mav.MAV_CMD_DO_SET_HOME,
+        mav.MAV_CMD_DO_SET_ROI,
+        mav.MAV_CMD_DO_SET_ROI_LOCATION,
+    ],
+)
+def test_a_place_that_is_not_on_earth_is_refused(command: int) -> None:
+    station = copter().ready()
+    nowhere = item(command, up_m=5.0)
+    nowhere.x = 2_000_000_000
+    assert upload(station, [home(), nowhere]) == 10
+
+
 # The same by command.
 
 

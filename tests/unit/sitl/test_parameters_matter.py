@@ -146,6 +146,7 @@ CASES: dict[str, Case] = {
     "DISARM_DELAY": (idle, {}, 5.0),
     "FENCE_ACTION": (outwards, FENCE, 2.0),
     "FENCE_ALT_MAX": (outwards, FENCE, 8.0),
+    "FENCE_ALT_MIN": (guided, {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 8.0}, 5.0),
     "FENCE_ENABLE": (outwards, FENCE, 0.0),
     "FENCE_MARGIN": (outwards, {**FENCE, "AVOID_ENABLE": 3.0}, 5.0),
     "FENCE_RADIUS": (outwards, FENCE, 25.0),
