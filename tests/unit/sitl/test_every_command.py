@@ -80,3 +80,12 @@ def test_what_is_not_known_is_unsupported_and_nothing_else_is() -> None:
                 answered.add(mav.enums["MAV_CMD"][command].name.removeprefix("MAV_CMD_"))
     # A failure of nothing is refused as UNSUPPORTED, too; it has tests of its own.
     assert answered == ANSWERED_BY_COPTERS - {"INJECT_FAILURE"}
+
+
+@pytest.mark.parametrize("sender", [(1, 191), (42, 1), (254, 0)])
+def test_anybody_is_answered_by_name(sender: tuple[int, int]) -> None:
+    station = GroundStation(Simulation(seed=1), 0, *sender)
+    station.run(1.5)
+    (message, _) = forms(31999, 1)
+    (ack,) = (m for m in station.send(message) if m.get_type() == "COMMAND_ACK")
+    assert (ack.target_system, ack.target_component, ack.result) == (*sender, UNSUPPORTED)
