@@ -106,10 +106,7 @@ class Px4Plane(Px4Vehicle):
         super().update(observation)
 
     def _detect_ground(self, observation: Observation) -> None:
-        """Flying at once when fast, landed when slow for LNDFW_TRIG_TIME.
-
-        The early stages of a take-off run count as landed whatever the speed.
-        """
+        """Flying at once when fast, also while it rolls; landed when slow for LNDFW_TRIG_TIME."""
         p, m = self.parameters, observation.motion
         speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
         fast = speed > p["LNDFW_VEL_XY_MAX"] or (
@@ -118,7 +115,7 @@ class Px4Plane(Px4Vehicle):
         if not self.armed:
             self._on_ground, self._slow_since_s = observation.touching_ground, None
         elif self._on_ground:
-            self._on_ground = not fast or self.flying_mode.at_rest
+            self._on_ground = not fast
         elif fast:
             self._slow_since_s = None
         elif self._slow_since_s is None:

@@ -162,11 +162,6 @@ class PlaneMission(PlaneMode, Px4Mission):
                 self.circle(self._last or self.here())
 
     @property
-    def at_rest(self) -> bool:
-        """During the run of a take-off."""
-        return isinstance(self.task, ClimbOut) and self.task.climbout.rolling
-
-    @property
     def taking_off(self) -> bool:
         """While it climbs out."""
         return isinstance(self.task, ClimbOut)

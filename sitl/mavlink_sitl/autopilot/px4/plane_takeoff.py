@@ -27,9 +27,6 @@ class Climbout:
         mode: whose take-off it is.
         down_m: how high, NED.
         towards: the place whose bearing is kept; where the nose points when None.
-
-    Attributes:
-        rolling: it has not rotated yet; the land detector waits for that.
     """
 
     def __init__(self, mode: PlaneMode, down_m: float, towards: Point | None = None) -> None:
@@ -39,7 +36,7 @@ class Climbout:
         self.down_m = down_m
         self._towards = towards
         self._began_s: float | None = None
-        self.rolling = False
+        self._rolling = False
 
     @property
     def done(self) -> bool:
@@ -56,11 +53,11 @@ class Climbout:
         if self._began_s is None:
             self._begin()
         assert self._began_s is not None
-        if self.rolling:
+        if self._rolling:
             ramp_s = within(p["RWTO_RAMP_TIME"], 0.01, 60.0)
             share = (plane.now_s - self._began_s) / ramp_s
-            self.rolling = share < 1.0 or plane.airspeed_m_s < self._rotate_m_s()
-            if self.rolling:
+            self._rolling = share < 1.0 or plane.airspeed_m_s < self._rotate_m_s()
+            if self._rolling:
                 throttle = min(share, 1.0) * within(p["RWTO_MAX_THR"], 0.0, 1.0)
                 mode.guide(GlideGuidance(motors=Motors.MANUAL, throttle=throttle))
                 return
@@ -72,7 +69,7 @@ class Climbout:
     def _begin(self) -> None:
         plane, mode = self._plane, self._mode
         self._began_s = plane.now_s
-        self.rolling = plane.landed and int(plane.parameters["RWTO_TKOFF"]) != 0
+        self._rolling = plane.landed and int(plane.parameters["RWTO_TKOFF"]) != 0
         self._start = mode.level()
         away = self._towards or self._start
         along = path_guidance.unit(
@@ -107,11 +104,6 @@ class Takeoff(PlaneMode, TakeoffMode):
         self.wanted_amsl_m = None
         self.climbout = Climbout(self, min(wanted, here))
         self.update()
-
-    @property
-    def at_rest(self) -> bool:
-        """Until it has rotated."""
-        return self.climbout.rolling
 
     def update(self) -> None:
         """Climb; at the height circle where it is."""
