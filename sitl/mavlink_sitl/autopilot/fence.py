@@ -179,6 +179,10 @@ class Fence:
                 broken |= POLYGON
         return broken
 
+    def allows(self, position: tuple[float, ...]) -> bool:
+        """Whether the vehicle may be sent to a place, NED metres."""
+        return not self.enabled or not self._broken(position)
+
     def blocks(self, setpoint: Setpoint) -> bool:
         """Whether a setpoint for GUIDED leads out, so that it is ignored."""
         if not self.enabled:

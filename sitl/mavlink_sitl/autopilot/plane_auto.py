@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.plan_commands import MOVING
+from mavlink_sitl.autopilot.plane_landing import Approach
 from mavlink_sitl.autopilot.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.plane_tasks import (
-    Approach,
     Climb,
     FlyLine,
     GlideTask,

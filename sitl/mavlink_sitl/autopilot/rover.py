@@ -23,9 +23,8 @@ from mavlink_sitl.autopilot.rover_modes import (
     Hold,
     Loiter,
     Manual,
-    ReturnToLaunch,
-    SmartReturn,
 )
+from mavlink_sitl.autopilot.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.traveller import Traveller
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity

@@ -42,6 +42,8 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
         )
         if position is None:
             return Result.DENIED
+        if isinstance(copter, plane.Plane) and not copter.fence.allows(position):
+            return Result.DENIED
         if copter.set_mode(guided) is not Result.ACCEPTED:
             return Result.FAILED
         if isinstance(copter, plane.Plane):

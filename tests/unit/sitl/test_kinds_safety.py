@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from tests.support.ground_station import (
     ACCEPTED,
+    DENIED,
     FAILED,
     POSITION,
     VELOCITY,
@@ -319,6 +320,14 @@ def test_fence_options_unlock_the_mode_and_0_only_says_it() -> None:
     assert climbing({"FENCE_OPTIONS": 0.0}).mode(LOITER) == ACCEPTED
     station = climbing({"FENCE_ACTION": 0.0})
     assert mode_of(station) == PLANE_GUIDED
+
+
+def test_a_plane_is_not_sent_beyond_its_fence() -> None:
+    station = plane({"FENCE_ENABLE": 1.0, "FENCE_TYPE": 2.0, "FENCE_RADIUS": 2000.0})
+    reposition = mav.MAV_CMD_DO_REPOSITION
+    for north_m, answer in ((3000.0, DENIED), (1000.0, ACCEPTED)):
+        x = HOME[0] + round(north_m * METRE)
+        assert station.command_int(reposition, 6, -1, 1, x=x, y=HOME[1], z=60.0) == answer
 
 
 @pytest.mark.parametrize("uploaded", [False, True])
