@@ -155,11 +155,23 @@ NUMBERS = (
 )  # fmt: skip
 
 
+TAKE_NO_NUMBERS = {
+    mav.MAV_CMD_NAV_LOITER_UNLIM,
+    mav.MAV_CMD_NAV_RETURN_TO_LAUNCH,
+    mav.MAV_CMD_NAV_LAND,
+    mav.MAV_CMD_NAV_VTOL_LAND,
+    mav.MAV_CMD_DO_SET_ROI_NONE,
+    mav.MAV_CMD_GET_HOME_POSITION,
+    mav.MAV_CMD_REQUEST_PROTOCOL_VERSION,
+    mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES,
+}
+"""Changes of mode and requests: NaN in a field that is not used means "not given"."""
+
+
 @pytest.mark.parametrize(("vehicle", "autopilot"), PERSONALITIES)
-def test_no_number_in_every_field_of_any_command_is_answered_and_does_no_harm(
-    vehicle: str, autopilot: str
-) -> None:
-    """A field that a command does not use may be NaN: it means "not given"."""
+def test_a_command_without_a_number_in_any_field_is_refused(vehicle: str, autopilot: str) -> None:
+    """Unless it takes none. PX4 takes off to its usual height when none is given."""
+    may = TAKE_NO_NUMBERS | ({mav.MAV_CMD_NAV_TAKEOFF} if autopilot == "px4" else set())
     station = under_way(vehicle, autopilot)
     nan = math.nan
     for number in NUMBERS:
@@ -168,6 +180,7 @@ def test_no_number_in_every_field_of_any_command_is_answered_and_does_no_harm(
         station.send(mav.MAVLink_command_int_message(1, 1, 6, number, 0, 0, *[nan] * 4, 0, 0, nan))
         answers = [m for _, m in station.log[before:] if m.get_type() == "COMMAND_ACK"]
         assert {m.command for m in answers} <= {number}
+        assert number in may or mav.MAV_RESULT_ACCEPTED not in [m.result for m in answers]
         station.simulation.run_for(0.02)
         check_finite(station)
     alive(station)
