@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4 import path_guidance
-from tests.support.ground_station import ACCEPTED, TEMPORARILY_REJECTED, VELOCITY
+from tests.support.ground_station import ACCEPTED, TEMPORARILY_REJECTED, VELOCITY, Message
 from tests.support.missions import upload
 from tests.support.px4_station import HOME, NAN, Px4Station, at, plan_item, ready_px4
 
@@ -334,6 +334,22 @@ def test_a_mission_without_a_landing_is_infeasible() -> None:
     station.mode(px4.MISSION)
     assert station.arm() == TEMPORARILY_REJECTED
     assert "Mission rejected: Landing waypoint/pattern required.\t" in "".join(station.texts())
+
+
+@pytest.mark.parametrize(
+    ("before", "text"),
+    [
+        (plan_item(WAYPOINT, 0.0, 150.0, 40.0), "steeper than the vehicle setting of 5.0 degrees"),
+        (plan_item(WAYPOINT, 0.0, 450.0, 0.0), "approach waypoint must be above the landing point"),
+        (plan_item(17, 0.0, 450.0, 30.0), "Only ORBIT_TO_ALT or WAYPOINT allowed"),
+    ],
+)
+def test_a_landing_whose_approach_does_not_fit_is_infeasible(before: Message, text: str) -> None:
+    station = on_runway()
+    assert upload(station, [*PATTERN[:3], before, PATTERN[4]]) == 0
+    station.mode(px4.MISSION)
+    assert station.arm() == TEMPORARILY_REJECTED
+    assert text in "".join(station.texts())
 
 
 def test_loiters_of_a_mission_last_as_they_say() -> None:

@@ -82,6 +82,7 @@ class Feasibility:
                 takeoff = True
             landing |= item.command == Cmd.LAND
             positions |= item.command not in BEFORE_TAKEOFF
+        yield from vehicle.landing_faults(items)
         yield from self._required(takeoff, landing)
 
     def _acceptance_m(self, item: PlanItem) -> float:

@@ -6,22 +6,23 @@ Rules read in the source of v1.17 (fw_mode_manager, FixedwingLandDetector, Comma
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import ClassVar
 
 from mavlink_sitl.autopilot.navigation import LEAST_LIMIT
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4 import plane_landing, plane_modes, plane_takeoff
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.path_guidance import Law, Point
-from mavlink_sitl.autopilot.px4.plane_mission import PlaneMission
+from mavlink_sitl.autopilot.px4.plane_mission import PlaneMission, approach_fault
+from mavlink_sitl.autopilot.px4.plane_modes import TRUE_OVER_INDICATED
 from mavlink_sitl.autopilot.px4.plane_offboard import PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Limits, Observation
 from mavlink_sitl.geodesy import GeoPoint
-
-TRUE_OVER_INDICATED = 1.06
-"""Of the simulated body; see its pipeline"""
 
 
 class PlaneNavigator(Px4Navigator):
@@ -122,6 +123,18 @@ class Px4Plane(Px4Vehicle):
             self._slow_since_s = observation.time_s
         elif observation.time_s - self._slow_since_s >= p["LNDFW_TRIG_TIME"]:
             self._on_ground, self._slow_since_s = True, None
+
+    def landing_faults(self, items: Sequence[PlanItem]) -> Iterator[str]:
+        """See `Px4Vehicle`: what comes before a landing must suit FW_LND_ANG."""
+        auto, here = self.auto, self.motion[:3]
+        if auto is None:
+            return
+        for before, landing in pairwise(items):
+            if landing.command == Cmd.LAND and (before.x or before.y):
+                start, end = auto.place_of(before, here), auto.place_of(landing, here)
+                fault = approach_fault(self, before, start, end)
+                if fault is not None:
+                    yield fault
 
     def cruise_m_s(self) -> float:
         """The indicated airspeed it keeps."""

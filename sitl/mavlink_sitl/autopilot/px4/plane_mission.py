@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto_tasks import Task
 from mavlink_sitl.autopilot.guided import Vector
@@ -10,9 +11,13 @@ from mavlink_sitl.autopilot.personality.px4 import RTL
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4 import path_guidance
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
+from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane_landing import Descent
 from mavlink_sitl.autopilot.px4.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.plane_takeoff import Climbout
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.plane import Px4Plane
 
 _LOITERS = (Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT)
 
@@ -141,6 +146,37 @@ class LandAt(PlaneTask):
     def finished(self) -> bool:
         """On the ground."""
         return self.plane.landed
+
+
+def approach_fault(plane: Px4Plane, before: PlanItem, start: Vector, end: Vector) -> str | None:
+    """What is wrong with a landing's approach, in the firmware's words.
+
+    Args:
+        plane: the vehicle.
+        before: the item before the landing.
+        start: its place, NED metres.
+        end: the landing's.
+    """
+    high_m, far_m = end[2] - start[2], math.dist(start[:2], end[:2])
+    if high_m <= 0.0:
+        return "Mission rejected: the approach waypoint must be above the landing point."
+    if before.command == Cmd.LOITER_TO_ALT:
+        radius_m = abs(before.params[1])
+        if far_m <= radius_m:
+            return "Mission rejected: the landing point must be outside the orbit radius."
+        far_m = math.sqrt(far_m * far_m - radius_m * radius_m)
+    elif before.command != Cmd.WAYPOINT:
+        return (
+            "Mission rejected: unsupported landing approach entrance waypoint type. "
+            "Only ORBIT_TO_ALT or WAYPOINT allowed."
+        )
+    angle_deg = plane.parameters["FW_LND_ANG"]
+    if high_m > math.tan(math.radians(within(angle_deg, 0.0, 80.0) + 0.1)) * far_m:
+        return (
+            "Mission rejected: the landing glide slope is steeper than the vehicle setting of "
+            f"{angle_deg:.1f} degrees."
+        )
+    return None
 
 
 class PlaneMission(PlaneMode, Px4Mission):

@@ -24,6 +24,7 @@ STEP_S = 0.05
 STALL_MARGIN_BANK_RAD = math.radians(20.0)
 """It may always bank so much"""
 TRUE_OVER_INDICATED = 1.06
+"""Of the simulated body; see its pipeline"""
 GROUND_BANK_RAD = math.radians(2.0)
 
 

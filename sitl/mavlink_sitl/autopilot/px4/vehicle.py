@@ -8,7 +8,7 @@ setpoint stream takes control again). Texts and results are those of the recordi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -18,6 +18,7 @@ from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.autopilot.modes import Mode
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality, px4
+from mavlink_sitl.autopilot.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
 from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes
@@ -206,6 +207,10 @@ class Px4Vehicle(Copter):
     def has_landed(self) -> bool:
         """Whether the land detector says, in flight, that it is over."""
         raise NotImplementedError
+
+    def landing_faults(self, items: Sequence[PlanItem]) -> Iterator[str]:
+        """What makes this kind's landings in a mission impossible, in words."""
+        yield from ()
 
     def may_disarm(self) -> bool:
         """Whether it may be disarmed without force."""
