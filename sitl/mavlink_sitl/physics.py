@@ -55,6 +55,7 @@ class Physics:
         self.body_model: Any = quadrotor.QuadrotorModel()
         self.sensor_model = sensors.SensorModel()
         self.gains = control_state.ControllerGains()
+        self.over_ground: controller.HorizontalLaw = controller.horizontal
         self.pack = pack
         self.wind = (
             o.full(wind_ned_m_s[0]),
@@ -105,7 +106,7 @@ class Physics:
         """Controllers and bodies, DT_S onwards."""
         o = self.o
         self.control, output = controller.step(
-            self.control, self.targets, self._belief(), DT_S, self.gains, o
+            self.control, self.targets, self._belief(), DT_S, self.gains, o, self.over_ground
         )
         self.body = quadrotor.step(
             self.body,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import struct
 
@@ -154,9 +155,10 @@ def near_home(items: list[Message]) -> list[Message]:
     wider = math.cos(math.radians(DEFAULT_HOME.latitude_deg)) / math.cos(
         math.radians(HOME.latitude_deg)
     )
-    for item in items:
+    moved = [copy.copy(item) for item in items]
+    for item in moved:
         if item.x or item.y:
             item.x += round(HOME.latitude_deg * 1e7) - round(DEFAULT_HOME.latitude_deg * 1e7)
             east = item.y - round(DEFAULT_HOME.longitude_deg * 1e7)
             item.y = round(HOME.longitude_deg * 1e7) + round(east * wider)
-    return items
+    return moved

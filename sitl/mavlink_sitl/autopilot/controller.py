@@ -10,6 +10,8 @@ motion is tested in tests/replay.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from mavlink_sitl.autopilot.control_state import (
     GRAVITY_M_S2,
     Belief,
@@ -23,6 +25,11 @@ from mavlink_sitl.autopilot.control_state import (
 from mavlink_sitl.exchange import YawMode
 from mavlink_sitl.ops import Lane, Ops
 
+HorizontalLaw = Callable[
+    [HorizontalState, Targets, Belief, Lane, float, ControllerGains, Ops],
+    tuple[HorizontalState, Lane, Lane],
+]
+"""Like `horizontal`: from what is remembered, wanted and believed to two leans"""
 OVERSPEED_GAIN = 2.0
 """POSCONTROL_OVERSPEED_GAIN_Z of the firmware"""
 
@@ -54,6 +61,7 @@ def step(
     dt: float,
     gains: ControllerGains,
     o: Ops,
+    over_ground: HorizontalLaw | None = None,
 ) -> tuple[ControllerState, Output]:
     """One fixed step of shaping and tracking.
 
@@ -64,6 +72,7 @@ def step(
         dt: seconds.
         gains: gains of the tracking half.
         o: float or array arithmetic.
+        over_ground: another law than `horizontal`.
 
     Returns:
         What the controllers remember now, and their output.
@@ -73,7 +82,8 @@ def step(
     free = targets.fly * (1.0 - belief.on_ground * (spool < 1.0))
     # Who leans as told has no desired motion over ground.
     own = free * (1.0 - targets.direct_lean)
-    horizontal, lean_n, lean_e = _horizontal(state.horizontal, targets, belief, own, dt, gains, o)
+    law = over_ground or horizontal
+    level, lean_n, lean_e = law(state.horizontal, targets, belief, own, dt, gains, o)
     lean_n = lean_n * own + targets.lean_north * targets.direct_lean * free
     lean_e = lean_e * own + targets.lean_east * targets.direct_lean * free
     vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o)
@@ -81,17 +91,30 @@ def step(
     ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
     thrust = targets.fly * o.clip(thrust, 0.0, ramp)
     thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2
-    speed = o.hypot(horizontal.velocity_north_m_s, horizontal.velocity_east_m_s)
-    course = o.atan2(horizontal.velocity_east_m_s, horizontal.velocity_north_m_s)
+    speed = o.hypot(level.velocity_north_m_s, level.velocity_east_m_s)
+    course = o.atan2(level.velocity_east_m_s, level.velocity_north_m_s)
     ahead = (targets.yaw_mode == YawMode.LOOK_AHEAD) * (speed > 0.05 * targets.speed_xy_m_s)
     wanted = o.where(ahead, course, state.yaw_rad)
     yaw_rad, yaw_rate = _yaw(wanted, targets, belief, free, dt, gains, o)
-    state = ControllerState(horizontal, vertical, yaw_rad, spool)
+    state = ControllerState(level, vertical, yaw_rad, spool)
     return state, Output(lean_n, lean_e, thrust, yaw_rate)
 
 
-def _horizontal(
-    s: HorizontalState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+def approach_speed(distance: Lane, t: Targets, o: Ops) -> Lane:
+    """Over ground towards a target at a distance, metres: as fast as it can still stop."""
+    gain = 0.5 * t.jerk_xy_m_s3 / t.acceleration_xy_m_s2
+    return sqrt_approach(distance, gain, 0.5 * t.acceleration_xy_m_s2, o)
+
+
+def horizontal(
+    s: HorizontalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: Lane,
+    k: ControllerGains,
+    o: Ops,
+    approach: Callable[[Lane, Targets, Ops], Lane] = approach_speed,
 ) -> tuple[HorizontalState, Lane, Lane]:
     """Shape and track North and East; returns the leans."""
     hypot, maximum = o.hypot, o.maximum
@@ -112,8 +135,7 @@ def _horizontal(
     e_n = target_n - n
     e_e = target_e - e
     distance = hypot(e_n, e_e)
-    speed = sqrt_approach(distance, 0.5 * j_limit / a_limit, 0.5 * a_limit, o)
-    speed = o.minimum(speed, t.speed_xy_m_s)
+    speed = o.minimum(approach(distance, t, o), t.speed_xy_m_s)
     scale = t.track_position_xy * speed / maximum(distance, 1e-6)
     # From velocity error to acceleration.
     d_n = e_n * scale + target_v_n - v_n

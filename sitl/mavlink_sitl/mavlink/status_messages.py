@@ -188,6 +188,10 @@ def rc_channels(s: Snapshot) -> Message:
     )
 
 
+_AS_IN_MISSION = ("AUTO.LAND", "AUTO.TAKEOFF")
+"""Modes in which PX4's mission_mode says "in mission mode", too"""
+
+
 def mission_current(s: Snapshot) -> Message:
     """MISSION_CURRENT: with ArduPilot home does not count, with PX4 none is 65535."""
     copter, plans = s.copter, s.copter.plans
@@ -198,7 +202,10 @@ def mission_current(s: Snapshot) -> Message:
     if not rules.identified:
         return dialect.MAVLink_mission_current_message(plans.current, total, state, int(flying))
     message = dialect.MAVLink_mission_current_message(
-        plans.current, total or 65535, state, 1 if flying else 2
+        plans.current,
+        total or 65535,
+        state,
+        1 if flying or copter.mode.spec.name in _AS_IN_MISSION else 2,
     )
     ids = (plans.mission.identity, plans.fence.identity, plans.rally.identity)
     return Extended(message, struct.pack("<III", *ids))

@@ -44,6 +44,8 @@ _PARAMETERS = (
     *COMMON_PARAMETERS,
     ParameterSpec("MIS_TAKEOFF_ALT", 2.5),
     ParameterSpec("MPC_ACC_HOR", 3.0),
+    ParameterSpec("MPC_ACC_UP_MAX", 4.0),
+    ParameterSpec("MPC_JERK_AUTO", 4.0),
     ParameterSpec("MPC_LAND_ALT1", 10.0),
     ParameterSpec("MPC_LAND_ALT2", 5.0),
     ParameterSpec("MPC_LAND_ALT3", 1.0),

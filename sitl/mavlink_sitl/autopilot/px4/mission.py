@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 LEAST_RADIUS_M = 0.05
 """An acceptance radius below it counts as not given"""
+YAW_REACHED_RAD = math.radians(12.0)
+"""MIS_YAW_ERR"""
+LEAST_TURN_S = 0.8
+"""What turning took where nothing was to be turned (`mission_clear`)"""
 ORBIT_RATE_RAD_S = 0.3
 """How fast LOITER_TURNS goes round, as far as the speed allows"""
 
@@ -58,7 +62,7 @@ class Mission(CopterMode, Px4Mission):
         elif command == Cmd.LOITER_TURNS:
             self.task = Orbit(self, item, target)
         else:
-            self.task = GoTo(self, item, target)
+            self.task = GoTo(self, item, target, isinstance(self.task, ClimbTo))
 
     def limits_changed(self) -> None:
         """Another speed: the item goes on with it."""
@@ -88,12 +92,16 @@ class GoTo(Px4Task):
         mission: the mode.
         item: the item.
         target: where to, NED metres.
+        turn_first: the nose turns there before it goes, as after a take-off.
     """
 
-    def __init__(self, mission: Mission, item: PlanItem, target: Vector) -> None:
+    def __init__(
+        self, mission: Mission, item: PlanItem, target: Vector, turn_first: bool = False
+    ) -> None:
         """See the class."""
         super().__init__(mission, item)
         self.target = target
+        self._turning_since_s = self.px4.now_s if turn_first else None
         self._arrived_s: float | None = None
         self._stay_s = max(item.params[0], 0.0) if math.isfinite(item.params[0]) else 0.0
         if item.command == Cmd.LOITER_UNLIM:
@@ -106,8 +114,23 @@ class GoTo(Px4Task):
         yaw = None
         if math.dist(motion[:2], target[:2]) > self._acceptance_m():
             yaw = math.atan2(target[1] - motion.east_m, target[0] - motion.north_m)
+        if self._turning_since_s is not None and yaw is not None:
+            self._yaw_rad = yaw
+            self.mission.guide(self.mission.hold_at(self.mission.here(), yaw))
+            return
+        self._turning_since_s = None
         limits = self.px4.px4_navigator.line_limits(motion[:3], target)
         self.mission.guide(replace(self.mission.hold_at(target, yaw), limits=limits))
+
+    def update(self) -> None:
+        """Once the nose looks where it goes: go."""
+        if self._turning_since_s is None:
+            return
+        off_rad = math.remainder(self._yaw_rad - self.px4.motion.yaw_rad, math.tau)
+        turned = abs(off_rad) < YAW_REACHED_RAD
+        if turned and self.px4.now_s - self._turning_since_s >= LEAST_TURN_S:
+            self._turning_since_s = None
+            self.begin()
 
     def _acceptance_m(self) -> float:
         """Of the item, or NAV_ACC_RAD."""
@@ -134,8 +157,7 @@ class ClimbTo(GoTo):
 
     def begin(self) -> None:
         """Tell the controllers."""
-        speed = max(self.px4.parameters["MPC_TKO_SPEED"], 0.1)
-        limits = replace(self.px4.navigator.limits(), speed_up_m_s=speed)
+        limits = self.px4.px4_navigator.takeoff_limits()
         guidance = replace(self.mission.hold_at(self.target), restart_z=True, limits=limits)
         self.mission.guide(guidance)
 

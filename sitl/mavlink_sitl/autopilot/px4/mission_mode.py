@@ -60,7 +60,8 @@ class Px4Mission(Px4Mode, Auto):
         self.task = None
         if self.px4.armed:
             self.px4.say(Severity.CRITICAL, "No valid mission available, loitering")
-            self.px4.intend(LOITER)
+            # Not where it stops, but where it was told: it comes back.
+            self.px4.hold_at(self.here())
 
     def pause(self) -> Result:
         """DO_PAUSE_CONTINUE 0: AUTO.LOITER."""

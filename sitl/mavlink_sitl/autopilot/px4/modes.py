@@ -42,8 +42,8 @@ class CopterMode(Px4Mode):
         )
 
     def brake_guidance(self) -> Guidance:
-        """To a standstill as the loops allow."""
-        return replace(self.hold_guidance(), limits=self.px4.px4_navigator.direct_limits())
+        """To a standstill, smoothly."""
+        return replace(self.hold_guidance(), limits=self.px4.navigator.limits())
 
 
 class Hold(CopterMode, HoldMode):
@@ -111,9 +111,7 @@ class Takeoff(CopterMode, TakeoffMode):
             wanted = down
         self.wanted_amsl_m = None
         self.target = (north, east, wanted)
-        limits = replace(
-            navigator.limits(), speed_up_m_s=max(self.px4.parameters["MPC_TKO_SPEED"], 0.1)
-        )
+        limits = navigator.takeoff_limits()
         self.guide(replace(self.hold_at(self.target), restart_z=True, limits=limits))
 
     @property
@@ -211,19 +209,11 @@ class Return(CopterMode):
                 Severity.INFO,
                 f"RTL: start return at {amsl:.0f} m ({above:.0f} m above destination)",
             )
-        self._from = (motion.north_m, motion.east_m)
-        self._limits = replace(copter.navigator.limits(), speed_up_m_s=CLIMB_M_S)
-        braking = replace(self._limits, acceleration_xy_m_s2=BRAKE_M_S2, jerk_xy_m_s3=4.0)
-        self.guide(
-            replace(
-                self.hold_at((*self._from, self._down_m)),
-                track_position_xy=0.0,
-                restart_xy=True,
-                restart_z=True,
-                limits=braking,
-            )
-        )
-        self._braked = False
+        # To above where it was told, though at speed it stops further on and comes back.
+        target = (motion.north_m, motion.east_m, self._down_m)
+        limits = copter.px4_navigator.climb_limits(motion, self._down_m)
+        climb = self.hold_at(target)
+        self.guide(replace(climb, restart_xy=True, restart_z=True, limits=limits))
 
     @property
     def landing(self) -> bool:
@@ -252,13 +242,7 @@ class Return(CopterMode):
                 self.guide(replace(guidance, restart_z=first))
 
     def _climb(self) -> None:
-        motion = self.px4.motion
-        speed_m_s = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
-        if not self._braked and speed_m_s < STOPPED_M_S:
-            self._braked = True
-            limits = replace(self._limits, speed_xy_m_s=BACK_M_S)
-            self.guide(replace(self.hold_at((*self._from, self._down_m)), limits=limits))
-        if abs(motion.down_m - self._down_m) < CLIMBED_M:
+        if abs(self.px4.motion.down_m - self._down_m) < CLIMBED_M:
             self._stage = "return"
             self.guide(self.hold_at((*self._goal[:2], self._down_m)))
 
@@ -289,14 +273,8 @@ class Return(CopterMode):
         self.px4.say(Severity.INFO, "RTL: land at destination")
 
 
-BRAKE_M_S2 = 2.7
-"""A little less than MPC_ACC_HOR: so it stops when RTL begins at speed"""
-BACK_M_S = 1.2
-"""How fast it comes back while climbing to where RTL began (`offboard_loss_stop`)"""
 CLIMBED_M = 0.3
 """How near to the height of the return before it begins, in the recording"""
-CLIMB_M_S = 1.65
-"""The recorded climb of RTL, from 10 m to 30 m in 11 s"""
 
 
 class Manual(CopterMode):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from mavlink_sitl.autopilot.px4.mode import OffboardMode, given, zeros
 from mavlink_sitl.autopilot.px4.modes import CopterMode
 from mavlink_sitl.exchange import Guidance, Motors, YawMode
@@ -11,8 +13,9 @@ class Offboard(CopterMode, OffboardMode):
     """OFFBOARD of a multicopter."""
 
     def stop(self) -> None:
-        """Brake."""
-        self.guide(self.brake_guidance())
+        """Brake as hard as the loops do."""
+        limits = self.px4.px4_navigator.direct_limits()
+        self.guide(replace(self.hold_guidance(), limits=limits))
 
     def follow(self, fresh: bool) -> None:
         """See `OffboardMode`."""

@@ -235,7 +235,7 @@ class Px4Vehicle(Copter):
         """Home's altitude is corrected with the GNSS receiver's drift in the first 2 minutes."""
         flown_s = self.now_s - self.took_off_at_s
         if self.in_flight and flown_s < HOME_DRIFT_S:
-            self.px4_navigator.drift_home(HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
+            self.px4_navigator.drift_home(-HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
 
     def force_battery_voltage(self, voltage_v: float) -> None:
         """See `Copter`."""

@@ -35,7 +35,14 @@ PING_US = 1_000_000
 REACHED_REPEATS = 10
 """MISSION_ITEM_REACHED comes again once a second so many times"""
 GIMBAL_US, GIMBAL_REPEATS = 500_000, 4
-"""The vehicle itself asks for its gimbal (MAV_CMD 1001) when an AUTO mode begins, in vain"""
+"""The vehicle itself asks for its gimbal when it lands, returns or leaves a mission, in vain"""
+_NAN = float("nan")
+TAKE_NEUTRAL_RELEASE = (
+    (1001, (1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
+    (1000, (_NAN, _NAN, _NAN, _NAN, 2.0, 0.0, 0.0)),
+    (1001, (-3.0, -3.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
+)
+"""DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
 ONBOARD, GCS = "onboard", "gcs"
 ROLES = (GCS, ONBOARD)
 _HOME_POSITION, _HEARTBEAT = 242, 0
@@ -81,6 +88,7 @@ class Px4Server(MavlinkServer):
         self._asker = (0, 0)
         self._reached: tuple[int, int, int] | None = None
         self._gimbal: tuple[int, int] | None = None
+        self._mode_name = ""
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
         for message_id in _RATES[role].keys() & self.builders.keys():
@@ -135,13 +143,16 @@ class Px4Server(MavlinkServer):
             self._ask_for_gimbal(*self._gimbal)
 
     def _ask_for_gimbal(self, confirmation: int, due_us: int) -> None:
-        self.send(
-            dialect.MAVLink_command_long_message(
-                self.system_id, 0, 1001, confirmation, 1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0
+        asked = TAKE_NEUTRAL_RELEASE if confirmation == 0 else TAKE_NEUTRAL_RELEASE[:1]
+        for command, params in asked:
+            self.send(
+                dialect.MAVLink_command_long_message(
+                    self.system_id, 0, command, confirmation, *params
+                )
             )
-        )
+        wait_us = GIMBAL_US if confirmation else 2 * GIMBAL_US
         again = confirmation + 1 < GIMBAL_REPEATS
-        self._gimbal = (confirmation + 1, due_us + GIMBAL_US) if again else None
+        self._gimbal = (confirmation + 1, due_us + wait_us) if again else None
 
     def _repeat_reached(self) -> None:
         assert self._reached is not None
@@ -184,7 +195,9 @@ class Px4Server(MavlinkServer):
             self._repeat_reached()
         elif isinstance(event, ModeChanged):
             # It shows in the next HEARTBEAT only.
-            if self.px4.armed and event.name.startswith("AUTO.") and event.name != "AUTO.LOITER":
+            left, self._mode_name = self._mode_name, event.name
+            neutral = event.name in ("AUTO.LAND", "AUTO.RTL") or left == "AUTO.MISSION"
+            if neutral and self.px4.in_flight:
                 self._gimbal = (0, self.now_us + GIMBAL_US // 2)
         elif isinstance(event, RebootRequested):
             self.reboot_requested = True
