@@ -71,7 +71,9 @@ CLOSE = [
     ("plane_guided", 26.0, 88.0, 20.0),
     ("offboard_10m_20n_gt", 10.7, 90.0, 2.0),
     ("offboard_loss_stop", 12.2, 90.0, 2.0),
-    ("mavsdk_offboard_goto", 10.3, 90.0, 2.0),
+    ("mavsdk_offboard_goto", 10.3, 90.0, 1.5),
+    ("mission_clear", 14.0, 42.4, 1.5),
+    ("mission_clear", 42.4, 140.0, 3.0),  # cleared at full speed: half a second is two metres
 ]
 """Recording, from, to (seconds since power-up), root mean square limit (m)"""
 
