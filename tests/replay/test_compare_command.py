@@ -50,7 +50,7 @@ def test_settings_are_found_out_from_what_they_did(name: str, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("name", "from_s"), [("copter_guided", 62.0), ("px4_mavsdk_offboard_goto", 12.0)]
+    ("name", "from_s"), [("copter_guided", 62.0), ("px4_mavsdk_offboard_goto", 14.5)]
 )
 def test_a_recording_that_begins_in_the_air_begins_there(
     name: str, from_s: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
