@@ -213,7 +213,7 @@ def _plot(found: dict[int, dict[str, float]]) -> None:
     left.loglog(counts, [1e3 / found[n]["speed"] / n for n in counts], "s-", label="each")
     left.axhline(1e3, color="grey", linestyle="--", label="real time")
     left.set(xlabel="copters", ylabel="processor time per simulated second, ms")
-    left.legend()
+    left.legend(loc="center right")
     right.semilogx(counts, [found[n]["memory_mb"] for n in counts], "o-")
     right.axhline(MEMORY_GOAL_MB, color="grey", linestyle="--")
     right.set(xlabel="copters", ylabel="peak memory, MB", ylim=(0.0, None))
