@@ -20,6 +20,6 @@ setup(
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
     python_requires=">=3.10",
-    install_requires=["pymavlink", "numpy", "PyYAML", "jsonschema"],
+    install_requires=["pymavlink", "fastcrc", "numpy", "PyYAML", "jsonschema"],
     zip_safe=False,
 )

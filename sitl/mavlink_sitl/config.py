@@ -11,6 +11,8 @@ from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
 from mavlink_sitl.autopilot.personality.arduplane import ARDUPLANE
 from mavlink_sitl.autopilot.personality.ardurover import ARDUBOAT, ARDUROVER
 from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
+from mavlink_sitl.autopilot.personality.px4plane import PX4PLANE
+from mavlink_sitl.autopilot.personality.px4rover import PX4BOAT, PX4ROVER
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
@@ -21,6 +23,9 @@ PERSONALITIES: dict[tuple[str, str], Personality] = {
     ("rover", "ardupilot"): ARDUROVER,
     ("boat", "ardupilot"): ARDUBOAT,
     ("plane", "ardupilot"): ARDUPLANE,
+    ("rover", "px4"): PX4ROVER,
+    ("boat", "px4"): PX4BOAT,
+    ("plane", "px4"): PX4PLANE,
 }
 
 DEFAULT_HOME = GeoPoint(-35.363261, 149.165230, 584.0)
@@ -37,7 +42,7 @@ class VehicleConfig:
 
     Attributes:
         vehicle: "copter", "rover", "boat" or "plane".
-        autopilot: "ardupilot".
+        autopilot: "ardupilot" or "px4".
         system_id: MAVLink system id, 1..255; None for the vehicle's place in the list, from 1
             (and again from 1 after 255).
         home: where it starts.

@@ -189,6 +189,11 @@ class Guidance:
     acceleration_north_m_s2: float = 0.0
     acceleration_east_m_s2: float = 0.0
     acceleration_down_m_s2: float = 0.0
+    direct_lean: float = 0.0
+    """1 to lean as `lean_*` say, whatever the position; else 0."""
+    lean_north: float = 0.0
+    """Tangent of the angle by which the thrust leans to the North."""
+    lean_east: float = 0.0
     limits: Limits = Limits()
     yaw_mode: YawMode = YawMode.HOLD
     yaw_rad: float = 0.0

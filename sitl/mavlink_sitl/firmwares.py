@@ -8,6 +8,9 @@ from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.plane import Plane
 from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.plane import Px4Plane
+from mavlink_sitl.autopilot.px4.rover import Px4Rover
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.autopilot.rover import Rover
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.px4.server import Px4Server
@@ -20,6 +23,9 @@ _CLASSES: dict[str, type[Copter]] = {
     "rover": Rover,
     "boat": Rover,
     "plane": Plane,
+    "px4rover": Px4Rover,
+    "px4boat": Px4Rover,
+    "px4plane": Px4Plane,
 }
 
 
@@ -37,7 +43,7 @@ def make_servers(
     roles: Sequence[str],
 ) -> list[MavlinkServer]:
     """The MAVLink side: one for all links, or with PX4 one for each of them."""
-    if not isinstance(copter, Px4Copter):
+    if not isinstance(copter, Px4Vehicle):
         return [MavlinkServer(copter, encoders[0], system_id, now_us, snapshot)]
     servers = [
         Px4Server(copter, encoder, system_id, now_us, snapshot, role)

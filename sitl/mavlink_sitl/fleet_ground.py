@@ -8,19 +8,22 @@ from typing import Any
 
 from mavlink_sitl.autopilot import drive_controller
 from mavlink_sitl.dynamics import battery, boat, rover
-from mavlink_sitl.exchange import Guidance
+from mavlink_sitl.fleet_told import ToldPhysics
 from mavlink_sitl.guidance import DriveGuidance
-from mavlink_sitl.ops import Lane, ops_for
-from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.ops import Lane
+from mavlink_sitl.physics import DT_S
 from mavlink_sitl.world import sensors
 
 FULL_CURRENT_A = 50.0
 """At full throttle; 13 A at a quarter in the recording `rover_guided`"""
 
 
-class RoverPhysics(Physics):
+class RoverPhysics(ToldPhysics):
     """Rovers: the same batteries, sensors and views as copters, other bodies and controllers."""
 
+    full_current_a = FULL_CURRENT_A
+    guidance_type = DriveGuidance
+    targets_of = staticmethod(drive_controller.targets_of)
     drive_gains = drive_controller.DriveGains()
 
     def __init__(
@@ -38,8 +41,6 @@ class RoverPhysics(Physics):
         self.body = rover.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
         self.gps_sample = (0.0, self.body, self.error)
         self._drive = drive_controller.initial(o)
-        self._told = [DriveGuidance() for _ in range(self.count)]
-        self._drive_targets = drive_controller.targets_of(self._told, o)
 
     def _model(self) -> Any:
         return rover.RoverModel()
@@ -48,7 +49,7 @@ class RoverPhysics(Physics):
         """Controllers and bodies, DT_S onwards."""
         self._drive, throttle, steering = drive_controller.step(
             self._drive,
-            self._drive_targets,
+            self._told_lanes,
             self.body.forward_m_s,
             self.body.yaw_rad,
             DT_S,
@@ -60,29 +61,6 @@ class RoverPhysics(Physics):
 
     def _move(self, command: rover.GroundCommand) -> rover.GroundState:
         return rover.step(self.body, command, self.ground_down_m, DT_S, self.body_model, self.o)
-
-    def step_batteries(self, dt: float) -> None:
-        """Draw current for dt seconds: in proportion to the throttle."""
-        current = FULL_CURRENT_A * abs(self.body.throttle)
-        load = (current / self.pack.hover_current_a) ** (1.0 / self.pack.current_exponent)
-        self.battery = battery.step(self.battery, load, dt, self.pack, self.o)
-
-    def guide(self, index: int, guidance: Guidance) -> None:
-        """Give a vehicle's controllers new guidance."""
-        if not isinstance(guidance, DriveGuidance):
-            guidance = DriveGuidance(motors=guidance.motors)  # a firmware that shuts down
-        self._told[index] = guidance
-        if self.count == 1:
-            self._drive_targets = drive_controller.targets_of(self._told, self.o)
-            return
-        one = drive_controller.targets_of([guidance], ops_for(1))
-        for lane, value in zip(self._drive_targets, one, strict=True):
-            lane[index] = value
-
-    def moving_target(self, index: int) -> tuple[float, float, float]:
-        """Where a vehicle is going."""
-        told = self._told[index]
-        return told.north_m, told.east_m, told.down_m
 
     def servos(self, index: int) -> tuple[int, ...]:
         """SERVO_OUTPUT_RAW: steering on 1, throttle on 3."""
@@ -98,10 +76,9 @@ class RoverPhysics(Physics):
             self.body = self.body._replace(**{name: lane})
         self.guide(index, replace(self._told[index], speed_m_s=0.0))
 
-    def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
-        place = (value + wrong for value, wrong in zip(body[:6], error, strict=True))
+    def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
         zero = self.o.full(0.0)
-        return (*place, zero, zero, body.yaw_rad, zero, zero, body.yaw_rate_rad_s)
+        return (zero, zero, body.yaw_rad, zero, zero, body.yaw_rate_rad_s)
 
 
 class BoatPhysics(RoverPhysics):
@@ -118,3 +95,15 @@ class BoatPhysics(RoverPhysics):
         return boat.step(
             self.body, command, self.wind, self.ground_down_m, DT_S, self.body_model, self.o
         )
+
+
+class Px4RoverPhysics(RoverPhysics):
+    """Rovers of PX4, whose speed controller is mostly its feed-forward (RO_MAX_THR_SPEED)."""
+
+    drive_gains = RoverPhysics.drive_gains._replace(speed=1.0, speed_i=0.05)
+
+
+class Px4BoatPhysics(BoatPhysics):
+    """Boats of PX4; see `Px4RoverPhysics`."""
+
+    drive_gains = BoatPhysics.drive_gains._replace(speed=1.0, speed_i=0.05)

@@ -7,10 +7,10 @@ from typing import Any
 
 from mavlink_sitl.autopilot import glide_controller
 from mavlink_sitl.dynamics import battery, plane
-from mavlink_sitl.exchange import Guidance
+from mavlink_sitl.fleet_told import ToldPhysics
 from mavlink_sitl.guidance import GlideGuidance
-from mavlink_sitl.ops import Lane, ops_for
-from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.ops import Lane
+from mavlink_sitl.physics import DT_S
 from mavlink_sitl.world import sensors
 
 FULL_CURRENT_A = 27.5
@@ -21,9 +21,12 @@ LEVEL_PITCH_RAD = -0.05
 """How the nose points at cruise: 3 degrees below the path"""
 
 
-class PlanePhysics(Physics):
+class PlanePhysics(ToldPhysics):
     """Planes: the same batteries, sensors and views as copters, other bodies and controllers."""
 
+    full_current_a = FULL_CURRENT_A
+    guidance_type = GlideGuidance
+    targets_of = staticmethod(glide_controller.targets_of)
     glide_gains = glide_controller.GlideGains()
 
     def __init__(
@@ -37,18 +40,19 @@ class PlanePhysics(Physics):
         """See `Physics`."""
         super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
         o = self.o
-        self.body_model: Any = plane.PlaneModel()
+        self.body_model: Any = self._model()
         self.body = plane.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
         self.gps_sample = (0.0, self.body, self.error)
         self._glide = glide_controller.initial(o)
-        self._told = [GlideGuidance() for _ in range(self.count)]
-        self._glide_targets = glide_controller.targets_of(self._told, o)
+
+    def _model(self) -> Any:
+        return plane.PlaneModel()
 
     def step(self) -> None:
         """Controllers and bodies, DT_S onwards."""
         self._glide, bank, climb, throttle = glide_controller.step(
             self._glide,
-            self._glide_targets,
+            self._told_lanes,
             self.body.airspeed_m_s,
             DT_S,
             self.glide_gains,
@@ -59,29 +63,6 @@ class PlanePhysics(Physics):
             self.body, command, self.wind, self.ground_down_m, DT_S, self.body_model, self.o
         )
         self.error = sensors.advance(self.error, DT_S)
-
-    def step_batteries(self, dt: float) -> None:
-        """Draw current for dt seconds: in proportion to the throttle."""
-        current = FULL_CURRENT_A * self.body.throttle
-        load = (current / self.pack.hover_current_a) ** (1.0 / self.pack.current_exponent)
-        self.battery = battery.step(self.battery, load, dt, self.pack, self.o)
-
-    def guide(self, index: int, guidance: Guidance) -> None:
-        """Give a vehicle's controllers new guidance."""
-        if not isinstance(guidance, GlideGuidance):
-            guidance = GlideGuidance(motors=guidance.motors)  # a firmware that shuts down
-        self._told[index] = guidance
-        if self.count == 1:
-            self._glide_targets = glide_controller.targets_of(self._told, self.o)
-            return
-        one = glide_controller.targets_of([guidance], ops_for(1))
-        for lane, value in zip(self._glide_targets, one, strict=True):
-            lane[index] = value
-
-    def moving_target(self, index: int) -> tuple[float, float, float]:
-        """Where a vehicle is going."""
-        told = self._told[index]
-        return told.north_m, told.east_m, told.down_m
 
     def servos(self, index: int) -> tuple[int, ...]:
         """SERVO_OUTPUT_RAW: aileron, elevator, throttle, rudder."""
@@ -106,12 +87,18 @@ class PlanePhysics(Physics):
         lane = self.with_value(self.body.airspeed_m_s, index, 0.0)
         self.body = self.body._replace(airspeed_m_s=lane)
 
-    def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
+    def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
         o = self.o
-        place = (value + wrong for value, wrong in zip(body[:6], error, strict=True))
         pitch = o.where(body.on_ground, 0.0, body.climb_rad + LEVEL_PITCH_RAD)
         turn = body.yaw_rate_rad_s * o.cos(pitch)
         pitch_rate, yaw_rate = turn * o.sin(body.bank_rad), turn * o.cos(body.bank_rad)
-        return (
-            *place, body.bank_rad, pitch, body.yaw_rad, body.roll_rate_rad_s, pitch_rate, yaw_rate
-        )  # fmt: skip
+        return body.bank_rad, pitch, body.yaw_rad, body.roll_rate_rad_s, pitch_rate, yaw_rate
+
+
+class Px4PlanePhysics(PlanePhysics):
+    """Planes of PX4: smaller and slower, as its default airspeeds want them (FW_AIRSPD_*)."""
+
+    glide_gains = PlanePhysics.glide_gains._replace(thrust_m_s2=7.5)
+
+    def _model(self) -> Any:
+        return plane.PlaneModel(max_thrust_m_s2=7.5, stall_m_s=7.0, rotate_m_s=9.0)

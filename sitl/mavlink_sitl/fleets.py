@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.fleet_ground import BoatPhysics, RoverPhysics
-from mavlink_sitl.fleet_plane import PlanePhysics
+from mavlink_sitl.fleet_ground import BoatPhysics, Px4BoatPhysics, Px4RoverPhysics, RoverPhysics
+from mavlink_sitl.fleet_plane import PlanePhysics, Px4PlanePhysics
 from mavlink_sitl.physics import Physics
 from mavlink_sitl.px4_physics import Px4Physics
 
@@ -21,6 +21,9 @@ PIPELINES: dict[str, type[Physics]] = {
     "rover": RoverPhysics,
     "boat": BoatPhysics,
     "plane": PlanePhysics,
+    "px4rover": Px4RoverPhysics,
+    "px4boat": Px4BoatPhysics,
+    "px4plane": Px4PlanePhysics,
 }
 
 

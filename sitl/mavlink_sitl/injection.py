@@ -29,8 +29,6 @@ WEAK_MOTORS = 0.8
 """Thrust left of motors that are SLOW"""
 WRONG_GPS_M = (60.0, 60.0, 0.0)
 """How far off a WRONG receiver is: more than an estimator believes"""
-GLITCH_RADIUS_M = 25.0
-"""EK3_GLITCH_RAD: an estimator does not follow a receiver that jumps farther"""
 LINK_FAULTS = {
     GARBAGE: LinkFaults(corrupt=0.3),
     WRONG: LinkFaults(duplicate=0.5),

@@ -31,7 +31,7 @@ ONBOARD_PORTS = range(14540, 14550)
 
 _DESCRIPTION = """\
 A simulated autopilot that speaks MAVLink: a copter, rover, boat or plane with the personality
-of ArduPilot, or a copter with that of PX4.
+of ArduPilot or PX4.
 By default it sends to a ground station or a bridge that listens on UDP port 14550 of this
 machine, in real time."""
 
@@ -156,7 +156,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--autopilot",
         default="ardupilot",
         metavar="FIRMWARE",
-        help="ardupilot, or px4 for a copter (default: ardupilot)",
+        help="ardupilot or px4 (default: ardupilot)",
     )
     add(
         "--link",

@@ -24,6 +24,8 @@ MISLED_PER_UPDATE = 0.2
 """Part of a receiver's error that the estimator takes over at each update, near enough EKF3"""
 
 Vector = tuple[float, float, float]
+GpsSample = tuple[float, Vector, Vector]
+"""Time, and NED position and velocity"""
 
 
 class Physics:
@@ -53,6 +55,7 @@ class Physics:
         self.body_model: Any = quadrotor.QuadrotorModel()
         self.sensor_model = sensors.SensorModel()
         self.gains = control_state.ControllerGains()
+        self.over_ground: controller.HorizontalLaw = controller.horizontal
         self.pack = pack
         self.wind = (
             o.full(wind_ned_m_s[0]),
@@ -75,8 +78,9 @@ class Physics:
         # Rows of what single vehicles ask for, and the states that they were made of.
         self._rows: tuple[Any, Any, list[Motion]] = (None, None, [])
         self._true_rows: tuple[Any, list[Motion]] = (None, [])
-        self._gps_rows: tuple[Any, list[Motion]] = (None, [])
-        self._contact_rows: tuple[Any, list[tuple[bool, float, float]]] = (None, [])
+        self._turns: tuple[Any, tuple[Lane, ...]] = (None, ())
+        self._gps_rows: tuple[Any, list[GpsSample]] = (None, [])
+        self._contact_rows: tuple[Any, list[Any]] = (None, [])
         self._battery_rows: tuple[Any, list[BatteryReading]] = (None, [])
 
     def at(self, lane: Lane, index: int) -> float:
@@ -92,17 +96,9 @@ class Physics:
         return changed
 
     def _belief(self) -> control_state.Belief:
-        body, error = self.body, self.error
-        return control_state.Belief(
-            body.north_m + error.north_m,
-            body.east_m + error.east_m,
-            body.down_m + error.down_m,
-            body.velocity_north_m_s + error.rate_north_m_s,
-            body.velocity_east_m_s + error.rate_east_m_s,
-            body.velocity_down_m_s + error.rate_down_m_s,
-            body.yaw_rad,
-            body.on_ground,
-        )
+        body = self.body
+        n, e, d, v_n, v_e, v_d = _places(body, self.error)
+        return control_state.Belief(n, e, d, v_n, v_e, v_d, body.yaw_rad, body.on_ground)
 
     # Steps.
 
@@ -110,7 +106,7 @@ class Physics:
         """Controllers and bodies, DT_S onwards."""
         o = self.o
         self.control, output = controller.step(
-            self.control, self.targets, self._belief(), DT_S, self.gains, o
+            self.control, self.targets, self._belief(), DT_S, self.gains, o, self.over_ground
         )
         self.body = quadrotor.step(
             self.body,
@@ -198,37 +194,42 @@ class Physics:
             self._rows = (body, error, self._motions(body, error))
         return self._rows[2][index]
 
-    def gps(self, index: int) -> tuple[float, Vector, Vector]:
+    def gps(self, index: int) -> GpsSample:
         """Time, position and velocity of the receiver's latest sample."""
         sample = self.gps_sample
         if self._gps_rows[0] is not sample:
-            self._gps_rows = (sample, self._motions(*sample[1:]))
-        motion = self._gps_rows[1][index]
-        return sample[0], motion[:3], motion[3:6]
+            time_s, body, error = sample
+            rows = zip(*map(self.o.unpack, _places(body, error)), strict=True)
+            samples = [(time_s, (n, e, d), (v_n, v_e, v_d)) for n, e, d, v_n, v_e, v_d in rows]
+            self._gps_rows = (sample, samples)
+        return self._gps_rows[1][index]
 
     def contact(self, index: int) -> tuple[bool, float, float]:
         """Whether a vehicle touches the ground, its latest impact (m/s), its thrust (m/s2)."""
         body = self.body
         if self._contact_rows[0] is not body:
             lanes = (body.on_ground, body.impact_m_s, body.thrust_m_s2)
-            rows = zip(*(self.o.unpack(lane) for lane in lanes), strict=True)
-            self._contact_rows = (body, [(bool(t), float(i), float(f)) for t, i, f in rows])
-        return self._contact_rows[1][index]
+            self._contact_rows = (body, list(zip(*map(self.o.unpack, lanes), strict=True)))
+        row: tuple[bool, float, float] = self._contact_rows[1][index]
+        return row
 
     def _motions(self, body: Any, error: sensors.EstimateError | None) -> list[Motion]:
         """All vehicles' motion; made once per tick, since everybody asks at the same ticks."""
-        columns = self._motion_lanes(body, error or sensors.no_error(self.o))
+        if self._turns[0] is not body:
+            self._turns = (body, self._turn_lanes(body))
+        columns = (*_places(body, error or sensors.no_error(self.o)), *self._turns[1])
+        if self.count == 1:
+            return [Motion(*columns)]
         return list(map(Motion._make, zip(*map(self.o.unpack, columns), strict=True)))
 
-    def _motion_lanes(self, body: Any, error: sensors.EstimateError) -> tuple[Lane, ...]:
-        """The fields of `Motion`, as lanes."""
+    def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
+        """Roll, pitch, yaw and their rates, as lanes."""
         o = self.o
         c, s = o.cos(body.yaw_rad), o.sin(body.yaw_rad)
         forward = body.lean_north * c + body.lean_east * s
         right = body.lean_east * c - body.lean_north * s
         pitch = o.atan2(-forward, 1.0)
         return (
-            *(value + wrong for value, wrong in zip(body[:6], error, strict=True)),
             o.atan2(right * o.cos(pitch), 1.0),
             pitch,
             body.yaw_rad,
@@ -285,3 +286,10 @@ class Physics:
         self.error = sensors.EstimateError(
             *(self.with_value(lane, index, 0.0) for lane in self.error)
         )
+
+
+def _places(body: Any, error: sensors.EstimateError) -> tuple[Lane, Lane, Lane, Lane, Lane, Lane]:
+    """Where vehicles believe to be, and how fast."""
+    n, e, d, v_n, v_e, v_d = body[:6]
+    off_n, off_e, off_d, off_v_n, off_v_e, off_v_d = error
+    return (n + off_n, e + off_e, d + off_d, v_n + off_v_n, v_e + off_v_e, v_d + off_v_d)

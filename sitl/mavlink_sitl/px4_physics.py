@@ -1,4 +1,4 @@
-"""The numeric half for multicopters with PX4: the same bodies, other gains.
+"""The numeric half for multicopters with PX4: other laws, other gains, another drag.
 
 Part of `simulation` (the same layer).
 """
@@ -8,12 +8,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mavlink_sitl.autopilot.control_state import ControllerGains
+from mavlink_sitl.autopilot.px4 import position_law
 from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl.dynamics.quadrotor import QuadrotorModel
 from mavlink_sitl.physics import Physics
+
+BODY = QuadrotorModel(
+    drag_linear_1_s=1.0, drag_quadratic_1_m=0.0, attitude_rate_rad_s=7.5, max_lean=1.0
+)
+"""The recorded simulator's own quadrotor: its drag grows with speed (SIH_KDV over SIH_MASS), and
+its attitude follows MC_PITCH_P (6.5) and the rate loop behind it"""
+GAINS = ControllerGains(
+    position_xy=0.95,
+    velocity_xy=1.8,
+    velocity_xy_i=0.4,
+    max_lean=1.0,
+    most_faster_m_s=20.0,
+)
+"""MPC_XY_P, MPC_XY_VEL_P_ACC, MPC_XY_VEL_I_ACC, MPC_TILTMAX_AIR (45 degrees)"""
 
 
 class Px4Physics(Physics):
-    """`Physics` with what tracks PX4's shaped motion; see `autopilot.px4.navigation`.
+    """`Physics` with PX4's laws and the body that they were recorded with.
 
     Args:
         yaw_rad: see `Physics`.
@@ -33,5 +49,6 @@ class Px4Physics(Physics):
     ) -> None:
         """See the class."""
         super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
-        # MPC_TILTMAX_AIR is 45 degrees.
-        self.gains = ControllerGains(max_lean=1.0, most_faster_m_s=6.0)
+        self.gains = GAINS
+        self.over_ground = position_law.horizontal
+        self.body_model = BODY

@@ -6,30 +6,28 @@ lanes of `physics`.
 
 from __future__ import annotations
 
-import math
 from typing import Protocol
 
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans import Plans
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
     GpsReading,
     Guidance,
     Observation,
-    RangeReading,
     Result,
     Severity,
 )
 from mavlink_sitl.firmwares import firmware_class, make_servers
 from mavlink_sitl.fleets import Fleet
-from mavlink_sitl.geodesy import to_geodetic, to_local
-from mavlink_sitl.injection import GLITCH_RADIUS_M, Failures
+from mavlink_sitl.geodesy import to_local
+from mavlink_sitl.injection import Failures
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.mavlink.snapshot import Snapshot
+from mavlink_sitl.mavlink.streams import NEVER_US
 from mavlink_sitl.simulated_link import SimulatedLink
-from mavlink_sitl.world import sensors
+from mavlink_sitl.vehicle_body import VehicleBody
 
 REBOOT_US = 1_200_000
 """Silence from the acknowledgement of a reboot to the first HEARTBEAT"""
@@ -43,7 +41,7 @@ class FrameLog(Protocol):
         ...
 
 
-class SimulatedVehicle:
+class SimulatedVehicle(VehicleBody):
     """A vehicle of a simulation, made by it.
 
     Attributes:
@@ -70,10 +68,8 @@ class SimulatedVehicle:
         epoch_us: int,
     ) -> None:
         """See the class."""
-        self.index = index
+        super().__init__(index, config, fleet)
         self.system_id = system_id
-        self.config = config
-        self.now_us = 0
         personality = config.personality()
         values = dict(config.parameters)
         if any(spec.name == "BATT_CAPACITY" for spec in personality.parameters):
@@ -81,18 +77,10 @@ class SimulatedVehicle:
         self.parameters = Parameters(personality.parameters, values)
         self.plans = Plans()
         self.offset_ned_m = (0.0, 0.0, 0.0)
-        self.origin = config.home
-        self._physics = fleet.physics
-        self._lane = fleet.rows.index(index)
         self._log = log
         self._epoch_us = epoch_us
         self._encoders = [Encoder(system_id, COMPONENT_AUTOPILOT) for _ in config.links]
         self._servers: list[MavlinkServer] = []
-        self._gps_lost_at_s: float | None = None
-        self._gps_faults: set[str] = set()
-        self._gps_offset_ned_m = (0.0, 0.0, 0.0)
-        self._gps_believed = True
-        self._environment: Environment | None = None
         self._damage: str | None = None
         self._failures = Failures(self)
         self._boot_at_us: int | None = None
@@ -145,30 +133,44 @@ class SimulatedVehicle:
     def tick(self, now_us: int, think: bool) -> None:
         """A tick has passed; `think` when the firmware acts too."""
         self.now_us = now_us
-        for link in self.links:
-            if link.late:
-                link.pump()
-        if self._boot_at_us is not None:
-            if now_us < self._boot_at_us:
-                return
-            self._boot()
+        if not self.wake_us and not self._moves_on(now_us):
+            return
         if think:
             self._failures.follow_parameters()
-            self.copter.update(self._observation())
-            if self.copter.events:
+            copter = self.copter
+            copter.update(self._observation())
+            if copter.events:
                 self._flush_events()
                 self._plan_wake()
-            self._pass_guidance()
+                self._send_all()
+            if copter.revision != self._revision:
+                self._pass_guidance()
         if now_us >= self.wake_us:
             for server in self._servers:
                 if now_us >= server.next_due_us():
                     server.tick(now_us)
             self._plan_wake()
-        self._send_all()
+            self._send_all()
+
+    def _moves_on(self, now_us: int) -> bool:
+        """What is late on the links, and a start under way; whether the firmware runs."""
+        for link in self.links:
+            if link.late:
+                link.pump()
+        if self._boot_at_us is not None:
+            if now_us < self._boot_at_us:
+                return False
+            self._boot()
+        return True
 
     def _plan_wake(self) -> None:
-        always = self._boot_at_us is not None or any(link.late for link in self.links)
-        self.wake_us = 0 if always else min(s.next_due_us() for s in self._servers)
+        wake_us = NEVER_US if self._boot_at_us is None else 0
+        for server in self._servers:
+            wake_us = min(wake_us, server.next_due_us())
+        for link in self.links:
+            if link.late:
+                wake_us = 0
+        self.wake_us = wake_us
 
     def _flush_events(self) -> None:
         for server in self._servers:
@@ -214,8 +216,7 @@ class SimulatedVehicle:
 
     def _move_origin(self) -> None:
         """A firmware that starts takes the place where it is for its origin."""
-        motion = self._physics.motion(self._lane, truth=True)
-        self.origin = to_geodetic(self.origin, *motion[:3])
+        self.origin = self.truth_point()
         self.offset_ned_m = to_local(self.config.home, self.origin)
         self._physics.put_at_origin(self._lane)
         if self._environment is not None:
@@ -234,15 +235,15 @@ class SimulatedVehicle:
     def _observation(self) -> Observation:
         physics, index = self._physics, self._lane
         touching, impact_m_s, thrust_m_s2 = physics.contact(index)
-        return Observation(
-            time_s=self.now_us / 1e6,
-            motion=physics.motion(index),
-            gps_fix=self._gps_lost_at_s is None and self._gps_believed,
-            battery=physics.battery_reading(index, self._capacity_mah()),
-            touching_ground=touching,
-            impact_m_s=impact_m_s,
-            thrust_over_hover=thrust_m_s2 / 9.80665,
-            airspeed_m_s=physics.airspeed_m_s(index),
+        return Observation(  # by position, which is twice as fast
+            self.now_us / 1e6,
+            physics.motion(index),
+            self._gps_lost_at_s is None and self._gps_believed,
+            physics.battery_reading(index, self._capacity_mah()),
+            touching,
+            impact_m_s,
+            thrust_m_s2 / 9.80665,
+            physics.airspeed_m_s(index),
         )
 
     def _capacity_mah(self) -> float:
@@ -259,39 +260,25 @@ class SimulatedVehicle:
 
     def _make_snapshot(self) -> Snapshot:
         physics, index = self._physics, self._lane
-        truth = physics.motion(index, truth=True)
         thrust = physics.contact(index)[2]
-        gps = self._gps_reading() if self.copter.estimator.gps_started else None
+        started = self.copter.estimator.gps_started
         return Snapshot(
             time_boot_us=self.now_us - self._boot_us,
-            unix_time_us=0 if gps is None else self._epoch_us + self.now_us,
+            unix_time_us=self._epoch_us + self.now_us if started else 0,
             copter=self.copter,
             motion=physics.motion(index),
-            gps=gps,
             battery=physics.battery_reading(index, self._capacity_mah()),
             thrust_over_hover=thrust / 9.80665,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
-            truth=truth,
-            truth_point=to_geodetic(self.origin, *truth[:3]),
-            wind_ned_m_s=physics.wind_at(index),
-            servos_us=physics.servos(index),
             airspeed_m_s=physics.airspeed_m_s(index),
-            look_around=self.look_around,
+            instruments=self,
         )
 
-    def _gps_reading(self) -> GpsReading:
-        time_s, position, velocity = self._physics.gps(self._lane)
-        if not self._gps_believed:  # else the estimate, and the sample with it, goes along
-            n, e, d = (x + off for x, off in zip(position, self._gps_offset_ned_m, strict=True))
-            position = (n, e, d)
-        if self._gps_lost_at_s is not None:
-            time_s = min(time_s, self._gps_lost_at_s)
-        reading = sensors.gps_reading(
-            time_s, self.origin, position, velocity, self._physics.sensor_model
-        )
-        if self._gps_lost_at_s is None:
-            return reading
-        return reading._replace(fix_type=1, satellites=0)
+    # What few messages tell, worked out when it is asked for.
+
+    def gps_reading(self) -> GpsReading | None:
+        """What the receiver says, or None before it is found."""
+        return self.receiver() if self.copter.estimator.gps_started else None
 
     # What can be done to it.
 
@@ -327,42 +314,13 @@ class SimulatedVehicle:
         """The firmware stops and starts again where the vehicle is, as after a crash of it."""
         self._shut_down()
 
-    def lose_gps(self, cause: str = "asked") -> None:
-        """The receiver loses its satellites; each cause has to end before they are back."""
-        self._gps_faults.add(cause)
-        if self._gps_lost_at_s is None:
-            self._gps_lost_at_s = self.now_us / 1e6
-            self._set_fix(False)
-
-    def restore_gps(self, cause: str = "asked") -> None:
-        """The cause is gone; without another the receiver finds its satellites again."""
-        self._gps_faults.discard(cause)
-        if not self._gps_faults and self._gps_lost_at_s is not None:
-            self._gps_lost_at_s = None
-            self._set_fix(True)
-
-    def receive_gps(self, fix: bool) -> None:
-        """The world takes the satellites away for a while, or gives them back."""
-        if fix:
-            self.restore_gps("world")
-        else:
-            self.lose_gps("world")
-
     # Its world.
 
-    def enter(self, environment: Environment) -> None:
-        """Be in a world; called once by the simulation."""
-        self._environment = environment
-        self._snapshot_cache = None
-
-    @property
-    def wind_ned_m_s(self) -> tuple[float, float, float]:
-        """The wind where it is, m/s."""
-        return self._physics.wind_at(self._lane)
-
-    def look_around(self) -> RangeReading | None:
-        """What its range sensors see, or None when it has none."""
-        return None if self._environment is None else self._environment.look_around(self._lane)
+    def repair(self) -> None:
+        """Somebody mends it after a crash; it may fly again."""
+        self._damage = self.copter.damage = None
+        if self._environment is not None:
+            self._environment.recover(self._lane)
 
     def crash(self, obstacle: str, speed_m_s: float) -> None:
         """It has hit something: the flight is over, and it says so."""
@@ -371,16 +329,6 @@ class SimulatedVehicle:
         self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
         self.copter.disarm(force=True)
 
-    def repair(self) -> None:
-        """Somebody mends it after a crash; it may fly again."""
-        self._damage = self.copter.damage = None
-        if self._environment is not None:
-            self._environment.recover(self._lane)
-
-    def _set_fix(self, fix: bool) -> None:
-        physics = self._physics
-        physics.gps_fix = physics.with_value(physics.gps_fix, self._lane, fix)
-
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
         if "SIM_BATT_VOLTAGE" not in self.parameters:
@@ -388,40 +336,6 @@ class SimulatedVehicle:
             return
         self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
 
-    def force_voltage(self, voltage_v: float) -> None:
-        """Force the pack's voltage until told otherwise; 0 gives the model back."""
-        physics = self._physics
-        lane = physics.with_value(physics.battery.override_v, self._lane, voltage_v)
-        physics.battery = physics.battery._replace(override_v=lane)
-
-    @property
-    def battery_consumed_mah(self) -> float:
-        """What has been taken from the pack."""
-        return self._physics.at(self._physics.battery.consumed_mah, self._lane)
-
-    def shift_gps(self, offset_ned_m: tuple[float, float, float]) -> None:
-        """Let the receiver be wrong by so much; far off, the estimator does not believe it."""
-        self._gps_offset_ned_m = offset_ned_m
-        believed = math.hypot(*offset_ned_m) <= GLITCH_RADIUS_M
-        self._physics.mislead(self._lane, offset_ned_m if believed else (0.0, 0.0, 0.0))
-        self._gps_believed = believed
-
     def lose_radio(self, lost: bool) -> None:
         """The pilot's radio goes silent, or comes back."""
         self.copter.pilot.lost = lost
-
-    def weaken_motors(self, efficiency: float) -> None:
-        """Thrust as a part of what is asked for; 1 is whole."""
-        self._physics.weaken(self._lane, efficiency)
-
-    def blow(self, velocity_ned_m_s: tuple[float, float, float]) -> None:
-        """A wind on this vehicle, on top of the world's."""
-        if self._environment is not None:
-            self._environment.blow(self._lane, velocity_ned_m_s)
-
-    def set_battery_remaining(self, fraction: float) -> None:
-        """Fill or empty the pack, 0..1."""
-        physics = self._physics
-        consumed = (1.0 - fraction) * physics.pack.capacity_mah
-        lane = physics.with_value(physics.battery.consumed_mah, self._lane, consumed)
-        physics.battery = physics.battery._replace(consumed_mah=lane)

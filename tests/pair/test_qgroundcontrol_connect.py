@@ -26,6 +26,9 @@ IDENTITIES = [
     ("boat", "ardupilot"),
     ("plane", "ardupilot"),
     ("copter", "px4"),
+    ("rover", "px4"),
+    ("boat", "px4"),
+    ("plane", "px4"),
 ]
 
 CAPABILITIES = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import random
 import struct
 from collections.abc import Iterator
@@ -16,7 +17,9 @@ MESSAGES: list[Any] = [
     for name, kind in sorted(inspect.getmembers(mav, inspect.isclass))
     if name.startswith("MAVLink_") and name.endswith("_message") and name != "MAVLink_message"
 ]
-ADDRESSED = [kind for kind in MESSAGES if "target_system" in kind.ordered_fieldnames]
+UNSIGNED = [kind for kind in MESSAGES if kind.id != mav.MAVLINK_MSG_ID_SETUP_SIGNING]
+"""Without a key: a vehicle that has one hears nothing unsigned any more, as it should"""
+ADDRESSED = [kind for kind in UNSIGNED if "target_system" in kind.ordered_fieldnames]
 ADDRESSED += [kind for kind in MESSAGES if kind.id in (11, 75, 76, 84, 86)] * 8
 """Those that a vehicle may act on: commands, modes and setpoints eight times as often"""
 COMMANDS = (75, 76)
@@ -56,26 +59,52 @@ def _spoiled(recent: list[bytes], rng: random.Random, kind: int) -> bytes:
 
 def _valid(rng: random.Random) -> bytes:
     """Any message of the dialect, addressed to vehicle 1 where it has an address."""
-    kind = rng.choice(MESSAGES if rng.random() < 0.3 else ADDRESSED)
+    kind = rng.choice(UNSIGNED if rng.random() < 0.3 else ADDRESSED)
     payload = bytearray(payload_of(kind, rng))
     if "target_system" in kind.ordered_fieldnames:
         payload[_offset(kind, "target_system")] = rng.choice([0, 1, 1, 1])
     if kind.id in COMMANDS:
         struct.pack_into("<H", payload, _offset(kind, "command"), rng.choice(COMMAND_NUMBERS))
-    head = struct.pack(
-        "<BBBBBBHB",
-        len(payload),
-        0,
-        0,
-        rng.randrange(256),
-        255,
-        190,
-        kind.id & 0xFFFF,
-        kind.id >> 16,
-    )
-    check = mav.x25crc(head + bytes(payload))
+    return frame_of(kind, bytes(payload), rng.randrange(256))
+
+
+def frame_of(kind: Any, payload: bytes, seq: int = 0) -> bytes:
+    """A frame with a right checksum around any payload."""
+    number = kind.id & 0xFFFF, kind.id >> 16
+    head = struct.pack("<BBBBBBHB", len(payload), 0, 0, seq, 255, 190, *number)
+    check = mav.x25crc(head + payload)
     check.accumulate(bytes([kind.crc_extra]))
-    return b"\xfd" + head + bytes(payload) + struct.pack("<H", check.crc)
+    return b"\xfd" + head + payload + struct.pack("<H", check.crc)
+
+
+def extreme_payloads(kind: Any) -> Iterator[bytes]:
+    """Whole payloads with every field at one extreme; to vehicle 1 where there is an address."""
+    for number, filler in (
+        (math.nan, b"\xff"),
+        (math.inf, b"\x7f"),
+        (-math.inf, b"\x80"),
+        (3.4e38, b"\xff"),
+        (-3.4e38, b"\0"),
+        (1e-45, b"\1"),
+        (0.0, b"\0"),
+    ):
+        parts = []
+        for count, code in _fields(kind.unpacker.format):
+            if code in "fd":
+                parts.append(struct.pack(f"<{count}{code}", *[number] * count))
+            elif code in "sc":
+                parts.append(filler * count)
+            else:
+                size = struct.calcsize(code)
+                # Little-endian: the last byte has the sign.
+                signed = filler in (b"\x7f", b"\x80")
+                one = (b"\0" if filler == b"\x80" else b"\xff") * (size - 1) + filler
+                parts.append((one if signed else filler * size) * count)
+        payload = bytearray(b"".join(parts))
+        for name in ("target_system", "target_component"):
+            if name in kind.ordered_fieldnames:
+                payload[_offset(kind, name)] = 1
+        yield bytes(payload)
 
 
 def payload_of(kind: Any, rng: random.Random) -> bytes:

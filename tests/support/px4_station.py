@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import struct
 
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from mavlink_sitl.autopilot.personality import px4copter as px4
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.config import DEFAULT_HOME
+from mavlink_sitl.geodesy import METRES_PER_DEGREE, GeoPoint
 from tests.support.ground_station import GroundStation, Message
 
 HOME = GeoPoint(47.397743, 8.545594, 488.0)
 NAN = math.nan
+FAST_STREAMS = (24, 30, 31, 32, 33, 36, 74, 83, 85, 87, 105, 111, 132, 141, 331)
 
 
 class Px4Station(GroundStation):
@@ -41,6 +44,12 @@ class Px4Station(GroundStation):
     def stream_to(self, seconds: float, north: float, east: float, down: float) -> None:
         self.stream(seconds, 20.0, lambda: self.go_to(north, east, down))
 
+    def quiet(self) -> Px4Station:
+        """Fast streams off: what moves is looked at in the truth, and tests get faster."""
+        for message_id in FAST_STREAMS:
+            assert self.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, message_id, -1) == 0
+        return self
+
     def gcs_heartbeat(self) -> None:
         self.send(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
 
@@ -61,6 +70,12 @@ class Px4Station(GroundStation):
         assert abs(self.position[2] + height_m) < 0.6
         return self
 
+    def without_streams(self) -> Px4Station:
+        """Stop what comes often: a test that needs only texts and states runs faster."""
+        for message_id in FAST_STREAMS:
+            assert self.command(511, message_id, -1) == 0
+        return self
+
     def parameter(self, name: str) -> float | int:
         answers = self.send(mav.MAVLink_param_request_read_message(1, 1, name.encode(), -1))
         (value,) = (m for m in answers if m.get_type() == "PARAM_VALUE")
@@ -73,16 +88,39 @@ class Px4Station(GroundStation):
         return [m for m in answers if m.get_type() == "PARAM_VALUE"]
 
 
+def at(north_m: float, east_m: float) -> tuple[int, int]:
+    """A place near home as 1e7 degrees."""
+    scale = math.cos(math.radians(HOME.latitude_deg))
+    return (
+        round((HOME.latitude_deg + north_m / METRES_PER_DEGREE) * 1e7),
+        round((HOME.longitude_deg + east_m / METRES_PER_DEGREE / scale) * 1e7),
+    )
+
+
+def plan_item(
+    command: int, north_m: float, east_m: float, up_m: float = 0.0, *params: float
+) -> Message:
+    """MISSION_ITEM_INT relative to home."""
+    values = [*params, *([0.0] * (4 - len(params)))]
+    return mav.MAVLink_mission_item_int_message(
+        1, 1, 0, 6, command, 0, 1, *values, *at(north_m, east_m), up_m, 0
+    )
+
+
 def bytewise(value: float) -> int:
     """The integer with the float's four bytes."""
     return int(struct.unpack("<i", struct.pack("<f", value))[0])
 
 
 def px4_copter(
-    links: tuple[str, ...] = ("onboard",), parameters: dict[str, float] | None = None
+    links: tuple[str, ...] = ("onboard",),
+    parameters: dict[str, float] | None = None,
+    vehicle: str = "copter",
+    wind_ned_m_s: tuple[float, float, float] | None = None,
 ) -> Px4Station:
-    """A PX4 that has just been switched on."""
+    """A PX4 that has just been switched on; a copter, unless told otherwise."""
     config = VehicleConfig(
+        vehicle=vehicle,
         autopilot="px4",
         home=HOME,
         heading_deg=0.0,
@@ -90,14 +128,18 @@ def px4_copter(
         links=links,
         parameters=parameters or {},
     )
-    return Px4Station(Simulation([config], seed=1), system=1, component=191)
+    simulation = Simulation([config], seed=1, wind_ned_m_s=wind_ned_m_s)
+    return Px4Station(simulation, system=1, component=191)
 
 
 def ready_px4(
-    links: tuple[str, ...] = ("onboard",), parameters: dict[str, float] | None = None
+    links: tuple[str, ...] = ("onboard",),
+    parameters: dict[str, float] | None = None,
+    vehicle: str = "copter",
+    wind_ned_m_s: tuple[float, float, float] | None = None,
 ) -> Px4Station:
     """A PX4 that may be armed."""
-    station = px4_copter(links, parameters)
+    station = px4_copter(links, parameters, vehicle, wind_ned_m_s)
     station.run_until(lambda: station.vehicle.copter.estimator.position_ok)
     station.run(1.0)
     return station
@@ -106,3 +148,17 @@ def ready_px4(
 def flying_px4(height_m: float = 10.0, parameters: dict[str, float] | None = None) -> Px4Station:
     """A PX4 that follows setpoints in the air above home."""
     return ready_px4(parameters=parameters).take_off(height_m)
+
+
+def near_home(items: list[Message]) -> list[Message]:
+    """Items of `tests.support.missions`, which are near another home, at the same offsets here."""
+    wider = math.cos(math.radians(DEFAULT_HOME.latitude_deg)) / math.cos(
+        math.radians(HOME.latitude_deg)
+    )
+    moved = [copy.copy(item) for item in items]
+    for item in moved:
+        if item.x or item.y:
+            item.x += round(HOME.latitude_deg * 1e7) - round(DEFAULT_HOME.latitude_deg * 1e7)
+            east = item.y - round(DEFAULT_HOME.longitude_deg * 1e7)
+            item.y = round(HOME.longitude_deg * 1e7) + round(east * wider)
+    return moved

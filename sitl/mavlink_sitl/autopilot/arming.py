@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Motors, Result, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.copter import Copter
+    from mavlink_sitl.autopilot.firmware import Firmware
 
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
@@ -28,7 +28,7 @@ NOT_STARTED = (
 """Recorded one second after power-up (`copter_acks`)"""
 
 
-def prearm_failures(copter: Copter) -> list[str]:
+def prearm_failures(copter: Firmware) -> list[str]:
     """Why the vehicle would refuse to arm; empty when it would not."""
     reasons = []
     spec = copter.mode.spec
@@ -62,7 +62,7 @@ class Arming:
         checks_passed: what the latest look at the checks gave.
     """
 
-    def __init__(self, copter: Copter) -> None:
+    def __init__(self, copter: Firmware) -> None:
         """See the class."""
         self._copter = copter
         self.armed = False
@@ -109,7 +109,7 @@ class Arming:
     def run_checks(self) -> Result:
         """RUN_PREARM_CHECKS."""
         copter = self._copter
-        if self.armed:
+        if copter.soft_armed:
             return Result.TEMPORARILY_REJECTED
         for reason in prearm_failures(copter):
             copter.say(Severity.CRITICAL, f"PreArm: {reason}")

@@ -1,64 +1,30 @@
-"""AUTO: flies the mission, item by item. Seen in the recording `copter_auto_cleared`.
+"""AUTO: carries out the mission, item by item, whatever the vehicle.
 
-* Items that move (waypoints, loiters, take-off, landing) follow one another; those that only
-  do something (`DO_*`) are done on the way to the next one that moves.
-* A waypoint without a delay is a corner to be cut; at others the vehicle stops.
-* Left half-way, it is taken up at the same item; after the last item the vehicle hovers.
+From the recordings `copter_auto_cleared` and `rover_auto`, and from the firmware's source:
+
+* Items that move (waypoints, loiters, take-off, landing) follow one another.
+* Those that only do something (`DO_*`) and conditions (`CONDITION_*`) are done on the way to
+  the next one that moves, in their order. Those that are not done yet when it ends are dropped.
+* Left half-way, it is taken up at the same item.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.auto_tasks import (
-    Circle,
-    Delay,
-    FlyTo,
-    LandAt,
-    ReturnHome,
-    TakeOff,
-    Task,
-    stopping_point,
-)
+from mavlink_sitl.autopilot.auto_tasks import Task
 from mavlink_sitl.autopilot.modes import Mode
+from mavlink_sitl.autopilot.plan_commands import CONDITIONS, MOVING, NAMES
 from mavlink_sitl.autopilot.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.autopilot.track import Vector
-from mavlink_sitl.exchange import ItemReached, Motors, Result, Severity
+from mavlink_sitl.exchange import ItemReached, Result, Severity
 from mavlink_sitl.geodesy import GeoPoint, to_local
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
     from mavlink_sitl.autopilot.personality import ModeSpec
 
-NAMES = {
-    Cmd.WAYPOINT: "WP",
-    Cmd.LOITER_UNLIM: "LoitUnlim",
-    Cmd.LOITER_TURNS: "LoitTurns",
-    Cmd.LOITER_TIME: "LoitTime",
-    Cmd.RTL: "RTL",
-    Cmd.LAND: "Land",
-    Cmd.TAKEOFF: "Takeoff",
-    Cmd.DELAY: "Delay",
-    Cmd.CONDITION_DELAY: "CondDelay",
-    Cmd.CONDITION_DISTANCE: "CondDist",
-    Cmd.CONDITION_YAW: "CondYaw",
-    Cmd.JUMP: "Jump",
-    Cmd.CHANGE_SPEED: "ChangeSpeed",
-}
-"""As 'Mission: 2 WP' says them"""
-
-MOVING = frozenset(
-    (
-        Cmd.WAYPOINT,
-        Cmd.LOITER_UNLIM,
-        Cmd.LOITER_TURNS,
-        Cmd.LOITER_TIME,
-        Cmd.RTL,
-        Cmd.LAND,
-        Cmd.TAKEOFF,
-        Cmd.DELAY,
-    )
-)
 AMSL_FRAMES = (0, 2, 5)
 MOST_STEPS = 200
 """A mission of nothing but jumps ends after so many"""
@@ -67,11 +33,14 @@ ALLOW_ARMING = 1
 
 
 class Auto(Mode):
-    """Flies the uploaded mission.
+    """Carries out the uploaded mission; how an item is flown is the subclasses'.
 
     Attributes:
+        moving: the items that move this kind of vehicle.
         task: what it is busy with; None without a mission, or after its end.
     """
+
+    moving = MOVING
 
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
         """See the class."""
@@ -80,8 +49,7 @@ class Auto(Mode):
         self.may_take_off = False
         self._paused = False
         self._waiting: list[tuple[int, PlanItem]] = []
-        self._target: Vector = (0.0, 0.0, 0.0)
-        self._held_since_s: float | None = None
+        self._doing_since_s: float | None = None
 
     @property
     def _first(self) -> int:
@@ -97,7 +65,7 @@ class Auto(Mode):
         """Whether the first item that moves, from the one in force on, leaves the ground."""
         plans = self.copter.plans
         start = max(plans.current, self._first)
-        moving = (i.command for i in plans.mission.items[start:] if i.command in MOVING)
+        moving = (i.command for i in plans.mission.items[start:] if i.command in self.moving)
         return next(moving, None) == Cmd.TAKEOFF
 
     # The mode.
@@ -108,8 +76,6 @@ class Auto(Mode):
         self._paused = False
         self._waiting = []
         self.may_take_off = False
-        motion = self.copter.motion
-        self._target = motion[:3]
         self.guide(self.hold_guidance())
         if self.has_mission:
             self.start(self.copter.plans.current)
@@ -142,19 +108,9 @@ class Auto(Mode):
             self._finish(task)
 
     @property
-    def taking_off(self) -> bool:
-        """While the take-off climbs."""
-        return isinstance(self.task, TakeOff)
-
-    @property
     def landing(self) -> bool:
         """While it sinks to land."""
         return self.task is not None and self.task.landing
-
-    def ground_motors(self) -> Motors:
-        """Only a take-off turns the motors up on the ground."""
-        lifting = isinstance(self.task, TakeOff) and self.task.lifting
-        return Motors.FLY if lifting else Motors.IDLE
 
     # The items.
 
@@ -171,15 +127,17 @@ class Auto(Mode):
     def _advance(self, place: int) -> None:
         """Begin the next item that moves, from a place on."""
         plans = self.copter.plans
+        self._waiting = []
+        self._doing_since_s = None
         for seq, item in self._walk(place, plans.jumps):
-            if item.command not in MOVING:
+            if item.command not in self.moving:
                 self._waiting.append((seq, item))
-                self._say(seq, item)
                 continue
+            self._do_waiting(conditions=False)
             plans.current = seq
             self._say(seq, item)
-            self._do_waiting()
             self._begin(item)
+            self._do_waiting()
             return
         self._do_waiting()
         self._complete()
@@ -192,20 +150,23 @@ class Auto(Mode):
             if not self._first <= place < len(items):
                 break
             item = items[place]
-            if item.command == Cmd.JUMP:
+            if item.command in (Cmd.JUMP, Cmd.DO_JUMP_TAG):
                 place = self._jump(place, item, jumps)
                 continue
             found.append((place, item))
-            if item.command in MOVING:
+            if item.command in self.moving:
                 return found
             place += 1
         return found
 
     def _jump(self, place: int, item: PlanItem, jumps: dict[int, int]) -> int:
+        items = self.copter.plans.mission.items
         target, times = int(item.params[0]), int(item.params[1])
+        if item.command == Cmd.DO_JUMP_TAG:
+            tags = (i for i, x in enumerate(items) if x.command == Cmd.JUMP_TAG)
+            target = next((i for i in tags if int(items[i].params[0]) == target), -1)
         taken = jumps.get(place, 0)
-        valid = self._first <= target < len(self.copter.plans.mission.items)
-        if not valid or 0 <= times <= taken:
+        if not self._first <= target < len(items) or 0 <= times <= taken:
             return place + 1
         jumps[place] = taken + 1
         return target
@@ -222,57 +183,70 @@ class Auto(Mode):
         if self.copter.landed and self.copter.armed:
             self.copter.disarm(force=True)
 
-    def _do_waiting(self) -> None:
-        """Do what only takes a moment; a condition holds up what comes after it."""
+    def _do_waiting(self, conditions: bool = True) -> None:
+        """Do what is to be done on the way; a condition holds up what comes after it."""
         while self._waiting:
             seq, item = self._waiting[0]
-            if item.command == Cmd.CONDITION_DELAY:
-                if self._held_since_s is None:
-                    self._held_since_s = self.copter.now_s
-                if self.copter.now_s - self._held_since_s < item.params[0]:
-                    return
-                self._held_since_s = None
-            elif item.command == Cmd.CHANGE_SPEED:
-                self.copter.navigator.change_speed(int(item.params[0]), item.params[1])
-                self.limits_changed()
+            if item.command in CONDITIONS and not conditions:
+                return
+            begins = self._doing_since_s is None
+            if begins:
+                self._doing_since_s = self.copter.now_s
+                self._say(seq, item)
+            if not self._do(item, begins):
+                return
+            self._doing_since_s = None
             self._waiting.pop(0)
             self.copter.events.append(ItemReached(seq))
 
+    def _do(self, item: PlanItem, begins: bool) -> bool:
+        """Do an item that does not move, or look at a condition.
+
+        Args:
+            item: the item; what needs a device that the vehicle does not have is passed over.
+            begins: whether this is the first time.
+
+        Returns:
+            Whether it is done.
+        """
+        copter, command, value = self.copter, item.command, item.params[0]
+        if command == Cmd.CONDITION_DELAY:
+            return copter.now_s - (self._doing_since_s or 0.0) >= value
+        if command == Cmd.CONDITION_DISTANCE:
+            return self.distance_left_m() <= value
+        if command == Cmd.CHANGE_SPEED:
+            self._change_speed(int(value), item.params[1])
+        elif command == Cmd.SET_HOME:
+            copter.set_home(None if value == 1.0 else self._point_of(item))
+        elif command == Cmd.SET_SERVO:
+            copter.set_servo(int(value), item.params[1])
+        elif command == Cmd.FENCE_ENABLE and value in (0.0, 1.0):
+            copter.fence.enable(value == 1.0)
+        return True
+
+    def _change_speed(self, kind: int, speed_m_s: float) -> None:
+        self.copter.navigator.change_speed(kind, speed_m_s)
+        self.limits_changed()
+
     def _begin(self, item: PlanItem) -> None:
-        start = self._start_point()
-        old = self.task
-        target = self.place_of(item, start)
-        self._target = target
-        command = item.command
-        if command == Cmd.TAKEOFF:
-            self.task = TakeOff(self, item, target[2])
-        elif command == Cmd.DELAY:
-            self.task = Delay(self, item)
-        elif command == Cmd.RTL:
-            self.task = ReturnHome(self, item)
-        elif command == Cmd.LAND:
-            self.task = LandAt(self, item, start, target, moves=bool(item.x or item.y))
-        elif command == Cmd.LOITER_TURNS:
-            self.task = Circle(self, item, start, target)
-        else:
-            self.task = FlyTo(self, item, start, target)
-            if isinstance(old, FlyTo):
-                self.task.continue_from(old)
+        """Begin an item that moves: give `task` a value."""
+        raise NotImplementedError
 
-    def _start_point(self) -> Vector:
-        """Where the next leg begins: at the end of the last, or where the vehicle can stop."""
-        if isinstance(self.task, (FlyTo, TakeOff)):
-            return self.task.target
-        return stopping_point(self.copter)
+    def distance_left_m(self) -> float:
+        """How far it still is to the place of the item in force, over ground."""
+        if self.task is None:
+            return 0.0
+        here = self.copter.motion[:3]
+        return math.dist(here[:2], self.place_of(self.task.item, here)[:2])
 
-    def following_leg(self) -> FlyTo | None:
-        """The next item, if it is one to fly to without stopping here."""
-        place = self.copter.plans.current
-        # A look ahead must not use up jumps.
-        for _, item in self._walk(place + 1, dict(self.copter.plans.jumps)):
-            if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME, Cmd.LOITER_UNLIM):
-                return FlyTo(self, item, self._target, self.place_of(item, self._target))
-        return None
+    def _point_of(self, item: PlanItem) -> GeoPoint | None:
+        """Where an item is on earth; None for the vehicle's own place, which zeros mean."""
+        if not item.x and not item.y:
+            return None
+        altitude_m = item.z
+        if item.frame not in AMSL_FRAMES:
+            altitude_m += (self.copter.navigator.home or self.copter.navigator.origin)[2]
+        return GeoPoint(item.x / 1e7, item.y / 1e7, altitude_m)
 
     def place_of(self, item: PlanItem, instead: Vector) -> Vector:
         """Where an item is, NED metres; zeros in it mean `instead`."""
@@ -281,12 +255,16 @@ class Auto(Mode):
         north, east, _ = to_local(navigator.origin, point)
         if not item.x and not item.y:
             north, east = instead[:2]
-        down = navigator.home_ned_m()[2] - item.z
-        if item.frame in AMSL_FRAMES:
-            down = navigator.origin.altitude_amsl_m - item.z
         if item.z == 0.0 and item.command != Cmd.TAKEOFF:
-            down = instead[2]
-        return north, east, down
+            return north, east, instead[2]
+        return north, east, self._down_m(item)
+
+    def _down_m(self, item: PlanItem) -> float:
+        """The height in an item, NED."""
+        navigator = self.copter.navigator
+        if item.frame in AMSL_FRAMES:
+            return navigator.origin.altitude_amsl_m - item.z
+        return navigator.home_ned_m()[2] - item.z
 
     # What people want of it.
 
@@ -299,11 +277,11 @@ class Auto(Mode):
             item = plans.mission.items[plans.current]
             self._say(plans.current, item)
             text = "Auto mission changed, restarted command"
-            if item != self.task.item and item.command in MOVING:
+            if item != self.task.item and item.command in self.moving:
                 self.task = None
                 self._begin(item)
-            elif isinstance(self.task, FlyTo):
-                self.task.forget_following()
+            else:
+                self._following_changed()
         else:
             text = "Auto mission changed but failed to restart command"
         self.copter.say(Severity.CRITICAL, text)
@@ -316,23 +294,17 @@ class Auto(Mode):
             self.task = None  # the old leg's end is not where the new one begins
         self._advance(place)
 
+    def _following_changed(self) -> None:
+        """What comes after the item in force may be another one now."""
+
     def limits_changed(self) -> None:
-        """Another speed: the leg goes on with it."""
-        if isinstance(self.task, FlyTo) and not self._paused:
-            self.task.restart()
+        """Another speed: the item goes on with it."""
 
     def pause(self) -> Result:
-        """DO_PAUSE_CONTINUE 0: stop and hold."""
-        if self.task is None or not isinstance(self.task, FlyTo):
-            self.copter.say(Severity.INFO, "Failed to pause")
-            return Result.FAILED
-        self._paused = True
-        self.guide(self.hold_guidance())
-        return Result.ACCEPTED
+        """DO_PAUSE_CONTINUE 0: not possible."""
+        self.copter.say(Severity.INFO, "Failed to pause")
+        return Result.FAILED
 
     def go_on(self) -> Result:
         """DO_PAUSE_CONTINUE 1."""
-        if self._paused and isinstance(self.task, FlyTo):
-            self._paused = False
-            self.task.restart()
         return Result.ACCEPTED

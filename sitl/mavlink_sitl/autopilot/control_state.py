@@ -59,6 +59,9 @@ class Targets(NamedTuple):
     acceleration_north_m_s2: Lane
     acceleration_east_m_s2: Lane
     acceleration_down_m_s2: Lane
+    direct_lean: Lane
+    lean_north: Lane
+    lean_east: Lane
     speed_xy_m_s: Lane
     speed_up_m_s: Lane
     speed_down_m_s: Lane
@@ -165,6 +168,9 @@ def targets_of(g: Guidance) -> Targets:
         acceleration_north_m_s2=g.acceleration_north_m_s2,
         acceleration_east_m_s2=g.acceleration_east_m_s2,
         acceleration_down_m_s2=g.acceleration_down_m_s2,
+        direct_lean=g.direct_lean,
+        lean_north=g.lean_north,
+        lean_east=g.lean_east,
         speed_xy_m_s=limits.speed_xy_m_s,
         speed_up_m_s=limits.speed_up_m_s,
         speed_down_m_s=limits.speed_down_m_s,

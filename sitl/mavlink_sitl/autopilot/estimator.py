@@ -33,12 +33,13 @@ class Estimator:
 
     def __init__(self, personality: Personality, boot_s: float, ready_after_s: float) -> None:
         """See the class."""
-        self._personality = personality
         self._boot_s = boot_s
         self.time_scale = min(ready_after_s / personality.ready_s, 1.0)
         self._ready_at_s = boot_s + ready_after_s
         self._lost_since_s: float | None = None
         self._fix_since_s = boot_s
+        self._fix_at_s = self.scaled(personality.gps_fix_s)
+        self._origin_at_s = self.scaled(personality.origin_s)
         self._now_s = boot_s
         self._fix = True
 
@@ -49,6 +50,8 @@ class Estimator:
     def update(self, now_s: float, gps_fix: bool) -> None:
         """Take notice of the time and of the receiver."""
         self._now_s = now_s
+        if gps_fix and self._fix and self._lost_since_s is None:
+            return  # as nearly always
         if gps_fix and not self._fix:
             self._fix_since_s = now_s
         self._fix = gps_fix
@@ -64,17 +67,17 @@ class Estimator:
     @property
     def gps_fix(self) -> bool:
         """Whether the receiver has a fix."""
-        return self._fix and self._now_s >= self.scaled(self._personality.gps_fix_s)
+        return self._fix and self.gps_started
 
     @property
     def gps_started(self) -> bool:
         """Whether the receiver has been found; before, it says nothing at all."""
-        return self._now_s >= self.scaled(self._personality.gps_fix_s)
+        return self._now_s >= self._fix_at_s
 
     @property
     def has_origin(self) -> bool:
         """Whether the local frame exists."""
-        return self._now_s >= self.scaled(self._personality.origin_s)
+        return self._now_s >= self._origin_at_s
 
     @property
     def using_gps(self) -> bool:
@@ -84,7 +87,8 @@ class Estimator:
     @property
     def lost(self) -> bool:
         """Whether there was a position once and is none now: latitude and longitude freeze."""
-        return self._now_s >= self._ready_at_s and not self.using_gps
+        outage = self._lost_since_s is not None
+        return outage and self._now_s >= self._ready_at_s and not self.using_gps
 
     @property
     def variance(self) -> bool:

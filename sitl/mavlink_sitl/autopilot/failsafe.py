@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Observation, Severity
@@ -40,6 +41,8 @@ class Failsafes:
         self._radio_gone_s: float | None = None
         self._below_since_s: dict[int, float] = {}
         self._gcs_heard_s: float | None = None
+        self._parameters_revision = -1
+        self._well_above_v = math.inf
 
     @property
     def active(self) -> bool:
@@ -66,8 +69,11 @@ class Failsafes:
     def _battery(self, copter: Copter, observation: Observation) -> None:
         parameters = copter.parameters
         battery = observation.battery
-        highest_v = max(parameters["BATT_LOW_VOLT"], parameters["BATT_CRT_VOLT"])
-        if battery.voltage_v >= highest_v and not parameters["BATT_LOW_MAH"]:
+        if parameters.revision != self._parameters_revision:
+            self._parameters_revision = parameters.revision
+            highest_v = max(parameters["BATT_LOW_VOLT"], parameters["BATT_CRT_VOLT"])
+            self._well_above_v = math.inf if parameters["BATT_LOW_MAH"] else highest_v
+        if battery.voltage_v >= self._well_above_v:
             self._below_since_s.clear()
             return
         left_mah = parameters["BATT_CAPACITY"] - battery.consumed_mah
@@ -96,15 +102,22 @@ class Failsafes:
             return
         copter.say(Severity.WARNING, "Battery Failsafe")
         name = "BATT_FS_CRT_ACT" if level == 2 else "BATT_FS_LOW_ACT"
-        self._act(copter, _BATTERY_ACTIONS.get(int(copter.parameters[name])))
+        self._empty(copter, int(copter.parameters[name]))
+
+    def _empty(self, copter: Copter, action: int) -> None:
+        """Do what BATT_FS_*_ACT says."""
+        self._act(copter, _BATTERY_ACTIONS.get(action))
+
+    def _silent_for_s(self, now_s: float) -> float:
+        """How long the ground station has said nothing; 0 before it said anything."""
+        return 0.0 if self._gcs_heard_s is None else now_s - self._gcs_heard_s
 
     def _ground_station(self, copter: Copter, now_s: float) -> None:
         parameters = copter.parameters
-        heard_s = self._gcs_heard_s
-        if not parameters["FS_GCS_ENABLE"] or heard_s is None:
+        if self._gcs_heard_s is None or not parameters["FS_GCS_ENABLE"]:
             self.gcs_lost = False
             return
-        lost = now_s - heard_s >= parameters["FS_GCS_TIMEOUT"]
+        lost = self._silent_for_s(now_s) >= parameters["FS_GCS_TIMEOUT"]
         if lost and not self.gcs_lost and copter.armed:
             self.gcs_lost = True
             copter.say(Severity.WARNING, "GCS Failsafe")
@@ -115,6 +128,9 @@ class Failsafes:
 
     def _radio(self, copter: Copter, now_s: float) -> None:
         """RTL within a second, from GUIDED too; the ground may choose GUIDED again."""
+        if not copter.pilot.lost and not self.radio_lost:
+            self._radio_gone_s = None
+            return
         p = copter.parameters
         action = int(p["FS_THR_ENABLE"]) if "FS_THR_ENABLE" in p else 0
         if not action or copter.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):

@@ -1,4 +1,4 @@
-"""The fence: a height, a circle around home, and what was uploaded.
+"""The fence: two heights, a circle around home, and what was uploaded.
 
 As seen in `copter_fence` and in the observations: a position setpoint outside is ignored in
 silence; with AVOID_ENABLE a velocity towards the fence ends inside it; a breach is said,
@@ -17,11 +17,11 @@ from mavlink_sitl.exchange import Severity
 from mavlink_sitl.geodesy import GeoPoint, to_local
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.copter import Copter
+    from mavlink_sitl.autopilot.firmware import Firmware
 
-HEIGHT, CIRCLE, POLYGON = 1, 2, 4
+HEIGHT, CIRCLE, POLYGON, FLOOR = 1, 2, 4, 8
 """Bits of FENCE_TYPE"""
-NAMES = {HEIGHT: "Max Alt", CIRCLE: "Circle", POLYGON: "Polygon"}
+NAMES = {HEIGHT: "Max Alt", CIRCLE: "Circle", POLYGON: "Polygon", FLOOR: "Min Alt"}
 _MODE_RTL, _MODE_LAND, _MODE_BRAKE = 6, 9, 17
 _ACTIONS = {
     1: (_MODE_RTL, _MODE_LAND),
@@ -32,9 +32,6 @@ _ACTIONS = {
 """FENCE_ACTION: the modes that are tried; 0 only says it"""
 AVOID_FENCE = 1
 """Bit of AVOID_ENABLE"""
-AGAIN_M = 20.0
-"""So much further out a breach counts again"""
-
 Point = tuple[float, float]
 
 
@@ -92,20 +89,30 @@ def _place(item: PlanItem, origin: GeoPoint) -> Point:
     return to_local(origin, GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]
 
 
+def _names(kinds: int) -> str:
+    """The kinds in words, as in "Max Alt and Circle fences"."""
+    names = [name for kind, name in NAMES.items() if kinds & kind]
+    several = ", ".join(names[:-1]) + " and " if len(names) > 1 else ""
+    return f"{several}{names[-1]} fence" + ("s" if len(names) > 1 else "")
+
+
 class Fence:
-    """The fence of one vehicle.
+    """The fence of one vehicle; of a copter, where subclasses do not say otherwise.
 
     Args:
         copter: the vehicle.
 
     Attributes:
+        again_m: so much further out a breach counts again.
         breached: the bits of FENCE_TYPE that are broken now.
         last_breached: the latest that were broken; 0 for never.
         count: how often.
         breached_at_s: simulated time of the latest time.
     """
 
-    def __init__(self, copter: Copter) -> None:
+    again_m = 20.0
+
+    def __init__(self, copter: Firmware) -> None:
         """See the class."""
         self._copter = copter
         self.breached = 0
@@ -115,6 +122,7 @@ class Fence:
         self._areas: list[Area] = []
         self._areas_of = -1
         self._acted_at: Point = (0.0, 0.0)
+        self._above_floor = False
 
     @property
     def enabled(self) -> bool:
@@ -130,9 +138,25 @@ class Fence:
         """Why the fence forbids arming."""
         if not self.enabled:
             return []
+        if not self.present:
+            return ["Fences enabled, but none selected"]
         if not self._copter.estimator.position_ok:
             return ["Fence enabled, need position estimate"]
-        return ["vehicle outside fence"] if self._broken(self._copter.motion[:3]) else []
+        broken = self._broken(self._copter.motion[:3]) & ~FLOOR
+        return [f"Vehicle breaching {_names(broken)}"] if broken else []
+
+    @property
+    def present(self) -> bool:
+        """Whether there is any fence that could be enabled."""
+        kinds = int(self._copter.parameters["FENCE_TYPE"])
+        return bool(kinds & ~POLYGON or (kinds & POLYGON and self._copter.plans.fence.items))
+
+    def _heights_broken(self, height_m: float, kinds: int) -> int:
+        p = self._copter.parameters
+        if "FENCE_ALT_MAX" not in p:
+            return 0
+        broken = HEIGHT if kinds & HEIGHT and height_m > p["FENCE_ALT_MAX"] else 0
+        return broken | (FLOOR if kinds & FLOOR and height_m < p["FENCE_ALT_MIN"] else 0)
 
     def _broken(self, position: tuple[float, ...]) -> int:
         """The bits of FENCE_TYPE that a position (NED metres) breaks."""
@@ -140,9 +164,7 @@ class Fence:
         north, east, down = position
         home = copter.navigator.home_ned_m()
         kinds = int(copter.parameters["FENCE_TYPE"])
-        broken = 0
-        if kinds & HEIGHT and home[2] - down > copter.parameters["FENCE_ALT_MAX"]:
-            broken |= HEIGHT
+        broken = self._heights_broken(home[2] - down, kinds)
         if (
             kinds & CIRCLE
             and math.dist((north, east), home[:2]) > copter.parameters["FENCE_RADIUS"]
@@ -156,6 +178,10 @@ class Fence:
             if not all(area.allows((north, east)) for area in self._areas):
                 broken |= POLYGON
         return broken
+
+    def allows(self, position: tuple[float, ...]) -> bool:
+        """Whether the vehicle may be sent to a place, NED metres."""
+        return not self.enabled or not self._broken(position)
 
     def blocks(self, setpoint: Setpoint) -> bool:
         """Whether a setpoint for GUIDED leads out, so that it is ignored."""
@@ -198,26 +224,45 @@ class Fence:
         copter = self._copter
         if not self.enabled or not copter.armed or copter.landed:
             self.breached = 0
+            self._above_floor = False
             return
         if isinstance(copter.mode, Guided):
             velocity = copter.mode.target.velocity_m_s
             if velocity is not None and self._leads_out(velocity):
                 copter.mode.enter()
         broken = self._broken(copter.motion[:3])
+        if not self._counts_floor():
+            broken &= ~FLOOR
         new = broken & ~self.breached
         home = copter.navigator.home_ned_m()
         here = copter.motion[:2]
-        further = math.dist(here, home[:2]) > math.dist(self._acted_at, home[:2]) + AGAIN_M
+        further = math.dist(here, home[:2]) > math.dist(self._acted_at, home[:2]) + self.again_m
         self.breached = broken
-        if not broken or not (new or further):
+        if not broken or not (new or further) or self._ignores_breaches():
             return
         self._acted_at = here
         self.count += 1
         self.breached_at_s = copter.now_s
         self.last_breached = new or broken
-        for kind, name in NAMES.items():
-            if (new or broken) & kind:
-                copter.say(Severity.NOTICE, f"{name} fence breached")
-        for number in _ACTIONS.get(int(copter.parameters["FENCE_ACTION"]), ()):
-            if copter.mode.spec.number == number or copter.enter_mode(number):
-                return
+        copter.say(Severity.NOTICE, f"{_names(self.last_breached)} breached")
+        self._act(int(copter.parameters["FENCE_ACTION"]))
+
+    def _counts_floor(self) -> bool:
+        """Whether the lowest height counts: once it was well above it, and not for a landing."""
+        copter, p = self._copter, self._copter.parameters
+        if "FENCE_ALT_MIN" not in p or copter.mode.landing:
+            self._above_floor = False
+        elif not self._above_floor and int(p["FENCE_TYPE"]) & FLOOR:
+            least = p["FENCE_ALT_MIN"] + p["FENCE_MARGIN"]
+            self._above_floor = copter.navigator.height_above_home_m() >= least
+            if self._above_floor:
+                copter.say(Severity.NOTICE, "Min Alt fence enabled (auto enable)")
+        return self._above_floor
+
+    def _ignores_breaches(self) -> bool:
+        """Whether something has been done already."""
+        return False
+
+    def _act(self, action: int) -> None:
+        """Do what FENCE_ACTION says."""
+        self._copter.enter_first(_ACTIONS.get(action, ()))

@@ -9,7 +9,8 @@ What the firmware does with each kind of setpoint, from the recordings `copter_s
 * a position with a velocity moves on with it until then;
 * a combination that is not one of these (a mask that ignores only x, or everything) stops
   the vehicle where it is;
-* nothing but NAV_TAKEOFF leaves the ground.
+* of these nothing but NAV_TAKEOFF leaves the ground;
+* an attitude (`guided_attitude`) runs out, too, and then the vehicle drifts.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.modes import Mode
 from mavlink_sitl.exchange import Guidance, Motors, YawMode
 
@@ -74,6 +76,7 @@ class Submode(Enum):
     POSITION_VELOCITY = "position and velocity"
     VELOCITY = "velocity"
     ACCELERATION = "acceleration"
+    ATTITUDE = "attitude"
 
 
 class Guided(Mode):
@@ -91,6 +94,8 @@ class Guided(Mode):
         self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
         self._expires_s = math.inf
         self._takeoff_pending = False
+        self._attitude: AttitudeTarget | None = None
+        self._turned_s = 0.0
 
     def enter(self) -> None:
         """Stop and hold; no old setpoint is taken up again."""
@@ -132,6 +137,23 @@ class Guided(Mode):
             self._take(Submode.ACCELERATION, setpoint)
         else:
             self._stop()
+
+    def attitude(self, target: AttitudeTarget) -> None:
+        """Take an attitude; everything in it is finite."""
+        begins = self.submode is not Submode.ATTITUDE
+        if target.quaternion is None and self._attitude is not None and not begins:
+            target = replace(target, quaternion=self._attitude.quaternion)
+        self.submode = Submode.ATTITUDE
+        self._takeoff_pending = False
+        self._expires_s = self.copter.now_s + self.copter.parameters["GUID_TIMEOUT"]
+        self._turned_s = self.copter.now_s
+        self._fly_attitude(target, begins)
+
+    def _fly_attitude(self, target: AttitudeTarget, begins: bool = False) -> None:
+        now_s = self.copter.now_s
+        self._attitude = target.turned_on(self.copter.motion, now_s - self._turned_s)
+        self._turned_s = now_s
+        self.guide(self._attitude.guidance(self.copter.navigator.limits(), begins))
 
     def _to_local(self, setpoint: Setpoint) -> Setpoint:
         motion = self.copter.motion
@@ -210,11 +232,16 @@ class Guided(Mode):
                 self.submode = Submode.POSITION
                 position = (*self._takeoff_at, self._takeoff_down_m)
                 self.target = Setpoint(Frame.LOCAL, position_m=position)
+        if self.submode is Submode.ATTITUDE and self._attitude is not None:
+            self._fly_attitude(self._attitude)
         if copter.now_s >= self._expires_s:
             self._expire()
 
     def _expire(self) -> None:
         self._expires_s = math.inf
+        if self.submode is Submode.ATTITUDE and self._attitude is not None:
+            self._fly_attitude(self._attitude.levelled(self.copter.motion))
+            return
         zero = (0.0, 0.0, 0.0)
         turning = self.target.yaw_rate_rad_s is not None
         position = None
@@ -242,8 +269,10 @@ class Guided(Mode):
         )
 
     def ground_motors(self) -> Motors:
-        """Only a take-off turns the motors up on the ground."""
+        """A take-off turns the motors up on the ground, and an attitude with a climb."""
         lifting = self.submode is Submode.TAKEOFF and not self._takeoff_pending
+        if self.submode is Submode.ATTITUDE and self._attitude is not None:
+            lifting = self._attitude.climb_rate_m_s(self.copter.navigator.limits()) > 0.0
         return Motors.FLY if lifting else Motors.IDLE
 
 

@@ -1,4 +1,4 @@
-"""The bank that brings a plane onto a circle: nonlinear guidance after Park, Deyst and How.
+"""The bank that brings a plane onto a line or a circle: the guidance of Park, Deyst and How.
 
 "A New Nonlinear Guidance Logic for Trajectory Tracking" (AIAA 2004-4900): steer towards a
 point a fixed time ahead. Far from the circle that point is its centre; near it, the circle is
@@ -11,6 +11,22 @@ import math
 from typing import NamedTuple
 
 GRAVITY_M_S2 = 9.80665
+STEEPEST = math.sqrt(0.5)
+"""Sine of the largest angle at which a line is approached: 45 degrees"""
+
+Point = tuple[float, float]
+
+
+class Tracking(NamedTuple):
+    """What the law gives on a straight line.
+
+    Attributes:
+        sideways_m_s2: acceleration to the right.
+        beside_m: distance from the line, positive to its right.
+    """
+
+    sideways_m_s2: float
+    beside_m: float
 
 
 class Circling(NamedTuple):
@@ -28,10 +44,10 @@ class Circling(NamedTuple):
 
 
 def circle(
-    position: tuple[float, float],
-    velocity: tuple[float, float],
+    position: Point,
+    velocity: Point,
     yaw_rad: float,
-    centre: tuple[float, float],
+    centre: Point,
     radius_m: float,
     direction: int,
     period_s: float,
@@ -52,22 +68,16 @@ def circle(
     Returns:
         The acceleration, and how it came about.
     """
-    speed = math.hypot(*velocity)
-    if speed < 1.0:
-        velocity, speed = (math.cos(yaw_rad), math.sin(yaw_rad)), 1.0
+    velocity, speed = _moving(velocity, yaw_rad)
     out = (position[0] - centre[0], position[1] - centre[1])
     distance = math.hypot(*out)
     if distance > 0.1:
         radial = (out[0] / distance, out[1] / distance)
     else:
         radial = (velocity[0] / speed, velocity[1] / speed)
-    ahead_m = damping * period_s * speed / math.pi
-    gain = 4.0 * damping * damping
     # Towards the centre: across and along the line to it.
-    across = velocity[0] * -radial[1] - velocity[1] * -radial[0]
-    along = -(velocity[0] * radial[0] + velocity[1] * radial[1])
-    angle = min(max(math.atan2(across, along), -math.pi / 2), math.pi / 2)
-    approach = gain * speed * speed / max(ahead_m, 0.1) * math.sin(angle)
+    across, along = _parts(velocity, (-radial[0], -radial[1]))
+    approach = _turn(math.atan2(across, along), speed, period_s, damping)
     # Along the circle.
     outside = distance - radius_m
     outward = -along
@@ -82,6 +92,71 @@ def circle(
     if outside > 0.0 and direction * approach < direction * track:
         return Circling(approach, False, outside)
     return Circling(track, True, outside)
+
+
+def line(
+    position: Point,
+    velocity: Point,
+    yaw_rad: float,
+    start: Point,
+    end: Point,
+    period_s: float,
+    damping: float,
+) -> Tracking:
+    """The sideways acceleration for a straight line; it goes on beyond its end.
+
+    Args:
+        position: North and East, metres.
+        velocity: over ground, m/s.
+        yaw_rad: where the nose points, for when it hardly moves.
+        start: where the line begins.
+        end: another point of it.
+        period_s: NAVL1_PERIOD.
+        damping: NAVL1_DAMPING.
+
+    Returns:
+        The acceleration, and where the vehicle is.
+    """
+    velocity, speed = _moving(velocity, yaw_rad)
+    length = math.dist(start, end)
+    away = (position[0] - start[0], position[1] - start[1])
+    if length < 1.0:
+        start, away = position, (0.0, 0.0)
+        length = max(math.dist(position, end), 0.1)
+    direction = ((end[0] - start[0]) / length, (end[1] - start[1]) / length)
+    beside, along = _parts(direction, away)
+    ahead_m = damping * period_s * speed / math.pi
+    if along < -0.7 * math.hypot(*away) and math.hypot(*away) > ahead_m:
+        # Far behind its beginning: fly there first.
+        across, towards = _parts(velocity, (-away[0], -away[1]))
+        return Tracking(_turn(math.atan2(across, towards), speed, period_s, damping), beside)
+    across, towards = _parts(velocity, direction)
+    back = math.asin(min(max(beside / max(ahead_m, 0.1), -STEEPEST), STEEPEST))
+    angle = math.remainder(math.atan2(across, towards) - back, math.tau)
+    return Tracking(_turn(angle, speed, period_s, damping), beside)
+
+
+def _moving(velocity: Point, yaw_rad: float) -> tuple[Point, float]:
+    """The velocity and its size; where the nose points when it hardly moves."""
+    speed = math.hypot(*velocity)
+    if speed < 1.0:
+        return (math.cos(yaw_rad), math.sin(yaw_rad)), 1.0
+    return velocity, speed
+
+
+def _parts(direction: Point, other: Point) -> Point:
+    """How far another vector goes to the right of a direction, and along it (times its size)."""
+    return (
+        direction[0] * other[1] - direction[1] * other[0],
+        direction[0] * other[0] + direction[1] * other[1],
+    )
+
+
+def _turn(angle_rad: float, speed_m_s: float, period_s: float, damping: float) -> float:
+    """The acceleration towards a point ahead, that is seen at an angle to the velocity."""
+    ahead_m = damping * period_s * speed_m_s / math.pi
+    angle = min(max(angle_rad, -math.pi / 2), math.pi / 2)
+    return 4.0 * damping**2 * speed_m_s**2 / max(ahead_m, 0.1) * math.sin(angle)
 
 
 def bank_rad(sideways_m_s2: float, limit_rad: float) -> float:

@@ -134,6 +134,18 @@ class Brake(Mode):
         self.guide(replace(self.hold_guidance(), limits=limits))
 
 
+class Throw(Mode):
+    """Waits, armed, to be thrown into the air; nobody throws it here."""
+
+    def enter(self) -> None:
+        """Wait."""
+        self.guide(Guidance(motors=Motors.OFF))
+
+    def ground_motors(self) -> Motors:
+        """They start in the air."""
+        return Motors.OFF
+
+
 class Land(Mode):
     """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground."""
 

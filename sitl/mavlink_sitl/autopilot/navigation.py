@@ -28,17 +28,21 @@ class Navigator:
         self._parameters = parameters
         self._known_at = (0.0, 0.0)
         self._down_m = 0.0
+        self._here: GeoPoint | None = None
         self.forget_speeds()
 
     def observe(self, motion: Motion, lost: bool) -> None:
         """Take notice of the position; without one, latitude and longitude stay."""
+        self._here = None
         self._down_m = motion.down_m
         if not lost:
             self._known_at = (motion.north_m, motion.east_m)
 
     def here(self) -> GeoPoint:
         """Where the vehicle believes to be."""
-        return to_geodetic(self.origin, *self._known_at, self._down_m)
+        if self._here is None:
+            self._here = to_geodetic(self.origin, *self._known_at, self._down_m)
+        return self._here
 
     def set_home(self) -> None:
         """Home is here."""

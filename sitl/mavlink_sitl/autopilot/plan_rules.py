@@ -25,6 +25,25 @@ _FLOWN = frozenset(
         Cmd.CHANGE_SPEED,
     )
 )
+_DONE = frozenset(
+    (
+        Cmd.CONDITION_DISTANCE,
+        Cmd.SET_HOME,
+        Cmd.SET_SERVO,
+        Cmd.RETURN_PATH_START,
+        Cmd.LAND_START,
+        Cmd.SET_ROI_LOCATION,
+        Cmd.SET_ROI_NONE,
+        Cmd.SET_ROI,
+        Cmd.DIGICAM_CONTROL,
+        Cmd.MOUNT_CONTROL,
+        Cmd.CAMERA_DISTANCE,
+        Cmd.FENCE_ENABLE,
+        Cmd.JUMP_TAG,
+        Cmd.DO_JUMP_TAG,
+    )
+)
+"""What ArduPilot takes besides; items of cameras are passed over by who has none"""
 _FENCE = frozenset(
     (
         Cmd.FENCE_RETURN_POINT,
@@ -92,7 +111,14 @@ class PlanRules:
     keeps_nan: bool = False
 
 
-ARDUPILOT_PLANS = PlanRules()
+def _mission(*more: Cmd) -> dict[PlanType, frozenset[Cmd]]:
+    """The items that ArduPilot takes; `more` depend on the kind of vehicle."""
+    return {**PlanRules().commands, PlanType.MISSION: _FLOWN | _DONE | frozenset(more)}
+
+
+ARDUPILOT_PLANS = PlanRules(commands=_mission())
+ARDUPLANE_PLANS = PlanRules(commands=_mission(Cmd.LOITER_TO_ALT))
+ARDUCOPTER_PLANS = PlanRules(commands=_mission(Cmd.SPLINE, Cmd.LOITER_TO_ALT, Cmd.CONDITION_YAW))
 
 PX4_PLANS = PlanRules(
     home_first=False,

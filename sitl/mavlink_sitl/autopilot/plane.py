@@ -3,95 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import ClassVar
 
 from mavlink_sitl.autopilot.arming import Arming
-from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.autopilot.failsafe import Failsafes
+from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.plane_auto import GlideAuto
 from mavlink_sitl.autopilot.plane_modes import (
     Circle,
     Cruise,
     Guided,
+    HoldHeight,
     Loiter,
     PlaneMode,
     ReturnToLaunch,
     Stick,
-    TakeOff,
 )
-from mavlink_sitl.exchange import (
-    Guidance,
-    LandedState,
-    Limits,
-    ModeChanged,
-    Observation,
-    Result,
-    Severity,
-    SystemStatus,
-)
+from mavlink_sitl.autopilot.plane_safety import PlaneFailsafes, PlaneFence
+from mavlink_sitl.autopilot.plane_speed import NO_CHANGE, PlaneArming, PlaneNavigator
+from mavlink_sitl.autopilot.plane_takeoff import TakeOff
+from mavlink_sitl.autopilot.plans import MissionState
+from mavlink_sitl.autopilot.rally import nearest_rally_ned_m
+from mavlink_sitl.autopilot.track import Vector
+from mavlink_sitl.autopilot.traveller import Traveller
+from mavlink_sitl.exchange import LandedState, Observation, Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.guidance import GlideGuidance
 
-BEHAVIOURS: dict[str, Callable[[Plane, ModeSpec], PlaneMode]] = {
-    "stick": Stick,
-    "cruise": Cruise,
-    "circle": Circle,
-    "loiter": Loiter,
-    "rtl": ReturnToLaunch,
-    "takeoff": TakeOff,
-    "guided": Guided,
-    "auto": Loiter,
-}
-MODE_RTL, MODE_LOITER, MODE_GUIDED = 11, 12, 15
+MODE_MANUAL, MODE_AUTO, MODE_RTL, MODE_LOITER, MODE_GUIDED = 0, 10, 11, 12, 15
 FLYING_M_S = 4.0
 STANDING_M_S = 3.0
 STEP_S = 0.05
-LANDED_TO_DISARM_S = 20.0
-"""LAND_DISARMDELAY"""
 
 
-class PlaneArming(Arming):
-    """An armed plane on the ground stays armed until it has flown."""
-
-    def disarm_is_due(self, landed_since_s: float) -> bool:
-        """Some time after a landing."""
-        plane = self._copter
-        if not isinstance(plane, Plane) or not self.armed or not plane.landed_at_s:
-            return False
-        return plane.landed and plane.now_s - plane.landed_at_s >= LANDED_TO_DISARM_S
-
-
-class PlaneFailsafes(Failsafes):
-    """The same failsafes; every action is RTL, and the estimator's has none."""
-
-    def _act(self, copter: Copter, mode: int | None) -> None:
-        if mode is not None:
-            copter.enter_mode(MODE_RTL)
-
-    def _estimator(self, copter: Copter) -> None:
-        self.estimator_lost = False
-
-
-class PlaneNavigator(Navigator):
-    """Origin, home and limits of a plane."""
-
-    def cruise_m_s(self) -> float:
-        """The indicated airspeed it keeps."""
-        p = self._parameters
-        wanted = self._speed_xy_m_s or p["AIRSPEED_CRUISE"]
-        return max(min(max(wanted, p["AIRSPEED_MIN"]), p["AIRSPEED_MAX"]), LEAST_LIMIT)
-
-    def limits(self) -> Limits:
-        """Only the speed means something."""
-        return Limits(speed_xy_m_s=self.cruise_m_s())
-
-
-class Plane(Copter):
+class Plane(Traveller):
     """An aeroplane from power-up to the next. Arguments and attributes as of `Copter`.
 
     Attributes:
@@ -100,6 +50,18 @@ class Plane(Copter):
         step_s: between two updates.
     """
 
+    behaviours: ClassVar[Mapping[str, Callable[[Plane, ModeSpec], Mode]]] = {
+        "stick": Stick,
+        "hold_height": HoldHeight,
+        "cruise": Cruise,
+        "circle": Circle,
+        "loiter": Loiter,
+        "rtl": ReturnToLaunch,
+        "takeoff": TakeOff,
+        "guided": Guided,
+        "auto": GlideAuto,
+    }
+    fence: PlaneFence
     true_over_indicated = 1.06
     step_s = STEP_S
 
@@ -116,23 +78,13 @@ class Plane(Copter):
         self.landed_at_s = 0.0
         self.airspeed_m_s = 0.0
         super().__init__(personality, parameters, origin, observation, ready_after_s)
-        self.failsafe = PlaneFailsafes()
+        self.failsafe = PlaneFailsafes(self)
+        self.fence = PlaneFence(self)
         self.arming = PlaneArming(self)
 
     def make_navigator(self, origin: GeoPoint) -> PlaneNavigator:
         """See `Copter`."""
         return PlaneNavigator(origin, self.parameters)
-
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """See `Copter`."""
-        return BEHAVIOURS[spec.behaviour](self, spec)
-
-    def update(self, observation: Observation) -> None:
-        """See `Copter`; the end of starting is told at once."""
-        was = self.started
-        super().update(observation)
-        if self.started and not was:
-            self.events.append(ModeChanged(self.mode.spec.name, False))
 
     # What it knows.
 
@@ -167,21 +119,13 @@ class Plane(Copter):
         """For EXTENDED_SYS_STATE."""
         if not self._flying:
             return LandedState.ON_GROUND
-        return LandedState.TAKEOFF if self.mode.taking_off else LandedState.IN_AIR
+        if self.mode.taking_off:
+            return LandedState.TAKEOFF
+        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
 
-    @property
-    def system_status(self) -> SystemStatus:
-        """For HEARTBEAT."""
-        if not self.started:
-            return SystemStatus.CALIBRATING
-        if self.failsafe.active:
-            return SystemStatus.CRITICAL
-        return SystemStatus.ACTIVE if self._flying else SystemStatus.STANDBY
-
-    @property
-    def wanted(self) -> Guidance:
-        """What its mode asked for last."""
-        return self._wanted
+    def is_active(self) -> bool:
+        """While it flies."""
+        return self._flying
 
     def cruise_m_s(self) -> float:
         """The indicated airspeed it keeps."""
@@ -190,7 +134,7 @@ class Plane(Copter):
 
     def sticks(self) -> tuple[float, float, float]:
         """Roll and pitch, -1..1, pitch up; throttle, 0..1."""
-        channels = self.pilot.channels(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
+        channels = self.sticks_us()
         roll, pitch = ((channels[i] - 1500) / 500.0 for i in (0, 1))
         throttle = (channels[2] - 1000) / 1000.0
         return (
@@ -200,14 +144,14 @@ class Plane(Copter):
         )
 
     def navigation_report(self) -> NavigationReport | None:
-        """For NAV_CONTROLLER_OUTPUT; None in modes that a pilot flies."""
-        if not self.mode.spec.requires_position:
+        """For NAV_CONTROLLER_OUTPUT; None in MANUAL."""
+        if self.mode.spec.number == MODE_MANUAL:
             return None
-        centre = self.mode.centre if isinstance(self.mode, PlaneMode) else None
-        if centre is None or not isinstance(self._wanted, GlideGuidance):
+        target = self.destination_ned_m()
+        if target is None or not isinstance(self._wanted, GlideGuidance):
             return NavigationReport()
         m = self.motion
-        north, east = centre[0] - m.north_m, centre[1] - m.east_m
+        north, east = target[0] - m.north_m, target[1] - m.east_m
         bearing = math.degrees(math.atan2(east, north))
         assert isinstance(self.mode, PlaneMode)
         return NavigationReport(
@@ -216,23 +160,70 @@ class Plane(Copter):
             bearing_deg=bearing,
             target_bearing_deg=bearing,
             distance_m=math.hypot(north, east),
-            altitude_error_m=m.down_m - centre[2],
+            altitude_error_m=m.down_m - target[2],
             airspeed_error_m_s=self.cruise_m_s() - self.airspeed_m_s,
-            cross_track_m=self.mode.outside_m,
+            cross_track_m=self.mode.cross_track_m,
         )
 
-    def destination_ned_m(self) -> tuple[float, float, float] | None:
-        """What it circles, for POSITION_TARGET_GLOBAL_INT."""
-        return self.mode.centre if isinstance(self.mode, PlaneMode) else None
+    def destination_ned_m(self) -> Vector | None:
+        """What it circles or flies to, for POSITION_TARGET_GLOBAL_INT."""
+        return self.mode.target if isinstance(self.mode, PlaneMode) else None
+
+    def return_point_ned_m(self) -> Vector:
+        """Where RTL circles: a rally point, or home and RTL_ALTITUDE above it."""
+        rally = nearest_rally_ned_m(self)
+        if rally is not None:
+            return rally
+        north, east, down = self.navigator.home_ned_m()
+        height = self.parameters["RTL_ALTITUDE"]
+        return north, east, self.motion.down_m if height < 0.0 else down - height
 
     # What people want of it.
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
-        if self.personality.modes[number].behaviour == "auto" and not self.has_mission:
-            self.say(Severity.WARNING, "Mode change to AUTO failed: init failed")
+        if self.armed and number != self.mode.spec.number and self.fence.locks_mode:
+            name = self.personality.modes[number].name
+            self.say(Severity.NOTICE, f"Mode change to {name} denied, in fence recovery")
             return False
         return super().enter_mode(number)
+
+    def _may_start_mission(self, auto: Auto) -> bool:
+        return True
+
+    def return_to_launch(self) -> None:
+        """What NAV_RETURN_TO_LAUNCH in a mission does: another mode."""
+        self.enter_mode(MODE_RTL)
+
+    def return_after_mission(self) -> None:
+        """The mission is over."""
+        self.enter_mode(MODE_RTL)
+        self.say(Severity.INFO, "Mission complete, changing mode to RTL")
+
+    def start_landing(self) -> bool:
+        """DO_LAND_START: go on with the mission's landing, if it has one."""
+        auto = self.auto
+        start = auto.landing_start() if isinstance(auto, GlideAuto) else None
+        if auto is None or start is None:
+            self.say(Severity.WARNING, "Unable to start landing sequence")
+            return False
+        if self.plans.state is MissionState.COMPLETE:
+            self.plans.state = MissionState.NOT_STARTED
+        self.say(Severity.INFO, "Landing sequence start")
+        if self.mode is auto:
+            self.set_current_item(start)
+            return True
+        self.plans.current = start
+        return self.enter_mode(auto.spec.number)
+
+    def go_around(self, height_m: float) -> bool:
+        """DO_GO_AROUND: break a landing off."""
+        return isinstance(self.mode, GlideAuto) and self.mode.go_around(height_m)
+
+    def start_mission(self) -> Result:
+        """MISSION_START: AUTO, whatever is in the mission."""
+        self.enter_mode(MODE_AUTO)
+        return Result.ACCEPTED
 
     def take_off(self, altitude_above_home_m: float) -> Result:
         """NAV_TAKEOFF is for those that lift off vertically."""
@@ -244,17 +235,27 @@ class Plane(Copter):
             self.mode.setpoint(setpoint)
 
     def go_to(self, setpoint: Setpoint) -> None:
-        """DO_REPOSITION: circle another point."""
-        if isinstance(self.mode, Guided) and setpoint.position_m is not None:
-            self.mode.reposition(setpoint.position_m)
+        """A place for GUIDED: circle it."""
+        if setpoint.position_m is not None:
+            self.reposition(setpoint.position_m)
+
+    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
+        """DO_REPOSITION, once in GUIDED: circle another point, NED metres."""
+        if isinstance(self.mode, Guided):
+            self.mode.reposition(place, radius_m)
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
-        """DO_CHANGE_SPEED: of the kinds only airspeed (0) means something."""
-        p = self.parameters
-        if kind != 0 or not p["AIRSPEED_MIN"] <= speed_m_s <= p["AIRSPEED_MAX"]:
+        """DO_CHANGE_SPEED: airspeed (0) or least speed over ground (1), in GUIDED and AUTO."""
+        if not isinstance(self.mode, (Guided, GlideAuto)):
             return Result.FAILED
-        return Result.ACCEPTED if self.navigator.change_speed(0, speed_m_s) else Result.FAILED
+        return Result.ACCEPTED if self.set_speed(kind, speed_m_s) else Result.FAILED
 
-    def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: planes cannot."""
-        return Result.FAILED
+    def set_speed(self, kind: int, speed_m_s: float) -> bool:
+        """Another speed, if it makes sense; says so."""
+        if not self.navigator.change_speed(kind, speed_m_s):
+            return False
+        if kind == 1:
+            self.say(Severity.INFO, f"Set groundspeed {int(max(speed_m_s, 0.0))}")
+        elif speed_m_s != NO_CHANGE:
+            self.say(Severity.INFO, f"Set airspeed {int(speed_m_s)} m/s")
+        return True

@@ -8,20 +8,26 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot import l1
 from mavlink_sitl.autopilot.guided import Frame, Setpoint
 from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.exchange import ItemReached, Motors, Severity
+from mavlink_sitl.autopilot.track import Vector
+from mavlink_sitl.exchange import ItemReached, Motors
 from mavlink_sitl.guidance import GlideGuidance
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
     from mavlink_sitl.autopilot.plane import Plane
 
+Point = tuple[float, float]
+
 HEIGHT_TIME_S = 3.2
 """From an error of the height to a climb rate"""
 CLIMB_RATE_CHANGE_M_S2 = 1.0
 TAKEOFF_CLIMB_SINE = 0.32
-LEVEL_WINGS_M = 10.0
-"""TKOFF_LVL_ALT's place: below it a take-off flies straight"""
-LEVELLED_OFF_M = 1.2
+FAR_M = 100_000.0
+"""A course is a line to a point so far away"""
+THERE_M = 10.0
+"""RTL has arrived on its circle, at most so far above or below it"""
+RETURN_THEN_LAND, LAND_AT_ONCE = 1, 2
+"""RTL_AUTOLAND"""
 STALL_MARGIN_BANK_RAD = math.radians(25.0)
 """It may always bank so much"""
 
@@ -38,15 +44,15 @@ class PlaneMode(Mode):
         """See the class."""
         super().__init__(plane, spec)
         self.plane = plane
-        self.centre: tuple[float, float, float] | None = None
-        """What it circles and how high, NED metres"""
-        self.outside_m = 0.0
+        self.target: Vector | None = None
+        """What it circles or flies to, and how high, NED metres"""
+        self.cross_track_m = 0.0
         self.on_circle = False
         self._climb_m_s = 0.0
 
     def ground_motors(self) -> Motors:
-        """It rolls before it flies."""
-        return Motors.FLY
+        """On the ground the throttle stays closed: only a take-off opens it."""
+        return Motors.IDLE
 
     def bank_limit_rad(self) -> float:
         """ROLL_LIMIT_DEG, less when it is slow: the load of the turn must stay below the stall."""
@@ -68,10 +74,16 @@ class PlaneMode(Mode):
         self._climb_m_s += min(max(wanted - self._climb_m_s, -change), change)
         return self._climb_m_s
 
-    def circle(self, centre: tuple[float, float, float], limit_rad: float | None = None) -> None:
-        """Fly round a point at a height."""
+    def circle(self, centre: Vector, limit_rad: float | None = None, radius_m: float = 0.0) -> None:
+        """Fly round a point at a height.
+
+        Args:
+            centre: NED metres.
+            limit_rad: bank no more than that.
+            radius_m: negative against the clock; 0 for WP_LOITER_RAD.
+        """
         plane, m = self.plane, self.plane.motion
-        radius = plane.parameters["WP_LOITER_RAD"]
+        radius = radius_m or plane.parameters["WP_LOITER_RAD"]
         law = l1.circle(
             (m.north_m, m.east_m),
             (m.velocity_north_m_s, m.velocity_east_m_s),
@@ -79,27 +91,54 @@ class PlaneMode(Mode):
             centre[:2],
             max(abs(radius) * plane.true_over_indicated, 1.0),
             -1 if radius < 0.0 else 1,
-            max(plane.parameters["NAVL1_PERIOD"], 1.0),
-            max(plane.parameters["NAVL1_DAMPING"], 0.1),
+            *self._tuning(),
         )
-        self.centre = centre
-        self.outside_m, self.on_circle = law.outside_m, law.on_circle
+        self.target = centre
+        self.cross_track_m, self.on_circle = law.outside_m, law.on_circle
         limit = self.bank_limit_rad()
         limit = limit if limit_rad is None else min(limit, limit_rad)
         self.fly(l1.bank_rad(law.sideways_m_s2, limit), self.climb_to(centre[2]))
 
-    def fly(self, bank_rad: float, climb_m_s: float, full_throttle: bool = False) -> None:
-        """Hand new guidance to the controllers."""
-        centre = self.centre or (0.0, 0.0, 0.0)
+    def bank_along(self, start: Point, end: Vector, limit_rad: float | None = None) -> float:
+        """The bank that keeps a line from a place to another; NED metres."""
+        m = self.plane.motion
+        law = l1.line(
+            (m.north_m, m.east_m),
+            (m.velocity_north_m_s, m.velocity_east_m_s),
+            m.yaw_rad,
+            start,
+            end[:2],
+            *self._tuning(),
+        )
+        self.target = end
+        self.cross_track_m, self.on_circle = law.beside_m, False
+        limit = self.bank_limit_rad()
+        return l1.bank_rad(law.sideways_m_s2, limit if limit_rad is None else min(limit, limit_rad))
+
+    def _tuning(self) -> tuple[float, float]:
+        """Period and damping of the guidance."""
+        p = self.plane.parameters
+        return max(p["NAVL1_PERIOD"], 1.0), max(p["NAVL1_DAMPING"], 0.1)
+
+    def fly(
+        self,
+        bank_rad: float,
+        climb_m_s: float,
+        full_throttle: bool = False,
+        airspeed_m_s: float | None = None,
+    ) -> None:
+        """Hand new guidance to the controllers; the airspeed is an indicated one."""
+        target = self.target or (0.0, 0.0, 0.0)
+        airspeed = self.plane.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
         self.guide(
             GlideGuidance(
                 motors=Motors.FLY,
-                north_m=centre[0],
-                east_m=centre[1],
-                down_m=centre[2],
+                north_m=target[0],
+                east_m=target[1],
+                down_m=target[2],
                 bank_rad=bank_rad,
                 climb_m_s=climb_m_s,
-                airspeed_m_s=self.plane.cruise_m_s() * self.plane.true_over_indicated,
+                airspeed_m_s=airspeed * self.plane.true_over_indicated,
                 full_throttle=full_throttle,
             )
         )
@@ -111,6 +150,10 @@ class PlaneMode(Mode):
 
 class Stick(PlaneMode):
     """MANUAL, STABILIZE, ACRO and FBWA: the pilot's bank, climb and throttle."""
+
+    def ground_motors(self) -> Motors:
+        """The pilot's throttle counts on the ground, too."""
+        return Motors.MANUAL
 
     def enter(self) -> None:
         """Take the sticks."""
@@ -129,8 +172,8 @@ class Stick(PlaneMode):
         )
 
 
-class Cruise(PlaneMode):
-    """FBWB and CRUISE: airspeed and height are held; the sticks bank and climb."""
+class HoldHeight(PlaneMode):
+    """FBWB: the throttle stick asks for an airspeed, the others bank and climb."""
 
     def enter(self) -> None:
         """Keep the height."""
@@ -140,9 +183,37 @@ class Cruise(PlaneMode):
 
     def update(self) -> None:
         """Follow the sticks."""
-        roll, pitch, _ = self.plane.sticks()
-        self._down_m -= 2.0 * pitch * self.plane.step_s
-        self.fly(roll * self.bank_limit_rad(), self.climb_to(self._down_m))
+        p = self.plane.parameters
+        roll, pitch, throttle = self.plane.sticks()
+        self._down_m -= p["FBWB_CLIMB_RATE"] * pitch * self.plane.step_s
+        airspeed = p["AIRSPEED_MIN"] + throttle * (p["AIRSPEED_MAX"] - p["AIRSPEED_MIN"])
+        self.fly(self.bank(roll), self.climb_to(self._down_m), airspeed_m_s=airspeed)
+
+    def bank(self, roll: float) -> float:
+        """The bank that the stick asks for."""
+        return roll * self.bank_limit_rad()
+
+
+class Cruise(HoldHeight):
+    """CRUISE: with the stick centred, the course over ground is kept, whatever the wind."""
+
+    def enter(self) -> None:
+        """Keep the course, too."""
+        self._locked: tuple[Point, Vector] | None = None
+        super().enter()
+
+    def bank(self, roll: float) -> float:
+        """Along the course, or as the stick says."""
+        m = self.plane.motion
+        if roll:
+            self._locked = None
+            return super().bank(roll)
+        if self._locked is None:
+            course = math.atan2(m.velocity_east_m_s, m.velocity_north_m_s)
+            far = (FAR_M * math.cos(course), FAR_M * math.sin(course))
+            here = (m.north_m, m.east_m)
+            self._locked = here, (here[0] + far[0], here[1] + far[1], m.down_m)
+        return self.bank_along(*self._locked)
 
 
 class Circle(PlaneMode):
@@ -163,31 +234,48 @@ class Circle(PlaneMode):
 class Loiter(PlaneMode):
     """Round the point where it was chosen."""
 
+    radius_m = 0.0
+    """Negative against the clock; 0 for WP_LOITER_RAD"""
+
     def enter(self) -> None:
         """Choose the centre."""
         m = self.plane.motion
         self.begin_level()
-        self.circle((m.north_m, m.east_m, m.down_m))
+        self.go_round((m.north_m, m.east_m, m.down_m))
+
+    def go_round(self, centre: Vector) -> None:
+        """Round a point, NED metres."""
+        self.circle(centre, radius_m=self.radius_m)
 
     def update(self) -> None:
         """Go round."""
-        assert self.centre is not None
-        self.circle(self.centre)
+        assert self.target is not None
+        self.go_round(self.target)
 
 
 class ReturnToLaunch(Loiter):
-    """Round home, RTL_ALTITUDE above it; it does not land."""
+    """Round home, RTL_ALTITUDE above it, or round a rally point.
+
+    It does not land, unless RTL_AUTOLAND sends it to the mission's landing.
+    """
 
     def enter(self) -> None:
-        """Home is the centre."""
-        north, east, down = self.plane.navigator.home_ned_m()
+        """Choose the place."""
+        plane = self.plane
         self.begin_level()
-        height = self.plane.parameters["RTL_ALTITUDE"]
-        if height < 0.0:
-            down = self.plane.motion.down_m
-        else:
-            down -= height
-        self.circle((north, east, down))
+        self._asked = False
+        self.radius_m = plane.parameters["RTL_RADIUS"]
+        self.go_round(plane.return_point_ned_m())
+
+    def update(self) -> None:
+        """Go round; once there, or at once, go and land if that is wanted."""
+        super().update()
+        assert self.target is not None
+        wanted = int(self.plane.parameters["RTL_AUTOLAND"])
+        there = self.on_circle and abs(self.plane.motion.down_m - self.target[2]) < THERE_M
+        if not self._asked and (wanted == LAND_AT_ONCE or (wanted == RETURN_THEN_LAND and there)):
+            self._asked = True
+            self.plane.start_landing()
 
 
 class Guided(Loiter):
@@ -200,6 +288,7 @@ class Guided(Loiter):
     def enter(self) -> None:
         """Round this point."""
         self._told = False
+        self.radius_m = 0.0
         super().enter()
 
     def update(self) -> None:
@@ -209,14 +298,15 @@ class Guided(Loiter):
             self._told = True
             self.plane.events.append(ItemReached(0))
 
-    def reposition(self, place: tuple[float, float, float]) -> None:
+    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
         """Another point."""
         self._told = False
-        self.circle(place)
+        self.radius_m = radius_m
+        self.go_round(place)
 
     def setpoint(self, setpoint: Setpoint) -> None:
         """Take the height of a setpoint, when it is of a kind whose height counts."""
-        assert self.centre is not None
+        assert self.target is not None
         if setpoint.position_m is None:
             return
         if setpoint.frame is Frame.OFFSET:
@@ -225,81 +315,4 @@ class Guided(Loiter):
             down = setpoint.position_m[2]
         else:
             return
-        self.circle((self.centre[0], self.centre[1], down))
-
-
-class TakeOff(PlaneMode):
-    """Armed, it takes off by itself, climbs, and circles TKOFF_DIST ahead of where it began."""
-
-    def enter(self) -> None:
-        """Wait for arming on the ground; in the air climb on."""
-        self._began_s: float | None = None
-        self._steps = 0
-        self.climbing = True
-        self.centre = None
-        self._climb_m_s = 0.0
-        self.guide(GlideGuidance())
-
-    @property
-    def taking_off(self) -> bool:
-        """Until it has levelled off."""
-        return self.climbing
-
-    def update(self) -> None:
-        """Go on."""
-        plane = self.plane
-        if not plane.armed:
-            return
-        if self._began_s is None:
-            self._begin()
-        assert self._began_s is not None
-        assert self.centre is not None
-        since_s = plane.now_s - self._began_s
-        height = plane.navigator.height_above_home_m()
-        self._announce(since_s, height)
-        if not self.climbing:
-            self.circle(self.centre)
-            return
-        if since_s < 0.2:
-            return
-        climb = TAKEOFF_CLIMB_SINE * plane.airspeed_m_s * plane.true_over_indicated
-        if height >= plane.parameters["TKOFF_ALT"] - LEVELLED_OFF_M:
-            self.climbing = False
-            self._climb_m_s = 0.0
-        if height < LEVEL_WINGS_M:
-            self.fly(0.0, climb, full_throttle=True)
-            return
-        # Close to the ground it banks only a little.
-        limit = math.radians(5.0 + 2.6 * max(height - 13.5, 0.0))
-        self.circle(self.centre, limit)
-        wanted = self.plane.wanted
-        bank = wanted.bank_rad if isinstance(wanted, GlideGuidance) else 0.0
-        self.fly(bank, climb, full_throttle=True)
-
-    def _begin(self) -> None:
-        plane, m = self.plane, self.plane.motion
-        self._began_s = plane.now_s
-        p = plane.parameters
-        ahead = p["TKOFF_DIST"]
-        self.centre = (
-            m.north_m + ahead * math.cos(m.yaw_rad),
-            m.east_m + ahead * math.sin(m.yaw_rad),
-            plane.navigator.home_ned_m()[2] - p["TKOFF_ALT"],
-        )
-        self._heading_deg = math.degrees(m.yaw_rad) % 360.0
-
-    def _announce(self, since_s: float, height_m: float) -> None:
-        p, plane = self.plane.parameters, self.plane
-        where = f"{p['TKOFF_ALT']:.0f}m for {p['TKOFF_DIST']:.1f}m"
-        steps = (
-            (0.0, "Armed AUTO, xaccel = 0.0 m/s/s, waiting 0.2 sec"),
-            (0.2, "Triggered AUTO. GPS speed = 0.0"),
-            (1.2, f"Takeoff to {where} heading {self._heading_deg:.1f} deg"),
-            (1.4, f"Autoland direction= {int(self._heading_deg - 0.1)}"),
-        )
-        while self._steps < len(steps) and since_s >= steps[self._steps][0]:
-            plane.say(Severity.INFO, steps[self._steps][1])
-            self._steps += 1
-        if self._steps == len(steps) and height_m >= p["TKOFF_ALT"] - 20.0:
-            self._steps += 1
-            plane.say(Severity.INFO, "Takeoff level-off starting at 19m")
+        self.go_round((self.target[0], self.target[1], down))

@@ -8,21 +8,35 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.geodesy import GeoPoint, to_local
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.copter import Copter
+    from mavlink_sitl.autopilot.firmware import Firmware
 
 
-def return_point_ned_m(copter: Copter) -> tuple[float, float, float]:
-    """Home, or the nearest rally point within RALLY_LIMIT_KM (0: at any distance)."""
+def nearest_rally_ned_m(copter: Firmware) -> tuple[float, float, float] | None:
+    """The nearest rally point, as high as it says above home; None when home counts instead.
+
+    Home counts when it is nearer and RALLY_INCL_HOME is set (copters have it always), or when no
+    point is within RALLY_LIMIT_KM (0: at any distance).
+    """
+    parameters = copter.parameters
+    if "RALLY_LIMIT_KM" not in parameters:
+        return None
     home = copter.navigator.home_ned_m()
-    if "RALLY_LIMIT_KM" not in copter.parameters:
-        return home
     here = copter.motion[:2]
-    limit_m = copter.parameters["RALLY_LIMIT_KM"] * 1000.0 or math.inf
-    best, best_m = home, math.dist(here, home[:2])
+    best_m = parameters["RALLY_LIMIT_KM"] * 1000.0 or math.inf
+    if "RALLY_INCL_HOME" not in parameters or parameters["RALLY_INCL_HOME"]:
+        best_m = min(best_m, math.dist(here, home[:2]))
+    best = None
     for item in copter.plans.rally.items:
         point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
         north, east, _ = to_local(copter.navigator.origin, point)
         distance_m = math.dist(here, (north, east))
-        if distance_m < min(best_m, limit_m):
-            best, best_m = (north, east, home[2]), distance_m
+        if distance_m < best_m:
+            best, best_m = (north, east, home[2] - item.z), distance_m
     return best
+
+
+def return_point_ned_m(copter: Firmware) -> tuple[float, float, float]:
+    """Home, or the nearest rally point, at home's height."""
+    home = copter.navigator.home_ned_m()
+    rally = nearest_rally_ned_m(copter)
+    return home if rally is None else (*rally[:2], home[2])

@@ -30,6 +30,8 @@ JERK_M_S3 = 1.0
 BRAKING = 0.67
 """Braking as a share of the acceleration: what the recorded approaches show"""
 ARRIVED_M = 0.22
+CORNER_M_S = 1.8
+"""How fast it may be where a leg ends and another begins"""
 
 _SCALAR = ScalarOps()
 
@@ -91,6 +93,12 @@ class Route:
         beside = (m.east_m - self._start[1]) * n - (m.north_m - self._start[0]) * e
         return abs(beside)
 
+    def _passed_corner(self) -> bool:
+        """Whether it is beyond the end of a leg where it does not stop, if beside it."""
+        (n, e), m = self._direction(), self._rover.motion
+        ahead = (self.destination[0] - m.north_m) * n + (self.destination[1] - m.east_m) * e
+        return self._leaving_m_s > 0.0 and ahead <= 0.0
+
     def _direction(self) -> Point:
         if self._length_m < 1e-6:
             return 0.0, 0.0
@@ -122,7 +130,8 @@ class Route:
         self._advance()
         along, speed = self._along_m, self._reference_m_s
         over = self._length_m - along <= ARRIVED_M
-        if over and self.distance_m <= max(rover.parameters["WP_RADIUS"], 0.1):
+        near = self.distance_m <= max(rover.parameters["WP_RADIUS"], 0.1)
+        if over and (near or self._passed_corner()):
             self.reached = True
         (n, e), m = self._direction(), rover.motion
         gain = max(rover.parameters["PSC_POS_P"], 0.01)

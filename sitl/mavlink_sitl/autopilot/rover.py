@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import ClassVar
 
-from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.autopilot.failsafe import MODE_LAND, Failsafes
+from mavlink_sitl.autopilot.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.autopilot.modes import Mode
 from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
@@ -23,33 +23,18 @@ from mavlink_sitl.autopilot.rover_modes import (
     Hold,
     Loiter,
     Manual,
-    ReturnToLaunch,
 )
-from mavlink_sitl.exchange import (
-    Guidance,
-    LandedState,
-    Limits,
-    ModeChanged,
-    Observation,
-    Result,
-    Severity,
-    SystemStatus,
-)
+from mavlink_sitl.autopilot.rover_return import ReturnToLaunch, SmartReturn
+from mavlink_sitl.autopilot.rover_safety import RoverFailsafes, RoverFence
+from mavlink_sitl.autopilot.traveller import Traveller
+from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 
-BEHAVIOURS: dict[str, Callable[[Rover, ModeSpec], DriveMode]] = {
-    "manual": Manual,
-    "acro": Acro,
-    "hold": Hold,
-    "loiter": Loiter,
-    "circle": Circle,
-    "auto": DriveAuto,
-    "rtl": ReturnToLaunch,
-    "guided": Guided,
-}
 MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
 CENTRED_US = 1500
 FULL_STICK_US = 500.0
+CRUMB_S = 1.0 / 3.0
+"""How often the way is remembered"""
 
 
 class DriveNavigator(Navigator):
@@ -70,31 +55,24 @@ class DriveNavigator(Navigator):
         return Limits(speed_xy_m_s=self.cruise_m_s(), acceleration_xy_m_s2=acceleration)
 
 
-class RoverFailsafes(Failsafes):
-    """The same failsafes; what the numbers of the actions mean differs.
+class Rover(Traveller):
+    """A car or a boat from power-up to the next. Arguments as of `Copter`.
 
-    BATT_FS_*_ACT: 1 is RTL, 2 is HOLD. A lost ground station is HOLD (FS_ACTION's default).
+    Attributes:
+        trail: the way since it was armed, for SMART_RTL; None while it is disarmed.
     """
 
-    def _act(self, copter: Copter, mode: int | None) -> None:
-        if mode is not None:
-            wanted = MODE_RTL if mode == MODE_LAND else MODE_HOLD
-            if not copter.enter_mode(wanted):
-                copter.enter_mode(MODE_HOLD)
-
-    def _estimator(self, copter: Copter) -> None:
-        variance = copter.estimator.variance
-        if variance and not self.estimator_lost and copter.armed:
-            self.estimator_lost = True
-            copter.say(Severity.CRITICAL, "EKF failsafe")
-            if copter.mode.spec.requires_position:
-                copter.enter_mode(MODE_HOLD)
-        elif not variance:
-            self.estimator_lost = False
-
-
-class Rover(Copter):
-    """A car or a boat from power-up to the next. Arguments and attributes as of `Copter`."""
+    behaviours: ClassVar[Mapping[str, Callable[[Rover, ModeSpec], Mode]]] = {
+        "manual": Manual,
+        "acro": Acro,
+        "hold": Hold,
+        "loiter": Loiter,
+        "circle": Circle,
+        "auto": DriveAuto,
+        "rtl": ReturnToLaunch,
+        "smart_rtl": SmartReturn,
+        "guided": Guided,
+    }
 
     def __init__(
         self,
@@ -106,7 +84,10 @@ class Rover(Copter):
     ) -> None:
         """See `Copter`."""
         super().__init__(personality, parameters, origin, observation, ready_after_s)
-        self.failsafe = RoverFailsafes()
+        self.failsafe = RoverFailsafes(self)
+        self.fence = RoverFence(self)
+        self.trail: Breadcrumbs | None = None
+        self._next_crumb_s = 0.0
         self.pilot.throttle_us = CENTRED_US
         self.mode.enter()
 
@@ -114,16 +95,23 @@ class Rover(Copter):
         """See `Copter`."""
         return DriveNavigator(origin, self.parameters)
 
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """See `Copter`."""
-        return BEHAVIOURS[spec.behaviour](self, spec)
-
-    def update(self, observation: Observation) -> None:
-        """See `Copter`; the end of starting is told at once."""
-        was = self.started
-        super().update(observation)
-        if self.started and not was:
-            self.events.append(ModeChanged(self.mode.spec.name, False))
+    def watch(self, observation: Observation) -> None:
+        """See `Copter`; remembers the way it has come."""
+        super().watch(observation)
+        if not self.armed:
+            self.trail = None
+        elif self.trail is None and self.estimator.position_ok:
+            p = self.parameters
+            self.trail = Breadcrumbs(p["SRTL_ACCURACY"], int(p["SRTL_POINTS"]))
+            self._next_crumb_s = self.now_s
+        if self.trail is None or self.now_s < self._next_crumb_s:
+            return
+        self._next_crumb_s = self.now_s + CRUMB_S
+        if self.estimator.position_ok and not isinstance(self.mode, SmartReturn):
+            was = self.trail.full
+            self.trail.add((self.motion.north_m, self.motion.east_m))
+            if self.trail.full and not was:
+                self.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
 
     # What it knows.
 
@@ -137,19 +125,9 @@ class Rover(Copter):
         """Always undefined."""
         return LandedState.UNDEFINED
 
-    @property
-    def system_status(self) -> SystemStatus:
-        """ACTIVE even disarmed, STANDBY in HOLD even armed."""
-        if not self.started:
-            return SystemStatus.CALIBRATING
-        if self.failsafe.active:
-            return SystemStatus.CRITICAL
-        return SystemStatus.STANDBY if isinstance(self.mode, Hold) else SystemStatus.ACTIVE
-
-    @property
-    def wanted(self) -> Guidance:
-        """What its mode asked for last."""
-        return self._wanted
+    def is_active(self) -> bool:
+        """Even disarmed; not in HOLD, even armed."""
+        return not isinstance(self.mode, Hold)
 
     @property
     def is_boat(self) -> bool:
@@ -163,7 +141,7 @@ class Rover(Copter):
 
     def sticks(self) -> tuple[float, float]:
         """Steering and throttle, -1..1."""
-        channels = self.pilot.channels(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
+        channels = self.sticks_us()
         steering = (channels[0] - CENTRED_US) / FULL_STICK_US
         throttle = (channels[2] - CENTRED_US) / FULL_STICK_US
         return min(max(steering, -1.0), 1.0), min(max(throttle, -1.0), 1.0)
@@ -202,12 +180,20 @@ class Rover(Copter):
         route = self.mode.route if isinstance(self.mode, DriveMode) else None
         return None if route is None else (*route.destination, 0.0)
 
+    @property
+    def knows_the_way(self) -> bool:
+        """Whether SMART_RTL is possible: armed, and the way not too long."""
+        return self.trail is not None and not self.trail.full
+
     # What people want of it.
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
         if self.personality.modes[number].behaviour == "auto" and not self.has_mission:
             self.say(Severity.NOTICE, "No Mission. Can't set AUTO.")
+            return False
+        if self.personality.modes[number].behaviour == "smart_rtl" and not self.knows_the_way:
+            self.say(Severity.WARNING, "Flight mode change failed")
             return False
         return super().enter_mode(number)
 
@@ -229,7 +215,3 @@ class Rover(Copter):
         if not self.mode.spec.requires_position:
             return Result.FAILED
         return Result.ACCEPTED if self.navigator.change_speed(kind, speed_m_s) else Result.FAILED
-
-    def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: not outside missions."""
-        return Result.FAILED

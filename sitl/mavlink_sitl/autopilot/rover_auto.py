@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.auto import MOVING, Auto
+from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.auto_tasks import Delay, Task
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
-from mavlink_sitl.autopilot.route import Route
+from mavlink_sitl.autopilot.route import CORNER_M_S, Route
 from mavlink_sitl.autopilot.rover_modes import DriveMode
 from mavlink_sitl.exchange import Guidance, Motors, Severity
 from mavlink_sitl.guidance import DriveGuidance
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.track import Vector
 
 
-CORNER_M_S = 1.8
 START_S = 0.9
 """From arming until a mission moves"""
 
@@ -134,5 +133,5 @@ class DriveAuto(DriveMode, Auto):
             target = self.place_of(item, here)
         plans = rover.plans
         following = self._walk(plans.current + 1, dict(plans.jumps))
-        last = not any(i.command in MOVING for _, i in following)
+        last = not any(i.command in self.moving for _, i in following)
         self.task = DriveTo(self, item, target, last, self._speed() if on_the_way else 0.0)

@@ -167,30 +167,6 @@ class Circle(DriveMode):
         )
 
 
-class ReturnToLaunch(DriveMode):
-    """Back home; it says when it is there, and stays in RTL, armed."""
-
-    def enter(self) -> None:
-        """Set off."""
-        rover = self.rover
-        home = rover.navigator.home_ned_m()
-        speed = rover.parameters["RTL_SPEED"] or rover.cruise_m_s()
-        self.route = Route(rover, home[:2], speed)
-        self._said = False
-
-    def update(self) -> None:
-        """Go on."""
-        if self.route is None or not self.rover.armed:
-            return
-        if not self.route.reached:
-            self.drive(self.route.follow())
-            return
-        if not self._said:
-            self._said = True
-            self.rover.say(Severity.INFO, "Reached destination")
-        self.rover.rest_at(self, self.route.destination)
-
-
 class Guided(DriveMode):
     """Setpoints.
 

@@ -105,52 +105,51 @@ def step(
     Returns:
         The state dt later.
     """
+    maximum, where, sqrt = o.maximum, o.where, o.sqrt
+    # Names in place of fields: a third of the time of one vehicle.
+    (
+        north, east, down, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e, thrust,
+        yaw, yaw_rate, stood, impact,
+    ) = state  # fmt: skip
+    lean_n_cmd, lean_e_cmd, thrust_cmd, yaw_rate_cmd = command
     w = model.attitude_rate_rad_s
     damping = 2.0 * model.attitude_damping * w
-    lean_n, lean_e = state.lean_north, state.lean_east
-    wanted = o.hypot(command.lean_north, command.lean_east)
-    scale = model.max_lean / o.maximum(wanted, model.max_lean)
-    rate_n = state.lean_rate_north_1_s
-    rate_e = state.lean_rate_east_1_s
-    rate_n = rate_n + (w * w * (command.lean_north * scale - lean_n) - damping * rate_n) * dt
-    rate_e = rate_e + (w * w * (command.lean_east * scale - lean_e) - damping * rate_e) * dt
+    scale = model.max_lean / maximum(o.hypot(lean_n_cmd, lean_e_cmd), model.max_lean)
+    rate_n = rate_n + (w * w * (lean_n_cmd * scale - lean_n) - damping * rate_n) * dt
+    rate_e = rate_e + (w * w * (lean_e_cmd * scale - lean_e) - damping * rate_e) * dt
     lean_n = lean_n + rate_n * dt
     lean_e = lean_e + rate_e * dt
-    thrust_cmd = o.clip(command.thrust_m_s2, 0.0, model.max_thrust_m_s2)
+    thrust_cmd = o.clip(thrust_cmd, 0.0, model.max_thrust_m_s2)
     follow = dt / (model.thrust_time_constant_s + dt)
-    thrust = state.thrust_m_s2 + (thrust_cmd - state.thrust_m_s2) * follow
+    thrust = thrust + (thrust_cmd - thrust) * follow
     follow = dt / (model.yaw_time_constant_s + dt)
-    yaw_rate = state.yaw_rate_rad_s + (command.yaw_rate_rad_s - state.yaw_rate_rad_s) * follow
+    yaw_rate = yaw_rate + (yaw_rate_cmd - yaw_rate) * follow
 
-    air_n = state.velocity_north_m_s - wind[0]
-    air_e = state.velocity_east_m_s - wind[1]
-    air_d = state.velocity_down_m_s - wind[2]
-    airspeed = o.sqrt(air_n * air_n + air_e * air_e + air_d * air_d)
+    air_n, air_e, air_d = v_n - wind[0], v_e - wind[1], v_d - wind[2]
+    airspeed = sqrt(air_n * air_n + air_e * air_e + air_d * air_d)
     drag = model.drag_linear_1_s + model.drag_quadratic_1_m * airspeed
-    up = thrust / o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
-    v_n = state.velocity_north_m_s + (up * lean_n - drag * air_n) * dt
-    v_e = state.velocity_east_m_s + (up * lean_e - drag * air_e) * dt
-    v_d = state.velocity_down_m_s + (GRAVITY_M_S2 - up - drag * air_d) * dt
-    north = state.north_m + v_n * dt
-    east = state.east_m + v_e * dt
-    down = state.down_m + v_d * dt
+    up = thrust / sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
+    v_n = v_n + (up * lean_n - drag * air_n) * dt
+    v_e = v_e + (up * lean_e - drag * air_e) * dt
+    v_d = v_d + (GRAVITY_M_S2 - up - drag * air_d) * dt
+    down = down + v_d * dt
 
     touching = down >= ground_down_m
     flying = 1.0 - touching  # legs neither slide nor turn, and the vehicle stands level
     return QuadrotorState(
-        north_m=o.where(touching, state.north_m, north),
-        east_m=o.where(touching, state.east_m, east),
-        down_m=o.minimum(down, ground_down_m),
-        velocity_north_m_s=v_n * flying,
-        velocity_east_m_s=v_e * flying,
-        velocity_down_m_s=v_d * flying,
-        lean_north=lean_n * flying,
-        lean_east=lean_e * flying,
-        lean_rate_north_1_s=rate_n * flying,
-        lean_rate_east_1_s=rate_e * flying,
-        thrust_m_s2=thrust,
-        yaw_rad=o.wrap_pi(state.yaw_rad + yaw_rate * dt * flying),
-        yaw_rate_rad_s=yaw_rate * flying,
-        on_ground=touching,
-        impact_m_s=o.where(touching, o.where(state.on_ground, state.impact_m_s, v_d), 0.0),
+        where(touching, north, north + v_n * dt),
+        where(touching, east, east + v_e * dt),
+        o.minimum(down, ground_down_m),
+        v_n * flying,
+        v_e * flying,
+        v_d * flying,
+        lean_n * flying,
+        lean_e * flying,
+        rate_n * flying,
+        rate_e * flying,
+        thrust,
+        o.wrap_pi(yaw + yaw_rate * dt * flying),
+        yaw_rate * flying,
+        touching,
+        where(touching, where(stood, impact, v_d), 0.0),
     )

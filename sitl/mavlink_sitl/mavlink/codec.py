@@ -1,16 +1,24 @@
-"""Bytes to messages and back; the only import of pymavlink."""
+"""Bytes to messages and back; the only import of pymavlink.
+
+Messages that come in are pymavlink's. Those that go out are plain tuples made from
+pymavlink's own tables: its objects with their headers cost more than what is in them.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import struct
+from collections import namedtuple
+from operator import itemgetter
 from typing import Any
 
-from pymavlink.dialects.v20 import all as dialect
+from fastcrc.crc16 import mcrf4xx
+from pymavlink.dialects.v20 import all as pymavlink_dialect
 
 Message = Any
-"""A pymavlink message. Its classes are generated; their fields are looked up by name."""
+"""A message, in (pymavlink's) or out (see `Dialect`). Its fields are looked up by name."""
 
-__all__ = ["Decoder", "Encoder", "Extended", "Message", "dialect"]
+__all__ = ["Decoder", "Encoder", "Extended", "Message", "Raw", "dialect"]
 
 _MAGIC_V1 = 0xFE
 _MAGIC_V2 = 0xFD
@@ -22,22 +30,117 @@ _HEADER = struct.Struct("<BBBBBBHB")
 """Of MAVLink 2, after the start mark; the message's number is the last two"""
 
 
+class Dialect:
+    """Pymavlink's dialect, with lean messages in place of its own.
+
+    `dialect.MAVLink_attitude_message(...)` takes what pymavlink's takes and has the same
+    fields; constants are pymavlink's.
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        """A constant, or the class of a message; looked up once."""
+        found = getattr(pymavlink_dialect, name)
+        if name.startswith("MAVLink_") and name.endswith("_message"):
+            found = _lean(found)
+        setattr(self, name, found)
+        return found
+
+
+def _lean(kind: Any) -> type:
+    """A class of messages to send, of the fields and the layout of pymavlink's class."""
+    make: Any = namedtuple  # mypy wants fields that are known before it runs
+    base = make(kind.msgname, kind.fieldnames, defaults=kind.__init__.__defaults__)
+    pack = kind.unpacker.pack
+    order = [kind.fieldnames.index(name) for name in kind.ordered_fieldnames]
+    # A text is one value for struct, other arrays are as many as they have elements.
+    spread = [
+        length > 0 and kind.fieldtypes[place] != "char"
+        for length, place in zip(kind.array_lengths, order, strict=True)
+    ]
+    if not any(spread):
+        on_wire = itemgetter(*order) if order != sorted(order) else tuple
+
+        def payload_bytes(self: Any) -> Any:
+            return pack(*on_wire(self))
+
+    else:
+        lengths = kind.array_lengths
+
+        def payload_bytes(self: Any) -> Any:
+            values: list[Any] = []
+            for place, length, many in zip(order, lengths, spread, strict=True):
+                if many:
+                    values += self[place][:length]
+                else:
+                    values.append(self[place])
+            return pack(*values)
+
+    return type(
+        kind.__name__,
+        (base,),
+        {
+            "__slots__": (),
+            "wire_id": kind.id,
+            "wire_crc_extra": bytes((kind.crc_extra,)),
+            "payload_bytes": payload_bytes,
+        },
+    )
+
+
+dialect: Any = Dialect()
+
+
+class Raw:
+    """A message that pymavlink does not know.
+
+    Args:
+        message_id: its number.
+        crc_extra: the byte that stands for its definition in the checksum.
+        payload: its fields as bytes.
+    """
+
+    def __init__(self, message_id: int, crc_extra: int, payload: bytes) -> None:
+        """See the class."""
+        self.wire_id = message_id
+        self.wire_crc_extra = bytes((crc_extra,))
+        self._payload = payload
+
+    def payload_bytes(self) -> bytes:
+        """Its fields as they are sent."""
+        return self._payload
+
+
+class Extended(Raw):
+    """A message with extension fields that pymavlink does not know yet.
+
+    Args:
+        message: the rest of it; it must end with its last known extension field.
+        extension: the bytes of the fields after that.
+    """
+
+    def __init__(self, message: Message, extension: bytes) -> None:
+        """See the class."""
+        payload = message.payload_bytes() + extension
+        super().__init__(message.wire_id, message.wire_crc_extra[0], payload)
+
+
 class Encoder:
     """Messages to MAVLink 2 frames of one sender, numbered in sequence.
 
     Args:
         system_id: 1..255.
         component_id: 1..255.
+
+    Attributes:
+        signing: pymavlink's state of signing, for the decoder of the same link.
     """
 
     def __init__(self, system_id: int, component_id: int) -> None:
         """See the class."""
-        self._mav = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
-
-    @property
-    def signing(self) -> Any:
-        """Pymavlink's state of signing, for the decoder of the same link."""
-        return self._mav.signing
+        self.signing: Any = pymavlink_dialect.MAVLinkSigning()
+        self._system_id = system_id
+        self._component_id = component_id
+        self._seq = 0
 
     def set_up_signing(self, key: bytes, timestamp: int) -> None:
         """Sign from now on, and take nothing unsigned; all zeros end that.
@@ -46,7 +149,7 @@ class Encoder:
             key: 32 bytes.
             timestamp: 10 microseconds since 1 January 2015; never goes back.
         """
-        signing = self._mav.signing
+        signing = self.signing
         on = any(key)
         signing.secret_key = key if on else None
         signing.sign_outgoing = on
@@ -56,59 +159,36 @@ class Encoder:
 
     def encode(self, message: Message) -> bytes:
         """One frame; raises struct.error when a field is outside its type."""
-        mav = self._mav
-        if not (mav.signing.sign_outgoing or isinstance(message, Extended)):
-            number = message.get_msgId()  # not .id: some have a field of that name
-            # Half of the time of pymavlink's own, which builds an object for each header.
-            message._pack = lambda mav, extra, payload, **_: _frame(mav, number, extra, payload)
-        frame = bytes(message.pack(mav))
-        mav.seq = (mav.seq + 1) % 256
-        return frame
-
-
-def _frame(mav: Any, number: int, crc_extra: int, payload: bytes) -> bytes:
-    """Header, payload without the zeros at its end, checksum: MAVLink 2, unsigned."""
-    payload = payload.rstrip(b"\0") or payload[:1]
-    body = (
-        _HEADER.pack(
-            len(payload),
-            0,
-            0,
-            mav.seq,
-            mav.srcSystem,
-            mav.srcComponent,
-            number & 0xFFFF,
-            number >> 16,
+        full: bytes = message.payload_bytes()
+        # MAVLink 2 leaves out the zeros at the end, but not the first byte.
+        payload = full.rstrip(b"\0") or full[:1]
+        signed = self.signing.sign_outgoing
+        number = message.wire_id
+        seq = self._seq
+        self._seq = (seq + 1) & 0xFF
+        body = (
+            _HEADER.pack(
+                len(payload),
+                _SIGNED if signed else 0,
+                0,
+                seq,
+                self._system_id,
+                self._component_id,
+                number & 0xFFFF,
+                number >> 16,
+            )
+            + payload
         )
-        + payload
-    )
-    check = dialect.x25crc(body + bytes((crc_extra,))).crc
-    return b"\xfd" + body + int(check).to_bytes(2, "little")
+        check = mcrf4xx(body + message.wire_crc_extra)
+        frame = b"\xfd" + body + check.to_bytes(2, "little")
+        return self._signed(frame) if signed else frame
 
-
-class Extended:
-    """A message with extension fields that the generated classes do not know yet.
-
-    Args:
-        message: the rest of it; it must end with its last known extension field.
-        extension: the bytes of the fields after that.
-    """
-
-    def __init__(self, message: Message, extension: bytes) -> None:
-        """See the class."""
-        self._message = message
-        self._extension = extension
-
-    def get_type(self) -> str:
-        """The message's name."""
-        return str(self._message.get_type())
-
-    def pack(self, mav: Any) -> bytes:
-        """One frame."""
-        message = self._message
-        fields = [getattr(message, name) for name in message.ordered_fieldnames]
-        payload = struct.pack(message.unpacker.format, *fields) + self._extension
-        return bytes(message._pack(mav, message.crc_extra, payload))
+    def _signed(self, frame: bytes) -> bytes:
+        """With link, time and signature (https://mavlink.io/en/guide/message_signing.html)."""
+        signing = self.signing
+        frame += struct.pack("<BQ", signing.link_id, signing.timestamp)[:7]
+        signing.timestamp += 1
+        return frame + hashlib.sha256(signing.secret_key + frame).digest()[:6]
 
 
 class Decoder:
@@ -125,7 +205,7 @@ class Decoder:
         Args:
             signing: the encoder's, when frames may have to be signed.
         """
-        self._mav = dialect.MAVLink(None)
+        self._mav = pymavlink_dialect.MAVLink(None)
         if signing is not None:
             self._mav.signing = signing
         self._buffer = bytearray()
@@ -187,9 +267,27 @@ class Decoder:
         return message
 
     def _decode_trusted(self, frame: bytes) -> Message | None:
+        if not _intact(frame):
+            return None
         try:
             return self._mav.decode(bytearray(frame))
-        except (dialect.MAVError, struct.error, ValueError, IndexError, TypeError):
+        except (pymavlink_dialect.MAVError, struct.error, ValueError, IndexError, TypeError):
             # pymavlink raises MAVError for what it knows of, and the others for some frames
             # that are valid in their checksum but not in their content.
             return None
+
+
+def _intact(frame: bytes) -> bool:
+    """Whether the checksum is right; pymavlink builds an object with its header to find out.
+
+    A message that is not in the dialect has no known checksum: that is for pymavlink to judge.
+    """
+    if frame[0] == _MAGIC_V1:
+        number, end = frame[5], frame[1] + 6
+    else:
+        number, end = int.from_bytes(frame[7:10], "little"), frame[1] + 10
+    kind = pymavlink_dialect.mavlink_map.get(number)
+    if kind is None:
+        return True
+    check: int = mcrf4xx(frame[1:end] + bytes((kind.crc_extra,)))
+    return check == int.from_bytes(frame[end : end + 2], "little")

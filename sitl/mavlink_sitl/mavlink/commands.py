@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.exchange import Result, Severity
-from mavlink_sitl.mavlink import kind_commands, setpoints
+from mavlink_sitl.geodesy import to_geodetic
+from mavlink_sitl.mavlink import copter_commands, kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.telemetry import BUILDERS
 
@@ -185,10 +186,17 @@ def _request(message_id: int) -> Callable[[MavlinkServer, Command], Result]:
 
 
 def _set_home(server: MavlinkServer, command: Command) -> Result:
+    """Home is here, with param1 = 1 or without a place; else there."""
     copter = server.copter
-    if command.params[0] != 1.0 or not copter.estimator.position_ok:
+    if not copter.estimator.position_ok or command.params[0] not in (0.0, 1.0):
         return Result.FAILED
-    copter.set_home()
+    if command.params[0] == 1.0 or not (command.x or command.y):
+        copter.set_home()
+        return Result.ACCEPTED
+    place = setpoints.place_of(copter, command, dialect.MAV_FRAME_GLOBAL)
+    if place is None:
+        return Result.DENIED
+    copter.set_home(to_geodetic(copter.navigator.origin, *place))
     return Result.ACCEPTED
 
 
@@ -263,6 +271,7 @@ _HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
 }
 
 _USED_PARAMS = {
+    **copter_commands.USED_PARAMS,
     dialect.MAV_CMD_DO_REPOSITION: 3,
     dialect.MAV_CMD_NAV_TAKEOFF: 0,
     dialect.MAV_CMD_NAV_LAND: 0,
@@ -272,6 +281,8 @@ _USED_PARAMS = {
     dialect.MAV_CMD_GET_HOME_POSITION: 0,
     dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: 0,
     dialect.MAV_CMD_MISSION_START: 0,
+    dialect.MAV_CMD_DO_LAND_START: 0,
+    dialect.MAV_CMD_DO_GO_AROUND: 1,
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: 1,
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: 1,
     dialect.MAV_CMD_DO_FENCE_ENABLE: 1,

@@ -20,8 +20,8 @@ _GLOBAL_MASK = 0xFDF8
 
 
 def position_target_local_ned(copter: Copter, time_boot_ms: int) -> Message | None:
-    """POSITION_TARGET_LOCAL_NED: only in GUIDED."""
-    if copter.mode is not copter.guided:
+    """POSITION_TARGET_LOCAL_NED: only in GUIDED, and not while an attitude is flown."""
+    if copter.mode is not copter.guided or copter.guided.submode is Submode.ATTITUDE:
         return None
     zero = (0.0, 0.0, 0.0)
     target = copter.guided.target

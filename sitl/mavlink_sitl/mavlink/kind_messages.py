@@ -24,7 +24,7 @@ _GLOBAL_MASK = 0xFDF8
 
 
 def nav_controller_output(s: Snapshot) -> Message | None:
-    """NAV_CONTROLLER_OUTPUT: absent in modes that a pilot drives or flies."""
+    """NAV_CONTROLLER_OUTPUT: absent in MANUAL, and in all modes that a pilot drives."""
     assert isinstance(s.copter, (Rover, Plane))
     report = s.copter.navigation_report()
     if report is None:
@@ -62,7 +62,7 @@ def position_target_global_int(s: Snapshot) -> Message | None:
 def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: steering on 1 and throttle on 3, or a plane's four surfaces."""
     return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *s.servos_us, 0, 0, 0, 0
+        s.time_boot_us & 0xFFFFFFFF, 0, *s.instruments.servos_us(), 0, 0, 0, 0
     )
 
 
@@ -70,7 +70,7 @@ def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD with the airspeed of who has a sensor for it."""
     m = s.motion
     speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
-    altitude = 0.0 if s.gps is None else s.copter.navigator.here().altitude_amsl_m
+    altitude = s.copter.navigator.here().altitude_amsl_m if s.copter.estimator.gps_started else 0.0
     airspeed = speed if s.airspeed_m_s is None else s.airspeed_m_s
     throttle = to_int(s.throttle_fraction * 100.0, 0, 100)
     return dialect.MAVLink_vfr_hud_message(
@@ -104,7 +104,10 @@ _OWN: dict[int, Builder] = {
     245: extended_sys_state,
 }
 
-BY_KIND: dict[str, dict[int, Builder]] = {"rover": _OWN, "boat": _OWN, "plane": _OWN}
+_DRIVEN = {**_OWN, 168: _never}
+"""Without an airspeed there is no estimate of the wind"""
+
+BY_KIND: dict[str, dict[int, Builder]] = {"rover": _DRIVEN, "boat": _DRIVEN, "plane": _OWN}
 """By kind of vehicle and message id: what is built another way"""
 
 

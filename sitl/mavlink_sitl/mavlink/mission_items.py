@@ -16,11 +16,23 @@ DENIED = 14
 """MAV_MISSION_RESULT, as far as it is used"""
 
 _YAW_MAY_BE_NAN = frozenset(
-    (Cmd.WAYPOINT, Cmd.LAND, Cmd.TAKEOFF, Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TURNS)
+    (
+        Cmd.WAYPOINT,
+        Cmd.LOITER_TO_ALT,
+        Cmd.SPLINE,
+        Cmd.LAND,
+        Cmd.TAKEOFF,
+        Cmd.LOITER_UNLIM,
+        Cmd.LOITER_TIME,
+        Cmd.LOITER_TURNS,
+    )
 )
 _PLACES = frozenset(
     (
         *_YAW_MAY_BE_NAN,
+        Cmd.SET_HOME,
+        Cmd.SET_ROI,
+        Cmd.SET_ROI_LOCATION,
         Cmd.RALLY_POINT,
         Cmd.POLYGON_INCLUSION,
         Cmd.POLYGON_EXCLUSION,

@@ -6,15 +6,15 @@ each rule was seen is said there. Sans-IO: time is an argument, answers go to `s
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.plans import Cmd, Plan, PlanItem, PlanType
+from mavlink_sitl.autopilot.plans import Cmd, PlanItem, PlanType
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import mission_items as items
-from mavlink_sitl.mavlink.codec import Extended, Message, dialect
+from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.mission_download import MissionDownload, sender_of
 from mavlink_sitl.mavlink.streams import NEVER_US
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class _Upload:
     heard_us: int
 
 
-class MissionServer:
+class MissionServer(MissionDownload):
     """Answers for one vehicle's lists.
 
     Args:
@@ -65,19 +65,13 @@ class MissionServer:
         send_later: Callable[[int], None],
     ) -> None:
         """See the class."""
-        self._vehicle = vehicle
-        self._rules = vehicle.personality.plan_rules
-        self._send = send
+        super().__init__(vehicle, send)
         self._send_later = send_later
         self._upload: _Upload | None = None
         self._now_us = 0
-        self.handlers: dict[str, Callable[[Message], None]] = {
-            "MISSION_REQUEST_LIST": self._on_request_list,
-            "MISSION_REQUEST": self._on_request,
-            "MISSION_REQUEST_INT": self._on_request,
+        self.handlers |= {
             "MISSION_COUNT": self._on_count,
             "MISSION_WRITE_PARTIAL_LIST": self._on_write_partial_list,
-            "MISSION_REQUEST_PARTIAL_LIST": self._on_request_partial_list,
             "MISSION_ITEM": self._on_item,
             "MISSION_ITEM_INT": self._on_item,
             "MISSION_CLEAR_ALL": self._on_clear_all,
@@ -93,7 +87,7 @@ class MissionServer:
         if getattr(message, "mission_type", 0) in known:
             self.handlers[message.get_type()](message)
         else:
-            self._ack(_sender(message), items.UNSUPPORTED, message.mission_type)
+            self._ack(sender_of(message), items.UNSUPPORTED, message.mission_type)
 
     def next_due_us(self) -> int:
         """When `tick` has something to do."""
@@ -120,54 +114,11 @@ class MissionServer:
             self._rules.timeout_text,
         )
 
-    # Download.
-
-    def _listed(self, plan_type: int) -> list[PlanItem]:
-        """A list as it is given away: with home in its place."""
-        stored = self._vehicle.plans.of(plan_type).items
-        if plan_type != PlanType.MISSION or not self._rules.home_first:
-            return stored
-        home = self._vehicle.navigator.home
-        if home is None:
-            return stored
-        x, y = items.degrees_to_int(home.latitude_deg), items.degrees_to_int(home.longitude_deg)
-        return [PlanItem(Cmd.WAYPOINT, 0, x=x, y=y, z=home.altitude_amsl_m), *stored[1:]]
-
-    def _on_request_list(self, message: Message) -> None:
-        plan_type = message.mission_type
-        count = dialect.MAVLink_mission_count_message(
-            *_sender(message), len(self._listed(plan_type)), plan_type
-        )
-        self._send(self._identified(count, self._vehicle.plans.of(plan_type)))
-
-    def _on_request(self, message: Message) -> None:
-        listed = self._listed(message.mission_type)
-        if message.seq >= len(listed):
-            self._ack(_sender(message), items.INVALID_SEQUENCE, message.mission_type)
-            return
-        plans = self._vehicle.plans
-        current = message.mission_type == PlanType.MISSION and message.seq == plans.current
-        if self._rules.home_first and message.seq == 0:
-            current = False
-        self._send(
-            items.to_message(
-                listed[message.seq],
-                message.seq,
-                current,
-                _sender(message),
-                message.mission_type,
-                message.get_type() == "MISSION_REQUEST_INT",
-            )
-        )
-
-    def _on_request_partial_list(self, message: Message) -> None:
-        self._ack(_sender(message), items.UNSUPPORTED, message.mission_type)
-
     # Upload.
 
     def _on_count(self, message: Message) -> None:
         plan_type = PlanType(message.mission_type)
-        sender = _sender(message)
+        sender = sender_of(message)
         if self._upload is not None and self._upload.sender != sender:
             self._ack(sender, items.DENIED, plan_type)
             return
@@ -190,7 +141,7 @@ class MissionServer:
             self._changed(plan_type)
 
     def _on_write_partial_list(self, message: Message) -> None:
-        plan_type, sender = PlanType(message.mission_type), _sender(message)
+        plan_type, sender = PlanType(message.mission_type), sender_of(message)
         first, last = message.start_index, message.end_index
         busy = self._upload is not None and self._upload.sender != sender
         if busy or not self._rules.in_place:
@@ -232,7 +183,7 @@ class MissionServer:
         if message.current == _GUIDED_TARGET:
             self._on_guided_target(message)
             return
-        upload, sender = self._upload, _sender(message)
+        upload, sender = self._upload, sender_of(message)
         plan_type = PlanType(message.mission_type)
         if upload is None or upload.plan_type != plan_type:
             self._ack(sender, items.ERROR, plan_type)
@@ -276,7 +227,7 @@ class MissionServer:
         """MISSION_ITEM with current = 2: fly there, in GUIDED."""
         result = self._vehicle.fly_to_item(items.from_message(message))
         self._ack(
-            _sender(message),
+            sender_of(message),
             items.OK if result is Result.ACCEPTED else items.ERROR,
             PlanType.MISSION,
         )
@@ -298,7 +249,7 @@ class MissionServer:
             if plan_type == PlanType.MISSION:
                 self._vehicle.plans.forget_progress()
             self._changed(plan_type)
-        self._ack(_sender(message), result, wanted)
+        self._ack(sender_of(message), result, wanted)
 
     def _in_auto(self) -> bool:
         return self._vehicle.mode is self._vehicle.auto
@@ -309,24 +260,8 @@ class MissionServer:
             self._vehicle.say(Severity.CRITICAL, self._rules.not_in_list_text)
         self._send_later(_MISSION_CURRENT)
 
-    # Out.
+    # What follows from a change.
 
     def _changed(self, plan_type: PlanType) -> None:
         if plan_type == PlanType.MISSION:
             self._vehicle.mission_changed()
-
-    def _ack(self, target: tuple[int, int], result: int, plan_type: int) -> None:
-        ack = dialect.MAVLink_mission_ack_message(*target, result, plan_type)
-        plan = Plan()
-        if result == items.OK and plan_type in [*PlanType]:
-            plan = self._vehicle.plans.of(plan_type)
-        self._send(self._identified(ack, plan))
-
-    def _identified(self, message: Message, plan: Plan) -> Message:
-        if not self._rules.identified:
-            return message
-        return Extended(message, struct.pack("<I", plan.identity))
-
-
-def _sender(message: Message) -> tuple[int, int]:
-    return message.get_srcSystem(), message.get_srcComponent()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.exchange import Motors
+from mavlink_sitl.exchange import Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
@@ -23,7 +23,7 @@ from mavlink_sitl.mavlink.snapshot import (
 def global_position_int(s: Snapshot) -> Message:
     """GLOBAL_POSITION_INT: zeros before the GPS has been found."""
     m = s.motion
-    if s.gps is None:
+    if not s.copter.estimator.gps_started:
         return dialect.MAVLink_global_position_int_message(boot_ms(s), 0, 0, 0, 0, 0, 0, 0, 0)
     here = s.copter.navigator.here()
     return dialect.MAVLink_global_position_int_message(
@@ -54,22 +54,26 @@ def attitude(s: Snapshot) -> Message:
 def attitude_quaternion(s: Snapshot) -> Message:
     """ATTITUDE_QUATERNION, from body to NED."""
     m = s.motion
-    cr, sr = math.cos(m.roll_rad / 2), math.sin(m.roll_rad / 2)
-    cp, sp = math.cos(m.pitch_rad / 2), math.sin(m.pitch_rad / 2)
-    cy, sy = math.cos(m.yaw_rad / 2), math.sin(m.yaw_rad / 2)
-    return dialect.MAVLink_attitude_quaternion_message(
-        boot_ms(s),
+    return dialect.MAVLink_attitude_quaternion_message(boot_ms(s), *quaternion(m), *m[9:12])
+
+
+def quaternion(m: Motion) -> list[float]:
+    """The attitude, from body to NED."""
+    _, _, _, _, _, _, roll, pitch, yaw, _, _, _ = m
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return [
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
-        *m[9:12],
-    )
+    ]
 
 
 def gps_raw_int(s: Snapshot) -> Message:
     """GPS_RAW_INT: after a loss the position goes on and only the time stands still."""
-    gps = s.gps
+    gps = s.instruments.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
     altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
@@ -126,7 +130,7 @@ def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD."""
     m = s.motion
     speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
-    altitude = 0.0 if s.gps is None else s.copter.navigator.here().altitude_amsl_m
+    altitude = s.copter.navigator.here().altitude_amsl_m if s.copter.estimator.gps_started else 0.0
     return dialect.MAVLink_vfr_hud_message(
         math.hypot(speed, m.velocity_down_m_s),
         speed,
@@ -161,20 +165,20 @@ def nav_controller_output(s: Snapshot) -> Message:
 
 def simstate(s: Snapshot) -> Message:
     """SIMSTATE: the truth, where the rest is the estimate."""
-    t = s.truth
+    t, place = s.instruments.truth(), s.instruments.truth_point()
     return dialect.MAVLink_simstate_message(
         *t[6:9],
         0.0,
         0.0,
         -9.80665,
         *t[9:12],
-        to_i32(s.truth_point.latitude_deg * 1e7),
-        to_i32(s.truth_point.longitude_deg * 1e7),
+        to_i32(place.latitude_deg * 1e7),
+        to_i32(place.longitude_deg * 1e7),
     )
 
 
 def wind(s: Snapshot) -> Message:
     """WIND: where it comes from."""
-    north, east, down = s.wind_ned_m_s
+    north, east, down = s.instruments.wind_ned_m_s
     direction = math.degrees(math.atan2(-east, -north))
     return dialect.MAVLink_wind_message(direction, math.hypot(north, east), down)

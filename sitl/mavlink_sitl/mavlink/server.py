@@ -10,9 +10,9 @@ when home is set. Commands are answered for any component of the own system, fro
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.exchange import (
     HomeChanged,
     ItemReached,
@@ -29,6 +29,8 @@ from mavlink_sitl.mavlink.snapshot import Snapshot
 from mavlink_sitl.mavlink.status_messages import heartbeat
 from mavlink_sitl.mavlink.statustext import StatusTexts
 from mavlink_sitl.mavlink.streams import StreamSchedule
+
+T = TypeVar("T")
 
 HEARTBEAT_US = 1_000_000
 TIMESYNC_US = 10_000_000
@@ -93,6 +95,7 @@ class MavlinkServer:
             "SET_MODE": self._on_set_mode,
             "SET_POSITION_TARGET_LOCAL_NED": self._on_local_setpoint,
             "SET_POSITION_TARGET_GLOBAL_INT": self._on_global_setpoint,
+            "SET_ATTITUDE_TARGET": self._on_attitude,
             "REQUEST_DATA_STREAM": self._on_request_data_stream,
             "RC_CHANNELS_OVERRIDE": self._on_rc_override,
             "PARAM_REQUEST_LIST": self._on_param_list,
@@ -117,9 +120,11 @@ class MavlinkServer:
         self._send_built(self.builders[message_id](self._snapshot()))
 
     def _send_built(self, built: Message | list[Message] | None) -> None:
-        for message in built if isinstance(built, list) else (built,):
-            if message is not None:
+        if isinstance(built, list):
+            for message in built:
                 self.send(message)
+        elif built is not None:
+            self.send(built)
 
     # Time.
 
@@ -127,12 +132,12 @@ class MavlinkServer:
         """When `tick` has something to do."""
         if self._parameters.busy:
             return self.now_us
-        return min(
-            self._heartbeat_due_us,
-            self._timesync_due_us,
-            self.streams.next_due_us,
-            self._missions.next_due_us(),
-        )
+        due_us = self.streams.next_due_us
+        if self._heartbeat_due_us < due_us:
+            due_us = self._heartbeat_due_us
+        if self._timesync_due_us < due_us:
+            due_us = self._timesync_due_us
+        return min(due_us, self._missions.next_due_us())
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
@@ -144,9 +149,9 @@ class MavlinkServer:
             self._timesync_due_us += TIMESYNC_US
             self.send(dialect.MAVLink_timesync_message(0, self._boot_ns()))
         if now_us >= self.streams.next_due_us:
-            snapshot = self._snapshot()
+            snapshot, builders = self._snapshot(), self.builders
             for message_id in self.streams.take_due(now_us):
-                self._send_built(self.builders[message_id](snapshot))
+                self._send_built(builders[message_id](snapshot))
         if now_us >= self._missions.next_due_us():
             self._missions.tick(now_us)
             self.flush_events()
@@ -238,12 +243,17 @@ class MavlinkServer:
             self.copter.set_mode(message.custom_mode)
 
     def _on_local_setpoint(self, message: Message) -> None:
-        self._take_setpoint(lambda: setpoints.from_local_ned(message))
+        self._take_setpoint(lambda: setpoints.from_local_ned(message), self.copter.setpoint)
 
     def _on_global_setpoint(self, message: Message) -> None:
-        self._take_setpoint(lambda: setpoints.from_global_int(message, self.copter))
+        self._take_setpoint(
+            lambda: setpoints.from_global_int(message, self.copter), self.copter.setpoint
+        )
 
-    def _take_setpoint(self, decode: Callable[[], Setpoint | None]) -> None:
+    def _on_attitude(self, message: Message) -> None:
+        self._take_setpoint(lambda: setpoints.from_attitude_target(message), self.copter.attitude)
+
+    def _take_setpoint(self, decode: Callable[[], T | None], take: Callable[[T], None]) -> None:
         try:
             setpoint = decode()
         except setpoints.UnusableError as error:
@@ -253,7 +263,7 @@ class MavlinkServer:
                 self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
             return
         if setpoint is not None:
-            self.copter.setpoint(setpoint)
+            take(setpoint)
 
     def _on_request_data_stream(self, message: Message) -> None:
         rate_hz = message.req_message_rate

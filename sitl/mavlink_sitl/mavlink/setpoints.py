@@ -6,10 +6,17 @@ ignores the whole group. What is left must make sense (`Guided.setpoint` decides
 
 from __future__ import annotations
 
+import math
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.guided_attitude import AttitudeTarget
 from mavlink_sitl.geodesy import GeoPoint, to_local
 from mavlink_sitl.mavlink.codec import Message
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.commands import Command
 
 POSITION_IGNORE = 0x007
 VELOCITY_IGNORE = 0x038
@@ -109,6 +116,51 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
     return _refuse_unusable(
         Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate, is_global=True)
     )
+
+
+def place_of(copter: Copter, command: Command, long_frame: int) -> Vector | None:
+    """Where a command is about, in the local frame; None when that is nowhere.
+
+    Args:
+        copter: the vehicle.
+        command: it.
+        long_frame: the MAV_FRAME that a COMMAND_LONG means.
+    """
+    x, y, frame = command.x, command.y, command.frame
+    if not usable(command.z):
+        return None
+    if command.is_long:
+        if not (usable(x) and usable(y)):
+            return None
+        x, y, frame = x * 1e7, y * 1e7, long_frame
+    return local_position(copter, frame, int(x), int(y), command.z)
+
+
+ATTITUDE_IGNORE, THRUST_IGNORE = 0x80, 0x40
+RATE_IGNORE = (0x01, 0x02, 0x04)
+"""ATTITUDE_TARGET_TYPEMASK"""
+UNIT_TOLERANCE = 1e-3
+
+
+def from_attitude_target(message: Message) -> AttitudeTarget | None:
+    """The attitude, or None for what is silently ignored: no thrust, or no attitude of length 1.
+
+    Raises:
+        UnusableError: a field in use is NaN, infinite or absurd.
+    """
+    mask = message.type_mask
+    if mask & THRUST_IGNORE:
+        return None
+    fields = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
+    rates = [0.0 if mask & bit else rate for bit, rate in zip(RATE_IGNORE, fields, strict=True)]
+    quaternion = None if mask & ATTITUDE_IGNORE else tuple(message.q)
+    parts = {"attitude": quaternion or (), "body rates": rates, "thrust": (message.thrust,)}
+    bad = [name for name, values in parts.items() if not all(map(usable, values))]
+    if bad:
+        raise UnusableError(bad)
+    if quaternion is not None and abs(math.hypot(*quaternion) - 1.0) > UNIT_TOLERANCE:
+        return None
+    return AttitudeTarget(quaternion, (rates[0], rates[1], rates[2]), message.thrust)
 
 
 def local_position(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import struct
 
+from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.mavlink.codec import Extended, Message, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
@@ -28,9 +29,11 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     personality = copter.personality
     base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     base_mode |= mode.base_flags if copter.started else personality.boot_flags
-    if mode.position_controlled or was_position_controlled:
+    # RTL's controller stops with the motors, LAND's goes on, as recorded.
+    controlled = mode.position_controlled and (copter.armed or mode.behaviour != "rtl")
+    if controlled or was_position_controlled:
         base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED
-    if copter.armed:
+    if copter.soft_armed:
         base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
     number = mode.number
     if not copter.started and personality.boot_mode is not None:
@@ -45,39 +48,50 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     )
 
 
-# SYS_STATUS bit fields as recorded: before the battery is known, before the GPS, after.
-_PRESENT_EARLY, _PRESENT_NO_GPS, _PRESENT = 0x5331FC0F, 0x5371FC0F, 0x5371FC2F
-_AHRS_ENABLED = 0x00200000
-_ENABLED_ARMED, _HEALTHY_ARMED = 0x01006000, 0x00006000
-_BATTERY = 0x02000000
-_PREARM = 0x10000000
-_GEOFENCE = 0x00100000
+# Bits of SYS_STATUS.
+_MAGNETOMETER, _GPS, _RADIO = 0x00000004, 0x00000020, 0x00010000
+_GEOFENCE, _ESTIMATOR, _TERRAIN = 0x00100000, 0x00200000, 0x00400000
+_LOGGING, _BATTERY, _PREARM = 0x01000000, 0x02000000, 0x10000000
+
+
+def _sensors(copter: Copter) -> tuple[int, int, int]:
+    """What there is, what is used, and what of it is well."""
+    sensors = copter.personality.sensors
+    controlled = sensors.by_mode.get(copter.mode.spec.name, sensors.otherwise)
+    present, enabled = sensors.present, sensors.enabled | controlled
+    healthy = sensors.healthy | controlled
+    if not copter.battery_known:
+        present &= ~_TERRAIN
+        enabled &= ~_TERRAIN
+        healthy &= ~(_TERRAIN | _BATTERY | _MAGNETOMETER)
+    estimator, fence = copter.estimator, copter.fence
+    if estimator.gps_started:
+        present, enabled, healthy = present | _GPS, enabled | _GPS, healthy | _GPS
+    if estimator.has_origin:
+        enabled |= _ESTIMATOR
+        well = estimator.using_gps or not sensors.estimator_needs_gps
+        healthy |= _ESTIMATOR if well else 0
+    if copter.armed:
+        enabled |= _LOGGING
+    if copter.armed or copter.arming.checks_passed:
+        healthy |= _PREARM
+    if copter.failsafe.battery_level:
+        healthy &= ~_BATTERY
+    if copter.pilot.lost:
+        healthy &= ~_RADIO
+    if fence.present:
+        present |= _GEOFENCE
+        enabled |= _GEOFENCE if fence.enabled and copter.parameters["FENCE_ACTION"] else 0
+    if not fence.breached:
+        healthy |= _GEOFENCE
+    return present, enabled, healthy
 
 
 def sys_status(s: Snapshot) -> Message:
-    """SYS_STATUS."""
+    """SYS_STATUS; before the power monitor has readings there is no voltage."""
     copter = s.copter
     known = copter.battery_known
-    if not known:
-        present, enabled, health = _PRESENT_EARLY, 0x52019C0F, 0x45119C0B
-    elif not copter.estimator.gps_started:
-        present, enabled, health = _PRESENT_NO_GPS, 0x52419C0F, 0x47519C0F
-    else:
-        present, enabled, health = _PRESENT, 0x52419C2F, 0x47519C2F
-    if copter.estimator.has_origin:
-        enabled |= _AHRS_ENABLED
-        health |= _AHRS_ENABLED
-    if copter.armed:
-        enabled |= _ENABLED_ARMED
-        health |= _HEALTHY_ARMED
-    if copter.armed or copter.arming.checks_passed:
-        health |= _PREARM
-    if copter.failsafe.battery_level:
-        health &= ~_BATTERY
-    if copter.fence.enabled:
-        enabled |= _GEOFENCE
-    if copter.fence.breached:
-        health &= ~_GEOFENCE
+    present, enabled, health = _sensors(copter)
     battery = s.battery
     return dialect.MAVLink_sys_status_message(
         present,
@@ -157,9 +171,11 @@ def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: four motors, 1000 at rest; hover is near 1590 as recorded."""
     # Thrust goes with the square of the motor command above idle; hover pins the scale.
     raw = to_u16(1000.0 + 590.0 * math.sqrt(max(s.thrust_over_hover, 0.0)))
-    motors = [min(raw, 2000)] * 4
+    copter = s.copter
+    motors = copter.motor_test.outputs_us() if copter.motor_test.running else [min(raw, 2000)] * 4
+    others = [copter.servos_us.get(output, 0) for output in range(5, 17)]
     return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *motors, 0, 0, 0, 0
+        s.time_boot_us & 0xFFFFFFFF, 0, *motors, *others
     )
 
 
@@ -172,6 +188,10 @@ def rc_channels(s: Snapshot) -> Message:
     )
 
 
+_AS_IN_MISSION = ("AUTO.LAND", "AUTO.TAKEOFF")
+"""Modes in which PX4's mission_mode says "in mission mode", too"""
+
+
 def mission_current(s: Snapshot) -> Message:
     """MISSION_CURRENT: with ArduPilot home does not count, with PX4 none is 65535."""
     copter, plans = s.copter, s.copter.plans
@@ -182,14 +202,17 @@ def mission_current(s: Snapshot) -> Message:
     if not rules.identified:
         return dialect.MAVLink_mission_current_message(plans.current, total, state, int(flying))
     message = dialect.MAVLink_mission_current_message(
-        plans.current, total or 65535, state, 1 if flying else 2
+        plans.current,
+        total or 65535,
+        state,
+        1 if flying or copter.mode.spec.name in _AS_IN_MISSION else 2,
     )
     ids = (plans.mission.identity, plans.fence.identity, plans.rally.identity)
     return Extended(message, struct.pack("<III", *ids))
 
 
-_BREACHES = {0: 0, 1: 2}
-"""FENCE_BREACH by FENCE_TYPE bits: none and the height; all else is the boundary"""
+_BREACHES = {0: 0, 1: 2, 8: 1}
+"""FENCE_BREACH by FENCE_TYPE bits: none and the heights; all else is the boundary"""
 
 
 def fence_status(s: Snapshot) -> Message | None:

@@ -294,6 +294,9 @@ def test_failures_hit_one_vehicle_of_many() -> None:
         ("rover", "ardupilot"),
         ("boat", "ardupilot"),
         ("plane", "ardupilot"),
+        ("rover", "px4"),
+        ("boat", "px4"),
+        ("plane", "px4"),
     ],
 )
 def test_every_kind_of_vehicle_can_be_broken_and_mended(vehicle: str, autopilot: str) -> None:

@@ -103,7 +103,7 @@ def test_outside_the_fence_it_does_not_arm() -> None:
     assert upload(station, far, 1) == 0
     station.mode(GUIDED)
     assert station.arm() == 4
-    assert "Arm: vehicle outside fence" in station.texts()
+    assert "Arm: Vehicle breaching Polygon fence" in station.texts()
 
 
 def test_an_area_allows_what_is_inside_or_outside() -> None:

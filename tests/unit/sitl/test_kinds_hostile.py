@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.mavlink.telemetry import BUILDERS
 from tests.support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
+from tests.support.missions import item, upload, waypoint
 
 KINDS = ["rover", "boat", "plane"]
 EXTREMES = [0.0, -1.0, 1e-30, 1e9, -1e9, 3.4e38, -3.4e38]
@@ -85,4 +86,42 @@ def test_extreme_commands_do_no_harm(kind: str) -> None:
             )
             assert result in (0, 1, 2, 3, 4)
         station.run(0.2, step_s=0.2)
+        check(station)
+
+
+MISSION_PARAMETERS = (
+    "LAND_DISARMDELAY", "LAND_FLARE_ALT", "LAND_FLARE_SEC", "MIN_GROUNDSPEED", "NAVL1_DAMPING",
+    "NAVL1_PERIOD", "TECS_LAND_ARSPD", "TECS_LAND_SINK", "WP_LOITER_RAD", "WP_RADIUS",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("stage", ["waypoint", "loiter", "landing"])
+def test_extreme_parameters_do_no_harm_in_a_planes_mission(stage: str) -> None:
+    station = moving("plane")
+    items = {
+        "waypoint": [waypoint(3000, 0, 60)],
+        "loiter": [item(mav.MAV_CMD_NAV_LOITER_TURNS, 300, 0, 60, (9, 0, 80))],
+        "landing": [item(mav.MAV_CMD_NAV_LAND, 3000, 0, 0)],
+    }[stage]
+    assert upload(station, [waypoint(0, 0), *items]) == 0
+    assert station.mode(10) == ACCEPTED
+    vehicle = station.vehicle
+    for name in MISSION_PARAMETERS:
+        before = vehicle.parameters[name]
+        for value in EXTREMES:
+            station.send(mav.MAVLink_param_set_message(1, 1, name.encode(), value, 9))
+            station.run(0.4, step_s=0.2)
+            check(station)
+        vehicle.parameters.set(name, before)
+
+
+@pytest.mark.parametrize("value", [-3.4e38, 3.4e38, 1e-38, -1.0])
+def test_extreme_items_do_no_harm_to_a_plane(value: float) -> None:
+    commands = (16, 17, 18, 19, 31, 21, 22, 93, 178)
+    for command in commands:
+        station = moving("plane")
+        extreme = item(command, 300, 0, value, (value, value, value, value))
+        upload(station, [waypoint(0, 0), extreme, waypoint(500, 0, 60)])
+        station.mode(10)
+        station.run(3.0, step_s=0.2)
         check(station)

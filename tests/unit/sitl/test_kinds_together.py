@@ -73,9 +73,9 @@ def test_the_same_seed_gives_the_same_bytes_for_all_kinds() -> None:
     assert logs[0] == logs[1]
 
 
-def test_px4_for_other_kinds_is_refused_with_a_sentence() -> None:
-    with pytest.raises(ConfigurationError, match="no rover with px4"):
-        VehicleConfig(vehicle="rover", autopilot="px4")
+def test_a_kind_that_does_not_exist_is_refused_with_a_sentence() -> None:
+    with pytest.raises(ConfigurationError, match="no submarine with px4"):
+        VehicleConfig(vehicle="submarine", autopilot="px4")
 
 
 # Boats.

@@ -340,3 +340,33 @@ def test_without_fs_gcs_enable_silence_means_nothing() -> None:
     station.heartbeats(False)
     station.run(20.0)
     assert mode(station) == GUIDED
+
+
+def test_circle_goes_round_a_place_ahead_with_the_nose_to_it() -> None:
+    station = flying(5.0)
+    nose = float(station.simulation.truth.yaw_rad[0])
+    centre = (10.0 * math.cos(nose), 10.0 * math.sin(nose))
+    assert station.mode(7) == ACCEPTED
+    station.run(9.0)
+    turned, before = 0.0, None
+    for _ in range(11):
+        north, east, down = station.position
+        assert math.dist((north, east), centre) == pytest.approx(10.0, abs=1.2)
+        assert down == pytest.approx(-5.0, abs=0.4)
+        angle = math.atan2(east - centre[1], north - centre[0])
+        yaw = float(station.simulation.truth.yaw_rad[0])
+        assert abs(math.remainder(angle + math.pi - yaw, math.tau)) < 0.4
+        turned += 0.0 if before is None else math.remainder(angle - before, math.tau)
+        before = angle
+        station.run(1.0)
+    assert math.degrees(turned) == pytest.approx(200.0, abs=25.0), "CIRCLE_RATE is 20 degrees/s"
+
+
+def test_throw_is_entered_disarmed_only() -> None:
+    station = copter().ready()
+    assert station.mode(18) == ACCEPTED
+    assert station.last("HEARTBEAT").base_mode == 0x51
+    station.mode(GUIDED)
+    station.arm()
+    assert station.mode(18) == FAILED
+    assert "Mode change to THROW failed: init failed" in station.texts()

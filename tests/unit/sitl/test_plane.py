@@ -17,7 +17,8 @@ from tests.support.ground_station import (
     GroundStation,
 )
 
-MANUAL, FBWA, CRUISE, AUTO, RTL, LOITER, TAKEOFF, GUIDED = 0, 5, 7, 10, 11, 12, 13, 15
+MANUAL, CIRCLE, FBWA, FBWB, CRUISE, AUTO, RTL = 0, 1, 5, 6, 7, 10, 11
+LOITER, TAKEOFF, GUIDED = 12, 13, 15
 STANDBY, ACTIVE = 3, 4
 ON_GROUND, IN_AIR, TAKING_OFF = 1, 2, 3
 
@@ -115,14 +116,19 @@ def test_disarming_in_flight_fails_unless_forced() -> None:
     assert station.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196) == ACCEPTED
 
 
-def test_auto_without_a_mission_is_refused() -> None:
-    assert flying().mode(AUTO) == FAILED
+def test_auto_without_a_mission_is_over_at_once_and_returns() -> None:
+    station = flying()
+    assert station.mode(AUTO) == ACCEPTED
+    assert station.last("HEARTBEAT").custom_mode == RTL
+    assert "Mission complete, changing mode to RTL" in station.texts()
 
 
 def test_change_speed_is_about_airspeed() -> None:
     station, _ = in_guided()
-    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 25.0, -1) == FAILED
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 0, 12.0, -1) == FAILED, "below the least"
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 2, 3.0, -1) == FAILED
     assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 0, 26.0, -1) == ACCEPTED
+    assert "Set airspeed 26 m/s" in station.texts()
     station.run(15.0)
     assert airspeed(station) == pytest.approx(26.0, abs=1.5)
 
@@ -251,3 +257,128 @@ def test_cruise_holds_the_height_and_the_course() -> None:
     station.run(20.0)
     assert -station.position[2] == pytest.approx(height, abs=5.0)
     assert abs(math.degrees(station.last("ATTITUDE").roll)) < 2.0
+
+
+# The other modes.
+
+
+@pytest.mark.parametrize("mode", [CIRCLE, FBWB, CRUISE, LOITER, GUIDED])
+def test_armed_on_the_ground_it_stays_there_in_modes_that_fly_by_themselves(mode: int) -> None:
+    station = plane()
+    assert station.mode(mode) == ACCEPTED
+    assert station.arm() == ACCEPTED
+    station.run(8.0)
+    assert math.hypot(*station.position[:2]) < 0.5
+    station.command(mav.MAV_CMD_REQUEST_MESSAGE, 36)
+    assert station.last("SERVO_OUTPUT_RAW").servo3_raw == 1000, "the throttle is closed"
+
+
+def sticks(
+    station: GroundStation, roll: int = 1500, pitch: int = 1500, throttle: int = 1500
+) -> None:
+    """One override of the first three channels."""
+    station.send(
+        mav.MAVLink_rc_channels_override_message(
+            1, 1, roll, pitch, throttle, 1500, 65535, 65535, 65535, 65535
+        )
+    )
+
+
+def test_a_pilot_takes_off_in_manual_by_throttle_and_stick() -> None:
+    station = plane()
+    assert station.arm() == ACCEPTED
+    station.stream(8.0, 5.0, lambda: sticks(station, pitch=1200, throttle=2000))
+    assert -station.position[2] > 10.0
+    assert station.last("EXTENDED_SYS_STATE").landed_state == IN_AIR
+
+
+@pytest.mark.parametrize(("throttle", "speed"), [(1000, 17.0), (1500, 23.5), (2000, 30.0)])
+def test_in_fly_by_wire_b_the_throttle_stick_asks_for_an_airspeed(
+    throttle: int, speed: float
+) -> None:
+    station = flying()
+    station.mode(FBWB)
+    station.stream(15.0, 5.0, lambda: sticks(station, throttle=throttle))
+    assert airspeed(station) == pytest.approx(speed, abs=1.5)
+
+
+def test_in_fly_by_wire_b_the_pitch_stick_climbs_by_its_parameter() -> None:
+    station = flying()
+    station.mode(FBWB)
+    station.stream(15.0, 5.0, lambda: sticks(station, pitch=1000))
+    assert -station.velocity[2] == pytest.approx(2.0, abs=0.3)
+
+
+def test_cruise_keeps_its_course_over_ground_in_a_side_wind_and_turns_with_the_stick() -> None:
+    station = flying(wind=(0.0, 6.0, 0.0))
+    station.mode(CRUISE)
+    station.run(10.0)
+    begin = station.position
+    course = math.atan2(station.velocity[1], station.velocity[0])
+    station.run(20.0)
+    north, east = (a - b for a, b in zip(station.position[:2], begin[:2], strict=True))
+    beside = math.hypot(north, east) * math.sin(math.atan2(east, north) - course)
+    assert abs(beside) < 6.0
+    station.stream(6.0, 5.0, lambda: sticks(station, roll=1800))
+    assert abs(math.remainder(math.atan2(*station.velocity[1::-1]) - course, math.tau)) > 0.7
+
+
+def test_circle_turns_gently_at_a_third_of_the_largest_bank() -> None:
+    station = flying()
+    station.mode(CIRCLE)
+    height = -station.position[2]
+    station.run(20.0)
+    assert math.degrees(station.last("ATTITUDE").roll) == pytest.approx(65.0 / 3.0, abs=1.0)
+    assert -station.position[2] == pytest.approx(height, abs=6.0)
+
+
+def test_takeoff_chosen_in_the_air_only_circles() -> None:
+    station = flying()
+    station.mode(RTL)
+    station.run(2.0)
+    here = station.position
+    station.mode(TAKEOFF)
+    assert "Takeoff skipped - circling" in station.texts()
+    circle = distances(station, here[:2], 40.0)
+    assert 60.0 < min(circle[40:]) < max(circle[40:]) < 110.0
+
+
+def test_a_negative_rtl_radius_turns_the_other_way() -> None:
+    station = flying()
+    station.vehicle.parameters.set("RTL_RADIUS", -150.0)
+    station.mode(RTL)
+    station.run(60.0)
+    circle = distances(station, (0.0, 0.0), 20.0)
+    assert min(circle) > 130.0
+    assert math.degrees(station.last("ATTITUDE").roll) < -5.0
+
+
+def test_a_reposition_may_give_a_radius_and_a_sense() -> None:
+    station, _ = in_guided()
+    x = round(-35.363261e7 + 400.0 / 0.0111318845)
+    reposition = mav.MAV_CMD_DO_REPOSITION
+    y = round(149.165230e7)
+    assert station.command_int(reposition, 6, -1, 1, 150.0, 1.0, x=x, y=y, z=80.0) == ACCEPTED
+    station.run(60.0)
+    circle = distances(station, (400.0, 0.0), 20.0)
+    assert 130.0 < min(circle) < max(circle) < 190.0
+    assert math.degrees(station.last("ATTITUDE").roll) < -5.0
+
+
+def test_outside_guided_a_reposition_needs_leave_to_change_the_mode() -> None:
+    station = flying()
+    x, y = round(-35.36e7), round(149.165230e7)
+    assert station.command_int(mav.MAV_CMD_DO_REPOSITION, 6, -1, 0, 0, 0, x=x, y=y, z=80) == FAILED
+
+
+def test_the_wind_may_not_make_it_slower_over_ground_than_asked() -> None:
+    station = flying(wind=(0.0, 12.0, 0.0))
+    station.mode(GUIDED)
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 14.0, -1) == ACCEPTED
+    assert "Set groundspeed 14" in station.texts()
+    station.run(20.0)
+    slowest = math.inf
+    for _ in range(100):
+        station.run(0.4)
+        slowest = min(slowest, math.hypot(*station.velocity[:2]))
+    assert slowest > 12.5

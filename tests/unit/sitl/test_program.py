@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import io
+import math
 import os
 import re
 import signal
@@ -17,6 +19,9 @@ import pytest
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import all as mav
 
+from mavlink_sitl import Simulation
+from mavlink_sitl.options import parse
+from mavlink_sitl.simulation import EPOCH_US
 from mavlink_sitl.tlog import read_records
 
 WAIT_S = 20.0
@@ -130,6 +135,68 @@ def test_a_flight_over_udp_recorded_and_ended_by_sigterm(tmp_path: Path) -> None
     assert "\033" not in printed, "no colour where there is no terminal"
     frames = [frame for _, frame in read_records(log.read_bytes())]
     assert {frame[5] for frame in frames} == {1, 255}
+
+
+@pytest.mark.parametrize("speedup", ["10", "50", "1000"])
+def test_at_any_speed_the_same_inputs_give_the_same_bytes(speedup: str, tmp_path: Path) -> None:
+    """What came over the socket, flown again in-process at the logged times, logs the same."""
+    log, again = tmp_path / "flight.tlog", io.BytesIO()
+    port = free_port()
+    options = ("--speedup", speedup, "--seed", "11", "--ready-after", "1", "--wind", "4,200,1")
+    with (
+        client(f"udpin:127.0.0.1:{port}") as connection,
+        running("--link", f"udpout:127.0.0.1:{port}", "--tlog", str(log), *options) as program,
+    ):
+        climb(connection)
+        program.end()
+    flown = log.read_bytes()
+    arguments, _ = parse(options)
+    simulation = Simulation(arguments.vehicles, arguments.seed, again, world=arguments.world)
+    for unix_time_us, frame in read_records(flown):
+        simulation.run_to_us(unix_time_us - EPOCH_US)
+        if frame[5] == 255:
+            simulation.link.write(frame)
+    assert len(flown) > 2_000
+    assert again.getvalue()[: len(flown)] == flown
+
+
+def wait_for_mode(connection: Any, custom_mode: int) -> Any:
+    """The first heartbeat with a mode."""
+    for _ in range(600):
+        beat = heartbeat(connection)
+        if beat.custom_mode == custom_mode:
+            return beat
+    pytest.fail("the mode did not come")
+
+
+def test_a_px4_plane_takes_off_over_udp() -> None:
+    port, takeoff, hold = free_port(), 0x02040000, 0x03040000
+    with (
+        client(f"udpin:127.0.0.1:{port}") as connection,
+        running(
+            "--vehicle",
+            "plane",
+            "--autopilot",
+            "px4",
+            "--ready-after",
+            "1",
+            "--speedup",
+            "20",
+            "--link",
+            f"udpout:127.0.0.1:{port}",
+        ) as program,
+    ):
+        assert "PX4 plane" in program.first_line
+        assert heartbeat(connection).type == 1
+        wait_for_mode(connection, hold)
+        while heartbeat(connection).system_status != 3:
+            pass
+        assert command(connection, mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, *[math.nan] * 4) == 0
+        assert command(connection, mav.MAV_CMD_COMPONENT_ARM_DISARM, 1) == 0
+        assert wait_for_mode(connection, takeoff).base_mode & 128
+        wait_for_mode(connection, hold)
+        printed = program.end()
+    assert re.search(r"s  (vehicle 1: )?takeoff$", printed, re.MULTILINE), printed
 
 
 def test_a_flight_over_tcp_with_two_clients() -> None:

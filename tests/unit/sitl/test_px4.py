@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.options import parse
 from tests.support.ground_station import (
@@ -314,7 +314,7 @@ def test_nan_in_a_field_that_counts_is_refused(air: Px4Station, field: str) -> N
 
 def test_body_velocity_is_turned_by_the_heading(air: Px4Station) -> None:
     air.stream(3.0, 20.0, lambda: air.setpoint(0x9F8, (0.0, 0.0, -10.0), yaw=math.pi / 2))
-    air.stream(3.0, 20.0, lambda: air.setpoint(0xDC7, velocity=(2.0, 0.0, 0.0), frame=8))
+    air.stream(9.0, 10.0, lambda: air.setpoint(0xDC7, velocity=(2.0, 0.0, 0.0), frame=8))
     assert air.velocity[1] == pytest.approx(2.0, abs=0.2)
     assert air.velocity[0] == pytest.approx(0.0, abs=0.2)
 
@@ -322,14 +322,16 @@ def test_body_velocity_is_turned_by_the_heading(air: Px4Station) -> None:
 def test_velocity_with_a_held_height(air: Px4Station) -> None:
     """Position and velocity may share the axes: height held, speed over ground."""
     mask = 0xDFF & ~0x004 & ~0x018
-    air.stream(4.0, 20.0, lambda: air.setpoint(mask, (0.0, 0.0, -10.0), velocity=(3.0, 0.0, 0.0)))
-    assert air.velocity[0] == pytest.approx(3.0, abs=0.2)
+    air.stream(2.0, 10.0, lambda: air.setpoint(mask, (0.0, 0.0, -10.0), velocity=(3.0, 0.0, 0.0)))
+    assert 1.8 < air.velocity[0] < 2.6  # drag; the integrator takes its time
+    air.stream(9.0, 10.0, lambda: air.setpoint(mask, (0.0, 0.0, -10.0), velocity=(3.0, 0.0, 0.0)))
+    assert air.velocity[0] == pytest.approx(3.0, abs=0.3)
     assert air.position[2] == pytest.approx(-10.0, abs=0.4)
 
 
 def test_acceleration_is_followed(air: Px4Station) -> None:
     air.stream(1.5, 20.0, lambda: air.setpoint(0xC3F, acceleration=(1.0, 0.0, 0.0)))
-    assert 0.8 < air.velocity[0] < 1.8
+    assert 0.5 < air.velocity[0] < 1.2  # against the drag
 
 
 @pytest.mark.parametrize(("frame", "altitude"), [(6, 14.0), (5, HOME.altitude_amsl_m + 14.0)])
@@ -551,6 +553,8 @@ def test_the_battery_drains_to_half_while_armed_and_refills_in_3_s() -> None:
 def test_a_critical_battery_returns_when_told_to() -> None:
     air = flying_px4(parameters={"COM_LOW_BAT_ACT": 3})
     air.vehicle.set_battery_voltage(14.5)
+    air.stream_to(4.5, 0.0, 0.0, -10.0)
+    assert air.custom_mode == px4.LOITER  # COM_FAIL_ACT_T to take over
     air.stream_to(1.0, 0.0, 0.0, -10.0)
     assert air.custom_mode == px4.RTL
     assert air.vehicle.copter.system_status == 5
@@ -591,8 +595,10 @@ def test_posctl_flies_by_manual_control_and_is_lost_without(air: Px4Station) -> 
     stick(0)
     assert air.mode(px4.POSCTL) == ACCEPTED
     air.stream(3.0, 10.0, lambda: stick(500))
-    assert air.velocity[0] == pytest.approx(5.0, abs=0.5)
+    assert air.velocity[0] == pytest.approx(4.6, abs=0.6)
     air.run(1.5)
+    assert air.custom_mode == px4.LOITER  # COM_FAIL_ACT_T to take over
+    air.run(5.0)
     assert air.custom_mode == px4.RTL
 
 
@@ -646,12 +652,14 @@ def test_wrong_links_get_a_sentence() -> None:
         VehicleConfig(autopilot="px4", links=("radio",))
 
 
-def test_it_asks_everybody_for_a_gimbal_when_an_auto_mode_begins(air: Px4Station) -> None:
+def test_it_asks_everybody_for_a_gimbal_when_it_lands(air: Px4Station) -> None:
     begin_s = air.now_s
     assert air.command(21, 0, 0, 0, NAN, NAN, NAN, NAN) == ACCEPTED
     air.run(4.0)
     asked = air.messages("COMMAND_LONG", begin_s)
-    assert [(m.command, m.confirmation) for m in asked] == [(1001, n) for n in range(4)]
+    first, repeated = asked[:3], asked[3:]
+    assert [(m.command, m.confirmation) for m in first] == [(1001, 0), (1000, 0), (1001, 0)]
+    assert [(m.command, m.confirmation) for m in repeated] == [(1001, n) for n in (1, 2, 3)]
     assert {(m.target_system, m.target_component) for m in asked} == {(1, 0)}
 
 

@@ -5,12 +5,20 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
+from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.autopilot.personality.arduplane import ARDUPLANE
+from mavlink_sitl.autopilot.personality.ardurover import ARDUROVER
+from mavlink_sitl.autopilot.personality.shared import COMMON
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.telemetry import BUILDERS
 from mavlink_sitl.options import make_parser, parse
 
-TEXT = (Path(__file__).resolve().parents[3] / "docs/sitl.md").read_text("utf-8")
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+TEXT = (DOCS / "sitl.md").read_text("utf-8")
+VEHICLES = (DOCS / "sitl_vehicles.md").read_text("utf-8")
 
 
 def test_the_example_runs() -> None:
@@ -42,6 +50,17 @@ def test_every_parameter_is_documented() -> None:
     section = TEXT[TEXT.index("**Parameters**") : TEXT.index("## What is not, yet")]
     documented = re.findall(r"`([A-Z][A-Z0-9_]+)`", section)
     assert documented == sorted(spec.name for spec in ARDUCOPTER.parameters)
+
+
+@pytest.mark.parametrize(
+    ("title", "personality"), [("Rover and boat", ARDUROVER), ("Plane", ARDUPLANE)]
+)
+def test_every_parameter_of_the_other_vehicles_is_documented(
+    title: str, personality: Personality
+) -> None:
+    paragraph = VEHICLES.split(f"**{title}:**")[1].split("\n\n")[0]
+    own = {spec.name for spec in personality.parameters} - {spec.name for spec in COMMON}
+    assert re.findall(r"`([A-Z][A-Z0-9_]+)`", paragraph) == sorted(own)
 
 
 def test_every_mode_and_message_is_documented() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS, PlanRules
@@ -45,6 +45,27 @@ class BootStep:
 
 
 @dataclass(frozen=True)
+class Sensors:
+    """SYS_STATUS bits once everything but the GPS has been found, as recorded.
+
+    Attributes:
+        present: without the fence, which depends on its parameters.
+        enabled: without the fence, the estimator, and what the mode controls.
+        healthy: the same.
+        by_mode: what is controlled in a mode, by its name: rates, attitude, yaw, height, place.
+        otherwise: what is controlled in all other modes.
+        estimator_needs_gps: the estimator counts as healthy only when it uses the GPS.
+    """
+
+    present: int = 0
+    enabled: int = 0
+    healthy: int = 0
+    by_mode: Mapping[str, int] = field(default_factory=dict)
+    otherwise: int = 0
+    estimator_needs_gps: bool = False
+
+
+@dataclass(frozen=True)
 class Personality:
     """A firmware for a kind of vehicle, as far as it can be written down.
 
@@ -67,6 +88,9 @@ class Personality:
         standby_s: when HEARTBEAT.system_status goes from BOOT to STANDBY.
         streams: REQUEST_DATA_STREAM groups: stream id to message ids.
         shortest_interval_us: SET_MESSAGE_INTERVAL below it is denied.
+        available_modes: AVAILABLE_MODES in its order: custom mode, standard mode, properties,
+            name; of firmwares that list more than they fly here.
+        sensors: SYS_STATUS; of firmwares that tell it so.
         plan_rules: how missions, fences and rally points are taken.
         kind: copter, rover, boat or plane.
         boot_mode: HEARTBEAT.custom_mode while starting; None for that of the first mode. Who
@@ -74,6 +98,7 @@ class Personality:
         boot_flags: HEARTBEAT.base_mode while starting, besides CUSTOM_MODE_ENABLED.
         armed_text: said when armed.
         disarmed_text: said when disarmed.
+        aloft_texts: said once after power-up, at first out of the ground's reach.
     """
 
     name: str
@@ -93,9 +118,12 @@ class Personality:
     standby_s: float
     streams: Mapping[int, tuple[int, ...]]
     shortest_interval_us: int
+    available_modes: tuple[tuple[int, int, int, str], ...] = ()
+    sensors: Sensors = Sensors()
     plan_rules: PlanRules = ARDUPILOT_PLANS
     kind: str = "copter"
     boot_mode: int | None = None
     boot_flags: int = 0x58
     armed_text: str = "Arming motors"
     disarmed_text: str = "Disarming motors"
+    aloft_texts: tuple[str, ...] = ()

@@ -3,8 +3,28 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
-from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS, SIM_WIND
+from mavlink_sitl.autopilot.personality import (
+    NOT_MODELLED,
+    BootStep,
+    ModeSpec,
+    Personality,
+    Sensors,
+)
+from mavlink_sitl.autopilot.personality.shared import (
+    ATTITUDE,
+    COMMON,
+    HEIGHT,
+    HEIGHT_FENCE,
+    PLACE,
+    RATES,
+    SIM_WIND,
+    YAW,
+    streams,
+)
+from mavlink_sitl.autopilot.plan_rules import ARDUCOPTER_PLANS
+
+SET_ATTITUDE_TARGET = 0x0040
+"""A capability that other kinds of vehicle do not have here"""
 
 _INT8 = ParameterType.INT8
 _INT32 = ParameterType.INT32
@@ -16,28 +36,23 @@ _MODES = (
     ModeSpec(4, "GUIDED", "guided", True, armable=True, position_controlled=True),
     ModeSpec(5, "LOITER", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(6, "RTL", "rtl", True, position_controlled=True),
+    ModeSpec(7, "CIRCLE", "circle", True, position_controlled=True),
     ModeSpec(9, "LAND", "land", position_controlled=True),
     ModeSpec(16, "POSHOLD", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(17, "BRAKE", "brake", True, position_controlled=True),
+    ModeSpec(18, "THROW", "throw", True, armable=True),
 )
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (
+    *COMMON,
+    *HEIGHT_FENCE,
+    *SIM_WIND,
     ParameterSpec("AUTO_OPTIONS", 0.0, _INT32),
     ParameterSpec("AVOID_ENABLE", 3.0, _INT8),
-    ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
-    ParameterSpec("BATT_CRT_VOLT", 0.0),
-    ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_FS_LOW_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_LOW_MAH", 0.0),
-    ParameterSpec("BATT_LOW_TIMER", 10.0, _INT8),
-    ParameterSpec("BATT_LOW_VOLT", 10.5),
+    ParameterSpec("CIRCLE_RADIUS", 1000.0),
+    ParameterSpec("CIRCLE_RATE", 20.0),
     ParameterSpec("DISARM_DELAY", 10.0, _INT8),
-    ParameterSpec("FENCE_ACTION", 1.0, _INT8),
-    ParameterSpec("FENCE_ALT_MAX", 100.0),
-    ParameterSpec("FENCE_ENABLE", 0.0, _INT8),
-    ParameterSpec("FENCE_MARGIN", 2.0),
-    ParameterSpec("FENCE_RADIUS", 300.0),
     ParameterSpec("FENCE_TYPE", 7.0, _INT8),
     ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
     ParameterSpec("FS_GCS_TIMEOUT", 5.0),
@@ -52,16 +67,9 @@ _PARAMETERS = (
     ParameterSpec("PSC_JERK_XY", 5.0),
     ParameterSpec("PSC_JERK_Z", 5.0),
     ParameterSpec("RALLY_LIMIT_KM", 0.3),
-    ParameterSpec("RC_OVERRIDE_TIME", 3.0),
     ParameterSpec("RTL_ALT", 1500.0, _INT32),
     ParameterSpec("RTL_LOIT_TIME", 5000.0, _INT32),
     ParameterSpec("RTL_SPEED", 0.0),
-    ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
-    *SIM_ENGINE,
-    *SIM_GPS,
-    ParameterSpec("SIM_RC_FAIL", 0.0, _INT8),
-    *SIM_WIND,
-    ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
     ParameterSpec("WPNAV_ACCEL", 250.0),
     ParameterSpec("WPNAV_ACCEL_Z", 100.0),
     ParameterSpec("WPNAV_JERK", 1.0),
@@ -92,20 +100,11 @@ _BOOT = (
     BootStep(41.64, "EKF3 IMU1 is using GPS"),
 )
 
-# Message ids by stream, as GCS_MAVLINK groups them, of those that are modelled.
-_RAW_SENSORS: tuple[int, ...] = ()
-_EXTENDED_STATUS = (1, 125, 62, 42, 24, 87)
-_POSITION = (33, 32)
-_RC_CHANNELS = (36, 65)
-_EXTRA1 = (30, 164)
-_EXTRA2 = (74,)
-_EXTRA3 = (2, 168, 147, 193, 241)
-
 ARDUCOPTER = Personality(
     name="ArduCopter",
     mav_type=2,
     mav_autopilot=3,
-    capabilities=0xFBEF & ~NOT_MODELLED,
+    capabilities=0xFBEF & ~NOT_MODELLED | SET_ATTITUDE_TARGET,
     flight_sw_version=0x04070000,
     flight_custom_version="cef8bcef",
     modes={mode.number: mode for mode in _MODES},
@@ -117,15 +116,18 @@ ARDUCOPTER = Personality(
     origin_s=20.03,
     first_heartbeat_s=1.0,
     standby_s=2.46,
-    streams={
-        0: (*_EXTENDED_STATUS, *_POSITION, *_RC_CHANNELS, *_EXTRA1, *_EXTRA2, *_EXTRA3),
-        1: _RAW_SENSORS,
-        2: _EXTENDED_STATUS,
-        3: _RC_CHANNELS,
-        6: _POSITION,
-        10: _EXTRA1,
-        11: _EXTRA2,
-        12: _EXTRA3,
-    },
+    streams=streams(),
+    sensors=Sensors(
+        present=0x5361FC0F,
+        enabled=0x5241800F,
+        healthy=0x4741800F,
+        by_mode={
+            "STABILIZE": RATES | ATTITUDE | YAW,
+            "ALT_HOLD": RATES | ATTITUDE | YAW | HEIGHT,
+        },
+        otherwise=RATES | ATTITUDE | YAW | HEIGHT | PLACE,
+    ),
     shortest_interval_us=3125,
+    plan_rules=ARDUCOPTER_PLANS,
+    aloft_texts=tuple(f"EKF3 IMU{i} MAG0 in-flight yaw alignment complete" for i in (0, 1)),
 )

@@ -5,12 +5,23 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec
+from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Sensors
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
-from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS, SIM_WIND
+from mavlink_sitl.autopilot.personality.shared import (
+    ATTITUDE,
+    COMMON,
+    HEIGHT,
+    HEIGHT_FENCE,
+    PLACE,
+    RATES,
+    SIM_WIND,
+    YAW,
+    streams,
+)
+from mavlink_sitl.autopilot.plan_rules import ARDUPLANE_PLANS
 
 _INT8 = ParameterType.INT8
-_INT32 = ParameterType.INT32
+_INT16 = ParameterType.INT16
 
 _PILOT, _ITSELF = 0x50, 0x58
 
@@ -25,7 +36,7 @@ _MODES = (
     ModeSpec(2, "STABILIZE", "stick", armable=True, base_flags=_PILOT),
     ModeSpec(4, "ACRO", "stick", armable=True, base_flags=_PILOT),
     ModeSpec(5, "FLY_BY_WIRE_A", "stick", armable=True, base_flags=_PILOT),
-    ModeSpec(6, "FLY_BY_WIRE_B", "cruise", armable=True, base_flags=_PILOT),
+    ModeSpec(6, "FLY_BY_WIRE_B", "hold_height", armable=True, base_flags=_PILOT),
     ModeSpec(7, "CRUISE", "cruise", armable=True, base_flags=_PILOT),
     _by_itself(10, "AUTO", "auto"),
     _by_itself(11, "RTL", "rtl", armable=False),
@@ -36,33 +47,43 @@ _MODES = (
 
 # Those of the recordings where they show, else the firmware's defaults.
 _PARAMETERS = (
+    *COMMON,
+    *HEIGHT_FENCE,
+    *SIM_WIND,
     ParameterSpec("AIRSPEED_CRUISE", 22.0),
     ParameterSpec("AIRSPEED_MAX", 30.0),
     ParameterSpec("AIRSPEED_MIN", 17.0),
-    ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
-    ParameterSpec("BATT_CRT_VOLT", 0.0),
-    ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_FS_LOW_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_LOW_MAH", 0.0),
-    ParameterSpec("BATT_LOW_TIMER", 10.0, _INT8),
-    ParameterSpec("BATT_LOW_VOLT", 10.5),
-    ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
-    ParameterSpec("FS_GCS_TIMEOUT", 5.0),
+    ParameterSpec("FBWB_CLIMB_RATE", 2.0),
+    ParameterSpec("FENCE_OPTIONS", 1.0, _INT8),
+    ParameterSpec("FENCE_RET_ALT", 0.0),
+    ParameterSpec("FENCE_RET_RALLY", 0.0, _INT8),
+    ParameterSpec("FENCE_TYPE", 4.0, _INT8),
+    ParameterSpec("FS_GCS_ENABL", 0.0, _INT8),
+    ParameterSpec("FS_LONG_ACTN", 0.0, _INT8),
+    ParameterSpec("FS_LONG_TIMEOUT", 5.0),
+    ParameterSpec("FS_SHORT_ACTN", 0.0, _INT8),
+    ParameterSpec("FS_SHORT_TIMEOUT", 1.5),
+    ParameterSpec("LAND_DISARMDELAY", 20.0, _INT8),
+    ParameterSpec("LAND_FLARE_ALT", 3.0),
+    ParameterSpec("LAND_FLARE_SEC", 2.0),
+    ParameterSpec("MIN_GROUNDSPEED", 0.0),
     ParameterSpec("NAVL1_DAMPING", 0.75),
     ParameterSpec("NAVL1_PERIOD", 10.0),
-    ParameterSpec("RC_OVERRIDE_TIME", 3.0),
+    ParameterSpec("RALLY_INCL_HOME", 0.0, _INT8),
+    ParameterSpec("RALLY_LIMIT_KM", 5.0),
     ParameterSpec("ROLL_LIMIT_DEG", 65.0),
     ParameterSpec("RTL_ALTITUDE", 100.0),
-    ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
-    *SIM_ENGINE,
-    *SIM_GPS,
-    *SIM_WIND,
-    ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
+    ParameterSpec("RTL_AUTOLAND", 0.0, _INT8),
+    ParameterSpec("RTL_RADIUS", 0.0, _INT16),
     ParameterSpec("TECS_CLMB_MAX", 5.0),
+    ParameterSpec("TECS_LAND_ARSPD", -1.0),
+    ParameterSpec("TECS_LAND_SINK", 0.25),
     ParameterSpec("TECS_SINK_MAX", 5.0),
+    ParameterSpec("THR_FAILSAFE", 1.0, _INT8),
     ParameterSpec("TKOFF_ALT", 50.0),
     ParameterSpec("TKOFF_DIST", 200.0),
     ParameterSpec("WP_LOITER_RAD", 80.0),
+    ParameterSpec("WP_RADIUS", 90.0),
 )
 
 _BOOT = (
@@ -105,6 +126,7 @@ ARDUPLANE = replace(
     capabilities=0xF36F & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
+    plan_rules=ARDUPLANE_PLANS,
     boot=_BOOT,
     ready_s=20.51,
     gps_fix_s=9.1,
@@ -113,6 +135,22 @@ ARDUPLANE = replace(
     standby_s=1.747,
     boot_mode=16,
     boot_flags=0x10,
+    streams=streams(raw_sensors=(295,), extra1=(11020,)),
+    sensors=Sensors(
+        present=0x1361FC1F,
+        enabled=0x1241801F,
+        healthy=0x0301801F,
+        by_mode={
+            "MANUAL": 0,
+            "ACRO": RATES,
+            "STABILIZE": RATES | ATTITUDE,
+            "FLY_BY_WIRE_A": RATES | ATTITUDE,
+            "FLY_BY_WIRE_B": RATES | ATTITUDE,
+            "CRUISE": RATES | ATTITUDE,
+        },
+        otherwise=RATES | ATTITUDE | YAW | HEIGHT | PLACE,
+    ),
+    aloft_texts=(),
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
 )

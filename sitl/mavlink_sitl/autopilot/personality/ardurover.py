@@ -5,12 +5,26 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import (
+    NOT_MODELLED,
+    BootStep,
+    ModeSpec,
+    Personality,
+    Sensors,
+)
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
-from mavlink_sitl.autopilot.personality.failures import SIM_ENGINE, SIM_GPS
+from mavlink_sitl.autopilot.personality.shared import (
+    ATTITUDE,
+    COMMON,
+    PLACE,
+    RATES,
+    YAW,
+    streams,
+)
+from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
 
 _INT8 = ParameterType.INT8
-_INT32 = ParameterType.INT32
+_INT16 = ParameterType.INT16
 
 MANUAL_INPUT, AUTONOMOUS = 0x40, 0x08
 """Of HEARTBEAT.base_mode: in modes that a pilot drives, in modes that the firmware drives"""
@@ -33,33 +47,31 @@ _MODES = (
     _by_itself(9, "CIRCLE", "circle"),
     _by_itself(10, "AUTO", "auto"),
     _by_itself(11, "RTL", "rtl", armable=False),
-    _by_itself(12, "SMART_RTL", "rtl", armable=False),
+    _by_itself(12, "SMART_RTL", "smart_rtl", armable=False),
     _by_itself(15, "GUIDED", "guided"),
 )
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (
+    *COMMON,
     ParameterSpec("ATC_ACCEL_MAX", 1.0),
-    ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
-    ParameterSpec("BATT_CRT_VOLT", 0.0),
-    ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_FS_LOW_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_LOW_MAH", 0.0),
-    ParameterSpec("BATT_LOW_TIMER", 10.0, _INT8),
-    ParameterSpec("BATT_LOW_VOLT", 10.5),
     ParameterSpec("CIRC_RADIUS", 20.0),
     ParameterSpec("CIRC_SPEED", 0.0),
     ParameterSpec("CRUISE_SPEED", 5.0),
+    ParameterSpec("FENCE_TYPE", 6.0, _INT8),
+    ParameterSpec("FS_ACTION", 2.0, _INT8),
+    ParameterSpec("FS_EKF_ACTION", 1.0, _INT8),
     ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
     ParameterSpec("FS_GCS_TIMEOUT", 5.0),
+    ParameterSpec("FS_THR_ENABLE", 1.0, _INT8),
+    ParameterSpec("FS_TIMEOUT", 1.5),
     ParameterSpec("LOIT_RADIUS", 2.0),
     ParameterSpec("PSC_POS_P", 0.2),
-    ParameterSpec("RC_OVERRIDE_TIME", 3.0),
+    ParameterSpec("RALLY_INCL_HOME", 1.0, _INT8),
+    ParameterSpec("RALLY_LIMIT_KM", 0.5),
     ParameterSpec("RTL_SPEED", 0.0),
-    ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
-    *SIM_ENGINE,
-    *SIM_GPS,
-    ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
+    ParameterSpec("SRTL_ACCURACY", 2.0),
+    ParameterSpec("SRTL_POINTS", 300.0, _INT16),
     ParameterSpec("WP_ACCEL", 0.0),
     ParameterSpec("WP_JERK", 0.0),
     ParameterSpec("WP_RADIUS", 2.0),
@@ -96,6 +108,7 @@ ARDUROVER = replace(
     capabilities=0xF1EF & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
+    plan_rules=ARDUPILOT_PLANS,
     boot=_BOOT,
     ready_s=42.10,
     gps_fix_s=9.75,
@@ -104,6 +117,21 @@ ARDUROVER = replace(
     standby_s=2.365,
     boot_mode=16,
     boot_flags=MANUAL_INPUT,
+    streams=streams(raw_controller=(34,)),
+    sensors=Sensors(
+        present=0x1321DC0F,
+        enabled=0x1201800F,
+        healthy=0x0301810F,
+        by_mode={
+            "MANUAL": 0,
+            "HOLD": 0,
+            "ACRO": RATES | ATTITUDE,
+            "STEERING": RATES | ATTITUDE,
+        },
+        otherwise=RATES | ATTITUDE | YAW | PLACE,
+        estimator_needs_gps=True,
+    ),
+    aloft_texts=(),
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
 )

@@ -4,84 +4,48 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.personality.px4 import (
+    ALTCTL,
+    BY_COMPUTER,
+    BY_HAND,
+    BY_ITSELF,
+    CAPABILITIES,
+    COMMON_PARAMETERS,
+    LAND,
+    LOITER,
+    MANUAL,
+    MISSION,
+    OFFBOARD,
+    POSCTL,
+    RTL,
+    TAKEOFF,
+    available_modes,
+    in_order,
+)
 from mavlink_sitl.autopilot.plan_rules import PX4_PLANS
 
 _INT32 = ParameterType.INT32
 
 
-def custom_mode(main: int, sub: int = 0) -> int:
-    """HEARTBEAT.custom_mode: the main mode in the third byte, the sub mode in the fourth."""
-    return main << 16 | sub << 24
-
-
-MANUAL = custom_mode(1)
-ALTCTL = custom_mode(2)
-POSCTL = custom_mode(3)
-MISSION = custom_mode(4, 4)
-LOITER = custom_mode(4, 3)
-RTL = custom_mode(4, 5)
-OFFBOARD = custom_mode(6)
-TAKEOFF = custom_mode(4, 2)
-LAND = custom_mode(4, 6)
-
-MAIN_AUTO = 4
-
-_BY_ITSELF, _BY_HAND, _BY_COMPUTER = 0x1C, 0x50, 0x10
-"""base_mode: AUTO, GUIDED and STABILIZE; MANUAL_INPUT and STABILIZE; STABILIZE"""
-
 _MODES = (
-    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=_BY_ITSELF),
-    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=_BY_HAND),
-    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=_BY_HAND),
-    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=_BY_HAND),
-    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=_BY_ITSELF),
-    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=_BY_ITSELF),
-    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", True, True, base_flags=_BY_COMPUTER),
-    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", True, True, base_flags=_BY_ITSELF),
-    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=_BY_ITSELF),
+    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),
+    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=BY_HAND),
+    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=BY_HAND),
+    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=BY_HAND),
+    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=BY_ITSELF),
+    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=BY_ITSELF),
+    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", True, True, base_flags=BY_COMPUTER),
+    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", True, True, base_flags=BY_ITSELF),
+    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=BY_ITSELF),
 )
 """The modes that are flown here; the first one is that of power-up without a receiver."""
 
-MODE_LIST: tuple[tuple[int, int, int, str], ...] = (
-    (MANUAL, 0, 1, "Manual"),
-    (ALTCTL, 4, 0, ""),
-    (POSCTL, 1, 0, ""),
-    (MISSION, 6, 1, ""),
-    (LOITER, 0, 1, "Hold"),
-    (RTL, 5, 1, ""),
-    (custom_mode(3, 2), 0, 1, "Position Slow"),
-    (custom_mode(11), 0, 0, "Altitude Cruise"),
-    (custom_mode(5), 0, 1, "Acro"),
-    (custom_mode(10), 0, 3, "Termination"),
-    (OFFBOARD, 0, 1, "Offboard"),
-    (custom_mode(7), 0, 1, "Stabilized"),
-    (TAKEOFF, 8, 1, ""),
-    (LAND, 7, 1, ""),
-    (custom_mode(4, 8), 0, 1, "Follow Target"),
-    (custom_mode(4, 9), 0, 1, "Precision Landing"),
-    (custom_mode(3, 1), 2, 1, ""),
-    (custom_mode(4, 10), 0, 1, "VTOL Takeoff"),
-    *((custom_mode(4, sub), 0, 2, "(Mode not available)") for sub in range(11, 19)),
-)
-"""AVAILABLE_MODES as recorded: custom mode, standard mode, properties, name"""
-
 _PARAMETERS = (
-    ParameterSpec("BAT1_N_CELLS", 4.0, _INT32),
-    ParameterSpec("BAT1_V_CHARGED", 4.05),
-    ParameterSpec("BAT1_V_EMPTY", 3.6),
-    ParameterSpec("BAT_CRIT_THR", 0.07),
-    ParameterSpec("BAT_EMERGEN_THR", 0.05),
-    ParameterSpec("BAT_LOW_THR", 0.15),
-    ParameterSpec("COM_DISARM_LAND", 2.0),
-    ParameterSpec("COM_DISARM_PRFLT", 10.0),
-    ParameterSpec("COM_DL_LOSS_T", 10.0, _INT32),
-    ParameterSpec("COM_LOW_BAT_ACT", 0.0, _INT32),
-    ParameterSpec("COM_OBL_RC_ACT", 0.0, _INT32),
-    ParameterSpec("COM_OF_LOSS_T", 1.0),
-    ParameterSpec("COM_RC_LOSS_T", 0.5),
-    ParameterSpec("COM_SPOOLUP_TIME", 1.0),
+    *COMMON_PARAMETERS,
     ParameterSpec("MIS_TAKEOFF_ALT", 2.5),
     ParameterSpec("MPC_ACC_HOR", 3.0),
+    ParameterSpec("MPC_ACC_UP_MAX", 4.0),
+    ParameterSpec("MPC_JERK_AUTO", 4.0),
     ParameterSpec("MPC_LAND_ALT1", 10.0),
     ParameterSpec("MPC_LAND_ALT2", 5.0),
     ParameterSpec("MPC_LAND_ALT3", 1.0),
@@ -98,33 +62,17 @@ _PARAMETERS = (
     ParameterSpec("MPC_Z_VEL_MAX_UP", 3.0),
     ParameterSpec("MPC_Z_V_AUTO_DN", 1.5),
     ParameterSpec("MPC_Z_V_AUTO_UP", 3.0),
-    ParameterSpec("NAV_DLL_ACT", 0.0, _INT32),
-    ParameterSpec("NAV_RCL_ACT", 2.0, _INT32),
-    ParameterSpec("RTL_CONE_ANG", 45.0, _INT32),
-    ParameterSpec("RTL_DESCEND_ALT", 10.0),
-    ParameterSpec("RTL_LAND_DELAY", 0.0),
-    ParameterSpec("RTL_MIN_DIST", 10.0),
-    ParameterSpec("RTL_RETURN_ALT", 30.0),
-    ParameterSpec("SIM_BAT_DRAIN", 60.0),
-    ParameterSpec("SIM_BAT_MIN_PCT", 50.0),
-    ParameterSpec("SIM_GPS_USED", 10.0, _INT32),
-    ParameterSpec("SYS_FAILURE_EN", 0.0, _INT32),
 )
-
-_CAPABILITIES = 0x0002 | 0x0004 | 0x0008 | 0x0010 | 0x0080 | 0x0800 | 0xE000
-"""PARAM_FLOAT, MISSION_INT, COMMAND_INT, PARAM_ENCODE_BYTEWISE, SET_POSITION_TARGET_LOCAL_NED,
-FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY. The recorded firmware says 0xE8FF:
-it has MISSION_FLOAT, FTP and SET_ATTITUDE_TARGET, too, which are not modelled."""
 
 PX4COPTER = Personality(
     name="PX4 multicopter",
     mav_type=2,
     mav_autopilot=12,
-    capabilities=_CAPABILITIES,
+    capabilities=CAPABILITIES,
     flight_sw_version=17891583,
     flight_custom_version="d6f12ad1",
     modes={mode.number: mode for mode in _MODES},
-    parameters=_PARAMETERS,
+    parameters=in_order(_PARAMETERS),
     boot=(),
     ready_s=4.4,
     gps_fix_s=0.5,
@@ -134,6 +82,7 @@ PX4COPTER = Personality(
     standby_s=1.0,
     streams={},
     shortest_interval_us=1000,
+    available_modes=available_modes(),
     plan_rules=PX4_PLANS,
     kind="px4copter",
     armed_text="Armed by external command",

@@ -9,7 +9,7 @@ from mavlink_sitl.autopilot.arming import Arming
 from mavlink_sitl.exchange import Result, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.px4.copter import Px4Copter
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 RAMP_SHARE = 0.75
 """Share of MPC_TKO_RAMP_T after which the thrust lifts the vehicle (recorded: 2.3 s of 3 s)"""
@@ -28,7 +28,7 @@ class Px4Arming(Arming):
         landed_at_s: when a landing was detected in this flight.
     """
 
-    def __init__(self, copter: Px4Copter) -> None:
+    def __init__(self, copter: Px4Vehicle) -> None:
         """See the class."""
         super().__init__(copter)
         self._px4 = copter
@@ -58,7 +58,7 @@ class Px4Arming(Arming):
         copter = self._px4
         if not self.armed:
             return Result.ACCEPTED
-        if copter.in_flight and not copter.landed and not force:
+        if not copter.may_disarm() and not force:
             copter.say(Severity.CRITICAL, "Disarming denied: not landed")
             return Result.TEMPORARILY_REJECTED
         self.armed = False

@@ -1,355 +1,52 @@
-"""PX4's commander for one multicopter: intentions, failsafes, arming.
-
-What people choose is an *intention*; what flies may be another mode while a failsafe acts,
-and the intention comes back into force by itself when its reason is gone (a restarted
-setpoint stream takes control again). Texts and results are those of the recordings.
-"""
+"""PX4 for a multicopter: how it leaves the ground and comes back to it."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from typing import ClassVar
 
-from mavlink_sitl.autopilot.auto import Auto
-from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.autopilot.guided import Setpoint
-from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.autopilot.parameters import Parameters
-from mavlink_sitl.autopilot.personality import ModeSpec, Personality
-from mavlink_sitl.autopilot.personality import px4copter as px4
 from mavlink_sitl.autopilot.px4 import modes
-from mavlink_sitl.autopilot.px4.arming import Px4Arming
-from mavlink_sitl.autopilot.px4.battery import Px4Battery
-from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes
 from mavlink_sitl.autopilot.px4.mission import Mission
-from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
+from mavlink_sitl.autopilot.px4.navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.offboard import Offboard
-from mavlink_sitl.exchange import (
-    LandedState,
-    ModeChanged,
-    Observation,
-    Result,
-    Severity,
-    SystemStatus,
-)
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.geodesy import GeoPoint
 
-BEHAVIOURS: dict[str, Callable[[Px4Copter, ModeSpec], modes.Px4Mode]] = {
-    "px4_hold": modes.Hold,
-    "px4_manual": modes.Manual,
-    "px4_altitude": modes.Manual,
-    "px4_position": modes.Manual,
-    "px4_mission": Mission,
-    "px4_return": modes.Return,
-    "px4_offboard": Offboard,
-    "px4_takeoff": modes.Takeoff,
-    "px4_land": modes.Land,
-}
 TAKEOFF_DETECTED_S = 1.0
 """From the begin of the motors' ramp; 1.9 s to 2.1 s after arming in the recordings"""
-HOME_DRIFT_S = 120.0
-HOME_DRIFT_M = 1.2
-"""The recorded home went from 487.4 m to 489.8 m in one flight"""
-_NOT_RESTORED = (px4.LAND, px4.RTL, px4.TAKEOFF)
-"""Intentions that do not outlive the flight"""
 
 
-@dataclass(frozen=True)
-class ManualControl:
-    """The sticks, -1..1; throttle 0..1.
+class Px4Copter(Px4Vehicle):
+    """A multicopter with PX4."""
 
-    Attributes:
-        pitch: forward.
-        roll: right.
-        yaw: clockwise.
-        throttle: 0.5 holds height where height is held.
-        at_s: when they were heard.
-    """
+    behaviours: ClassVar = {
+        "px4_hold": modes.Hold,
+        "px4_manual": modes.Manual,
+        "px4_altitude": modes.Manual,
+        "px4_position": modes.Manual,
+        "px4_mission": Mission,
+        "px4_return": modes.Return,
+        "px4_offboard": Offboard,
+        "px4_takeoff": modes.Takeoff,
+        "px4_land": modes.Land,
+    }
+    _left_ground = False
 
-    pitch: float
-    roll: float
-    yaw: float
-    throttle: float
-    at_s: float
-
-
-class Px4Copter(Copter):
-    """A multicopter with PX4, from power-up to the next.
-
-    Args:
-        personality: the firmware.
-        parameters: its parameters; they outlive a reboot.
-        origin: where it stands when it starts; becomes the origin of its local frame.
-        observation: the first thing it is told; its time is that of power-up.
-        ready_after_s: how long its estimator takes to use GPS.
-
-    Attributes:
-        intention: the mode that people want (CURRENT_MODE.intended_custom_mode).
-        battery: the simulated pack, which follows SIM_BAT_* and not the motors.
-        manual: the sticks, or None before any were heard.
-        setpoint_at_s: when the latest usable offboard setpoint came.
-        in_flight: from "Takeoff detected" to "Landing detected".
-        took_off_at_s: when the former was said last.
-    """
-
-    def __init__(
-        self,
-        personality: Personality,
-        parameters: Parameters,
-        origin: GeoPoint,
-        observation: Observation,
-        ready_after_s: float,
-    ) -> None:
-        """See the class."""
-        self.intention = px4.LOITER
-        self.setpoint_at_s = -math.inf
-        self.manual: ManualControl | None = None
-        self.in_flight = False
-        self.took_off_at_s = -math.inf
-        self.battery = Px4Battery(parameters)
-        self._restored = px4.LOITER
-        self._left_ground = False
-        super().__init__(personality, parameters, origin, observation, ready_after_s)
-        self.arming: Px4Arming = Px4Arming(self)
-        self.failsafe: Px4Failsafes = Px4Failsafes(self)
-
-    def make_navigator(self, origin: GeoPoint) -> Px4Navigator:
+    def make_navigator(self, origin: GeoPoint) -> CopterNavigator:
         """See `Copter`."""
-        return Px4Navigator(origin, self.parameters)
-
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """See `Copter`."""
-        return BEHAVIOURS[spec.behaviour](self, spec)
-
-    def first_mode(self) -> int:
-        """AUTO.LOITER: what it starts in without a receiver."""
-        return px4.LOITER
-
-    # What it knows.
+        return CopterNavigator(origin, self.parameters)
 
     @property
-    def px4_navigator(self) -> Px4Navigator:
+    def px4_navigator(self) -> CopterNavigator:
         """The same navigator with its own limits."""
-        assert isinstance(self.navigator, Px4Navigator)
+        assert isinstance(self.navigator, CopterNavigator)
         return self.navigator
 
-    @property
-    def system_status(self) -> SystemStatus:
-        """UNINIT when the chosen mode cannot run, CRITICAL in a failsafe."""
-        if self.armed:
-            return SystemStatus.CRITICAL if self.failsafe.active else SystemStatus.ACTIVE
-        return SystemStatus.STANDBY if self.can_arm() else SystemStatus.UNINIT
+    def takes_off(self) -> bool:
+        """Some time after the thrust began to rise."""
+        self._left_ground = False
+        return self.now_s - self.arming.lift_began_s >= TAKEOFF_DETECTED_S
 
-    @property
-    def landed_state(self) -> LandedState:
-        """On the ground until 'Takeoff detected', then what the mode says."""
-        if not self.armed or not self.in_flight:
-            return LandedState.ON_GROUND
-        if self.mode.taking_off:
-            return LandedState.TAKEOFF
-        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
-
-    @property
-    def flying_mode(self) -> modes.Px4Mode:
-        """The mode that flies."""
-        assert isinstance(self.mode, modes.Px4Mode)
-        return self.mode
-
-    def height_above_ground_m(self) -> float:
-        """Height above where it stood when home was set; the ground is taken to be flat."""
-        return self.px4_navigator.true_home_down_m() - self.motion.down_m
-
-    def stream_alive(self) -> bool:
-        """Whether usable setpoints come often enough for OFFBOARD (COM_OF_LOSS_T)."""
-        return self.now_s - self.setpoint_at_s < self.parameters["COM_OF_LOSS_T"]
-
-    def manual_alive(self) -> bool:
-        """Whether somebody holds the sticks."""
-        limit_s = self.parameters["COM_RC_LOSS_T"]
-        return self.manual is not None and self.now_s - self.manual.at_s < limit_s
-
-    def can_run(self, number: int) -> bool:
-        """Whether a mode has what it needs."""
-        spec = self.personality.modes[number]
-        if spec.requires_position and not self.estimator.position_ok:
-            return False
-        if number == px4.OFFBOARD:
-            return self.stream_alive()
-        if number == px4.MISSION:
-            return self.has_mission
-        if spec.behaviour in ("px4_manual", "px4_altitude", "px4_position"):
-            return self.manual_alive()
-        return True
-
-    def can_arm(self) -> bool:
-        """Whether the health and arming checks pass in the chosen mode."""
-        return (
-            self.damage is None
-            and self.estimator.position_ok
-            and self.can_run(self.mode.spec.number)
-        )
-
-    # What it does by itself.
-
-    def update(self, observation: Observation) -> None:
-        """Take notice of the world and act; called at a fixed rate."""
-        if observation.time_s >= self.estimator.scaled(self.personality.standby_s):
-            self.started = True
-        self.battery.update(observation.time_s, self.armed)
-        super().update(observation)
-        self._detect_flight()
-        self._drift_home()
-
-    def _feel_ground(self, observation: Observation) -> None:
-        """PX4 says nothing about how hard it was."""
-
-    def _detect_flight(self) -> None:
-        """The firmware's idea of being in the air, with its two texts."""
-        if not self.armed:
-            self.in_flight = self._left_ground = False
-            return
-        if not self.in_flight:
-            if self.now_s - self.arming.lift_began_s < TAKEOFF_DETECTED_S:
-                return
-            self.in_flight, self._left_ground = True, False
-            self.took_off_at_s = self.now_s
-            self.set_home()
-            self.say(Severity.INFO, "Takeoff detected")
-        elif not self.landed:
-            self._left_ground = True
-        elif self._left_ground:
-            self.in_flight = False
-            self.arming.landed()
-            self.set_home()
-            self.say(Severity.INFO, "Landing detected")
-
-    def _drift_home(self) -> None:
-        """Home's altitude is corrected with the GNSS receiver's drift in the first 2 minutes."""
-        flown_s = self.now_s - self.took_off_at_s
-        if self.in_flight and flown_s < HOME_DRIFT_S:
-            self.px4_navigator.drift_home(HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
-
-    def force_battery_voltage(self, voltage_v: float) -> None:
-        """See `Copter`."""
-        self.battery.forced_v = voltage_v
-
-    # What people want of it.
-
-    def set_mode(self, number: int) -> Result:
-        """A mode for the autopilot: any while disarmed, one that can run while armed."""
-        main, sub = number >> 16 & 0xFF, number >> 24 & 0xFF
-        if number not in self.personality.modes:
-            if main == px4.MAIN_AUTO:
-                self.say(Severity.CRITICAL, "Unsupported auto mode")
-                return Result.TEMPORARILY_REJECTED
-            known = any(mode[0] == number for mode in px4.MODE_LIST)
-            # A main mode that does not exist is "accepted" and changes nothing.
-            return Result.TEMPORARILY_REJECTED if known and sub == 0 else Result.ACCEPTED
-        if self.armed and not self.can_run(number):
-            return Result.TEMPORARILY_REJECTED
-        self.intend(number)
-        return Result.ACCEPTED
-
-    def intend(self, number: int) -> None:
-        """Make a mode the intention; it takes over at once."""
-        self.intention = number
-        if number not in _NOT_RESTORED:
-            self._restored = number
-        self.failsafe.forget()
-        self.enter_mode(number)
-
-    def enter_mode(self, number: int) -> bool:
-        """Let a mode fly, whatever the intention is."""
-        mode = self._modes[number]
-        if mode is self.mode:
-            return True
-        previous = self.mode
-        if isinstance(previous, Auto):
-            previous.leave()
-        self.mode = mode
-        self.navigator.forget_speeds()
-        mode.enter()
-        self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
-        self._settle()
-        return True
-
-    def restart_mode(self, number: int) -> None:
-        """Enter a mode, from its beginning if it flies already."""
-        if self.mode.spec.number == number:
-            self.mode.enter()
-        self.intend(number)
-
-    def flight_ended(self) -> None:
-        """Disarmed: what was wanted before landing, returning or taking off is wanted again."""
-        self.in_flight = False
-        self.intend(self._restored)
-
-    def take_off_to(self, altitude_amsl_m: float | None) -> Result:
-        """NAV_TAKEOFF: always accepted, changes to AUTO.TAKEOFF, armed or not."""
-        takeoff = self._modes[px4.TAKEOFF]
-        assert isinstance(takeoff, modes.Takeoff)
-        takeoff.wanted_amsl_m = altitude_amsl_m
-        self.restart_mode(px4.TAKEOFF)
-        return Result.ACCEPTED
-
-    def reposition(
-        self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
-    ) -> Result:
-        """DO_REPOSITION with CHANGE_MODE: to AUTO.LOITER somewhere."""
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, modes.Hold)
-        self.intend(px4.LOITER)
-        hold.go_to(point, altitude_amsl_m, yaw_rad)
-        return Result.ACCEPTED
-
-    def start_mission(self) -> Result:
-        """MISSION_START: AUTO.MISSION, if there is a mission."""
-        if not self.has_mission:
-            self.say(Severity.CRITICAL, "No valid mission available")
-            return Result.DENIED
-        return self.set_mode(px4.MISSION)
-
-    def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: AUTO.LOITER, or AUTO.MISSION again."""
-        return self.set_mode(px4.MISSION if go_on else px4.LOITER)
-
-    def change_speed(self, kind: int, speed_m_s: float) -> Result:
-        """DO_CHANGE_SPEED: for the AUTO modes, until the mode changes."""
-        if not self.navigator.change_speed(kind, speed_m_s):
-            return Result.DENIED
-        if isinstance(self.mode, (modes.Hold, Auto)):
-            self.mode.limits_changed()
-        return Result.ACCEPTED
-
-    def hold_at(self, place_ned_m: tuple[float, float, float]) -> None:
-        """AUTO.LOITER at a place, as after a take-off."""
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, modes.Hold)
-        self.intend(px4.LOITER)
-        hold.stay_at(place_ned_m)
-
-    def land_here(self) -> Result:
-        """NAV_LAND."""
-        self.say(Severity.INFO, "Landing at current position")
-        self.intend(px4.LAND)
-        return Result.ACCEPTED
-
-    def setpoint(self, setpoint: Setpoint) -> None:
-        """A usable offboard setpoint: kept whatever the mode; OFFBOARD follows the latest."""
-        self.setpoint_at_s = self.now_s
-        offboard = self._modes[px4.OFFBOARD]
-        assert isinstance(offboard, Offboard)
-        offboard.take(setpoint)
-
-    @property
-    def offboard(self) -> Offboard:
-        """The OFFBOARD mode, whether it flies or not."""
-        mode = self._modes[px4.OFFBOARD]
-        assert isinstance(mode, Offboard)
-        return mode
-
-    def terminate(self) -> Result:
-        """DO_FLIGHTTERMINATION: the motors stop for good."""
-        self.disarm(force=True)
-        return Result.ACCEPTED
+    def has_landed(self) -> bool:
+        """On the ground again."""
+        self._left_ground = self._left_ground or not self.landed
+        return self._left_ground and self.landed

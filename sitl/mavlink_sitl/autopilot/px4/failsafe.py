@@ -1,24 +1,59 @@
-"""What PX4 does when something is lost: the mode that flies instead of the intended one."""
+"""What PX4 does when something is lost: the mode that flies instead of the intended one.
+
+Read in the firmware's failsafe framework: every cause has an action, and the gravest one flies.
+Where somebody could still take over, it first holds for COM_FAIL_ACT_T. Who chooses another
+mode has taken over, until something else fails. OFFBOARD without a stream falls back at once,
+as recorded (`offboard_loss_stop`).
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.failsafe import Failsafes
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Observation, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
-    from mavlink_sitl.autopilot.px4.copter import Px4Copter
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
-_RC_LOSS = {1: px4.LOITER, 2: px4.RTL, 3: px4.LAND}
-"""NAV_RCL_ACT; NAV_DLL_ACT has the same numbers"""
-_OFFBOARD_LOSS = {3: px4.RTL, 4: px4.LAND, 5: px4.LOITER}
+WARN, TERMINATE = -1, -2
+"""Actions that are no modes; disarming counts as terminating"""
+_LINK_LOSS = {1: px4.LOITER, 2: px4.RTL, 3: px4.LAND, 5: TERMINATE, 6: TERMINATE}
+"""NAV_RCL_ACT and NAV_DLL_ACT"""
+_FENCE = {1: WARN, 2: px4.LOITER, 3: px4.RTL, 4: TERMINATE, 5: px4.LAND}
+"""GF_ACTION"""
+_OFFBOARD_LOSS = {3: px4.RTL, 4: px4.LAND, 5: px4.LOITER, 6: TERMINATE, 7: TERMINATE}
 """COM_OBL_RC_ACT; 0 to 2 are Position, Altitude and Manual, which need sticks"""
 _OFFBOARD_TO_PILOT = {0: px4.POSCTL, 1: px4.ALTCTL, 2: px4.MANUAL}
-_DISARM = (6, 7)
-"""Terminate and disarm in COM_OBL_RC_ACT; 5 and 6 in NAV_RCL_ACT"""
+_PILOT_MODES = (px4.MANUAL, px4.ALTCTL, px4.POSCTL)
+_GRAVITY = {WARN: 1, px4.LOITER: 3, px4.RTL: 4, px4.LAND: 5, TERMINATE: 7}
+"""Of an action; the pilot's modes are in between"""
+_PILOT_GRAVITY, _HOLD_GRAVITY = 2, 3
+
+
+@dataclass(frozen=True)
+class Action:
+    """What is to be done about one cause.
+
+    Attributes:
+        mode: that flies, or `WARN` or `TERMINATE`.
+        lasts: until somebody chooses a mode or it is disarmed, though the cause be gone.
+        waits: it holds for COM_FAIL_ACT_T first.
+    """
+
+    mode: int
+    lasts: bool = False
+    waits: bool = False
+
+    @property
+    def gravity(self) -> int:
+        """The gravest flies."""
+        return _GRAVITY.get(self.mode, _PILOT_GRAVITY)
 
 
 class Px4Failsafes(Failsafes):
@@ -31,12 +66,20 @@ class Px4Failsafes(Failsafes):
         acting: the mode a failsafe has chosen, or None.
     """
 
-    def __init__(self, copter: Px4Copter) -> None:
+    def __init__(self, copter: Px4Vehicle) -> None:
         """All well."""
         super().__init__()
         self._copter = copter
+        self._stop()
+
+    def _stop(self) -> None:
         self.acting: int | None = None
-        self._battery_acted = 0
+        self._gravity = 0
+        self._actions: dict[str, Action] = {}
+        self._failing: set[str] = set()
+        self._taken_over = False
+        self._hold_until_s = -math.inf
+        self._had_sticks = False
 
     @property
     def active(self) -> bool:
@@ -45,7 +88,8 @@ class Px4Failsafes(Failsafes):
 
     def forget(self) -> None:
         """Somebody has chosen a mode: it is theirs again."""
-        self.acting = None
+        self.acting, self._gravity, self._taken_over = None, 0, True
+        self._actions = {c: a for c, a in self._actions.items() if c in self._failing}
 
     def gcs_alive(self) -> bool:
         """Whether a ground station was heard within COM_DL_LOSS_T; true before the first."""
@@ -55,55 +99,103 @@ class Px4Failsafes(Failsafes):
 
     def update(self, copter: Copter, observation: Observation) -> None:
         """Look at the vehicle; act, or give the mode back."""
-        px4copter = self._copter
         self._battery_level()
-        if not px4copter.armed:
-            self.acting = None
-            self._battery_acted = 0
+        if not self._copter.armed:
+            self._stop()
             return
-        wanted = self._wanted_action()
-        if wanted is None:
-            if self.acting is not None:
-                self.acting = None
-                px4copter.enter_mode(px4copter.intention)
-            return
-        if self.acting is None:
-            px4copter.say(Severity.CRITICAL, "Failsafe activated")
-        if self.acting != wanted:
-            self.acting = wanted
-            px4copter.enter_mode(wanted)
+        failures = dict(self._failures())
+        for cause, action in failures.items():
+            if cause not in self._failing:
+                self._begin(action)
+                self._actions[cause] = action
+            elif cause in self._actions:
+                self._actions[cause] = action
+        self._actions = {c: a for c, a in self._actions.items() if c in failures or a.lasts}
+        self._failing = set(failures)
+        self._choose()
 
-    def _wanted_action(self) -> int | None:
+    def _begin(self, action: Action) -> None:
         copter = self._copter
-        p = copter.parameters
-        if not copter.estimator.position_ok and copter.mode.spec.requires_position:
-            return px4.LAND
-        if copter.intention == px4.OFFBOARD and not copter.stream_alive():
-            return self._after_offboard(int(p["COM_OBL_RC_ACT"]))
-        pilot_modes = (px4.MANUAL, px4.ALTCTL, px4.POSCTL)
-        if copter.intention in pilot_modes and not copter.manual_alive():
-            return self._known(int(p["NAV_RCL_ACT"]))
-        if self.acting == px4.LAND and not copter.estimator.position_ok:
-            return px4.LAND
-        if not self.gcs_alive() and p["NAV_DLL_ACT"]:
-            return self._known(int(p["NAV_DLL_ACT"]))
-        return self._battery_action()
+        wait_s = copter.parameters["COM_FAIL_ACT_T"]
+        if action.waits and wait_s > 0.1 and copter.now_s >= self._hold_until_s:
+            self._hold_until_s = copter.now_s + wait_s
+        if action.gravity >= _HOLD_GRAVITY:
+            self._taken_over = False
+        if action.mode == WARN and self._gravity <= action.gravity:
+            copter.say(Severity.CRITICAL, "Failsafe activated")
 
-    def _after_offboard(self, action: int) -> int | None:
-        if action in _DISARM:
-            self._copter.disarm(force=True)
-            return None
-        mode = _OFFBOARD_LOSS.get(action)
-        if mode is None:
-            pilots = _OFFBOARD_TO_PILOT.get(action, px4.POSCTL)
-            if self._copter.can_run(pilots):
-                return pilots
-            mode = self._known(int(self._copter.parameters["NAV_RCL_ACT"]))
-        return mode
+    def _choose(self) -> None:
+        """Let the gravest action fly, or what people want."""
+        copter = self._copter
+        self._taken_over = self._taken_over and bool(self._actions)
+        worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)
+        if worst is None or worst.mode == WARN or self._taken_over:
+            if self.acting is not None:
+                self.acting, self._gravity = None, 0
+                copter.enter_mode(copter.intention)
+            return
+        if worst.mode == TERMINATE:
+            copter.say(Severity.CRITICAL, "Failsafe activated")
+            copter.terminate()
+            return
+        if self._gravity > _HOLD_GRAVITY:
+            self._hold_until_s = -math.inf
+        left_s = self._hold_until_s - copter.now_s
+        waiting = left_s > 0.0 and worst.gravity > _HOLD_GRAVITY
+        mode = px4.LOITER if waiting else worst.mode
+        gravity = _HOLD_GRAVITY if waiting else worst.gravity
+        if gravity > self._gravity:
+            hold = f", entering Hold for {left_s:.0f} seconds" if waiting else ""
+            copter.say(Severity.CRITICAL, f"Failsafe activated{hold}")
+        self._gravity = gravity
+        if self.acting != mode:
+            self.acting = mode
+            copter.enter_mode(mode)
+
+    # What fails, and what that calls for.
+
+    def _failures(self) -> Iterator[tuple[str, Action]]:
+        copter, p = self._copter, self._copter.parameters
+        fallback = self._fallback()
+        if fallback is not None:
+            yield f"mode {copter.intention}", Action(fallback)
+        alive = copter.manual_alive()
+        self._had_sticks = self._had_sticks or alive
+        if self._had_sticks and not alive:
+            yield from self._link("sticks", int(p["NAV_RCL_ACT"]))
+        if not self.gcs_alive() and copter.intention != px4.LAND:
+            yield from self._link("ground station", int(p["NAV_DLL_ACT"]))
+        if copter.fence.breached:
+            mode = _FENCE.get(int(p["GF_ACTION"]), WARN)
+            yield "fence", Action(mode, mode != WARN, mode in (px4.RTL, px4.LAND))
+        battery = self._battery_action()
+        if battery is not None:
+            yield f"battery {self.battery_level}", Action(battery, waits=battery != WARN)
 
     @staticmethod
-    def _known(action: int) -> int:
-        return _RC_LOSS.get(action, px4.LOITER)
+    def _link(cause: str, parameter: int) -> Iterator[tuple[str, Action]]:
+        mode = _LINK_LOSS.get(parameter)
+        if mode is not None:
+            yield cause, Action(mode, lasts=True, waits=True)
+
+    def _fallback(self) -> int | None:
+        """What flies where the intended mode cannot."""
+        copter, p = self._copter, self._copter.parameters
+        if not copter.estimator.position_ok and (
+            copter.mode.spec.requires_position or self.acting == px4.LAND
+        ):
+            return px4.LAND
+        wanted = copter.intention
+        if wanted == px4.OFFBOARD and not copter.stream_alive():
+            action = int(p["COM_OBL_RC_ACT"])
+            if action in _OFFBOARD_LOSS:
+                return _OFFBOARD_LOSS[action]
+            wanted = _OFFBOARD_TO_PILOT.get(action, px4.POSCTL)
+            if copter.can_run(wanted):
+                return wanted
+        if wanted in _PILOT_MODES and not copter.manual_alive():
+            return _LINK_LOSS.get(int(p["NAV_RCL_ACT"]), px4.LOITER)
+        return None
 
     def _battery_level(self) -> None:
         copter = self._copter
@@ -118,7 +210,9 @@ class Px4Failsafes(Failsafes):
 
     def _battery_action(self) -> int | None:
         """COM_LOW_BAT_ACT: 0 warns, 2 lands when critical, 3 returns, then lands."""
+        if self.battery_level == 0:
+            return None
         action = int(self._copter.parameters["COM_LOW_BAT_ACT"])
         if action not in (2, 3) or self.battery_level < 2:
-            return None
+            return WARN
         return px4.LAND if action == 2 or self.battery_level == 3 else px4.RTL

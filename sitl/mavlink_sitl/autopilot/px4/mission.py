@@ -1,9 +1,4 @@
-"""AUTO.MISSION of PX4. Seen in the recording `px4/mission_clear`.
-
-The list, its order, jumps and conditions are `autopilot.auto`'s; how an item is flown, and
-what is said, is PX4's: item 0 counts, waypoints are reached within NAV_ACC_RAD, a mission
-that is cleared in flight ends in AUTO.LOITER.
-"""
+"""How a multicopter with PX4 flies the items of a mission: waypoints within NAV_ACC_RAD."""
 
 from __future__ import annotations
 
@@ -11,41 +6,35 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.auto_tasks import Task
-from mavlink_sitl.autopilot.personality.px4copter import LOITER
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
-from mavlink_sitl.autopilot.px4.modes import NAV_ACC_RAD_M, REACHED_M, Land, Px4Mode, Return
+from mavlink_sitl.autopilot.px4.mission_mode import Delegate, Px4Mission
+from mavlink_sitl.autopilot.px4.modes import REACHED_M, CopterMode, Land, Return
 from mavlink_sitl.autopilot.track import Vector
-from mavlink_sitl.exchange import Motors, Result, Severity
+from mavlink_sitl.exchange import Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.copter import Px4Copter
 
+LEAST_RADIUS_M = 0.05
+"""An acceptance radius below it counts as not given"""
+YAW_REACHED_RAD = math.radians(12.0)
+"""MIS_YAW_ERR"""
+LEAST_TURN_S = 0.8
+"""What turning took where nothing was to be turned (`mission_clear`)"""
 ORBIT_RATE_RAD_S = 0.3
 """How fast LOITER_TURNS goes round, as far as the speed allows"""
 
 
-class Mission(Px4Mode, Auto):
+class Mission(CopterMode, Px4Mission):
     """Flies the uploaded mission."""
 
-    px4: Px4Copter
-
-    def enter(self) -> None:
-        """Take the mission up where it was left, or begin it."""
-        self._announced = False
-        self.guide(self.brake_guidance())
-        Auto.enter(self)
-
-    def update(self) -> None:
-        """Go on with the item in force, or to the next."""
-        if self.px4.armed and not self._announced and self.task is not None:
-            self._announced = True
-            self.px4.say(Severity.INFO, "Executing Mission")
-            if isinstance(self.task, ClimbTo):
-                height = self.px4.navigator.home_ned_m()[2] - self.task.target[2]
-                self.px4.say(Severity.INFO, f"Climb to {height:.1f} meters above home")
-        Auto.update(self)
+    def announce(self) -> None:
+        """It begins; a take-off tells its height."""
+        super().announce()
+        if isinstance(self.task, ClimbTo):
+            height = self.px4.navigator.home_ned_m()[2] - self.task.target[2]
+            self.px4.say(Severity.INFO, f"Climb to {height:.1f} meters above home")
 
     @property
     def taking_off(self) -> bool:
@@ -55,23 +44,6 @@ class Mission(Px4Mode, Auto):
     def wants_to_lift(self) -> bool:
         """With a take-off, or any other item that is above the ground."""
         return isinstance(self.task, GoTo) and self.task.target[2] < self.here()[2] - REACHED_M
-
-    def ground_motors(self) -> Motors:
-        """As in PX4's other modes."""
-        return Px4Mode.ground_motors(self)
-
-    def _say(self, seq: int, item: PlanItem) -> None:
-        """PX4 names no items."""
-
-    def _say_reached(self, place: int, item: PlanItem) -> None:
-        """Nor that they are reached."""
-
-    def _complete(self) -> None:
-        """After the last item: stay in the mode and hover."""
-        ended = self.task is not None
-        super()._complete()
-        if ended:
-            self.px4.say(Severity.INFO, "Mission finished, loitering")
 
     def _start_point(self) -> Vector:
         return self.task.target if isinstance(self.task, GoTo) else self.here()
@@ -90,26 +62,12 @@ class Mission(Px4Mode, Auto):
         elif command == Cmd.LOITER_TURNS:
             self.task = Orbit(self, item, target)
         else:
-            self.task = GoTo(self, item, target)
-
-    def mission_changed(self) -> None:
-        """Another list: begin it, or loiter when there is none."""
-        if self.has_mission:
-            self.start(self.px4.plans.current)
-            return
-        self.task = None
-        if self.px4.armed:
-            self.px4.say(Severity.CRITICAL, "No valid mission available, loitering")
-            self.px4.intend(LOITER)
+            self.task = GoTo(self, item, target, isinstance(self.task, ClimbTo))
 
     def limits_changed(self) -> None:
         """Another speed: the item goes on with it."""
         if isinstance(self.task, GoTo):
             self.task.begin()
-
-    def pause(self) -> Result:
-        """DO_PAUSE_CONTINUE 0: AUTO.LOITER."""
-        return self.px4.set_mode(LOITER)
 
 
 class Px4Task(Task):
@@ -124,7 +82,7 @@ class Px4Task(Task):
         """See the class."""
         super().__init__(mission, item)
         self.mission = mission
-        self.px4 = mission.px4
+        self.px4: Px4Copter = mission.px4
 
 
 class GoTo(Px4Task):
@@ -134,12 +92,16 @@ class GoTo(Px4Task):
         mission: the mode.
         item: the item.
         target: where to, NED metres.
+        turn_first: the nose turns there before it goes, as after a take-off.
     """
 
-    def __init__(self, mission: Mission, item: PlanItem, target: Vector) -> None:
+    def __init__(
+        self, mission: Mission, item: PlanItem, target: Vector, turn_first: bool = False
+    ) -> None:
         """See the class."""
         super().__init__(mission, item)
         self.target = target
+        self._turning_since_s = self.px4.now_s if turn_first else None
         self._arrived_s: float | None = None
         self._stay_s = max(item.params[0], 0.0) if math.isfinite(item.params[0]) else 0.0
         if item.command == Cmd.LOITER_UNLIM:
@@ -150,15 +112,36 @@ class GoTo(Px4Task):
         """Tell the controllers."""
         motion, target = self.px4.motion, self.target
         yaw = None
-        if math.dist(motion[:2], target[:2]) > NAV_ACC_RAD_M:
+        if math.dist(motion[:2], target[:2]) > self._acceptance_m():
             yaw = math.atan2(target[1] - motion.east_m, target[0] - motion.north_m)
+        if self._turning_since_s is not None and yaw is not None:
+            self._yaw_rad = yaw
+            self.mission.guide(self.mission.hold_at(self.mission.here(), yaw))
+            return
+        self._turning_since_s = None
         limits = self.px4.px4_navigator.line_limits(motion[:3], target)
         self.mission.guide(replace(self.mission.hold_at(target, yaw), limits=limits))
+
+    def update(self) -> None:
+        """Once the nose looks where it goes: go."""
+        if self._turning_since_s is None:
+            return
+        off_rad = math.remainder(self._yaw_rad - self.px4.motion.yaw_rad, math.tau)
+        turned = abs(off_rad) < YAW_REACHED_RAD
+        if turned and self.px4.now_s - self._turning_since_s >= LEAST_TURN_S:
+            self._turning_since_s = None
+            self.begin()
+
+    def _acceptance_m(self) -> float:
+        """Of the item, or NAV_ACC_RAD."""
+        own_m = self.item.params[1] if self.item.command == Cmd.WAYPOINT else 0.0
+        given = math.isfinite(own_m) and own_m > LEAST_RADIUS_M
+        return own_m if given else self.px4.parameters["NAV_ACC_RAD"]
 
     def _near(self) -> bool:
         motion = self.px4.motion
         level_m = math.dist(motion[:2], self.target[:2])
-        return level_m < NAV_ACC_RAD_M and abs(motion.down_m - self.target[2]) < REACHED_M
+        return level_m < self._acceptance_m() and abs(motion.down_m - self.target[2]) < REACHED_M
 
     def finished(self) -> bool:
         """There, for long enough."""
@@ -174,8 +157,7 @@ class ClimbTo(GoTo):
 
     def begin(self) -> None:
         """Tell the controllers."""
-        speed = max(self.px4.parameters["MPC_TKO_SPEED"], 0.1)
-        limits = replace(self.px4.navigator.limits(), speed_up_m_s=speed)
+        limits = self.px4.px4_navigator.takeoff_limits()
         guidance = replace(self.mission.hold_at(self.target), restart_z=True, limits=limits)
         self.mission.guide(guidance)
 
@@ -221,25 +203,6 @@ class Orbit(GoTo):
         return self._turned_rad >= max(self.item.params[0], 0.0) * math.tau
 
 
-class Delegate(Px4Task):
-    """What another mode does, within the mission; it ends in disarming."""
-
-    def __init__(self, mission: Mission, item: PlanItem, mode: Px4Mode) -> None:
-        """See the class."""
-        super().__init__(mission, item)
-        self._mode = mode
-        mode.enter()
-
-    @property
-    def landing(self) -> bool:
-        """When that mode lands."""
-        return self._mode.landing
-
-    def update(self) -> None:
-        """Go on."""
-        self._mode.update()
-
-
 class LandAt(GoTo):
     """To a place, then down."""
 
@@ -254,7 +217,7 @@ class LandAt(GoTo):
         """Sink, once there."""
         if self._sink is not None:
             self._sink.update()
-        elif math.dist(self.px4.motion[:2], self.target[:2]) < NAV_ACC_RAD_M:
+        elif math.dist(self.px4.motion[:2], self.target[:2]) < self._acceptance_m():
             self._sink = Land(self.px4, self.mission.spec)
             self._sink.enter()
 

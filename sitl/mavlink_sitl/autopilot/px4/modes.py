@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Vector
-from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.exchange import Guidance, Motors, Severity, YawMode
+from mavlink_sitl.autopilot.px4.mode import ZERO, HoldMode, Px4Mode, TakeoffMode
+from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
+from mavlink_sitl.exchange import Guidance, Severity, YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.personality import ModeSpec
     from mavlink_sitl.autopilot.px4.copter import Px4Copter
     from mavlink_sitl.geodesy import GeoPoint
 
@@ -19,29 +19,12 @@ REACHED_M = 0.8
 """NAV_MC_ALT_RAD: a height counts as reached"""
 STOPPED_M_S = 0.8
 """MPC_HOLD_MAX_XY: below it the vehicle holds the place where it is"""
-ZERO: Vector = (0.0, 0.0, 0.0)
 
 
-class Px4Mode(Mode):
-    """A flight mode of one vehicle.
+class CopterMode(Px4Mode):
+    """A flight mode of one multicopter."""
 
-    Args:
-        copter: the vehicle.
-        spec: number, name and rules.
-    """
-
-    def __init__(self, copter: Px4Copter, spec: ModeSpec) -> None:
-        """See the class."""
-        super().__init__(copter, spec)
-        self.px4 = copter
-
-    def wants_to_lift(self) -> bool:
-        """Whether it would leave the ground."""
-        return False
-
-    def ground_motors(self) -> Motors:
-        """Idle, until the ramp of a take-off lifts."""
-        return Motors.FLY if self.px4.arming.may_lift() else Motors.IDLE
+    px4: Px4Copter
 
     def hold_at(self, position: Vector, yaw_rad: float | None = None) -> Guidance:
         """Fly to a place and stay there."""
@@ -58,17 +41,12 @@ class Px4Mode(Mode):
             restart_z=False,
         )
 
-    def here(self) -> Vector:
-        """Where the vehicle believes to be."""
-        motion = self.px4.motion
-        return motion.north_m, motion.east_m, motion.down_m
-
     def brake_guidance(self) -> Guidance:
-        """To a standstill as the loops allow."""
-        return replace(self.hold_guidance(), limits=self.px4.px4_navigator.direct_limits())
+        """To a standstill, smoothly."""
+        return replace(self.hold_guidance(), limits=self.px4.navigator.limits())
 
 
-class Hold(Px4Mode):
+class Hold(CopterMode, HoldMode):
     """AUTO.LOITER: brake, stay; or go where DO_REPOSITION says."""
 
     def enter(self) -> None:
@@ -116,14 +94,8 @@ class Hold(Px4Mode):
             self.stay_at(self.here())
 
 
-class Takeoff(Px4Mode):
-    """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER.
-
-    Attributes:
-        wanted_amsl_m: what NAV_TAKEOFF asked for, or None for MIS_TAKEOFF_ALT above home.
-    """
-
-    wanted_amsl_m: float | None = None
+class Takeoff(CopterMode, TakeoffMode):
+    """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER."""
 
     def enter(self) -> None:
         """Take the height; one that is below the vehicle is not flown to."""
@@ -139,9 +111,7 @@ class Takeoff(Px4Mode):
             wanted = down
         self.wanted_amsl_m = None
         self.target = (north, east, wanted)
-        limits = replace(
-            navigator.limits(), speed_up_m_s=max(self.px4.parameters["MPC_TKO_SPEED"], 0.1)
-        )
+        limits = navigator.takeoff_limits()
         self.guide(replace(self.hold_at(self.target), restart_z=True, limits=limits))
 
     @property
@@ -159,7 +129,7 @@ class Takeoff(Px4Mode):
             self.px4.hold_at(self.target)
 
 
-class Land(Px4Mode):
+class Land(CopterMode):
     """AUTO.LAND: brake, then down, slower near the ground."""
 
     @property
@@ -192,13 +162,15 @@ CRAWL_SHARE, LAND_SHARE = 1.4, 1.15
 """Three recorded landings sink faster near the ground than the parameters say"""
 
 
-def descent_speed_m_s(copter: Px4Copter) -> float:
+def descent_speed_m_s(copter: Px4Copter, ground_down_m: float | None = None) -> float:
     """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED at _ALT2, MPC_LAND_CRWL below _ALT3."""
     p = copter.parameters
     heights = (p["MPC_LAND_ALT3"], p["MPC_LAND_ALT2"], p["MPC_LAND_ALT1"])
     slow, crawl = LAND_SHARE * p["MPC_LAND_SPEED"], CRAWL_SHARE * p["MPC_LAND_CRWL"]
     speeds = (crawl, slow, p["MPC_Z_V_AUTO_DN"])
     height = copter.height_above_ground_m()
+    if ground_down_m is not None:
+        height = ground_down_m - copter.motion.down_m
     speed = speeds[0]
     for below, above, low, high in zip(heights, heights[1:], speeds, speeds[1:], strict=False):
         if height > below:
@@ -208,7 +180,7 @@ def descent_speed_m_s(copter: Px4Copter) -> float:
 
 
 def descending(
-    mode: Px4Mode, at: tuple[float, float] | None, speed: float, first: bool
+    mode: CopterMode, at: tuple[float, float] | None, speed: float, first: bool
 ) -> Guidance:
     """Sink at a speed, over a place or braking."""
     guidance = replace(mode.brake_guidance(), restart_xy=first, restart_z=first)
@@ -219,43 +191,29 @@ def descending(
     return replace(guidance, track_position_xy=1.0, north_m=at[0], east_m=at[1], limits=limits)
 
 
-class Return(Px4Mode):
-    """AUTO.RTL: climb to RTL_RETURN_ALT, fly home, land there."""
+class Return(CopterMode):
+    """AUTO.RTL: climb, fly to home or to what RTL_TYPE chooses instead, land there."""
 
     def enter(self) -> None:
         """Brake and climb."""
         copter = self.px4
-        navigator, p = copter.px4_navigator, copter.parameters
-        self._home = navigator.true_home_ned_m()
+        self._goal = destination_ned_m(copter)
+        self._down_m = return_down_m(copter, self._goal)
         motion = copter.motion
-        away = math.hypot(motion.north_m - self._home[0], motion.east_m - self._home[1])
-        height = p["RTL_RETURN_ALT"]
-        cone = math.tan(math.radians(min(max(p["RTL_CONE_ANG"], 0.0), 89.0)))
-        if p["RTL_CONE_ANG"] < 90.0 and away < p["RTL_MIN_DIST"]:
-            height = min(height, max(2.0 * p["RTL_MIN_DIST"] * cone, p["RTL_DESCEND_ALT"]))
-        self._down_m = min(self._home[2] - height, motion.down_m)
         self._stage = "climb"
         self._speed = -1.0
         amsl = copter.navigator.origin.altitude_amsl_m - self._down_m
-        above = self._home[2] - self._down_m
+        above = self._goal[2] - self._down_m
         if copter.in_flight:
             copter.say(
                 Severity.INFO,
                 f"RTL: start return at {amsl:.0f} m ({above:.0f} m above destination)",
             )
-        self._from = (motion.north_m, motion.east_m)
-        self._limits = replace(navigator.limits(), speed_up_m_s=CLIMB_M_S)
-        braking = replace(self._limits, acceleration_xy_m_s2=BRAKE_M_S2, jerk_xy_m_s3=4.0)
-        self.guide(
-            replace(
-                self.hold_at((*self._from, self._down_m)),
-                track_position_xy=0.0,
-                restart_xy=True,
-                restart_z=True,
-                limits=braking,
-            )
-        )
-        self._braked = False
+        # To above where it was told, though at speed it stops further on and comes back.
+        target = (motion.north_m, motion.east_m, self._down_m)
+        limits = copter.px4_navigator.climb_limits(motion, self._down_m)
+        climb = self.hold_at(target)
+        self.guide(replace(climb, restart_xy=True, restart_z=True, limits=limits))
 
     @property
     def landing(self) -> bool:
@@ -267,42 +225,59 @@ class Return(Px4Mode):
         if not self.px4.armed or self.px4.landed:
             return
         motion = self.px4.motion
-        north, east, _ = self._home
-        speed_m_s = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
-        if self._stage == "climb" and not self._braked and speed_m_s < STOPPED_M_S:
-            self._braked = True
-            limits = replace(self._limits, speed_xy_m_s=BACK_M_S)
-            back = replace(self.hold_at((*self._from, self._down_m)), limits=limits)
-            self.guide(back)
-        if self._stage == "climb" and abs(motion.down_m - self._down_m) < CLIMBED_M:
-            self._stage = "return"
-            self.guide(replace(self.hold_at((north, east, self._down_m))))
+        north, east, _ = self._goal
+        if self._stage == "climb":
+            self._climb()
         elif self._stage == "return":
-            if math.hypot(motion.north_m - north, motion.east_m - east) < NAV_ACC_RAD_M:
-                self._stage = "land"
-                self._sink_from_s = self.px4.now_s + self.px4.parameters["RTL_LAND_DELAY"]
-                self.px4.say(Severity.INFO, "RTL: land at destination")
-        elif self._stage == "land" and self.px4.now_s >= self._sink_from_s:
-            speed = descent_speed_m_s(self.px4)
+            away_m = math.hypot(motion.north_m - north, motion.east_m - east)
+            if away_m < self.px4.parameters["NAV_ACC_RAD"]:
+                self._arrive()
+        elif self._stage == "wait":
+            self._wait()
+        elif self._stage == "land":
+            speed = descent_speed_m_s(self.px4, self._goal[2])
             if abs(speed - self._speed) >= 0.02:
                 first, self._speed = self._speed < 0.0, speed
                 guidance = descending(self, (north, east), speed, False)
                 self.guide(replace(guidance, restart_z=first))
 
+    def _climb(self) -> None:
+        if abs(self.px4.motion.down_m - self._down_m) < CLIMBED_M:
+            self._stage = "return"
+            self.guide(self.hold_at((*self._goal[:2], self._down_m)))
 
-BRAKE_M_S2 = 2.7
-"""A little less than MPC_ACC_HOR: so it stops when RTL begins at speed"""
-BACK_M_S = 1.2
-"""How fast it comes back while climbing to where RTL began (`offboard_loss_stop`)"""
+    def _arrive(self) -> None:
+        """Land, at once or after RTL_LAND_DELAY at RTL_DESCEND_ALT; never if that is negative."""
+        p = self.px4.parameters
+        self._wait_s = p["RTL_LAND_DELAY"]
+        self._wait_from_s: float | None = None
+        if abs(self._wait_s) < 0.01:
+            self._land()
+            return
+        self._stage = "wait"
+        self._down_m = max(self._goal[2] - p["RTL_DESCEND_ALT"], self._down_m)
+        self.guide(self.hold_at((*self._goal[:2], self._down_m)))
+
+    def _wait(self) -> None:
+        now_s = self.px4.now_s
+        if self._wait_from_s is None:
+            if abs(self.px4.motion.down_m - self._down_m) < REACHED_M:
+                self._wait_from_s = now_s
+                what = f"loiter {self._wait_s:.1f}s" if self._wait_s > 0.0 else "completed, loiter"
+                self.px4.say(Severity.INFO, f"RTL: {what}")
+        elif self._wait_s > 0.0 and now_s - self._wait_from_s >= self._wait_s:
+            self._land()
+
+    def _land(self) -> None:
+        self._stage = "land"
+        self.px4.say(Severity.INFO, "RTL: land at destination")
+
+
 CLIMBED_M = 0.3
 """How near to the height of the return before it begins, in the recording"""
-CLIMB_M_S = 1.65
-"""The recorded climb of RTL, from 10 m to 30 m in 11 s"""
-NAV_ACC_RAD_M = 2.0
-"""NAV_ACC_RAD"""
 
 
-class Manual(Px4Mode):
+class Manual(CopterMode):
     """MANUAL, ALTCTL and POSCTL with sticks: all three are flown as velocities."""
 
     def enter(self) -> None:

@@ -7,68 +7,28 @@ from dataclasses import replace
 
 from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.parameters import Parameters
-from mavlink_sitl.exchange import Limits
+from mavlink_sitl.autopilot.px4.position_law import LAG_M, UNSHAPED_M_S2
+from mavlink_sitl.exchange import Limits, Motion
 from mavlink_sitl.geodesy import GeoPoint, to_local
 
-VELOCITY_GAIN_1_S = 1.8
-"""MPC_XY_VEL_P_ACC: from velocity error to acceleration"""
-ACCELERATION_XY_M_S2 = 6.5
-"""What a lean of 45 degrees (MPC_TILTMAX_AIR) leaves after drag, over the recorded dashes"""
 ACCELERATION_Z_M_S2 = 5.0
-VELOCITY_GAIN_Z_1_S = 4.0
-"""MPC_Z_VEL_P_ACC"""
-TOP_SPEED_M_S = 9.5
-"""The recorded airframe goes no faster leaning by 45 degrees (`offboard_loss_stop`)"""
-AUTO_ACCELERATION_M_S2 = 1.7
-"""What the smoothed trajectories of the AUTO modes brake with (`mavsdk_offboard_goto`)"""
-CRUISE_REACHED = 0.86
-"""Share of MPC_XY_CRUISE that the recorded airframe reaches against its drag"""
-AUTO_GAIN_1_S = 0.5
-"""MPC_XY_TRAJ_P"""
+LEAST_CLIMB_M_S = 0.5
+CLIMB_REACHED = 0.84
+"""Share of MPC_Z_V_AUTO_UP that RTL climbs with (`mission_clear`, `offboard_loss_stop`)"""
+
+
+def within(value: float, least: float, most: float) -> float:
+    """A number within limits, whatever a parameter says."""
+    return min(max(value, least), most)
 
 
 class Px4Navigator(Navigator):
-    """A `Navigator` with two sets of limits: OFFBOARD's and that of the AUTO modes.
-
-    The controllers shape a motion by limits of speed, acceleration and jerk. Their gains
-    follow from the ratio of the latter two, so PX4's cascade of a proportional position loop
-    around a proportional velocity loop is had by jerk = 2 * MPC_XY_P * acceleration.
-    """
+    """A `Navigator` that tells home as it is from home as the firmware has it."""
 
     def __init__(self, origin: GeoPoint, parameters: Parameters) -> None:
         """See `Navigator`."""
         super().__init__(origin, parameters)
         self._true_home: GeoPoint | None = None
-
-    def direct_limits(self) -> Limits:
-        """OFFBOARD: the loops without a trajectory in front of them."""
-        p = self._parameters
-        gain_xy, gain_z = max(p["MPC_XY_P"], 0.1), max(p["MPC_Z_P"], 0.1)
-        return Limits(
-            speed_xy_m_s=max(min(p["MPC_XY_VEL_MAX"], TOP_SPEED_M_S), LEAST_LIMIT),
-            speed_up_m_s=max(p["MPC_Z_VEL_MAX_UP"], LEAST_LIMIT),
-            speed_down_m_s=max(p["MPC_Z_VEL_MAX_DN"], LEAST_LIMIT),
-            acceleration_xy_m_s2=ACCELERATION_XY_M_S2,
-            acceleration_z_m_s2=ACCELERATION_Z_M_S2,
-            jerk_xy_m_s3=2.0 * gain_xy * ACCELERATION_XY_M_S2,
-            jerk_z_m_s3=2.0 * gain_z * ACCELERATION_Z_M_S2,
-        )
-
-    def limits(self) -> Limits:
-        """The AUTO modes: cruise speed and a smooth trajectory."""
-        p = self._parameters
-        cruise = p["MPC_XY_CRUISE"] if self._speed_xy_m_s is None else self._speed_xy_m_s
-        cruise *= CRUISE_REACHED
-        acceleration = max(AUTO_ACCELERATION_M_S2 * p["MPC_ACC_HOR"] / 3.0, LEAST_LIMIT)
-        return Limits(
-            speed_xy_m_s=max(cruise, LEAST_LIMIT),
-            speed_up_m_s=max(p["MPC_Z_V_AUTO_UP"], LEAST_LIMIT),
-            speed_down_m_s=max(p["MPC_Z_V_AUTO_DN"], LEAST_LIMIT),
-            acceleration_xy_m_s2=acceleration,
-            acceleration_z_m_s2=1.5,
-            jerk_xy_m_s3=max(2.0 * AUTO_GAIN_1_S * acceleration, LEAST_LIMIT),
-            jerk_z_m_s3=1.8,
-        )
 
     def place_ned_m(self, point: GeoPoint) -> tuple[float, float, float]:
         """A place on earth in the local frame."""
@@ -87,21 +47,6 @@ class Px4Navigator(Navigator):
         """Home in the local frame, before any drift."""
         return (0.0, 0.0, 0.0) if self._true_home is None else self.place_ned_m(self._true_home)
 
-    def line_limits(
-        self, start: tuple[float, float, float], end: tuple[float, float, float]
-    ) -> Limits:
-        """The AUTO modes fly a straight line, so height changes no faster than the way goes."""
-        limits = self.limits()
-        length = math.dist(start[:2], end[:2])
-        if length < 2.0:
-            return limits
-        slope = max(abs(end[2] - start[2]) / length * limits.speed_xy_m_s, 0.3)
-        return replace(
-            limits,
-            speed_up_m_s=min(limits.speed_up_m_s, slope),
-            speed_down_m_s=min(limits.speed_down_m_s, slope),
-        )
-
     def true_home_down_m(self) -> float:
         """Home's height in the local frame, before any drift."""
         if self._true_home is None:
@@ -117,3 +62,83 @@ class Px4Navigator(Navigator):
         if self._true_home is not None:
             altitude = self._true_home.altitude_amsl_m + offset_m
             self.home = self._true_home._replace(altitude_amsl_m=altitude)
+
+
+class CopterNavigator(Px4Navigator):
+    """Two sets of limits for multicopters: OFFBOARD's and that of the AUTO modes.
+
+    The controllers shape a motion by limits of speed, acceleration and jerk. Their gains
+    follow from the ratio of the latter two, so PX4's cascade of a proportional position loop
+    around a proportional velocity loop is had by jerk = 2 * MPC_XY_P * acceleration.
+    """
+
+    def direct_limits(self) -> Limits:
+        """OFFBOARD: the loops without a trajectory in front of them."""
+        p = self._parameters
+        gain_xy, gain_z = max(p["MPC_XY_P"], 0.1), max(p["MPC_Z_P"], 0.1)
+        return Limits(
+            speed_xy_m_s=max(p["MPC_XY_VEL_MAX"], LEAST_LIMIT),
+            speed_up_m_s=max(p["MPC_Z_VEL_MAX_UP"], LEAST_LIMIT),
+            speed_down_m_s=max(p["MPC_Z_VEL_MAX_DN"], LEAST_LIMIT),
+            acceleration_xy_m_s2=UNSHAPED_M_S2,
+            acceleration_z_m_s2=ACCELERATION_Z_M_S2,
+            jerk_xy_m_s3=2.0 * gain_xy * UNSHAPED_M_S2,
+            jerk_z_m_s3=2.0 * gain_z * ACCELERATION_Z_M_S2,
+        )
+
+    def limits(self) -> Limits:
+        """The AUTO modes: cruise speed and a smooth trajectory."""
+        p = self._parameters
+        cruise = p["MPC_XY_CRUISE"] if self._speed_xy_m_s is None else self._speed_xy_m_s
+        return Limits(
+            speed_xy_m_s=max(cruise, LEAST_LIMIT),
+            speed_up_m_s=max(p["MPC_Z_V_AUTO_UP"], LEAST_LIMIT),
+            speed_down_m_s=max(p["MPC_Z_V_AUTO_DN"], LEAST_LIMIT),
+            acceleration_xy_m_s2=max(p["MPC_ACC_HOR"], LEAST_LIMIT),
+            acceleration_z_m_s2=max(p["MPC_ACC_UP_MAX"], LEAST_LIMIT),
+            jerk_xy_m_s3=max(p["MPC_JERK_AUTO"], LEAST_LIMIT),
+            jerk_z_m_s3=max(p["MPC_JERK_AUTO"], LEAST_LIMIT),
+        )
+
+    def takeoff_limits(self) -> Limits:
+        """AUTO take-offs: MPC_TKO_SPEED, which grows over MPC_TKO_RAMP_T."""
+        p = self._parameters
+        speed = max(p["MPC_TKO_SPEED"], LEAST_LIMIT)
+        grow_s = max(p["MPC_TKO_RAMP_T"], 0.1)
+        limits = self.limits()
+        acceleration = min(speed / grow_s, limits.acceleration_z_m_s2)
+        return replace(limits, speed_up_m_s=speed, acceleration_z_m_s2=acceleration)
+
+    def climb_limits(self, motion: Motion, down_m: float) -> Limits:
+        """A climb to above where it is, along a line from where it stops.
+
+        What the way over ground takes of the speed, the climb does not.
+        """
+        limits = self.limits()
+        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        acceleration, jerk = limits.acceleration_xy_m_s2, limits.jerk_xy_m_s3
+        stop_s = speed / (2.0 * acceleration) + acceleration / (2.0 * jerk)
+        away_m = speed * stop_s + min(speed, LAG_M)
+        climb_m = abs(motion.down_m - down_m)
+        length_m = max(math.hypot(away_m, climb_m), 0.1)
+        climbing = CLIMB_REACHED * limits.speed_up_m_s
+        return replace(
+            limits,
+            speed_xy_m_s=max(climbing * away_m / length_m, LEAST_CLIMB_M_S),
+            speed_up_m_s=max(climbing * climb_m / length_m, LEAST_CLIMB_M_S),
+        )
+
+    def line_limits(
+        self, start: tuple[float, float, float], end: tuple[float, float, float]
+    ) -> Limits:
+        """The AUTO modes fly a straight line, so height changes no faster than the way goes."""
+        limits = self.limits()
+        length = math.dist(start[:2], end[:2])
+        if length < 2.0:
+            return limits
+        slope = max(abs(end[2] - start[2]) / length * limits.speed_xy_m_s, 0.3)
+        return replace(
+            limits,
+            speed_up_m_s=min(limits.speed_up_m_s, slope),
+            speed_down_m_s=min(limits.speed_down_m_s, slope),
+        )

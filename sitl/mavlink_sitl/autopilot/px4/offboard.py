@@ -2,64 +2,32 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
-from mavlink_sitl.autopilot.px4.modes import ZERO, Px4Mode
+from mavlink_sitl.autopilot.px4.mode import OffboardMode, given, zeros
+from mavlink_sitl.autopilot.px4.modes import CopterMode
 from mavlink_sitl.exchange import Guidance, Motors, YawMode
 
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.personality import ModeSpec
-    from mavlink_sitl.autopilot.px4.copter import Px4Copter
 
+class Offboard(CopterMode, OffboardMode):
+    """OFFBOARD of a multicopter."""
 
-class Offboard(Px4Mode):
-    """Follows the stream of setpoints; NaN components (None here) are left to the loops."""
+    def stop(self) -> None:
+        """Brake as hard as the loops do."""
+        limits = self.px4.px4_navigator.direct_limits()
+        self.guide(replace(self.hold_guidance(), limits=limits))
 
-    def __init__(self, copter: Px4Copter, spec: ModeSpec) -> None:
-        """See the class."""
-        super().__init__(copter, spec)
-        self.target = Setpoint(Frame.LOCAL, velocity_m_s=ZERO)
-        self._fresh = True
-
-    def enter(self) -> None:
-        """Follow the latest setpoint; without one, stop."""
-        self._fresh = True
-        if self.px4.stream_alive():
-            self._follow()
-        else:
-            self.guide(self.brake_guidance())
-
-    def take(self, setpoint: Setpoint) -> None:
-        """A new setpoint, in LOCAL or BODY (velocity only)."""
-        velocity = setpoint.velocity_m_s
-        if setpoint.frame is Frame.BODY:
-            if velocity is not None:
-                c, s = math.cos(self.px4.motion.yaw_rad), math.sin(self.px4.motion.yaw_rad)
-                north = velocity[0] * c - velocity[1] * s
-                east = velocity[0] * s + velocity[1] * c
-                velocity = (north, east, velocity[2])
-            setpoint = replace(setpoint, frame=Frame.LOCAL, position_m=None, velocity_m_s=velocity)
-        same = setpoint == self.target and not self._fresh
-        self.target = setpoint
-        if self.px4.mode is self and not same:
-            self._follow()
-
-    def _follow(self) -> None:
+    def follow(self, fresh: bool) -> None:
+        """See `OffboardMode`."""
         s = self.target
         yaw_mode = YawMode.HOLD
         if s.yaw_rad is not None:
             yaw_mode = YawMode.ANGLE
         elif s.yaw_rate_rad_s is not None:
             yaw_mode = YawMode.RATE
-        position, velocity = _given(s.position_m), _given(s.velocity_m_s)
-        acceleration = _given(s.acceleration_m_s2)
-        place, speed, push = (
-            _zeros(v) for v in (s.position_m, s.velocity_m_s, s.acceleration_m_s2)
-        )
-        fresh, self._fresh = self._fresh, False
+        position, velocity = given(s.position_m), given(s.velocity_m_s)
+        acceleration = given(s.acceleration_m_s2)
+        place, speed, push = (zeros(v) for v in (s.position_m, s.velocity_m_s, s.acceleration_m_s2))
         self.guide(
             Guidance(
                 motors=Motors.FLY,
@@ -96,17 +64,3 @@ class Offboard(Px4Mode):
         if s.velocity_m_s is not None:
             return s.velocity_m_s[2] < -0.3
         return s.acceleration_m_s2 is not None and s.acceleration_m_s2[2] < -0.3
-
-
-def _given(vector: Vector | None) -> tuple[bool, bool]:
-    """Whether North and East, and whether down, are asked for."""
-    if vector is None:
-        return False, False
-    return not (math.isnan(vector[0]) or math.isnan(vector[1])), not math.isnan(vector[2])
-
-
-def _zeros(vector: Vector | None) -> Vector:
-    """The vector with zeros for what is not asked for."""
-    level, upright = _given(vector)
-    north, east, down = vector or ZERO
-    return (north if level else 0.0, east if level else 0.0, down if upright else 0.0)

@@ -11,12 +11,11 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.commands import FORCE, Command
-from mavlink_sitl.mavlink.px4.messages import BUILDERS
 from mavlink_sitl.mavlink.setpoints import usable
 
 if TYPE_CHECKING:
@@ -135,7 +134,7 @@ def _set_interval(server: Px4Server, command: Command) -> Result:
 
 def _get_interval(server: Px4Server, command: Command) -> Result:
     message_id = int(command.params[0])
-    interval_us = server.streams.interval_us(message_id) if message_id in BUILDERS else 0
+    interval_us = server.streams.interval_us(message_id) if message_id in server.builders else 0
     message_id = min(max(message_id, 0), 65535)
     server.send(dialect.MAVLink_message_interval_message(message_id, interval_us))
     return Result.ACCEPTED

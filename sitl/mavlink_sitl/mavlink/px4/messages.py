@@ -6,14 +6,15 @@ import math
 import struct
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.personality import px4copter as px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Motors
 from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink import position_messages as position
 from mavlink_sitl.mavlink import status_messages as status
 from mavlink_sitl.mavlink import telemetry
-from mavlink_sitl.mavlink.codec import Extended, Message, dialect
+from mavlink_sitl.mavlink.codec import Message, Raw, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
     boot_ms,
@@ -36,9 +37,9 @@ _FLAGS_GROUND, _FLAGS_FLYING, _FLAGS_NO_POSITION = 1023, 831, 0x0A7
 """ESTIMATOR_STATUS.flags on the ground, in flight, and without a position"""
 
 
-def copter_of(s: Snapshot) -> Px4Copter:
+def copter_of(s: Snapshot) -> Px4Vehicle:
     """The firmware as what it is."""
-    assert isinstance(s.copter, Px4Copter)
+    assert isinstance(s.copter, Px4Vehicle)
     return s.copter
 
 
@@ -63,15 +64,16 @@ def current_mode(s: Snapshot) -> Message:
     """CURRENT_MODE: what flies, and what is wanted."""
     copter = copter_of(s)
     number = copter.mode.spec.number
-    standard = next(mode[1] for mode in px4.MODE_LIST if mode[0] == number)
+    standard = next(mode[1] for mode in copter.personality.available_modes if mode[0] == number)
     return dialect.MAVLink_current_mode_message(standard, number, copter.intention)
 
 
-def available_mode(place: int) -> Message:
+def available_mode(vehicle: Px4Vehicle, place: int) -> Message:
     """AVAILABLE_MODES: one of them, from 1."""
-    number, standard, properties, name = px4.MODE_LIST[place - 1]
+    modes = vehicle.personality.available_modes
+    number, standard, properties, name = modes[place - 1]
     return dialect.MAVLink_available_modes_message(
-        len(px4.MODE_LIST), place, standard, number, properties, name.encode("ascii")
+        len(modes), place, standard, number, properties, name.encode("ascii")
     )
 
 
@@ -133,16 +135,11 @@ def estimator_status(s: Snapshot) -> Message:
     )
 
 
-def _quaternion(s: Snapshot) -> list[float]:
-    message = position.attitude_quaternion(s)
-    return [message.q1, message.q2, message.q3, message.q4]
-
-
 def attitude_target(s: Snapshot) -> Message:
     """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
     thrust = max(s.thrust_over_hover * HOVER_THRUST, 0.001)
     return dialect.MAVLink_attitude_target_message(
-        boot_ms(s), 0, _quaternion(s), *s.motion[9:12], min(thrust, 1.0)
+        boot_ms(s), 0, position.quaternion(s.motion), *s.motion[9:12], min(thrust, 1.0)
     )
 
 
@@ -208,22 +205,36 @@ def position_target_global_int(s: Snapshot) -> Message | None:
     )
 
 
+_POSE = [0.042, *[NAN] * 5, 0.042, *[NAN] * 4, 0.01, *[NAN] * 3, 3e-4, NAN, NAN, 6e-5, NAN, 3e-4]
+_VELOCITY = [0.009, *[NAN] * 5, 0.009, *[NAN] * 4, 0.005, *[NAN] * 9]
+"""Covariances of ODOMETRY"""
+
+
 def odometry(s: Snapshot) -> Message:
     """ODOMETRY: velocity in the same NED frame as the position, as recorded."""
     m = s.motion
-    covariance = [0.042, *[NAN] * 5, 0.042, *[NAN] * 4, 0.01, NAN, NAN, NAN]
-    pose = [*covariance, 3e-4, NAN, NAN, 6e-5, NAN, 3e-4]
-    velocity = [0.009, *[NAN] * 5, 0.009, *[NAN] * 4, 0.005, *[NAN] * 9]
     return dialect.MAVLink_odometry_message(
-        s.time_boot_us, 1, 1, *m[:3], _quaternion(s), *m[3:6], *m[9:12], pose, velocity, 1, 8, 0
+        s.time_boot_us,
+        1,
+        1,
+        *m[:3],
+        position.quaternion(s.motion),
+        *m[3:6],
+        *m[9:12],
+        _POSE,
+        _VELOCITY,
+        1,
+        8,
+        0,
     )
 
 
 def highres_imu(s: Snapshot) -> Message:
     """HIGHRES_IMU: what an accelerometer in the middle feels, and standard air."""
     m = s.motion
-    altitude = s.truth_point.altitude_amsl_m
-    lift = s.thrust_over_hover if s.copter.guidance.motors is Motors.FLY else 1.0
+    altitude = s.instruments.truth_point().altitude_amsl_m
+    flies = isinstance(s.copter, Px4Copter) and s.copter.guidance.motors is Motors.FLY
+    lift = s.thrust_over_hover if flies else 1.0
     c, yaw = math.cos(m.pitch_rad), m.yaw_rad
     pressure = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588
     return dialect.MAVLink_highres_imu_message(
@@ -247,7 +258,7 @@ def altitude(s: Snapshot) -> Message:
     """ALTITUDE."""
     amsl = s.copter.navigator.here().altitude_amsl_m
     relative = s.copter.navigator.height_above_home_m()
-    above = -s.truth.down_m
+    above = -s.instruments.truth().down_m
     return dialect.MAVLink_altitude_message(
         s.time_boot_us, amsl, amsl, -s.motion.down_m, relative, -s.motion.down_m - above, above
     )
@@ -255,7 +266,7 @@ def altitude(s: Snapshot) -> Message:
 
 def distance_sensor(s: Snapshot) -> Message:
     """DISTANCE_SENSOR: the simulated vehicle looks down."""
-    height = max(-s.truth.down_m, 0.0)
+    height = max(-s.instruments.truth().down_m, 0.0)
     return dialect.MAVLink_distance_sensor_message(
         boot_ms(s), 0, 10000, to_u16(height * 100.0), 0, 0, 25, 0
     )
@@ -263,7 +274,7 @@ def distance_sensor(s: Snapshot) -> Message:
 
 def gps_raw_int(s: Snapshot) -> Message:
     """GPS_RAW_INT: a fix in three dimensions, ten satellites."""
-    gps = s.gps
+    gps = s.instruments.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
     altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
@@ -305,13 +316,16 @@ def home_position(s: Snapshot) -> Message | None:
 
 
 def vfr_hud(s: Snapshot) -> Message:
-    """VFR_HUD: no airspeed sensor."""
+    """VFR_HUD: with the airspeed of who measures it."""
     m = s.motion
+    throttle = s.throttle_fraction
+    if isinstance(s.copter, Px4Copter):
+        throttle = s.thrust_over_hover * HOVER_THRUST
     return dialect.MAVLink_vfr_hud_message(
-        NAN,
+        NAN if s.airspeed_m_s is None else s.airspeed_m_s,
         math.hypot(m.velocity_north_m_s, m.velocity_east_m_s),
         to_int(heading_deg(m.yaw_rad), 0, 359),
-        to_int(s.thrust_over_hover * HOVER_THRUST * 100.0, 0, 100),
+        to_int(throttle * 100.0, 0, 100),
         s.copter.navigator.here().altitude_amsl_m,
         -m.velocity_down_m_s,
     )
@@ -335,7 +349,7 @@ def scaled_pressure(s: Snapshot) -> Message:
 
 def wind_cov(s: Snapshot) -> Message:
     """WIND_COV: the wind that blows."""
-    north, east, down = s.wind_ned_m_s
+    north, east, down = s.instruments.wind_ned_m_s
     altitude_m = s.copter.navigator.here().altitude_amsl_m
     return dialect.MAVLink_wind_cov_message(
         s.time_boot_us, north, east, down, 0.1, 0.1, altitude_m, 0.5, NAN
@@ -373,23 +387,14 @@ def timesync(s: Snapshot) -> Message:
     return dialect.MAVLink_timesync_message(0, wire_time(s))
 
 
-class ProtocolVersion(Extended):
-    """PROTOCOL_VERSION (300), which the generated classes do not have."""
+def protocol_version(_: Snapshot) -> Message:
+    """PROTOCOL_VERSION: versions 200, 100 to 203, no hashes."""
+    return Raw(300, 217, struct.pack("<HHH8s8s", 200, 100, 203, b"", b""))
 
-    _ID, _CRC_EXTRA = 300, 217
 
-    def __init__(self) -> None:
-        """Nothing varies."""
-
-    def get_type(self) -> str:
-        """The message's name."""
-        return "PROTOCOL_VERSION"
-
-    def pack(self, mav: object) -> bytes:
-        """One frame: versions 200, 100 to 203, no hashes."""
-        m = dialect.MAVLink_message(self._ID, "PROTOCOL_VERSION")
-        payload = struct.pack("<HHH8s8s", 200, 100, 203, b"", b"")
-        return bytes(m._pack(mav, self._CRC_EXTRA, payload))
+def never(_: Snapshot) -> None:
+    """Accepted when asked for, and never sent."""
+    return
 
 
 BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
@@ -405,7 +410,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     36: servo_output_raw,
     42: status.mission_current,
     49: position.gps_global_origin,
-    65: status.rc_channels,
+    65: never,  # there is no receiver
     74: vfr_hud,
     83: attitude_target,
     85: position_target_local_ned,
@@ -421,7 +426,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     241: status.vibration,
     242: home_position,
     245: extended_sys_state,
-    300: lambda _: ProtocolVersion(),
+    300: protocol_version,
     330: telemetry.BUILDERS.get(330, lambda _: None),
     331: odometry,
     436: current_mode,

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.personality.px4copter import MODE_LIST
-from mavlink_sitl.autopilot.px4.copter import ManualControl, Px4Copter
+from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
 from mavlink_sitl.exchange import (
     Event,
     HomeChanged,
@@ -24,7 +23,7 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.commands import from_message
-from mavlink_sitl.mavlink.px4 import commands, messages, rates, setpoints
+from mavlink_sitl.mavlink.px4 import commands, kind_messages, messages, rates, setpoints
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
 from mavlink_sitl.mavlink.snapshot import Snapshot
@@ -36,7 +35,14 @@ PING_US = 1_000_000
 REACHED_REPEATS = 10
 """MISSION_ITEM_REACHED comes again once a second so many times"""
 GIMBAL_US, GIMBAL_REPEATS = 500_000, 4
-"""The vehicle itself asks for its gimbal (MAV_CMD 1001) when an AUTO mode begins, in vain"""
+"""The vehicle itself asks for its gimbal when it lands, returns or leaves a mission, in vain"""
+_NAN = float("nan")
+TAKE_NEUTRAL_RELEASE = (
+    (1001, (1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
+    (1000, (_NAN, _NAN, _NAN, _NAN, 2.0, 0.0, 0.0)),
+    (1001, (-3.0, -3.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
+)
+"""DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
 ONBOARD, GCS = "onboard", "gcs"
 ROLES = (GCS, ONBOARD)
 _HOME_POSITION, _HEARTBEAT = 242, 0
@@ -59,11 +65,9 @@ class Px4Server(MavlinkServer):
         peers: the servers of all links of the vehicle, this one among them.
     """
 
-    builders = messages.BUILDERS
-
     def __init__(
         self,
-        copter: Px4Copter,
+        copter: Px4Vehicle,
         encoder: Encoder,
         system_id: int,
         now_us: int,
@@ -71,6 +75,7 @@ class Px4Server(MavlinkServer):
         role: str = GCS,
     ) -> None:
         """See the class."""
+        self.builders = kind_messages.BUILDERS[copter.personality.kind]
         super().__init__(copter, encoder, system_id, now_us, snapshot)
         self.px4 = copter
         self.role = role
@@ -83,9 +88,10 @@ class Px4Server(MavlinkServer):
         self._asker = (0, 0)
         self._reached: tuple[int, int, int] | None = None
         self._gimbal: tuple[int, int] | None = None
+        self._mode_name = ""
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
-        for message_id in _RATES[role]:
+        for message_id in _RATES[role].keys() & self.builders.keys():
             interval_us = self._default_interval_us(message_id)
             self.streams.set(message_id, interval_us, begin_us - interval_us)
         self._handlers.update(
@@ -115,9 +121,12 @@ class Px4Server(MavlinkServer):
 
     def next_due_us(self) -> int:
         """When `tick` has something to do."""
-        reached = NEVER_US if self._reached is None else self._reached[1]
-        gimbal = NEVER_US if self._gimbal is None else self._gimbal[1]
-        return min(super().next_due_us(), self._ping_due_us, reached, gimbal)
+        due_us = min(super().next_due_us(), self._ping_due_us)
+        if self._reached is not None:
+            due_us = min(due_us, self._reached[1])
+        if self._gimbal is not None:
+            due_us = min(due_us, self._gimbal[1])
+        return due_us
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
@@ -134,13 +143,16 @@ class Px4Server(MavlinkServer):
             self._ask_for_gimbal(*self._gimbal)
 
     def _ask_for_gimbal(self, confirmation: int, due_us: int) -> None:
-        self.send(
-            dialect.MAVLink_command_long_message(
-                self.system_id, 0, 1001, confirmation, 1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0
+        asked = TAKE_NEUTRAL_RELEASE if confirmation == 0 else TAKE_NEUTRAL_RELEASE[:1]
+        for command, params in asked:
+            self.send(
+                dialect.MAVLink_command_long_message(
+                    self.system_id, 0, command, confirmation, *params
+                )
             )
-        )
+        wait_us = GIMBAL_US if confirmation else 2 * GIMBAL_US
         again = confirmation + 1 < GIMBAL_REPEATS
-        self._gimbal = (confirmation + 1, due_us + GIMBAL_US) if again else None
+        self._gimbal = (confirmation + 1, due_us + wait_us) if again else None
 
     def _repeat_reached(self) -> None:
         assert self._reached is not None
@@ -150,12 +162,12 @@ class Px4Server(MavlinkServer):
 
     def send_modes(self, place: int) -> None:
         """AVAILABLE_MODES: one of them, or with 0 all."""
-        count = len(MODE_LIST)
+        count = len(self.px4.personality.available_modes)
         if place == 0:
             for each in range(1, count + 1):
-                self.send(messages.available_mode(each))
+                self.send(messages.available_mode(self.px4, each))
         elif 1 <= place <= count:
-            self.send(messages.available_mode(place))
+            self.send(messages.available_mode(self.px4, place))
 
     # What the firmware says.
 
@@ -183,7 +195,9 @@ class Px4Server(MavlinkServer):
             self._repeat_reached()
         elif isinstance(event, ModeChanged):
             # It shows in the next HEARTBEAT only.
-            if self.px4.armed and event.name.startswith("AUTO.") and event.name != "AUTO.LOITER":
+            left, self._mode_name = self._mode_name, event.name
+            neutral = event.name in ("AUTO.LAND", "AUTO.RTL") or left == "AUTO.MISSION"
+            if neutral and self.px4.in_flight:
                 self._gimbal = (0, self.now_us + GIMBAL_US // 2)
         elif isinstance(event, RebootRequested):
             self.reboot_requested = True

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
-from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 from mavlink_sitl.mavlink.setpoints import YAW_IGNORE, YAW_RATE_IGNORE, usable
@@ -75,7 +75,7 @@ def from_local_ned(message: Message) -> Setpoint:
     return _checked(kind, Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
 
 
-def from_global_int(message: Message, copter: Px4Copter) -> Setpoint:
+def from_global_int(message: Message, copter: Px4Vehicle) -> Setpoint:
     """The setpoint in the local frame.
 
     Raises:

@@ -1,0 +1,87 @@
+"""The way a vehicle has come, kept short enough to be driven back: what SMART_RTL needs.
+
+Points nearer to each other than an accuracy are one; a line is kept by its corners (Ramer, 1972,
+Douglas and Peucker, 1973); a loop is left out where the way crosses itself.
+"""
+
+from __future__ import annotations
+
+import math
+
+Point = tuple[float, float]
+
+
+class Breadcrumbs:
+    """Where a vehicle has been since it was armed; North and East, metres.
+
+    Args:
+        accuracy_m: SRTL_ACCURACY.
+        capacity: SRTL_POINTS: most points that are kept.
+
+    Attributes:
+        points: the way, from its beginning.
+        full: the way got too long: it cannot be driven back.
+    """
+
+    def __init__(self, accuracy_m: float, capacity: int) -> None:
+        """See the class."""
+        self.points: list[Point] = []
+        self.full = False
+        self._accuracy_m = max(accuracy_m, 0.1)
+        self._capacity = capacity
+
+    def add(self, point: Point) -> None:
+        """The vehicle is there; points that are near the last one are not kept."""
+        if self.full or (self.points and math.dist(point, self.points[-1]) < self._accuracy_m):
+            return
+        if len(self.points) >= self._capacity:
+            self.points = self.shortest()
+        if len(self.points) >= self._capacity:
+            self.full = True
+            return
+        self.points.append(point)
+
+    def shortest(self) -> list[Point]:
+        """The way without loops, by its corners."""
+        return simplified(without_loops(self.points, self._accuracy_m), self._accuracy_m / 2.0)
+
+
+def without_loops(points: list[Point], near_m: float) -> list[Point]:
+    """A way that does not come back to where it has been: what lies between is left out."""
+    kept: list[Point] = []
+    place = 0
+    while place < len(points):
+        here = points[place]
+        kept.append(here)
+        again = (i for i in range(len(points) - 1, place + 1, -1))
+        place = next((i for i in again if math.dist(points[i], here) < near_m), place) + 1
+    return kept
+
+
+def simplified(points: list[Point], off_m: float) -> list[Point]:
+    """The corners of a way: no point of it is further than `off_m` from the lines between."""
+    if len(points) < 3:
+        return points
+    keep = {0, len(points) - 1}
+    spans = [(0, len(points) - 1)]
+    while spans:
+        first, last = spans.pop()
+        inner = range(first + 1, last)
+        if not inner:
+            continue
+        furthest = max(inner, key=lambda i: _off(points[i], points[first], points[last]))
+        if _off(points[furthest], points[first], points[last]) > off_m:
+            keep.add(furthest)
+            spans += [(first, furthest), (furthest, last)]
+    return [points[i] for i in sorted(keep)]
+
+
+def _off(point: Point, start: Point, end: Point) -> float:
+    """How far a point is from a line between two others."""
+    length = math.dist(start, end)
+    if length < 1e-9:
+        return math.dist(point, start)
+    along = sum((p - s) * (e - s) for p, s, e in zip(point, start, end, strict=True)) / length
+    share = min(max(along / length, 0.0), 1.0)
+    foot = tuple(s + share * (e - s) for s, e in zip(start, end, strict=True))
+    return math.dist(point, foot)

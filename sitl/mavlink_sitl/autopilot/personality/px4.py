@@ -1,0 +1,113 @@
+"""What PX4 v1.17 is whatever it flies: numbers of modes, flags, capabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+
+_INT32 = ParameterType.INT32
+
+
+def custom_mode(main: int, sub: int = 0) -> int:
+    """HEARTBEAT.custom_mode: the main mode in the third byte, the sub mode in the fourth."""
+    return main << 16 | sub << 24
+
+
+MANUAL = custom_mode(1)
+ALTCTL = custom_mode(2)
+POSCTL = custom_mode(3)
+MISSION = custom_mode(4, 4)
+LOITER = custom_mode(4, 3)
+RTL = custom_mode(4, 5)
+OFFBOARD = custom_mode(6)
+TAKEOFF = custom_mode(4, 2)
+LAND = custom_mode(4, 6)
+
+MAIN_AUTO = 4
+
+BY_ITSELF, BY_HAND, BY_COMPUTER = 0x1C, 0x50, 0x10
+"""base_mode: AUTO, GUIDED and STABILIZE; MANUAL_INPUT and STABILIZE; STABILIZE"""
+
+CAPABILITIES = 0x0002 | 0x0004 | 0x0008 | 0x0010 | 0x0080 | 0x0800 | 0xE000
+"""PARAM_FLOAT, MISSION_INT, COMMAND_INT, PARAM_ENCODE_BYTEWISE, SET_POSITION_TARGET_LOCAL_NED,
+FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY. The recorded firmware says 0xE8FF:
+it has MISSION_FLOAT, FTP and SET_ATTITUDE_TARGET, too, which are not modelled."""
+
+
+def available_modes(
+    altctl: int = 4, posctl: int = 1, orbit: int = 2
+) -> tuple[tuple[int, int, int, str], ...]:
+    """AVAILABLE_MODES as recorded for a multicopter: custom mode, standard mode, properties, name.
+
+    Args:
+        altctl: standard mode of ALTCTL; 0 where there is none, and then it has a name.
+        posctl: the same of POSCTL.
+        orbit: the same of orbit.
+    """
+    return (
+        (MANUAL, 0, 1, "Manual"),
+        (ALTCTL, altctl, 0, "" if altctl else "Altitude"),
+        (POSCTL, posctl, 0, "" if posctl else "Position"),
+        (MISSION, 6, 1, ""),
+        (LOITER, 0, 1, "Hold"),
+        (RTL, 5, 1, ""),
+        (custom_mode(3, 2), 0, 1, "Position Slow"),
+        (custom_mode(11), 0, 0, "Altitude Cruise"),
+        (custom_mode(5), 0, 1, "Acro"),
+        (custom_mode(10), 0, 3, "Termination"),
+        (OFFBOARD, 0, 1, "Offboard"),
+        (custom_mode(7), 0, 1, "Stabilized"),
+        (TAKEOFF, 8, 1, ""),
+        (LAND, 7, 1, ""),
+        (custom_mode(4, 8), 0, 1, "Follow Target"),
+        (custom_mode(4, 9), 0, 1, "Precision Landing"),
+        (custom_mode(3, 1), orbit, 1, "" if orbit else "Orbit"),
+        (custom_mode(4, 10), 0, 1, "VTOL Takeoff"),
+        *((custom_mode(4, sub), 0, 2, "(Mode not available)") for sub in range(11, 19)),
+    )
+
+
+COMMON_PARAMETERS = (
+    ParameterSpec("BAT1_N_CELLS", 4.0, _INT32),
+    ParameterSpec("BAT1_V_CHARGED", 4.05),
+    ParameterSpec("BAT1_V_EMPTY", 3.6),
+    ParameterSpec("BAT_CRIT_THR", 0.07),
+    ParameterSpec("BAT_EMERGEN_THR", 0.05),
+    ParameterSpec("BAT_LOW_THR", 0.15),
+    ParameterSpec("COM_DISARM_LAND", 2.0),
+    ParameterSpec("COM_DISARM_PRFLT", 10.0),
+    ParameterSpec("COM_DL_LOSS_T", 10.0, _INT32),
+    ParameterSpec("COM_FAIL_ACT_T", 5.0),
+    ParameterSpec("COM_LOW_BAT_ACT", 0.0, _INT32),
+    ParameterSpec("COM_OBL_RC_ACT", 0.0, _INT32),
+    ParameterSpec("COM_OF_LOSS_T", 1.0),
+    ParameterSpec("COM_RC_LOSS_T", 0.5),
+    ParameterSpec("COM_SPOOLUP_TIME", 1.0),
+    ParameterSpec("GF_ACTION", 2.0, _INT32),
+    ParameterSpec("GF_MAX_HOR_DIST", 0.0),
+    ParameterSpec("GF_MAX_VER_DIST", 0.0),
+    ParameterSpec("MIS_DIST_1WP", 10000.0),
+    ParameterSpec("MIS_TKO_LAND_REQ", 0.0, _INT32),
+    ParameterSpec("NAV_ACC_RAD", 2.0),
+    ParameterSpec("NAV_DLL_ACT", 0.0, _INT32),
+    ParameterSpec("NAV_RCL_ACT", 2.0, _INT32),
+    ParameterSpec("RTL_CONE_ANG", 45.0, _INT32),
+    ParameterSpec("RTL_DESCEND_ALT", 10.0),
+    ParameterSpec("RTL_LAND_DELAY", 0.0),
+    ParameterSpec("RTL_MIN_DIST", 10.0),
+    ParameterSpec("RTL_RETURN_ALT", 30.0),
+    ParameterSpec("RTL_TYPE", 0.0, _INT32),
+    ParameterSpec("SIM_BAT_DRAIN", 60.0),
+    ParameterSpec("SIM_BAT_MIN_PCT", 50.0),
+    ParameterSpec("SIM_GPS_USED", 10.0, _INT32),
+    ParameterSpec("SYS_FAILURE_EN", 0.0, _INT32),
+)
+"""What all kinds have, with a multicopter's default values"""
+
+
+def in_order(specs: Iterable[ParameterSpec], **defaults: float) -> tuple[ParameterSpec, ...]:
+    """Parameters by name, as the firmware lists them; some with another default."""
+    known = sorted(specs, key=lambda spec: spec.name)
+    return tuple(replace(spec, default=defaults.get(spec.name, spec.default)) for spec in known)

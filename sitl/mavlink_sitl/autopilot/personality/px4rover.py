@@ -1,0 +1,100 @@
+"""PX4 v1.17 for cars with steered front wheels, and for boats with the same modules.
+
+No recording exists. Parameters are those of the firmware's own simulated rover (airframe
+10045, `sihsim_rover_ackermann`) and of its defaults for boats.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mavlink_sitl.autopilot.parameters import ParameterSpec
+from mavlink_sitl.autopilot.personality import ModeSpec
+from mavlink_sitl.autopilot.personality.px4 import (
+    ALTCTL,
+    BY_COMPUTER,
+    BY_HAND,
+    BY_ITSELF,
+    COMMON_PARAMETERS,
+    LAND,
+    LOITER,
+    MANUAL,
+    MISSION,
+    OFFBOARD,
+    POSCTL,
+    RTL,
+    TAKEOFF,
+    available_modes,
+    in_order,
+)
+from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
+
+_MODES = (
+    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),
+    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=BY_HAND),
+    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=BY_HAND),
+    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=BY_HAND),
+    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=BY_ITSELF),
+    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=BY_ITSELF),
+    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", False, True, base_flags=BY_COMPUTER),
+    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", False, True, base_flags=BY_ITSELF),
+    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=BY_ITSELF),
+)
+"""ALTCTL can be chosen while disarmed, but never run: a car has no height to hold."""
+
+
+def _parameters(accept_m: float, **others: float) -> tuple[ParameterSpec, ...]:
+    own = (
+        ParameterSpec("MIS_TAKEOFF_ALT", 2.5),
+        ParameterSpec("PP_LOOKAHD_GAIN", 1.0),
+        ParameterSpec("PP_LOOKAHD_MAX", 10.0),
+        ParameterSpec("PP_LOOKAHD_MIN", 1.0),
+        ParameterSpec("RA_ACC_RAD_GAIN", 2.0),
+        ParameterSpec("RA_ACC_RAD_MAX", 3.0),
+        ParameterSpec("RA_MAX_STR_ANG", 0.5236),
+        ParameterSpec("RA_WHEEL_BASE", 0.321),
+        ParameterSpec("RO_ACCEL_LIM", 3.0),
+        ParameterSpec("RO_DECEL_LIM", 3.0),
+        ParameterSpec("RO_JERK_LIM", 10.0),
+        ParameterSpec("RO_MAX_THR_SPEED", 3.2),
+        ParameterSpec("RO_SPEED_LIM", 3.0),
+        ParameterSpec("RO_SPEED_RED", 1.0),
+        ParameterSpec("RO_SPEED_TH", 0.1),
+        ParameterSpec("RO_YAW_P", 5.0),
+        ParameterSpec("RO_YAW_RATE_LIM", 180.0),
+    )
+    return in_order((*COMMON_PARAMETERS, *own), NAV_ACC_RAD=accept_m, **others)
+
+
+PX4ROVER = replace(
+    PX4COPTER,
+    name="PX4 rover",
+    kind="px4rover",
+    mav_type=10,
+    modes={mode.number: mode for mode in _MODES},
+    available_modes=available_modes(altctl=0, posctl=0, orbit=0),
+    parameters=_parameters(0.5),
+)
+PX4BOAT = replace(
+    PX4ROVER,
+    name="PX4 boat",
+    kind="px4boat",
+    mav_type=11,
+    parameters=_parameters(
+        2.0,
+        PP_LOOKAHD_GAIN=2.0,
+        PP_LOOKAHD_MAX=20.0,
+        PP_LOOKAHD_MIN=4.0,
+        RA_ACC_RAD_MAX=10.0,
+        RA_MAX_STR_ANG=0.7,
+        RA_WHEEL_BASE=0.5,
+        RO_ACCEL_LIM=1.0,
+        RO_DECEL_LIM=0.5,
+        RO_JERK_LIM=2.0,
+        RO_MAX_THR_SPEED=5.0,
+        RO_SPEED_LIM=4.0,
+        RO_YAW_P=1.5,
+        RO_YAW_RATE_LIM=45.0,
+    ),
+)
+"""The firmware has no such boat; limits are those that the simulated hull can keep"""

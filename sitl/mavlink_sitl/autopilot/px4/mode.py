@@ -1,0 +1,149 @@
+"""What the flight modes of PX4 have in common, whatever flies or drives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.modes import Mode
+from mavlink_sitl.exchange import Motors
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.personality import ModeSpec
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+    from mavlink_sitl.geodesy import GeoPoint
+
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+class Px4Mode(Mode):
+    """A flight mode of one vehicle.
+
+    Args:
+        vehicle: the vehicle.
+        spec: number, name and rules.
+    """
+
+    def __init__(self, vehicle: Px4Vehicle, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(vehicle, spec)
+        self.px4 = vehicle
+
+    def wants_to_lift(self) -> bool:
+        """Whether it would leave the ground."""
+        return False
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the land detector of who knows no height says landed in this mode."""
+        return False
+
+    def ground_motors(self) -> Motors:
+        """Idle, until the ramp of a take-off lifts."""
+        return Motors.FLY if self.px4.arming.may_lift() else Motors.IDLE
+
+    def here(self) -> Vector:
+        """Where the vehicle believes to be."""
+        motion = self.px4.motion
+        return motion.north_m, motion.east_m, motion.down_m
+
+
+class HoldMode(Px4Mode):
+    """AUTO.LOITER: stays, or goes where DO_REPOSITION says."""
+
+    def go_to(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
+    ) -> None:
+        """Go somewhere; None keeps what is."""
+        raise NotImplementedError
+
+    def stay_at(self, target: Vector) -> None:
+        """Stay at a place nearby, NED metres."""
+        raise NotImplementedError
+
+    def limits_changed(self) -> None:
+        """Another speed: go on with it."""
+
+
+class TakeoffMode(Px4Mode):
+    """AUTO.TAKEOFF.
+
+    Attributes:
+        wanted_amsl_m: what NAV_TAKEOFF asked for, or None for MIS_TAKEOFF_ALT above home.
+    """
+
+    wanted_amsl_m: float | None = None
+
+    @property
+    def taking_off(self) -> bool:
+        """Always."""
+        return True
+
+
+class OffboardMode(Px4Mode):
+    """Follows the stream of setpoints; NaN components (None here) are left to the loops.
+
+    Attributes:
+        target: the latest usable setpoint, in LOCAL.
+    """
+
+    def __init__(self, vehicle: Px4Vehicle, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(vehicle, spec)
+        self.target = Setpoint(Frame.LOCAL, velocity_m_s=ZERO)
+        self._fresh = True
+
+    def follow(self, fresh: bool) -> None:
+        """Do what the setpoint in force says.
+
+        Args:
+            fresh: it is the first since the mode was entered.
+        """
+        raise NotImplementedError
+
+    def stop(self) -> None:
+        """Nobody says anything: stop."""
+        raise NotImplementedError
+
+    def enter(self) -> None:
+        """Follow the latest setpoint; without one, stop."""
+        self._fresh = True
+        if self.px4.stream_alive():
+            self._follow()
+        else:
+            self.stop()
+
+    def _follow(self) -> None:
+        fresh, self._fresh = self._fresh, False
+        self.follow(fresh)
+
+    def take(self, setpoint: Setpoint) -> None:
+        """A new setpoint, in LOCAL or BODY (velocity only)."""
+        velocity = setpoint.velocity_m_s
+        if setpoint.frame is Frame.BODY:
+            if velocity is not None:
+                c, s = math.cos(self.px4.motion.yaw_rad), math.sin(self.px4.motion.yaw_rad)
+                north = velocity[0] * c - velocity[1] * s
+                east = velocity[0] * s + velocity[1] * c
+                velocity = (north, east, velocity[2])
+            setpoint = replace(setpoint, frame=Frame.LOCAL, position_m=None, velocity_m_s=velocity)
+        same = setpoint == self.target and not self._fresh
+        self.target = setpoint
+        if self.px4.mode is self and not same:
+            self._follow()
+
+
+def given(vector: Vector | None) -> tuple[bool, bool]:
+    """Whether North and East, and whether down, are asked for."""
+    if vector is None:
+        return False, False
+    return not (math.isnan(vector[0]) or math.isnan(vector[1])), not math.isnan(vector[2])
+
+
+def zeros(vector: Vector | None) -> Vector:
+    """The vector with zeros for what is not asked for."""
+    level, upright = given(vector)
+    north, east, down = vector or ZERO
+    return (north if level else 0.0, east if level else 0.0, down if upright else 0.0)

@@ -1,0 +1,129 @@
+"""Commands that only copters know here, or that every ArduPilot answers alike on the ground.
+
+What `copter_acks` shows is answered as there; the rest follows ArduCopter's source.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.mavlink import setpoints
+from mavlink_sitl.mavlink.codec import dialect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mavlink_sitl.mavlink.commands import Command
+    from mavlink_sitl.mavlink.server import MavlinkServer
+
+    Handler = Callable[[MavlinkServer, Command], Result]
+
+FORCE_SAVE = 76
+SIMPLE, TRIM = 4, 2
+"""PREFLIGHT_CALIBRATION's param5: accelerometers on the level, and their trim"""
+_MODE_LAND = 9
+
+
+def condition_yaw(server: MavlinkServer, command: Command) -> Result:
+    """CONDITION_YAW: turn the nose, in the modes that fly by themselves."""
+    angle_deg, rate_deg_s, direction, relative = command.params
+    if not 0.0 <= angle_deg <= 360.0 or relative not in (0.0, 1.0):
+        return Result.FAILED
+    copter = server.copter
+    copter.yaw.turn(copter.motion.yaw_rad, angle_deg, rate_deg_s, direction, relative)
+    return Result.ACCEPTED
+
+
+def look_at(server: MavlinkServer, command: Command) -> Result:
+    """DO_SET_ROI and DO_SET_ROI_LOCATION: keep the nose towards a place; zeros end that."""
+    copter = server.copter
+    if not (command.x or command.y or command.z):
+        return look_at_nothing(server, command)
+    place = setpoints.place_of(copter, command, command.frame)
+    if place is None:
+        return Result.DENIED
+    copter.yaw.look_at(place)
+    return Result.ACCEPTED
+
+
+def look_at_nothing(server: MavlinkServer, _: Command) -> Result:
+    """DO_SET_ROI_NONE."""
+    server.copter.yaw.look_at(None)
+    return Result.ACCEPTED
+
+
+def motor_test(server: MavlinkServer, command: Command) -> Result:
+    """DO_MOTOR_TEST; param5 is how many motors."""
+    place, kind, value, each_s = command.params
+    if not setpoints.usable(command.x):
+        return Result.DENIED
+    test = server.copter.motor_test
+    return test.start(int(place), int(kind), value, each_s, int(command.x))
+
+
+def calibrate(server: MavlinkServer, command: Command) -> Result:
+    """PREFLIGHT_CALIBRATION: what needs no hands on the vehicle is done at once."""
+    copter = server.copter
+    if copter.soft_armed:
+        copter.say(Severity.NOTICE, "Disarm to allow calibration")
+        return Result.FAILED
+    gyroscopes, compass, barometer, _ = command.params
+    if gyroscopes == 1.0:
+        return Result.ACCEPTED
+    if barometer == 1.0:
+        copter.say(Severity.INFO, "Updating barometer calibration")
+        copter.say(Severity.INFO, "Barometer calibration complete")
+        return Result.ACCEPTED
+    done = command.x in (SIMPLE, TRIM, FORCE_SAVE) or compass == FORCE_SAVE
+    return Result.ACCEPTED if done else Result.UNSUPPORTED
+
+
+def set_servo(server: MavlinkServer, command: Command) -> Result:
+    """DO_SET_SERVO: the outputs that have no other function."""
+    return server.copter.set_servo(int(command.params[0]), command.params[1])
+
+
+def land_start(server: MavlinkServer, _: Command) -> Result:
+    """DO_LAND_START: fly the mission from its DO_LAND_START item on."""
+    return server.copter.start_landing_sequence()
+
+
+def _always(result: Result) -> Handler:
+    return lambda *_: result
+
+
+def _land(server: MavlinkServer, _: Command) -> Result:
+    return server.copter.set_mode(_MODE_LAND)
+
+
+def _source_set(_: MavlinkServer, command: Command) -> Result:
+    return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
+
+
+COPTER: dict[int, Handler | None] = {
+    dialect.MAV_CMD_CONDITION_YAW: condition_yaw,
+    dialect.MAV_CMD_DO_SET_ROI: look_at,
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: look_at,
+    dialect.MAV_CMD_DO_SET_ROI_NONE: look_at_nothing,
+    dialect.MAV_CMD_DO_MOTOR_TEST: motor_test,
+    dialect.MAV_CMD_PREFLIGHT_CALIBRATION: calibrate,
+    dialect.MAV_CMD_DO_SET_SERVO: set_servo,
+    dialect.MAV_CMD_DO_LAND_START: land_start,
+    dialect.MAV_CMD_DO_GRIPPER: _always(Result.FAILED),  # there is none
+    dialect.MAV_CMD_SET_EKF_SOURCE_SET: _source_set,
+    dialect.MAV_CMD_NAV_VTOL_LAND: _land,
+}
+"""By command"""
+
+USED_PARAMS = {
+    dialect.MAV_CMD_DO_SET_ROI: 0,
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: 0,
+    dialect.MAV_CMD_DO_SET_ROI_NONE: 0,
+    dialect.MAV_CMD_DO_LAND_START: 0,
+    dialect.MAV_CMD_DO_SET_SERVO: 2,
+    dialect.MAV_CMD_DO_GRIPPER: 0,
+    dialect.MAV_CMD_SET_EKF_SOURCE_SET: 1,
+    dialect.MAV_CMD_NAV_VTOL_LAND: 0,
+}
+"""How many of param1..4 count"""

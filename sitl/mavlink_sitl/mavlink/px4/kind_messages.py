@@ -1,0 +1,151 @@
+"""PX4's telemetry of rovers, boats and planes where it differs from a multicopter's.
+
+The modules of rovers publish no setpoints of attitude and local position, so ATTITUDE_TARGET
+and POSITION_TARGET_LOCAL_NED can be asked for, and never come.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavlink_sitl.autopilot.px4.path_guidance import Path
+from mavlink_sitl.autopilot.px4.plane import Px4Plane
+from mavlink_sitl.autopilot.px4.plane_modes import PlaneMode
+from mavlink_sitl.autopilot.px4.rover_modes import DriveMode
+from mavlink_sitl.geodesy import to_geodetic
+from mavlink_sitl.guidance import GlideGuidance
+from mavlink_sitl.mavlink import position_messages as position
+from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.px4 import messages
+from mavlink_sitl.mavlink.snapshot import Snapshot, boot_ms, to_i16, to_i32, to_u16
+
+Builder = Callable[[Snapshot], Message | list[Message] | None]
+DISARMED_US = 900
+
+
+def drive_outputs(s: Snapshot) -> Message:
+    """SERVO_OUTPUT_RAW: steering on 1 and throttle on 2."""
+    outputs = [DISARMED_US] * 2
+    if s.copter.armed:
+        steering, _, throttle, _ = s.instruments.servos_us()
+        outputs = [steering, throttle]
+    return dialect.MAVLink_servo_output_raw_message(
+        s.time_boot_us & 0xFFFFFFFF, 0, *outputs, *[DISARMED_US] * 14
+    )
+
+
+def drive_target(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_GLOBAL_INT: where an AUTO mode drives to; no velocities."""
+    vehicle = messages.copter_of(s)
+    mode = vehicle.flying_mode
+    if not (isinstance(mode, DriveMode) and mode.way and vehicle.armed):
+        return None
+    return _global_target(s, (*mode.way.target, s.motion.down_m), 0.0)
+
+
+def _plane_mode(s: Snapshot) -> PlaneMode:
+    mode = messages.copter_of(s).flying_mode
+    assert isinstance(mode, PlaneMode)
+    return mode
+
+
+def _flying_path(s: Snapshot) -> Path | None:
+    """What a plane follows, armed."""
+    return _plane_mode(s).path if s.copter.armed else None
+
+
+def surface_outputs(s: Snapshot) -> Message:
+    """SERVO_OUTPUT_RAW: aileron, elevator, rudder, throttle."""
+    aileron, elevator, throttle, rudder = s.instruments.servos_us()
+    outputs = [DISARMED_US] * 4
+    if s.copter.armed:
+        outputs = [aileron, elevator, rudder, throttle]
+    return dialect.MAVLink_servo_output_raw_message(
+        s.time_boot_us & 0xFFFFFFFF, 0, *outputs, *[DISARMED_US] * 12
+    )
+
+
+def attitude_target(s: Snapshot) -> Message:
+    """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
+    return dialect.MAVLink_attitude_target_message(
+        boot_ms(s), 0, position.quaternion(s.motion), *s.motion[9:12], min(s.throttle_fraction, 1.0)
+    )
+
+
+def path_target(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_LOCAL_NED: the nearest place of the path, at the height to reach."""
+    path = _flying_path(s)
+    if path is None:
+        return None
+    nans = [messages.NAN] * 8
+    return dialect.MAVLink_position_target_local_ned_message(
+        boot_ms(s), 1, 0, *path.nearest, _plane_mode(s).place[2], *nans
+    )
+
+
+def place_target(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_GLOBAL_INT: where an AUTO mode flies to; velocities are not given."""
+    mode = _plane_mode(s)
+    if mode.path is None or not s.copter.armed or not mode.spec.name.startswith("AUTO."):
+        return None
+    return _global_target(s, mode.place, messages.NAN)
+
+
+def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) -> Message:
+    point = to_geodetic(s.copter.navigator.origin, *place)
+    return dialect.MAVLink_position_target_global_int_message(
+        boot_ms(s),
+        5,
+        0,
+        to_i32(point.latitude_deg * 1e7),
+        to_i32(point.longitude_deg * 1e7),
+        point.altitude_amsl_m,
+        *[rest] * 8,
+    )
+
+
+def nav_controller_output(s: Snapshot) -> Message | None:
+    """NAV_CONTROLLER_OUTPUT: while a path is followed."""
+    path, m = _flying_path(s), s.motion
+    if path is None:
+        return None
+    vehicle, place = messages.copter_of(s), _plane_mode(s).place
+    wanted = vehicle.guidance
+    assert isinstance(vehicle, Px4Plane)
+    roll = wanted.bank_rad if isinstance(wanted, GlideGuidance) else 0.0
+    course = math.degrees(math.atan2(path.tangent[1], path.tangent[0]))
+    bearing = math.degrees(math.atan2(place[1] - m.east_m, place[0] - m.north_m))
+    beside = (path.nearest[0] - m.north_m, path.nearest[1] - m.east_m)
+    return dialect.MAVLink_nav_controller_output_message(
+        math.degrees(roll),
+        math.degrees(m.pitch_rad),
+        to_i16(course),
+        to_i16(bearing),
+        to_u16(math.dist(m[:2], place[:2])),
+        m.down_m - place[2],
+        vehicle.airspeed_m_s - vehicle.cruise_m_s(),
+        math.hypot(*beside),
+    )
+
+
+_DRIVE: dict[int, Builder] = {
+    36: drive_outputs,
+    83: messages.never,
+    85: messages.never,
+    87: drive_target,
+}
+_FLY: dict[int, Builder] = {
+    36: surface_outputs,
+    62: nav_controller_output,
+    83: attitude_target,
+    85: path_target,
+    87: place_target,
+}
+BUILDERS: dict[str, dict[int, Builder]] = {
+    "px4copter": messages.BUILDERS,
+    "px4rover": {**messages.BUILDERS, **_DRIVE},
+    "px4boat": {**messages.BUILDERS, **_DRIVE},
+    "px4plane": {**messages.BUILDERS, **_FLY},
+}
+"""By kind of vehicle and message id"""

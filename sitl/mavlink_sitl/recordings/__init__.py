@@ -1,0 +1,1 @@
+"""Recorded conversations with real autopilots: read, played again, and compared."""

@@ -1,0 +1,155 @@
+"""The file of differences that are meant, `differences.yaml`, and judging by it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import jsonschema
+import yaml
+
+from mavlink_sitl.recordings.aspects import ASPECTS, Difference
+from mavlink_sitl.recordings.replay import Conversation
+
+ANY = object()
+FOR_INFORMATION = "text"
+"""The aspect whose unlisted differences are told and do not count"""
+
+
+@dataclass(frozen=True)
+class Meant:
+    """One line of the file.
+
+    Attributes:
+        aspect: key of `ASPECTS`.
+        what: as a difference has it.
+        recorded: the same; `ANY` where the line does not say.
+        simulated: the same.
+        recordings: names of the recordings in which it was seen.
+        everywhere: whether it is meant in all others, too.
+        reason: why it is meant.
+    """
+
+    aspect: str
+    what: str
+    recorded: Any
+    simulated: Any
+    recordings: tuple[str, ...]
+    everywhere: bool
+    reason: str
+
+    def covers(self, difference: Difference, name: str) -> bool:
+        """Whether it speaks of a difference in a recording."""
+        return (
+            (self.aspect, self.what) == (difference.aspect, difference.what)
+            and self.recorded in (ANY, difference.recorded)
+            and self.simulated in (ANY, difference.simulated)
+            and (self.everywhere or name in self.recordings)
+        )
+
+    def __str__(self) -> str:
+        """As a line of the file."""
+        sides = [
+            f"{word} {value or 'nothing'}"
+            for word, value in (("recorded", self.recorded), ("simulated", self.simulated))
+            if value is not ANY
+        ]
+        return ", ".join([f"{self.aspect} {self.what}", *sides])
+
+
+@dataclass(frozen=True)
+class SetUp:
+    """What a recording does not tell about its vehicle."""
+
+    parameters: Mapping[str, float]
+    excluded: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A comparison, judged.
+
+    Attributes:
+        meant: differences with their lines of the file, by aspect.
+        unlisted: those without, by aspect.
+    """
+
+    meant: Mapping[str, list[tuple[Difference, Meant]]]
+    unlisted: Mapping[str, list[Difference]]
+
+    @property
+    def equal(self) -> bool:
+        """Whether nothing differs that is not meant to."""
+        return not any(v for aspect, v in self.unlisted.items() if aspect != FOR_INFORMATION)
+
+
+@cache
+def document() -> dict[str, Any]:
+    """The file, held to its schema."""
+    here = resources.files("mavlink_sitl.recordings")
+    loaded = yaml.safe_load(here.joinpath("differences.yaml").read_text("utf-8"))
+    jsonschema.validate(loaded, schema())
+    return dict(loaded)
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """The JSON Schema of the file."""
+    here = resources.files("mavlink_sitl.recordings")
+    return dict(json.loads(here.joinpath("differences.schema.json").read_text("utf-8")))
+
+
+@cache
+def lines() -> tuple[Meant, ...]:
+    """The file's differences."""
+    return tuple(
+        Meant(
+            line["aspect"],
+            line["what"],
+            line.get("recorded", ANY),
+            line.get("simulated", ANY),
+            tuple(line["recordings"]),
+            line.get("everywhere", False),
+            line["reason"],
+        )
+        for line in document()["differences"]
+    )
+
+
+def plain_name(stem: str) -> str:
+    """The name of a recording in the file: without firmware in front and link behind."""
+    return stem.removeprefix("px4_").removesuffix("_api")
+
+
+def set_up(name: str) -> SetUp | None:
+    """What the file says of a recording, or None."""
+    entry = document()["recordings"].get(name)
+    if entry is None:
+        return None
+    return SetUp(entry.get("parameters", {}), entry.get("excluded", False), entry["reason"])
+
+
+def judge(flight: Conversation, name: str) -> Verdict:
+    """Compare a conversation in all aspects, and hold the differences against the file."""
+    meant: dict[str, list[tuple[Difference, Meant]]] = {}
+    unlisted: dict[str, list[Difference]] = {}
+    for aspect, (_, search) in ASPECTS.items():
+        meant[aspect], unlisted[aspect] = [], []
+        for difference in search(flight):
+            line = next((line for line in lines() if line.covers(difference, name)), None)
+            if line is None:
+                unlisted[aspect].append(difference)
+            else:
+                meant[aspect].append((difference, line))
+    return Verdict(meant, unlisted)
+
+
+def stale(name: str, verdicts: Sequence[Verdict]) -> list[Meant]:
+    """Lines for a recording that nothing was found for, in any of its vehicles."""
+    used = [line for v in verdicts for found in v.meant.values() for _, line in found]
+    return [line for line in lines() if name in line.recordings and line not in used]

@@ -1,0 +1,155 @@
+"""One vehicle's place in the arrays: its sensors, its battery, and what can break of them.
+
+Part of `simulation` (the same layer), below the vehicle that joins it with a firmware.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.environment import Environment
+from mavlink_sitl.exchange import GpsReading, Motion, RangeReading
+from mavlink_sitl.fleets import Fleet
+from mavlink_sitl.geodesy import GeoPoint, to_geodetic
+from mavlink_sitl.world import sensors
+
+GLITCH_RADIUS_M = 25.0
+"""EK3_GLITCH_RAD: an estimator does not follow a receiver that jumps farther"""
+
+
+class VehicleBody:
+    """The body of a vehicle of a simulation, and its sensors.
+
+    Args:
+        index: its row in `Simulation.truth`.
+        config: what it is.
+        fleet: whose lanes it is a part of.
+
+    Attributes:
+        origin: of its local frame.
+        now_us: simulated time.
+    """
+
+    def __init__(self, index: int, config: VehicleConfig, fleet: Fleet) -> None:
+        """See the class."""
+        self.index = index
+        self.config = config
+        self.now_us = 0
+        self.origin = config.home
+        self._physics = fleet.physics
+        self._lane = fleet.rows.index(index)
+        self._environment: Environment | None = None
+        self._gps_lost_at_s: float | None = None
+        self._gps_faults: set[str] = set()
+        self._gps_offset_ned_m = (0.0, 0.0, 0.0)
+        self._gps_believed = True
+        self._gps_reading: tuple[object, GpsReading] | None = None
+        """What the latest reading was made of, and it"""
+
+    # What it knows.
+
+    def enter(self, environment: Environment) -> None:
+        """Be in a world; called once by the simulation."""
+        self._environment = environment
+
+    def truth(self) -> Motion:
+        """Where it is."""
+        return self._physics.motion(self._lane, truth=True)
+
+    def truth_point(self) -> GeoPoint:
+        """The same on earth."""
+        return to_geodetic(self.origin, *self.truth()[:3])
+
+    @property
+    def wind_ned_m_s(self) -> tuple[float, float, float]:
+        """The wind where it is, m/s."""
+        return self._physics.wind_at(self._lane)
+
+    def servos_us(self) -> tuple[int, ...]:
+        """Servo outputs of who has no four equal motors."""
+        return self._physics.servos(self._lane)
+
+    def look_around(self) -> RangeReading | None:
+        """What its range sensors see, or None when it has none."""
+        return None if self._environment is None else self._environment.look_around(self._lane)
+
+    def receiver(self) -> GpsReading:
+        """What the receiver says; made once for each sample."""
+        lost_at_s = self._gps_lost_at_s
+        # Else the estimate, and the sample with it, goes along.
+        offset = (0.0, 0.0, 0.0) if self._gps_believed else self._gps_offset_ned_m
+        made_of = (self._physics.gps(self._lane), lost_at_s, offset, self.origin)
+        if self._gps_reading is not None and made_of == self._gps_reading[0]:
+            return self._gps_reading[1]
+        time_s, place, velocity = made_of[0]
+        n, e, d = (x + off for x, off in zip(place, offset, strict=True))
+        if lost_at_s is not None:
+            time_s = min(time_s, lost_at_s)
+        model = self._physics.sensor_model
+        reading = sensors.gps_reading(time_s, self.origin, (n, e, d), velocity, model)
+        if lost_at_s is not None:
+            reading = reading._replace(fix_type=1, satellites=0)
+        self._gps_reading = (made_of, reading)
+        return reading
+
+    # What can be done to it.
+
+    def lose_gps(self, cause: str = "asked") -> None:
+        """The receiver loses its satellites; each cause has to end before they are back."""
+        self._gps_faults.add(cause)
+        if self._gps_lost_at_s is None:
+            self._gps_lost_at_s = self.now_us / 1e6
+            self._set_fix(False)
+
+    def restore_gps(self, cause: str = "asked") -> None:
+        """The cause is gone; without another the receiver finds its satellites again."""
+        self._gps_faults.discard(cause)
+        if not self._gps_faults and self._gps_lost_at_s is not None:
+            self._gps_lost_at_s = None
+            self._set_fix(True)
+
+    def receive_gps(self, fix: bool) -> None:
+        """The world takes the satellites away for a while, or gives them back."""
+        if fix:
+            self.restore_gps("world")
+        else:
+            self.lose_gps("world")
+
+    def shift_gps(self, offset_ned_m: tuple[float, float, float]) -> None:
+        """Let the receiver be wrong by so much; far off, the estimator does not believe it."""
+        self._gps_offset_ned_m = offset_ned_m
+        believed = math.hypot(*offset_ned_m) <= GLITCH_RADIUS_M
+        self._physics.mislead(self._lane, offset_ned_m if believed else (0.0, 0.0, 0.0))
+        self._gps_believed = believed
+
+    def _set_fix(self, fix: bool) -> None:
+        physics = self._physics
+        physics.gps_fix = physics.with_value(physics.gps_fix, self._lane, fix)
+
+    def force_voltage(self, voltage_v: float) -> None:
+        """Force the pack's voltage until told otherwise; 0 gives the model back."""
+        physics = self._physics
+        lane = physics.with_value(physics.battery.override_v, self._lane, voltage_v)
+        physics.battery = physics.battery._replace(override_v=lane)
+
+    @property
+    def battery_consumed_mah(self) -> float:
+        """What has been taken from the pack."""
+        return self._physics.at(self._physics.battery.consumed_mah, self._lane)
+
+    def set_battery_remaining(self, fraction: float) -> None:
+        """Fill or empty the pack, 0..1."""
+        physics = self._physics
+        consumed = (1.0 - fraction) * physics.pack.capacity_mah
+        lane = physics.with_value(physics.battery.consumed_mah, self._lane, consumed)
+        physics.battery = physics.battery._replace(consumed_mah=lane)
+
+    def weaken_motors(self, efficiency: float) -> None:
+        """Thrust as a part of what is asked for; 1 is whole."""
+        self._physics.weaken(self._lane, efficiency)
+
+    def blow(self, velocity_ned_m_s: tuple[float, float, float]) -> None:
+        """A wind on this vehicle, on top of the world's."""
+        if self._environment is not None:
+            self._environment.blow(self._lane, velocity_ned_m_s)

@@ -1,0 +1,21 @@
+"""Set-up of the whole test run."""
+
+from __future__ import annotations
+
+import pytest
+from _pytest.nodeid import coerce_node_id
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep the tests of a group in one process.
+
+    pytest-xdist 3.8 writes the group to where pytest 9.2 no longer looks for a test's name, and
+    `--dist loadgroup` does nothing.
+    """
+    if not config.getoption("loadgroup", False):
+        return
+    for item in items:
+        mark = item.get_closest_marker("xdist_group")
+        if mark is not None and "@" not in item.nodeid:
+            item._id = coerce_node_id(f"{item.nodeid}@{mark.args[0]}")

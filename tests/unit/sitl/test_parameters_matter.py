@@ -1,0 +1,220 @@
+"""A parameter that exists does something: for each one a flight that goes another way with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import all as mav
+
+import mavlink_sitl
+from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.config import PERSONALITIES
+from tests.support.ground_station import (
+    AUTO,
+    LOITER,
+    POSITION,
+    RTL,
+    VELOCITY,
+    GroundStation,
+    copter,
+)
+from tests.support.missions import home, item, take_off, upload, waypoint
+
+CODE = Path(mavlink_sitl.__file__).parent
+Seen = list[object]
+
+
+class Flight:
+    """A copter at 6 m in GUIDED, and what can be seen of it each second."""
+
+    def __init__(self, base: Mapping[str, float], values: Mapping[str, float]) -> None:
+        self.station = copter().ready()
+        self.seen: Seen = []
+        self._values = {**base, **values}
+
+    def change(self) -> None:
+        """From now on with the other values."""
+        for name, value in self._values.items():
+            self.station.vehicle.parameters.set(name, value)
+
+    def up(self) -> GroundStation:
+        self.station.take_off(6.0)
+        self.change()
+        return self.station
+
+    def watch(self, seconds: int) -> None:
+        for _ in range(seconds):
+            self.station.run(1.0, step_s=0.5)
+            place = tuple(round(value, 1) for value in self.station.position)
+            self.seen += [place, self.station.vehicle.copter.mode.spec.name]
+
+
+def guided(flight: Flight) -> None:
+    station = flight.up()
+    station.setpoint(POSITION, (12.0, 5.0, -12.0))
+    flight.watch(6)
+    station.setpoint(VELOCITY, velocity=(1.0, 0.0, 1.2))
+    flight.watch(5)
+    station.setpoint(POSITION, (0.0, 0.0, -3.0))
+    flight.watch(3)
+
+
+def hover(flight: Flight) -> None:
+    flight.up()
+    flight.watch(14)
+
+
+def back(flight: Flight) -> None:
+    station = flight.up()
+    rally = item(mav.MAV_CMD_NAV_RALLY_POINT, 25.0, 3.0, 8.0, mission_type=2)
+    assert upload(station, [rally], mission_type=2) == 0
+    station.setpoint(POSITION, (20.0, 0.0, -11.0))
+    flight.watch(7)
+    station.mode(RTL)
+    flight.watch(30)
+
+
+def mission(flight: Flight) -> None:
+    station = flight.station
+    flight.change()
+    assert upload(station, [home(), take_off(6), waypoint(12, 0), waypoint(12, 12)]) == 0
+    station.mode(AUTO)
+    flight.seen.append(station.arm())
+    station.command(mav.MAV_CMD_MISSION_START)
+    flight.watch(18)
+
+
+def sticks(flight: Flight) -> None:
+    station = flight.up()
+    station.mode(LOITER)
+    for throttle in (1900, 1150):
+        channels = [65535, 65535, throttle, *[65535] * 5]
+        station.send(mav.MAVLink_rc_channels_override_message(1, 1, *channels))
+        flight.watch(4)
+
+
+def round_and_round(flight: Flight) -> None:
+    flight.up().mode(7)
+    flight.watch(6)
+
+
+def idle(flight: Flight) -> None:
+    flight.change()
+    flight.station.mode(4)
+    flight.station.arm()
+    for _ in range(12):
+        flight.watch(1)
+        flight.seen.append(flight.station.vehicle.copter.armed)
+
+
+def outwards(flight: Flight) -> None:
+    station = flight.up()
+    for _ in range(8):
+        station.setpoint(VELOCITY, velocity=(5.0, 0.0, -1.0))
+        flight.watch(1)
+
+
+def silence(flight: Flight) -> None:
+    station = flight.up()
+    station.heartbeats(True)
+    station.run(2.0)
+    station.heartbeats(False)
+    flight.watch(9)
+
+
+FENCE = {"FENCE_ENABLE": 1.0, "FENCE_RADIUS": 15.0, "AVOID_ENABLE": 0.0}
+FLAT = {"SIM_BATT_VOLTAGE": 10.0, "BATT_LOW_TIMER": 6.0}
+CRITICAL = {**FLAT, "BATT_CRT_VOLT": 10.2}
+SPENT = {"BATT_LOW_MAH": 3280.0, "BATT_LOW_TIMER": 3.0}
+Case = tuple[Callable[[Flight], None], Mapping[str, float], float]
+CASES: dict[str, Case] = {
+    "AUTO_OPTIONS": (mission, {}, 3.0),
+    "AVOID_ENABLE": (outwards, FENCE, 3.0),
+    "BATT_CAPACITY": (hover, SPENT, 9000.0),
+    "BATT_CRT_VOLT": (hover, FLAT, 10.2),
+    "BATT_FS_CRT_ACT": (hover, CRITICAL, 1.0),
+    "BATT_FS_LOW_ACT": (hover, FLAT, 2.0),
+    "BATT_LOW_MAH": (hover, {"BATT_LOW_TIMER": 3.0}, 3280.0),
+    "BATT_LOW_TIMER": (hover, {**FLAT, "BATT_FS_LOW_ACT": 2.0}, 2.0),
+    "BATT_LOW_VOLT": (hover, FLAT, 9.0),
+    "CIRCLE_RADIUS": (round_and_round, {}, 500.0),
+    "CIRCLE_RATE": (round_and_round, {}, -10.0),
+    "DISARM_DELAY": (idle, {}, 5.0),
+    "FENCE_ACTION": (outwards, FENCE, 2.0),
+    "FENCE_ALT_MAX": (outwards, FENCE, 8.0),
+    "FENCE_ALT_MIN": (guided, {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 8.0}, 5.0),
+    "FENCE_ENABLE": (outwards, FENCE, 0.0),
+    "FENCE_MARGIN": (outwards, {**FENCE, "AVOID_ENABLE": 3.0}, 5.0),
+    "FENCE_RADIUS": (outwards, FENCE, 25.0),
+    "FENCE_TYPE": (outwards, FENCE, 1.0),
+    "FS_GCS_ENABLE": (silence, {}, 1.0),
+    "FS_GCS_TIMEOUT": (silence, {"FS_GCS_ENABLE": 1.0}, 8.0),
+    "FS_THR_ENABLE": (hover, {"SIM_RC_FAIL": 1.0, "FS_THR_ENABLE": 0.0}, 1.0),
+    "GUID_TIMEOUT": (guided, {}, 1.0),
+    "LAND_ALT_LOW": (back, {}, 300.0),
+    "LAND_SPEED": (back, {}, 120.0),
+    "LAND_SPEED_HIGH": (back, {}, 60.0),
+    "PILOT_ACCEL_Z": (sticks, {}, 60.0),
+    "PILOT_SPEED_DN": (sticks, {}, 100.0),
+    "PILOT_SPEED_UP": (sticks, {}, 100.0),
+    "PSC_JERK_XY": (guided, {}, 1.0),
+    "PSC_JERK_Z": (guided, {}, 1.0),
+    "RALLY_LIMIT_KM": (back, {}, 0.002),
+    "RC_OVERRIDE_TIME": (sticks, {}, 1.0),
+    "RTL_ALT": (back, {}, 1200.0),
+    "RTL_LOIT_TIME": (back, {}, 1000.0),
+    "RTL_SPEED": (back, {}, 100.0),
+    "SIM_BATT_VOLTAGE": (hover, {"BATT_LOW_TIMER": 3.0, "BATT_FS_LOW_ACT": 1.0}, 9.0),
+    "SIM_ENGINE_FAIL": (hover, {}, 3.0),
+    "SIM_ENGINE_MUL": (hover, {}, 0.3),
+    "SIM_GPS1_ENABLE": (hover, {}, 0.0),
+    "SIM_GPS1_GLTCH_X": (hover, {}, 0.0001),
+    "SIM_GPS1_GLTCH_Y": (hover, {}, 0.0001),
+    "SIM_GPS1_GLTCH_Z": (hover, {}, 5.0),
+    "SIM_RC_FAIL": (hover, {}, 1.0),
+    "SIM_WIND_DIR": (guided, {"SIM_WIND_SPD": 8.0}, 20.0),
+    "SIM_WIND_SPD": (guided, {}, 8.0),
+    "SYSID_MYGCS": (sticks, {}, 250.0),
+    "WPNAV_ACCEL": (guided, {}, 80.0),
+    "WPNAV_ACCEL_Z": (guided, {}, 40.0),
+    "WPNAV_JERK": (mission, {"AUTO_OPTIONS": 3.0}, 0.3),
+    "WPNAV_RADIUS": (mission, {"AUTO_OPTIONS": 3.0}, 20.0),
+    "WPNAV_SPEED": (guided, {}, 150.0),
+    "WPNAV_SPEED_DN": (guided, {}, 60.0),
+    "WPNAV_SPEED_UP": (guided, {}, 80.0),
+}
+
+
+def fly(case: Case, values: Mapping[str, float]) -> Seen:
+    flight = Flight(case[1], values)
+    case[0](flight)
+    return [*flight.seen, *flight.station.texts()]
+
+
+@cache
+def ordinary(scenario: Callable[[Flight], None], base: tuple[tuple[str, float], ...]) -> Seen:
+    return fly((scenario, dict(base), 0.0), {})
+
+
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_a_flight_goes_another_way_with_another_value(name: str) -> None:
+    scenario, base, value = CASES[name]
+    assert fly(CASES[name], {name: value}) != ordinary(scenario, tuple(base.items()))
+
+
+def test_every_parameter_of_the_copter_has_such_a_flight() -> None:
+    assert sorted(CASES) == sorted(spec.name for spec in ARDUCOPTER.parameters)
+
+
+def test_the_code_reads_every_parameter_of_every_vehicle() -> None:
+    read: set[str] = set()
+    for path in CODE.rglob("*.py"):
+        if "personality" not in path.parts:
+            read.update(re.findall(r'"([A-Z][A-Z0-9_]+)"', path.read_text("utf-8")))
+    for personality in PERSONALITIES.values():
+        names = {spec.name for spec in personality.parameters}
+        assert names <= read, f"{personality.name}: {names - read}"
