@@ -136,6 +136,14 @@ def test_a_plane_takes_off_by_its_mode_and_goes_where_it_is_sent() -> None:
     assert not pair.all(FailsafeBegan)
 
 
+def test_a_plane_that_levels_out_at_its_own_height_has_taken_off() -> None:
+    """ArduPlane climbs to TKOFF_ALT (50 m, and some metres over it), whatever is asked for."""
+    pair = pair_of("plane")
+    achieve(pair, pair.vehicle.arm(pair.now))
+    achieve(pair, pair.vehicle.take_off(90.0, pair.now))
+    assert -truth(pair)[2] == pytest.approx(50.0, abs=10.0)
+
+
 def test_a_plane_is_refused_what_it_cannot_do() -> None:
     pair = pair_of("plane")
     vehicle = pair.vehicle
