@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import pytest
 from _pytest.nodeid import coerce_node_id
+from hypothesis import settings
+
+# How long an example takes says how busy the machine is, and nothing about the code.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 @pytest.hookimpl(trylast=True)
