@@ -170,6 +170,10 @@ class Flight:
             self._clients[kind.name] = client
         return self._clients[kind.name]
 
+    def subscribe(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: Any) -> None:
+        """Hear a topic from now on."""
+        self._node.create_subscription(kind, topic, callback, qos)
+
     def call(self, name: str) -> Trigger.Response:
         """Call one of the server's own services."""
         service = self._node.create_client(Trigger, f"{SERVER_NODE_NAME}/{name}")

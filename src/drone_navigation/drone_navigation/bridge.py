@@ -90,6 +90,11 @@ class Bridge:
         return None if self._goal is None else self._goal.goal_id
 
     @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle; to be looked at only."""
+        return self._vehicle
+
+    @property
     def pose(self) -> MapPose | None:
         """The vehicle's pose in the map frame, or None."""
         return self._map_frame.pose(self._vehicle.state)
@@ -189,6 +194,10 @@ class Bridge:
             self._end(self._goal, Outcome(OutcomeCode.INTERNAL_ERROR, text, None), now)
 
     # --- what the driver calls -------------------------------------------------------
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Treat goals that come from now on by other settings; the active one keeps its own."""
+        self._config = config
 
     def start(self, now: float) -> None:
         """Begin to look for the vehicle."""
@@ -295,6 +304,7 @@ class Bridge:
             self._fly(goal, intent, now)
         if self._goal is goal:
             self._report.status(goal, self._progress(goal, now))
+            self._report.plan(goal, goal.task.path_enu_m)
 
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
         if goal.operation is not None and goal.operation.kind is intent.kind:

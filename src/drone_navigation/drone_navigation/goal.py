@@ -129,7 +129,44 @@ class ServiceDone:
     message: str
 
 
-Output: TypeAlias = GoalFeedback | GoalFinished | GoalRejected | LogLine | Annotation | ServiceDone
+@dataclass(frozen=True)
+class GoalHappened:
+    """An event of a goal's life, for those who watch.
+
+    Attributes:
+        goal_id: UUID as hexadecimal digits; empty for a goal that was refused.
+        event: "ACCEPTED", "REJECTED", "STATUS" or "ENDED", as in GoalEvent.msg.
+        what: the new status, or the code; empty for ACCEPTED.
+        message: for people.
+    """
+
+    goal_id: str
+    event: str
+    what: str
+    message: str
+
+
+@dataclass(frozen=True)
+class PlanChanged:
+    """The way that is flown was planned, or is over.
+
+    Attributes:
+        path_enu_m: points of the way in the map frame; empty when there is none.
+    """
+
+    path_enu_m: tuple[Vector3, ...]
+
+
+Output: TypeAlias = (
+    GoalFeedback
+    | GoalFinished
+    | GoalRejected
+    | GoalHappened
+    | PlanChanged
+    | LogLine
+    | Annotation
+    | ServiceDone
+)
 
 
 @dataclass
@@ -153,6 +190,7 @@ class ActiveGoal:
         setpoint_s: when the last setpoint was sent, or None.
         notes: sentences that are added to the final message.
         progress: the last progress, or None.
+        path_enu_m: the way that was told last.
     """
 
     goal_id: str
@@ -171,6 +209,7 @@ class ActiveGoal:
     setpoint_s: float | None = None
     notes: list[str] = field(default_factory=list)
     progress: Progress | None = None
+    path_enu_m: tuple[Vector3, ...] = ()
 
     @property
     def short_id(self) -> str:

@@ -30,9 +30,11 @@ from drone_navigation.goal import (
     Annotation,
     GoalFeedback,
     GoalFinished,
+    GoalHappened,
     GoalRejected,
     LogLevel,
     LogLine,
+    PlanChanged,
     ServiceDone,
 )
 from drone_navigation.names import SERVER_NODE_NAME
@@ -88,15 +90,23 @@ class ServerApplication:
         """Hand a message over and publish what follows from it at once."""
         self._bridge.receive(message, now)
         self._publish()
+        if self._topics is not None:
+            self._topics.update(now)
 
     def handle_timer(self, now: float) -> None:
         """Let the bridge do what is due."""
         self._bridge.handle_timer(now)
         self._publish()
+        if self._topics is not None:
+            self._topics.update(now)
 
     def next_deadline(self) -> float | None:
         """Return when the bridge wants to be called."""
-        return self._bridge.next_deadline()
+        deadline = self._bridge.next_deadline()
+        if self._topics is None:
+            return deadline
+        own = self._topics.next_deadline()
+        return own if deadline is None else min(own, deadline)
 
     def messages_to_send(self) -> list[Message]:
         """Return what is to be sent, after publishing what a request brought about."""
@@ -119,14 +129,24 @@ class ServerApplication:
                 self._publish_feedback(output)
             elif isinstance(output, GoalFinished) and self._server is not None:
                 self._server.finish(output)
-            elif isinstance(output, GoalRejected) and self._topics is not None:
-                self._topics.publish_rejection(output.text)
+            elif isinstance(output, (GoalRejected, GoalHappened, PlanChanged)):
+                self._publish_topic(output)
             elif isinstance(output, ServiceDone) and self._services is not None:
                 self._services.finish(output)
             elif isinstance(output, LogLine) and self._node is not None:
                 _log(self._node, output)
             elif isinstance(output, Annotation) and self._recorder is not None:
                 self._recorder.write(self._notes.encode(output.message))
+
+    def _publish_topic(self, output: GoalRejected | GoalHappened | PlanChanged) -> None:
+        if self._topics is None:
+            return
+        if isinstance(output, GoalRejected):
+            self._topics.publish_rejection(output.text)
+        elif isinstance(output, GoalHappened):
+            self._topics.publish_event(output)
+        else:
+            self._topics.publish_plan(output)
 
     def _publish_feedback(self, feedback: GoalFeedback) -> None:
         if self._server is not None:
@@ -219,7 +239,7 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
     driver = Driver(application, link, codec, clock, recorder, application.fail)
     server = GoalServers(node, bridge, driver, clock)
     services = ServiceServers(node, bridge, driver, clock)
-    application.attach(node, server, services, Topics(node))
+    application.attach(node, server, services, Topics(node, bridge, codec.statistics))
     executor = MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS)
     executor.add_node(node)
     spinner = threading.Thread(

@@ -10,16 +10,19 @@ from drone_navigation.goal import (
     Annotation,
     GoalFeedback,
     GoalFinished,
+    GoalHappened,
     GoalRejected,
     LogLevel,
     LogLine,
     Output,
+    PlanChanged,
     ServiceDone,
 )
 from drone_navigation.lifecycle import GoalState
 from drone_navigation.map_frame import MapFrame
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
 from navigation_core.tasks.base import Outcome, Progress
@@ -51,11 +54,13 @@ class Reporter:
         """Tell that a goal was refused."""
         output = GoalRejected(rejection)
         self._outputs.append(output)
+        self._happened("", "REJECTED", rejection.code.value, output.text)
         self.log(LogLevel.WARN, f"Goal rejected: {output.text}")
 
     def accepted(self, goal: ActiveGoal) -> None:
         """Tell that a goal begins."""
         self.log(LogLevel.INFO, f"Goal {goal.short_id} accepted: {goal.description}")
+        self._happened(goal.goal_id, "ACCEPTED", "", goal.description)
         if goal.target_enu_m is None:
             self.note(notes.text(f"goal {goal.short_id} {goal.description}"))
         else:
@@ -68,6 +73,7 @@ class Reporter:
         if progress.status is goal.status:
             return
         goal.status = progress.status
+        self._happened(goal.goal_id, "STATUS", progress.status.value, "")
         text = f"{goal.short_id} {progress.status.value}"
         self.log(LogLevel.INFO, f"Goal {text}")
         self.note(notes.text(f"goal {text}"))
@@ -89,6 +95,15 @@ class Reporter:
         )
         for message in notes.progress(progress, now):
             self.note(message)
+
+    def plan(self, goal: ActiveGoal, path_enu_m: tuple[Vector3, ...]) -> None:
+        """Tell where the vehicle is about to go, when that is another way than before."""
+        if path_enu_m is not goal.path_enu_m:
+            goal.path_enu_m = path_enu_m
+            self._outputs.append(PlanChanged(path_enu_m))
+
+    def _happened(self, goal_id: str, event: str, what: str, message: str) -> None:
+        self._outputs.append(GoalHappened(goal_id, event, what, message))
 
     def stillborn(self, goal_id: str, rejection: Rejection) -> None:
         """Tell that a goal, accepted a moment ago, can no longer begin."""
@@ -114,6 +129,9 @@ class Reporter:
         """Move a goal to its end and tell it."""
         finished = goal.finish(outcome, self._map_frame.pose(self._vehicle.state), now)
         self._outputs.append(finished)
+        self._happened(goal.goal_id, "ENDED", finished.code.value, finished.message)
+        if goal.path_enu_m:
+            self._outputs.append(PlanChanged(()))
         self.note(notes.text(f"goal {goal.short_id} ended {finished.code.value}"))
         self.log(
             LogLevel.INFO if finished.code is OutcomeCode.SUCCESS else LogLevel.WARN,

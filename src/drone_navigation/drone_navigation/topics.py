@@ -1,26 +1,154 @@
-"""Topics of the navigation server."""
+"""Topics of the navigation server: the vehicle, the plan, and what happens to goals."""
 
 from __future__ import annotations
 
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
 
+from custom_interfaces.msg import GoalEvent, VehicleStatus
+from drone_navigation import telemetry_messages as messages
+from drone_navigation.bridge import Bridge
+from drone_navigation.convert import pose_stamped
+from drone_navigation.goal import GoalHappened, PlanChanged
+from drone_navigation.link_health import LinkHealth
+from mavlink_vehicle.codec import CodecStatistics
+from mavlink_vehicle.state import VehicleState
+
+try:  # The wheels of ROS have no tf2_msgs; an installed ROS does.
+    from tf2_msgs.msg import TFMessage
+except ImportError:
+    TFMessage = None
+
+# For what a late subscriber needs, too: the state of things.
 LATCHED_QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
+# For what comes again and again. Reliable, because it also serves those who ask for best
+# effort, and those who ask for reliable get nothing else.
+STREAM_QOS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.RELIABLE
+)
+_PERIOD_S = 1.0
 
 
 class Topics:
-    """Publishers of the server."""
+    """Publishers of the server; used by the driver thread only."""
 
-    def __init__(self, node: Node) -> None:
-        """Advertise ``~/last_rejection`` (std_msgs/String, latched)."""
+    def __init__(self, node: Node, bridge: Bridge, statistics: CodecStatistics) -> None:
+        """Advertise the topics, all but ``/diagnostics`` and ``/tf`` under the node's name.
+
+        Args:
+            node: who publishes.
+            bridge: what is told about.
+            statistics: of the codec that decodes the link.
+        """
+        self._node = node
+        self._bridge = bridge
+        self._statistics = statistics
+        self._health = LinkHealth()
+        self._seen: VehicleState | None = None
+        self._status: VehicleStatus | None = None
+        self._next_s = 0.0
         self._last_rejection = node.create_publisher(String, "~/last_rejection", LATCHED_QOS)
+        self._pose = node.create_publisher(PoseStamped, "~/pose", STREAM_QOS)
+        self._odometry = node.create_publisher(Odometry, "~/odometry", STREAM_QOS)
+        self._fix = node.create_publisher(NavSatFix, "~/fix", STREAM_QOS)
+        self._battery = node.create_publisher(BatteryState, "~/battery", STREAM_QOS)
+        self._plan = node.create_publisher(Path, "~/plan", LATCHED_QOS)
+        self._vehicle_status = node.create_publisher(VehicleStatus, "~/vehicle_status", LATCHED_QOS)
+        self._goal_events = node.create_publisher(GoalEvent, "~/goal_events", STREAM_QOS)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", STREAM_QOS)
+        self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
 
     def publish_rejection(self, text: str) -> None:
         """Publish why the last goal was refused, as "CODE: sentence"."""
         self._last_rejection.publish(String(data=text))
+
+    def publish_plan(self, plan: PlanChanged) -> None:
+        """Publish the way that is flown; an empty one when there is none."""
+        self._plan.publish(messages.path(plan.path_enu_m, self._stamp()))
+
+    def publish_event(self, happened: GoalHappened) -> None:
+        """Publish what happened to a goal."""
+        message = GoalEvent(
+            goal_id=happened.goal_id,
+            event=happened.event,
+            what=happened.what,
+            message=happened.message,
+        )
+        message.header.stamp = self._stamp()
+        self._goal_events.publish(message)
+
+    def next_deadline(self) -> float:
+        """Return when :meth:`update` wants to be called at the latest."""
+        return self._next_s
+
+    def update(self, now: float) -> None:
+        """Publish what is new in the vehicle's state, and once a second the rest."""
+        before, state = self._seen, self._bridge.vehicle.state
+        periodic = now >= self._next_s
+        if state is before and not periodic:
+            return
+        self._seen = state
+        stamp = self._stamp()
+        if before is None or state.global_position is not before.global_position:
+            self._publish_pose(state, stamp)
+        if before is None or state.gps is not before.gps:
+            self._fix.publish(messages.nav_sat_fix(state, stamp))
+        if before is None or state.battery is not before.battery:
+            self._battery.publish(messages.battery_state(state, stamp))
+        if periodic or (before is not None and _status_may_differ(before, state)):
+            self._publish_status(stamp, periodic)
+        if periodic:
+            self._next_s = now + _PERIOD_S
+            self._publish_diagnostics(stamp, now)
+
+    def _publish_pose(self, state: VehicleState, stamp: Any) -> None:
+        pose = self._bridge.pose
+        if pose is None:
+            return
+        self._pose.publish(pose_stamped(pose, stamp))
+        self._odometry.publish(messages.odometry(pose, state, stamp))
+        if self._tf is not None:
+            self._tf.publish(TFMessage(transforms=[messages.transform(pose, stamp)]))
+
+    def _publish_status(self, stamp: Any, always: bool) -> None:
+        status = messages.vehicle_status(self._bridge, stamp)
+        if self._status is not None:
+            self._status.header.stamp = stamp
+        if always or status != self._status:
+            self._status = status
+            self._vehicle_status.publish(status)
+
+    def _publish_diagnostics(self, stamp: Any, now: float) -> None:
+        vehicle = self._bridge.vehicle
+        self._health.update(vehicle, self._statistics, now)
+        message = DiagnosticArray()
+        message.header.stamp = stamp
+        system_id = vehicle.state.system_id
+        message.status = [messages.diagnostic(self._bridge, self._health, f"system {system_id}")]
+        self._diagnostics.publish(message)
+
+    def _stamp(self) -> Any:
+        return self._node.get_clock().now().to_msg()
+
+
+def _status_may_differ(before: VehicleState, state: VehicleState) -> bool:
+    return (
+        state.custom_mode != before.custom_mode
+        or state.armed != before.armed
+        or state.landed_state is not before.landed_state
+        or state.failsafe is not before.failsafe
+        or state.texts is not before.texts
+        or state.position_valid != before.position_valid
+    )

@@ -52,6 +52,7 @@ __all__ = [
 ]
 
 _UINT16_MAX = 0xFFFF
+_FIX_2D = 2
 _INT32_MAX = 0x7FFFFFFF
 _CENTIDEGREE = math.radians(0.01)
 # The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
@@ -174,6 +175,12 @@ def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
         None if message.satellites_visible == 255 else message.satellites_visible,
         None if message.eph == _UINT16_MAX else message.eph / 100,
         None if message.epv == _UINT16_MAX else message.epv / 100,
+        None if message.fix_type < _FIX_2D else message.lat / 1e7,
+        None if message.fix_type < _FIX_2D else message.lon / 1e7,
+        # Extensions of the message; 0 is what an autopilot without them sends.
+        message.alt_ellipsoid / 1000 if message.alt_ellipsoid else None,
+        message.h_acc / 1000 if message.h_acc else None,
+        message.v_acc / 1000 if message.v_acc else None,
     )
     return evolve(state, {"gps": gps})
 

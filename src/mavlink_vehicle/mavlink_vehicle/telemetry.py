@@ -97,13 +97,31 @@ class Origin(NamedTuple):
 
 
 class GpsFix(NamedTuple):
-    """GPS_RAW_INT; `fix_type` is GPS_FIX_TYPE (3 = 3D)."""
+    """GPS_RAW_INT.
+
+    Attributes:
+        time_s: when it came.
+        fix_type: GPS_FIX_TYPE (3 = 3D).
+        satellites: None when unknown, as for all that follow.
+        hdop: horizontal dilution of precision.
+        vdop: vertical dilution of precision.
+        latitude_deg: WGS-84.
+        longitude_deg: WGS-84.
+        altitude_ellipsoid_m: above the WGS-84 ellipsoid, not above mean sea level.
+        horizontal_accuracy_m: standard deviation, as the receiver estimates it.
+        vertical_accuracy_m: the same, upwards.
+    """
 
     time_s: float
     fix_type: int
     satellites: int | None
     hdop: float | None
     vdop: float | None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    altitude_ellipsoid_m: float | None = None
+    horizontal_accuracy_m: float | None = None
+    vertical_accuracy_m: float | None = None
 
 
 class Estimator(NamedTuple):

@@ -45,6 +45,7 @@ class VehicleConfig:
         command_retries: repetitions after the first sending.
         operation_timeout_s: time for a mode change, arming or disarming to show in its state.
         takeoff_timeout_s: time for a take-off; None takes 15 s and 2 s for each metre.
+        timesync_interval_s: how often the round trip is measured; 0: never.
         grace_s: a change that we asked for may show up this long after its operation ended.
     """
 
@@ -61,6 +62,7 @@ class VehicleConfig:
     operation_timeout_s: float = 10.0
     takeoff_timeout_s: float | None = None
     grace_s: float = 5.0
+    timesync_interval_s: float = 2.0
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense.

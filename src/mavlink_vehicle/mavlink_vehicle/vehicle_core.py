@@ -32,6 +32,7 @@ from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
+from mavlink_vehicle.protocols.timesync import Timesync
 from mavlink_vehicle.state import VehicleState, reduce
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
@@ -63,6 +64,7 @@ class VehicleCore:
         self._watch = HeartbeatWatch(self.config.heartbeat_timeout_s)
         self._rates = MessageRates(self.config.message_rates_hz, self._command_timing)
         self._requests = MessageRequests(_WANTED_ONCE)
+        self._timesync = Timesync(self.config.timesync_interval_s)
         self._stream = SetpointStream()
         self._order = SequenceOrder()
         self._mode_place = -1
@@ -76,8 +78,16 @@ class VehicleCore:
             self._requests,
             self._slot,
             self._failsafes,
+            self._timesync,
         )
-        self._senders = (self._slot, self._stream, self._sender, self._rates, self._requests)
+        self._senders = (
+            self._slot,
+            self._stream,
+            self._sender,
+            self._rates,
+            self._requests,
+            self._timesync,
+        )
 
     # What is known
 
@@ -123,6 +133,11 @@ class VehicleCore:
         return self._rates.refusals
 
     @property
+    def round_trip_s(self) -> float | None:
+        """Time of a message to the vehicle and back; None before it was measured."""
+        return self._timesync.round_trip_s
+
+    @property
     def address(self) -> Address:
         """Who talks to whom, as far as it is known."""
         system = self.state.system_id
@@ -162,6 +177,7 @@ class VehicleCore:
             self._slot.receive(message, now)
             self._take_ends()
         self._requests.receive(message, now)
+        self._timesync.receive(message, now)
         self._rates.receive(message, now)
         if state is before:
             return
@@ -191,6 +207,7 @@ class VehicleCore:
             if isinstance(event, HeartbeatLost):
                 self._rates.pause(now)
                 self._requests.pause()
+                self._timesync.pause()
                 self._slot.observe(self.state, False, now)
         self._take_ends()
         self._take_failsafes()
@@ -241,6 +258,7 @@ class VehicleCore:
             address = self.address
             self._rates.resume(address, self.profile.unsupported_messages, now)
             self._requests.resume(address, now)
+            self._timesync.resume(now)
 
     def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
         """Turn the difference of two states into events."""

@@ -52,6 +52,9 @@ _OVERSPEED = 1e-4
 # millimetres at usual accelerations.
 _LENGTH_STEP_S = 0.1
 _LENGTH_STEPS_MAX = 1000
+# Steps in which a path is shown to people and programs.
+_PATH_STEP_S = 0.5
+_PATH_POINTS_MAX = 500
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,14 @@ class Trajectory:
         index = min(int(place), len(lengths) - 2)
         here, ahead = lengths[index], lengths[index + 1]
         return here + (ahead - here) * (place - index)
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """Points along the way, from its beginning to its end."""
+        count = min(max(math.ceil(self.duration_s / _PATH_STEP_S), 1), _PATH_POINTS_MAX)
+        step_s = self.duration_s / count
+        points = [self.sample(i * step_s).position_enu_m for i in range(count)]
+        return (*points, self.end_position_enu_m)
 
     @cached_property
     def _lengths_ahead(self) -> list[float]:

@@ -324,6 +324,10 @@ class Task(Protocol):
     def commanded_yaw_enu_rad(self) -> float | None:
         """Yaw of the setpoint sent last; None before the first."""
 
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """The way that is planned, in the map frame; the same object until it is planned anew."""
+
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
 

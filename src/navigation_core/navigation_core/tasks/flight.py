@@ -55,6 +55,8 @@ class Flight:
         """
         self.limits = cruise_limits(config.limits, goal.max_speed_m_s)
         self.carrot: Carrot | None = None
+        # Where the last plan to the goal leads.
+        self.path_enu_m: tuple[Vector3, ...] = ()
         self.commanded = predecessor
         self.commanded_yaw = predecessor_yaw
         # Time that the setpoint has yet to walk in this step.
@@ -112,6 +114,7 @@ class Flight:
             trajectory = plan_to(self.commanded, self._goal.position_enu_m, self.limits)
             self._passed_s = ()
         self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self._yaw_goal)
+        self.path_enu_m = trajectory.path_enu_m
 
     def plan_stop(self, observation: Observation) -> None:
         """Plan a brake; there is no carrot if nothing is known to begin with.

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from navigation_core.geometry import KinematicState, distance, norm
+from navigation_core.geometry import KinematicState, Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
     COPTER,
@@ -133,6 +133,11 @@ class Goto:
     def commanded_yaw_enu_rad(self) -> float | None:
         """Yaw of the setpoint sent last; None before the first."""
         return self._flight.commanded_yaw
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """The way that is planned, in the map frame; the same object until it is planned anew."""
+        return self._flight.path_enu_m
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""

@@ -110,6 +110,11 @@ class VehicleLed:
         """None: the vehicle flies by itself."""
         return None
 
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """Empty: the vehicle flies by itself."""
+        return ()
+
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._moved_s = now

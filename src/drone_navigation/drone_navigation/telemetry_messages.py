@@ -1,0 +1,195 @@
+"""The vehicle's state as standard ROS messages.
+
+Frames are those of REP-103 and REP-105: positions in ``map`` (ENU), velocities of an odometry
+in ``base_link`` (FLU). What the vehicle does not say is NaN or the message's own "unknown",
+never a number that looks measured.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from nav_msgs.msg import Odometry, Path
+from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
+
+from custom_interfaces.msg import VehicleStatus
+from drone_navigation.bridge import Bridge
+from drone_navigation.convert import pose_stamped
+from drone_navigation.failsafes import failsafe_code
+from drone_navigation.link_health import LinkHealth
+from drone_navigation.requests import FRAME_MAP, MapPose
+from mavlink_vehicle import frames
+from mavlink_vehicle.state import VehicleState
+from navigation_core.geometry import Vector3
+
+FRAME_BASE_LINK = "base_link"
+FRAME_GPS = "gps"
+# MAVLink's GPS_FIX_TYPE.
+_FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT, _FIX_RTK_FIXED = 3, 4, 5, 6
+# Where a covariance is not known, these messages have no way to say so but a zero matrix.
+_EARTH_FRAME_DIAGONAL = (0, 7, 14)
+
+
+def odometry(pose: MapPose, state: VehicleState, stamp: Time) -> Odometry:
+    """Return pose in ``map`` and velocity in ``base_link``.
+
+    The position's covariance is what the GPS receiver says of its accuracy, which the
+    estimator is about as good as; all zero when it says nothing, as for the rest.
+    """
+    message = Odometry()
+    message.header.stamp = stamp
+    message.header.frame_id = FRAME_MAP
+    message.child_frame_id = FRAME_BASE_LINK
+    message.pose.pose = pose_stamped(pose, stamp).pose
+    gps = state.gps
+    if gps is not None and gps.horizontal_accuracy_m is not None:
+        horizontal = gps.horizontal_accuracy_m**2
+        vertical = (gps.vertical_accuracy_m or gps.horizontal_accuracy_m) ** 2
+        for index, variance in zip(
+            _EARTH_FRAME_DIAGONAL, (horizontal, horizontal, vertical), strict=True
+        ):
+            message.pose.covariance[index] = variance
+    position = state.global_position
+    if position is not None:
+        linear = message.twist.twist.linear
+        linear.x, linear.y, linear.z = _into_body(
+            frames.ned_to_enu(position.velocity_ned_m_s), pose.orientation_xyzw
+        )
+    if state.attitude is not None:
+        rate = state.attitude.rates_frd_rad_s
+        angular = message.twist.twist.angular
+        angular.x, angular.y, angular.z = rate[0], -rate[1], -rate[2]
+    return message
+
+
+def _into_body(vector_enu: Vector3, orientation_xyzw: tuple[float, float, float, float]) -> Vector3:
+    """Turn a vector of the map frame into the body's axes (FLU)."""
+    x, y, z, w = orientation_xyzw
+    turned = frames.quaternion_multiply(
+        (w, -x, -y, -z), frames.quaternion_multiply((0.0, *vector_enu), (w, x, y, z))
+    )
+    return turned[1], turned[2], turned[3]
+
+
+def transform(pose: MapPose, stamp: Time) -> TransformStamped:
+    """Return the transform from ``map`` to ``base_link``."""
+    message = TransformStamped()
+    message.header.stamp = stamp
+    message.header.frame_id = FRAME_MAP
+    message.child_frame_id = FRAME_BASE_LINK
+    source = pose_stamped(pose, stamp).pose
+    translation = message.transform.translation
+    translation.x, translation.y, translation.z = pose.position_enu_m
+    message.transform.rotation = source.orientation
+    return message
+
+
+def nav_sat_fix(state: VehicleState, stamp: Time) -> NavSatFix:
+    """Return what the GPS receiver says; its altitude is above the ellipsoid, or NaN."""
+    message = NavSatFix()
+    message.header.stamp = stamp
+    message.header.frame_id = FRAME_GPS
+    message.status.service = NavSatStatus.SERVICE_GPS
+    gps = state.gps
+    fix_type = 0 if gps is None else gps.fix_type
+    if fix_type < _FIX_3D:
+        message.status.status = NavSatStatus.STATUS_NO_FIX
+    elif fix_type >= _FIX_RTK_FLOAT:
+        message.status.status = NavSatStatus.STATUS_GBAS_FIX
+    elif fix_type == _FIX_DGPS:
+        message.status.status = NavSatStatus.STATUS_SBAS_FIX
+    else:
+        message.status.status = NavSatStatus.STATUS_FIX
+    message.latitude = message.longitude = message.altitude = math.nan
+    if gps is None:
+        return message
+    message.latitude = _or_nan(gps.latitude_deg)
+    message.longitude = _or_nan(gps.longitude_deg)
+    message.altitude = _or_nan(gps.altitude_ellipsoid_m)
+    if gps.horizontal_accuracy_m is not None:
+        horizontal = gps.horizontal_accuracy_m**2
+        vertical = (gps.vertical_accuracy_m or gps.horizontal_accuracy_m) ** 2
+        message.position_covariance[0] = message.position_covariance[4] = horizontal
+        message.position_covariance[8] = vertical
+        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+    return message
+
+
+def battery_state(state: VehicleState, stamp: Time) -> BatteryState:
+    """Return the battery; current is negative while it discharges, as the message defines."""
+    message = BatteryState()
+    message.header.stamp = stamp
+    message.voltage = message.temperature = message.current = message.charge = math.nan
+    message.capacity = message.design_capacity = message.percentage = math.nan
+    message.power_supply_technology = BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN
+    battery = state.battery
+    if battery is None:
+        message.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
+        return message
+    message.present = True
+    message.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    message.voltage = _or_nan(battery.voltage_v)
+    message.current = math.nan if battery.current_a is None else -battery.current_a
+    message.percentage = _or_nan(battery.remaining)
+    return message
+
+
+def path(points_enu_m: Sequence[Vector3], stamp: Time) -> Path:
+    """Return the way that is planned, in ``map``."""
+    message = Path()
+    message.header.stamp = stamp
+    message.header.frame_id = FRAME_MAP
+    for point in points_enu_m:
+        pose = PoseStamped()
+        pose.header = message.header
+        pose.pose.position.x, pose.pose.position.y, pose.pose.position.z = point
+        message.poses.append(pose)
+    return message
+
+
+def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
+    """Return what is known about the vehicle."""
+    vehicle, state = bridge.vehicle, bridge.vehicle.state
+    message = VehicleStatus()
+    message.header.stamp = stamp
+    message.connected = vehicle.connected
+    message.autopilot = "" if vehicle.profile is None else vehicle.profile.name
+    message.firmware_version = state.firmware_version or ""
+    message.mode = vehicle.mode_name
+    message.armed = state.armed
+    message.in_control = vehicle.in_control_mode
+    message.landed_state = int(state.landed_state)
+    message.position_valid = bridge.pose is not None
+    message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
+    message.active_goal = bridge.active_goal_id or ""
+    message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
+    return message
+
+
+def diagnostic(bridge: Bridge, health: LinkHealth, hardware_id: str) -> DiagnosticStatus:
+    """Return the state of the link to the vehicle."""
+    message = DiagnosticStatus()
+    message.name = "navigation_server: vehicle link"
+    message.hardware_id = hardware_id
+    message.level, message.message = _level(bridge, health)
+    message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
+    return message
+
+
+def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
+    if not bridge.vehicle.discovered:
+        return DiagnosticStatus.ERROR, "No autopilot was heard yet"
+    if not bridge.vehicle.connected:
+        return DiagnosticStatus.STALE, "No HEARTBEAT"
+    if health.loss_share > health.LOSS_WARNING:
+        return DiagnosticStatus.WARN, f"{100.0 * health.loss_share:.0f} % of the messages are lost"
+    return DiagnosticStatus.OK, "Connected"
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value

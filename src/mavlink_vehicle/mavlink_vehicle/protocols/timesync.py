@@ -1,0 +1,76 @@
+"""TIMESYNC: how long a message takes to the autopilot and back. Sans I/O.
+
+We ask with our own time in ``ts1``; the autopilot answers with its time in ``tc1`` and our
+``ts1`` as it came (https://mavlink.io/en/services/timesync.html). An answer is ours when it
+carries a ``ts1`` that we sent: PX4 leaves its target fields uninitialised, and autopilots
+answer other systems, too. The smallest of the last round trips is the best measure, because
+everything that disturbs one makes it longer.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from mavlink_vehicle.codec import Message, make, mavlink
+
+_TIMESYNC = mavlink.MAVLink_timesync_message
+_NANOSECONDS = 1_000_000_000
+_KEPT = 10
+# An answer that takes longer than this is no answer.
+_FORGOTTEN_S = 5.0
+
+
+class Timesync:
+    """Asks at an interval, and keeps the last round trips."""
+
+    def __init__(self, interval_s: float) -> None:
+        """Prepare; 0 never asks."""
+        self._interval_s = interval_s
+        self._deadline: float | None = None
+        self._asked: dict[int, float] = {}
+        self._round_trips_s: deque[float] = deque(maxlen=_KEPT)
+        self._outbox: list[Message] = []
+
+    @property
+    def round_trip_s(self) -> float | None:
+        """Smallest of the last round trips; None before the first answer."""
+        return min(self._round_trips_s, default=None)
+
+    def resume(self, now: float) -> None:
+        """Begin to ask; what an earlier link took counts no more."""
+        self._round_trips_s.clear()
+        self._deadline = now if self._interval_s > 0.0 else None
+
+    def pause(self) -> None:
+        """Stop asking."""
+        self._deadline = None
+        self._asked.clear()
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take an answer to one of our questions; everything else is somebody else's."""
+        if message.__class__ is not _TIMESYNC or message.tc1 == 0:
+            return
+        asked_s = self._asked.pop(message.ts1, None)
+        if asked_s is not None:
+            self._round_trips_s.append(now - asked_s)
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+        return self._deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Ask, if it is time."""
+        if self._deadline is None or now < self._deadline:
+            return
+        self._deadline = now + self._interval_s
+        for ts1, asked_s in list(self._asked.items()):
+            if now - asked_s > _FORGOTTEN_S:
+                del self._asked[ts1]
+        ts1 = int(now * _NANOSECONDS)
+        self._asked[ts1] = now
+        self._outbox.append(make("TIMESYNC", tc1=0, ts1=ts1))
+
+    def messages_to_send(self) -> list[Message]:
+        """Take what is to be sent."""
+        messages, self._outbox = self._outbox, []
+        return messages

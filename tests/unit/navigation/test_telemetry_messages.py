@@ -1,0 +1,93 @@
+"""Telemetry as standard messages: units, signs, frames, and "unknown" where it is unknown."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from builtin_interfaces.msg import Time
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
+
+from drone_navigation import telemetry_messages as messages
+from drone_navigation.requests import MapPose
+from mavlink_vehicle.state import VehicleState
+from mavlink_vehicle.telemetry import Attitude, Battery, GlobalPosition, GpsFix
+
+STAMP = Time(sec=12)
+NORTH = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
+
+
+def _moving(*velocity_ned_m_s: float) -> VehicleState:
+    position = GlobalPosition(0.0, 0, 47.0, 8.0, 500.0, 10.0, velocity_ned_m_s, 0.0)  # type: ignore[arg-type]
+    return VehicleState(
+        global_position=position, attitude=Attitude(0.0, 0, 0.0, 0.0, 0.0, (0.1, 0.2, 0.3))
+    )
+
+
+def test_velocity_is_in_the_body_frame_forward_left_up() -> None:
+    facing_north = MapPose((1.0, 2.0, 3.0), math.pi / 2, NORTH)
+    message = messages.odometry(facing_north, _moving(4.0, 1.0, -0.5), STAMP)
+    linear = message.twist.twist.linear
+    assert (linear.x, linear.y, linear.z) == pytest.approx((4.0, -1.0, 0.5))
+    angular = message.twist.twist.angular
+    assert (angular.x, angular.y, angular.z) == pytest.approx((0.1, -0.2, -0.3))
+    assert (message.header.frame_id, message.child_frame_id) == ("map", "base_link")
+
+
+def test_velocity_follows_roll_and_pitch_too() -> None:
+    nose_up = (0.0, -math.sin(math.pi / 8), 0.0, math.cos(math.pi / 8))  # 45 degrees, facing east
+    message = messages.odometry(
+        MapPose((0.0, 0.0, 0.0), 0.0, nose_up), _moving(0.0, 2.0, 0.0), STAMP
+    )
+    linear = message.twist.twist.linear
+    assert (linear.x, linear.y, linear.z) == pytest.approx(
+        (2.0 * math.sqrt(0.5), 0.0, -2.0 * math.sqrt(0.5)), abs=1e-9
+    )
+
+
+def test_a_covariance_is_the_receivers_own_or_zero() -> None:
+    pose = MapPose((0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0, 1.0))
+    unknown = messages.odometry(pose, _moving(0.0, 0.0, 0.0), STAMP)
+    assert not any(unknown.pose.covariance)
+    gps = GpsFix(0.0, 3, 9, 0.8, 1.2, 47.0, 8.0, 547.0, 0.5, 2.0)
+    known: Odometry = messages.odometry(
+        pose, VehicleState(gps=gps, global_position=_moving(0.0, 0.0, 0.0).global_position), STAMP
+    )
+    assert [known.pose.covariance[i] for i in (0, 7, 14)] == pytest.approx([0.25, 0.25, 4.0])
+
+
+def test_a_fix_has_its_altitude_above_the_ellipsoid() -> None:
+    gps = GpsFix(0.0, 6, 20, 0.5, 0.7, 47.0, 8.0, 547.0, 0.02, 0.03)
+    message = messages.nav_sat_fix(VehicleState(gps=gps), STAMP)
+    assert (message.latitude, message.longitude, message.altitude) == (47.0, 8.0, 547.0)
+    assert message.status.status == NavSatStatus.STATUS_GBAS_FIX
+    assert message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+    assert message.position_covariance[8] == pytest.approx(0.0009)
+
+
+def test_without_a_fix_nothing_is_made_up() -> None:
+    for state in (VehicleState(), VehicleState(gps=GpsFix(0.0, 1, 3, None, None))):
+        message = messages.nav_sat_fix(state, STAMP)
+        assert message.status.status == NavSatStatus.STATUS_NO_FIX
+        assert all(map(math.isnan, (message.latitude, message.longitude, message.altitude)))
+        assert message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_UNKNOWN
+
+
+def test_a_discharging_battery_has_a_negative_current() -> None:
+    battery = Battery(0.0, 0.42, 11.9, 15.0)
+    message = messages.battery_state(VehicleState(battery=battery), STAMP)
+    assert message.percentage == pytest.approx(0.42)
+    assert message.voltage == pytest.approx(11.9)
+    assert message.current == pytest.approx(-15.0)
+    assert math.isnan(message.capacity)
+    assert message.present
+
+
+def test_an_unknown_battery_is_nan() -> None:
+    message = messages.battery_state(VehicleState(), STAMP)
+    assert math.isnan(message.percentage)
+    assert math.isnan(message.voltage)
+    assert math.isnan(message.current)
+    assert message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
+    assert not message.present
