@@ -10,8 +10,14 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from drone_navigation.configuration import PARAMETERS, ConfigurationError
-from drone_navigation.parameters import declare_parameters
+from drone_navigation.configuration import (
+    FIXED,
+    PARAMETERS,
+    ConfigurationError,
+    ServerConfig,
+    make_config,
+)
+from drone_navigation.parameters import declare_parameters, follow_changes
 from tests.support.ros_flight import new_domain
 
 MakeNode = Callable[..., Node]
@@ -55,7 +61,7 @@ def make_node(context: rclpy.Context) -> Iterator[MakeNode]:
 def test_the_server_arms_only_the_simulators_vehicle_or_when_told(
     make_node: MakeNode, values: dict[str, Any], simulator: bool, may_arm: bool
 ) -> None:
-    config = declare_parameters(make_node(**values), simulator)
+    config = make_config(declare_parameters(make_node(**values), simulator))
     assert config.bridge.goto.may_arm is may_arm
 
 
@@ -65,7 +71,7 @@ def test_every_parameter_has_a_descriptor_with_its_range(make_node: MakeNode) ->
     for spec in PARAMETERS:
         descriptor = node.describe_parameter(spec.name)
         assert descriptor.description == spec.description
-        assert descriptor.read_only
+        assert descriptor.read_only is (spec.name in FIXED)
         ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
         if spec.minimum is not None:
             assert (ranges[0].from_value, ranges[0].to_value) == (spec.minimum, spec.maximum)
@@ -74,7 +80,7 @@ def test_every_parameter_has_a_descriptor_with_its_range(make_node: MakeNode) ->
 
 
 def test_a_whole_number_is_taken_for_a_float(make_node: MakeNode) -> None:
-    config = declare_parameters(make_node(speed_default_m_s=2), simulator=True)
+    config = make_config(declare_parameters(make_node(speed_default_m_s=2), simulator=True))
     assert config.bridge.goto.limits.speed_horizontal_m_s == 2.0
 
 
@@ -93,3 +99,46 @@ def test_what_cannot_be_used_is_refused_by_name(
 ) -> None:
     with pytest.raises(ConfigurationError, match=named):
         declare_parameters(make_node(**values), simulator=True)
+
+
+@pytest.fixture
+def changeable(make_node: MakeNode) -> tuple[Node, list[ServerConfig]]:
+    """A node whose parameters may change, and the settings that the changes made."""
+    node = make_node()
+    applied: list[ServerConfig] = []
+    follow_changes(node, declare_parameters(node, simulator=True), applied.append)
+    return node, applied
+
+
+def test_a_change_takes_effect(changeable: tuple[Node, list[ServerConfig]]) -> None:
+    node, applied = changeable
+    (result,) = node.set_parameters([Parameter("speed_default_m_s", value=1.5)])
+    assert result.successful, result.reason
+    assert applied[-1].bridge.goto.limits.speed_horizontal_m_s == 1.5
+    (result,) = node.set_parameters([Parameter("arrival_radius_m", value=0.8)])
+    assert result.successful, result.reason
+    assert applied[-1].bridge.goto.limits.speed_horizontal_m_s == 1.5
+    assert applied[-1].bridge.goto.arrival_radius_m == 0.8
+
+
+def test_a_change_that_contradicts_is_refused_with_the_reason(
+    changeable: tuple[Node, list[ServerConfig]],
+) -> None:
+    node, applied = changeable
+    (result,) = node.set_parameters([Parameter("speed_default_m_s", value=20.0)])
+    assert not result.successful
+    assert "speed_max_m_s" in result.reason
+    assert node.get_parameter("speed_default_m_s").value == 3.0
+    assert applied == []
+
+
+@pytest.mark.parametrize("name", sorted(FIXED))
+def test_what_is_taken_at_the_start_cannot_change(
+    changeable: tuple[Node, list[ServerConfig]], name: str
+) -> None:
+    node, applied = changeable
+    before = node.get_parameter(name).value
+    (result,) = node.set_parameters([Parameter(name, value=before)])
+    assert not result.successful
+    assert "read-only" in result.reason
+    assert applied == []

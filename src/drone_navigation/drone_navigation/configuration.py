@@ -188,6 +188,20 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ),
 )
 
+# Taken once, at the start. All others may change while the server runs; a goal that is being
+# worked on keeps what it was started with.
+FIXED = frozenset(
+    {
+        "link_url",
+        "record_tlog",
+        "target_system",
+        "source_component",
+        "setpoint_rate_hz",
+        "position_rate_hz",
+        "heartbeat_timeout_s",
+    }
+)
+
 SPECS: dict[str, ParameterSpec] = {spec.name: spec for spec in PARAMETERS}
 
 

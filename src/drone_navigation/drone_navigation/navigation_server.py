@@ -25,6 +25,7 @@ from drone_navigation.configuration import (
     ConfigurationError,
     ServerConfig,
     check_parameter_file,
+    make_config,
 )
 from drone_navigation.goal import (
     Annotation,
@@ -38,7 +39,7 @@ from drone_navigation.goal import (
     ServiceDone,
 )
 from drone_navigation.names import SERVER_NODE_NAME
-from drone_navigation.parameters import declare_parameters
+from drone_navigation.parameters import declare_parameters, follow_changes
 from drone_navigation.service_servers import ServiceServers
 from drone_navigation.topics import Topics
 from mavlink_vehicle.codec import Codec, Message
@@ -221,7 +222,8 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
     ]
     node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
     try:
-        config = declare_parameters(node, simulator)
+        values = declare_parameters(node, simulator)
+        config = make_config(values)
         link = open_link(config.link_url, node.get_logger().info)
         recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     except (ConfigurationError, LinkError, OSError) as error:
@@ -238,6 +240,9 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
     )
     driver = Driver(application, link, codec, clock, recorder, application.fail)
     server = GoalServers(node, bridge, driver, clock)
+    follow_changes(
+        node, values, lambda changed: driver.post(lambda: bridge.configure(changed.bridge))
+    )
     services = ServiceServers(node, bridge, driver, clock)
     application.attach(node, server, services, Topics(node, bridge, codec.statistics))
     executor = MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS)

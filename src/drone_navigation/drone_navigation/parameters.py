@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from rcl_interfaces.msg import (
@@ -9,11 +10,14 @@ from rcl_interfaces.msg import (
     IntegerRange,
     ParameterDescriptor,
     ParameterType,
+    SetParametersResult,
 )
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from drone_navigation.configuration import (
+    FIXED,
     PARAMETERS,
     SPECS,
     ConfigurationError,
@@ -26,8 +30,8 @@ from drone_navigation.configuration import (
 _IMPLICIT = {"use_sim_time", "start_type_description_service"}
 
 
-def declare_parameters(node: Node, simulator: bool) -> ServerConfig:
-    """Declare every parameter of :data:`PARAMETERS` and return the settings they make.
+def declare_parameters(node: Node, simulator: bool) -> dict[str, ParameterValue]:
+    """Declare every parameter of :data:`PARAMETERS` and return their values.
 
     Args:
         node: what they are declared on.
@@ -50,7 +54,33 @@ def declare_parameters(node: Node, simulator: bool) -> ServerConfig:
             # The only set-up in which the server arms without having been told to.
             spec = replace(spec, default="auto")  # noqa: PLW2901
         values[spec.name] = _declare(node, spec)
-    return make_config(values)
+    make_config(values)
+    return values
+
+
+def follow_changes(
+    node: Node, values: dict[str, ParameterValue], apply: Callable[[ServerConfig], None]
+) -> None:
+    """Check every later change of parameters, and hand over the settings that it makes.
+
+    Args:
+        node: what the parameters were declared on.
+        values: the values in force; kept up to date.
+        apply: takes the new settings.
+    """
+
+    def on_set(parameters: list[Parameter]) -> SetParametersResult:
+        changed = {p.name: p.value for p in parameters if p.name in SPECS}
+        try:
+            config = make_config({**values, **changed})
+        except ConfigurationError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        values.update(changed)
+        if changed:
+            apply(config)
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(on_set)
 
 
 def _declare(node: Node, spec: ParameterSpec) -> ParameterValue:
@@ -76,7 +106,9 @@ def _declared(
 
 
 def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(name=spec.name, description=spec.description, read_only=True)
+    descriptor = ParameterDescriptor(
+        name=spec.name, description=spec.description, read_only=spec.name in FIXED
+    )
     if spec.choices is not None:
         descriptor.additional_constraints = f"one of: {', '.join(spec.choices)}"
     if isinstance(spec.default, float):
