@@ -8,6 +8,7 @@ import math
 import pytest
 
 from drone_navigation.requests import LandRequest, ReturnRequest, TakeoffRequest
+from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from tests.support.simulated_flight import SimulatedFlight
 
@@ -96,6 +97,28 @@ def test_a_cancel_stops_and_leaves_it_in_hold(flight: SimulatedFlight) -> None:
     assert flight.truth()[1] < 0.4
     flight.run_for(10.0)
     assert flight.vehicle.mode_name == "AUTO.LOITER"
+
+
+def test_the_hold_service_stops_it_without_a_failsafe(flight: SimulatedFlight) -> None:
+    flight.fly_up()
+    goal_id = flight.send(40.0, 0.0, 3.0)
+    flight.run_until(lambda: flight.truth()[1] > 2.0, 20.0)
+    done = flight.serve(Service.HOLD)
+    assert done.success, done.message
+    assert flight.ends(goal_id)[0].code.value == "PREEMPTED"
+    flight.run_for(6.0)
+    assert flight.vehicle.mode_name == "AUTO.LOITER"
+    assert flight.truth()[1] < 0.4
+    assert flight.vehicle.state.failsafe is None
+
+
+def test_a_landing_begins_without_a_failsafe(flight: SimulatedFlight) -> None:
+    flight.fly_up()
+    flight.send(40.0, 0.0, 3.0)
+    flight.run_until(lambda: flight.truth()[1] > 2.0, 20.0)
+    landing = flight.start(LandRequest())
+    assert flight.run_to_end(landing, 60.0).code.value == "SUCCESS"
+    assert not [line for _, line in flight.outputs if "ailsafe" in str(line)]
 
 
 def test_a_pilot_who_takes_over_is_not_fought(flight: SimulatedFlight) -> None:

@@ -141,6 +141,8 @@ def _situation(
             OutcomeCode.NO_VEHICLE,
             "No autopilot is heard on the link; check link_url and that the vehicle is on.",
         )
+    if profile.unsupported is not None:
+        return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, profile.unsupported)
     if profile.control_mode is None:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,

@@ -26,7 +26,7 @@ from drone_navigation.observation import (
     vehicle_mode,
     velocity_only,
 )
-from drone_navigation.operations import begin_operation
+from drone_navigation.operations import STREAMED, begin_operation
 from drone_navigation.parking import Parking
 from drone_navigation.reporting import Reporter
 from drone_navigation.requests import MapPose, Request
@@ -52,7 +52,6 @@ from navigation_core.safety import Rejection
 from navigation_core.tasks.base import (
     Fly,
     Observation,
-    OperationKind,
     OperationReport,
     OperationState,
     Outcome,
@@ -174,8 +173,11 @@ class Bridge:
         if goal is not None:
             text = "The hold service was called."
             self._end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)
-        self._parking.give_up()
-        self._desk.begin(number, service, now)
+        if service is Service.HOLD and self._parking.operation_id is not None:
+            self._desk.wait_for(number, self._parking.operation_id)
+        else:
+            self._parking.give_up()
+            self._desk.begin(number, service, now)
 
     def shut_down(self, now: float) -> None:
         """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
@@ -288,7 +290,7 @@ class Bridge:
         if not self._vehicle.connected:
             self._step_without_link(goal, now)
             return
-        if self._parking.under_way:
+        if self._parking.operation_id is not None:
             return  # the mode is about to change, by our own request
         intent = goal.task.step(self._observe(goal, now), now)
         if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
@@ -298,7 +300,7 @@ class Bridge:
             return
         if isinstance(intent, Perform):
             self._perform(goal, intent, now)
-            if intent.kind is OperationKind.TAKE_CONTROL:
+            if intent.kind in STREAMED:
                 self._parking.keep_streaming(now)
         elif isinstance(intent, Fly):
             self._fly(goal, intent, now)
@@ -397,7 +399,8 @@ class Bridge:
                 self._tell(event)
 
     def _finish_operation(self, event: OperationFinished, now: float) -> None:
-        if self._parking.finish(event) or self._desk.finish(event):
+        parked, served = self._parking.finish(event), self._desk.finish(event)
+        if parked or served:
             return
         goal = self._goal
         if goal is None or goal.operation is None or goal.operation_id != event.operation_id:

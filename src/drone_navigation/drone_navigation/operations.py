@@ -6,18 +6,29 @@ from drone_navigation.map_frame import MapFrame
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.tasks.base import OperationKind, Perform
 
+# What a stream runs on for, where the vehicle needs one.
+STREAMED = frozenset(
+    {
+        OperationKind.TAKE_CONTROL,
+        OperationKind.HOLD,
+        OperationKind.LAND,
+        OperationKind.RETURN,
+    }
+)
+
 
 def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now: float) -> int:
     """Begin an operation; returns its id, which comes back in one ``OperationFinished``.
 
-    Setpoints stop for it, except that a PX4 gives control only to whoever streams already.
+    Setpoints stop for it, except that a PX4 gives control only to whoever streams already, and
+    takes the end of the stream for a failure until it is in another mode.
     """
     profile = vehicle.profile
     kind = intent.kind
-    streams_already = profile is not None and profile.prestream_s > 0.0
-    if kind is not OperationKind.TAKE_CONTROL or not streams_already:
+    needs_stream = profile is not None and profile.prestream_s > 0.0
+    if not needs_stream or kind not in STREAMED:
         vehicle.close_stream()
-    elif not vehicle.stream_open:
+    elif kind is OperationKind.TAKE_CONTROL and not vehicle.stream_open:
         vehicle.open_stream(now)
     if kind is OperationKind.TAKE_OFF:
         assert intent.height_m is not None

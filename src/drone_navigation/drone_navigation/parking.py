@@ -32,9 +32,9 @@ class Parking:
         return profile is not None and profile.prestream_s > 0.0
 
     @property
-    def under_way(self) -> bool:
-        """Whether the vehicle has been asked to hold and does not do so yet."""
-        return self._operation_id is not None
+    def operation_id(self) -> int | None:
+        """The request to hold that the vehicle has not fulfilled yet, or None."""
+        return self._operation_id
 
     def begin(self, setpoint: SetpointNed, now: float) -> bool:
         """Have the vehicle hold by itself; False if it does not need that."""

@@ -45,6 +45,10 @@ class ServiceDesk:
         intent = Perform(_OPERATIONS[service])
         self._operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
 
+    def wait_for(self, number: int, operation_id: int) -> None:
+        """Answer when an operation ends that is under way already."""
+        self._number, self._operation_id = number, operation_id
+
     def give_up(self, why: str, now: float) -> None:
         """End the request under way, if any, as not done."""
         if self._number is None:
