@@ -8,6 +8,7 @@ can be asked to do.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 
 from mavlink_vehicle.codec import Message, mavlink, with_source
 from mavlink_vehicle.events import (
@@ -30,6 +31,7 @@ from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
+from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.protocols.timesync import Timesync
@@ -65,6 +67,7 @@ class VehicleCore:
         self._rates = MessageRates(self.config.message_rates_hz, self._command_timing)
         self._requests = MessageRequests(_WANTED_ONCE)
         self._timesync = Timesync(self.config.timesync_interval_s)
+        self._parameters = ParameterReader()
         self._stream = SetpointStream()
         self._order = SequenceOrder()
         self._mode_place = -1
@@ -76,6 +79,7 @@ class VehicleCore:
             self._watch,
             self._rates,
             self._requests,
+            self._parameters,
             self._slot,
             self._failsafes,
             self._timesync,
@@ -87,6 +91,7 @@ class VehicleCore:
             self._rates,
             self._requests,
             self._timesync,
+            self._parameters,
         )
 
     # What is known
@@ -138,6 +143,11 @@ class VehicleCore:
         return self._timesync.round_trip_s
 
     @property
+    def parameters(self) -> Mapping[str, float]:
+        """The parameters of its profile's `wanted_parameters` that it has told, by name."""
+        return self._parameters.values
+
+    @property
     def address(self) -> Address:
         """Who talks to whom, as far as it is known."""
         system = self.state.system_id
@@ -178,6 +188,7 @@ class VehicleCore:
             self._take_ends()
         self._requests.receive(message, now)
         self._timesync.receive(message, now)
+        self._parameters.receive(message, now)
         self._rates.receive(message, now)
         if state is before:
             return
@@ -208,6 +219,7 @@ class VehicleCore:
                 self._rates.pause(now)
                 self._requests.pause()
                 self._timesync.pause()
+                self._parameters.pause()
                 self._slot.observe(self.state, False, now)
         self._take_ends()
         self._take_failsafes()
@@ -259,6 +271,8 @@ class VehicleCore:
             self._rates.resume(address, self.profile.unsupported_messages, now)
             self._requests.resume(address, now)
             self._timesync.resume(now)
+            names, bytewise = self.profile.wanted_parameters, self.profile.parameters_bytewise
+            self._parameters.resume(address, names, bytewise, now)
 
     def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
         """Turn the difference of two states into events."""
@@ -266,6 +280,7 @@ class VehicleCore:
         if state.boot_count != before.boot_count:
             self._events.append(VehicleRebooted(state.boot_count))
             self._close_by_interlock("the autopilot restarted")
+            self._parameters.forget()
             self._ask(now)
             self._slot.lose("the autopilot restarted", now)
             self._take_ends()

@@ -33,6 +33,17 @@ def _modes(enum_name: str) -> Mapping[str, int]:
 
 
 _PX4_MESSAGES = frozenset({"ESTIMATOR_STATUS", "ODOMETRY", "CURRENT_MODE", "EVENT"})
+# AC_Fence.cpp; a rover has no heights, and older firmwares no FENCE_AUTOENABLE on a copter.
+_FENCE_PARAMETERS = (
+    "FENCE_ENABLE",
+    "FENCE_TYPE",
+    "FENCE_RADIUS",
+    "FENCE_ALT_MAX",
+    "FENCE_ALT_MIN",
+    "FENCE_AUTOENABLE",
+    "FENCE_OPTIONS",
+    "FENCE_TOTAL",
+)
 _P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCELERATION
 
 COPTER = Profile(
@@ -55,6 +66,7 @@ COPTER = Profile(
     # Without the acceleration it overshoots the speed of a trajectory by a tenth.
     setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
     unsupported_messages=_PX4_MESSAGES,
+    wanted_parameters=_FENCE_PARAMETERS,
 )
 
 ROVER = Profile(
@@ -74,6 +86,7 @@ ROVER = Profile(
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
     unsupported_messages=_PX4_MESSAGES,
+    wanted_parameters=_FENCE_PARAMETERS,
 )
 
 BOAT = replace(ROVER, name="ArduRover boat", kind=VehicleKind.BOAT)
@@ -94,6 +107,7 @@ PLANE = Profile(
     # An airspeed between its limits; it is forgotten when the mode changes.
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
     unsupported_messages=_PX4_MESSAGES,
+    wanted_parameters=_FENCE_PARAMETERS,
 )
 
 QUADPLANE = Profile(
@@ -105,6 +119,7 @@ QUADPLANE = Profile(
     return_mode="RTL",
     mission_mode="AUTO",
     unsupported_messages=_PX4_MESSAGES,
+    wanted_parameters=_FENCE_PARAMETERS,
 )
 
 SUB = Profile(name="ArduSub", modes=_modes("SUB_MODE"), unsupported_messages=_PX4_MESSAGES)

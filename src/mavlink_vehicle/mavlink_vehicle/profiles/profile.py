@@ -116,6 +116,8 @@ class Profile:
         heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
         later_ack_counts: commands with a first acknowledgement that says nothing.
         unsupported_messages: telemetry that the firmware does not have, so isn't asked for.
+        wanted_parameters: parameters that are read and kept up to date.
+        parameters_bytewise: whether integer parameters stand in the float as their bytes.
     """
 
     name: str
@@ -146,6 +148,8 @@ class Profile:
     heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
     later_ack_counts: frozenset[int] = frozenset()
     unsupported_messages: frozenset[str] = frozenset()
+    wanted_parameters: tuple[str, ...] = ()
+    parameters_bytewise: bool = False
 
     def mode_name(self, custom_mode: int) -> str:
         """Return the name of a mode, or "MODE_<number>" for one that the profile lacks."""

@@ -63,6 +63,9 @@ _COMMON = Profile(
     # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
     later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
     unsupported_messages=frozenset({"EKF_STATUS_REPORT"}),
+    # Navigator's geofence.cpp.
+    wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"),
+    parameters_bytewise=True,
 )
 
 # OFFBOARD is refused until setpoints have come for a second (offboardCheck.cpp, COM_OF_LOSS_T).

@@ -1,0 +1,141 @@
+"""Parameters of the autopilot that are wanted, read by name and kept up to date.
+
+https://mavlink.io/en/services/parameter.html: PARAM_REQUEST_READ is answered by PARAM_VALUE,
+and so is every change, to all links. Neither ArduPilot nor PX4 answers for a parameter that it
+does not have (observed), so a name without an answer after all repetitions counts as absent
+until it is asked for again. A change may also be made where no PARAM_VALUE comes of it
+(ArduPilot's DO_FENCE_ENABLE), so everything is read again from time to time.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.protocols.command import Address
+
+_VALUE = mavlink.MAVLink_param_value_message
+_RETRY_S = 1.0
+_ATTEMPTS = 8
+_AGAIN_S = 30.0
+
+_INTEGERS = {
+    mavlink.MAV_PARAM_TYPE_UINT8: "<Bxxx",
+    mavlink.MAV_PARAM_TYPE_INT8: "<bxxx",
+    mavlink.MAV_PARAM_TYPE_UINT16: "<Hxx",
+    mavlink.MAV_PARAM_TYPE_INT16: "<hxx",
+    mavlink.MAV_PARAM_TYPE_UINT32: "<I",
+    mavlink.MAV_PARAM_TYPE_INT32: "<i",
+}
+
+
+def decode_value(message: Message, bytewise: bool) -> float:
+    """Return the value of a PARAM_VALUE.
+
+    Args:
+        message: the PARAM_VALUE.
+        bytewise: whether an integer's bytes stand in the float's place (PX4), instead of the
+            float being the number (ArduPilot).
+    """
+    layout = _INTEGERS.get(message.param_type) if bytewise else None
+    if layout is None:
+        return float(message.param_value)
+    return float(struct.unpack(layout, struct.pack("<f", message.param_value))[0])
+
+
+class ParameterReader:
+    """Reads the wanted parameters, and again every 30 s."""
+
+    def __init__(self) -> None:
+        """Want nothing."""
+        self._address: Address | None = None
+        self._bytewise = False
+        self._wanted: tuple[str, ...] = ()
+        self._missing: list[str] = []
+        self._values: dict[str, float] = {}
+        self._attempts = 0
+        self._deadline: float | None = None
+        self._outbox: list[Message] = []
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """What is known, by name."""
+        return MappingProxyType(self._values)
+
+    @property
+    def reading(self) -> bool:
+        """Whether answers are still waited for."""
+        return bool(self._missing)
+
+    def start(self, now: float) -> None:
+        """Nothing to ask before `resume`."""
+
+    def resume(self, address: Address, names: Iterable[str], bytewise: bool, now: float) -> None:
+        """Ask for these from now on; what was known of them stays until it is answered."""
+        self._address, self._bytewise = address, bytewise
+        self._wanted = tuple(names)
+        self.refresh(now)
+
+    def refresh(self, now: float) -> None:
+        """Read everything again."""
+        self._missing = list(self._wanted)
+        self._attempts = 0
+        self._deadline = now if self._missing else None
+        self.handle_timer(now)
+
+    def forget(self) -> None:
+        """Drop what is known: the autopilot restarted."""
+        self._values.clear()
+
+    def pause(self) -> None:
+        """Stop asking."""
+        self._deadline = None
+        self._outbox.clear()
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in a value, whoever asked for it or changed it."""
+        if message.__class__ is not _VALUE or message.param_id not in self._wanted:
+            return
+        self._values[message.param_id] = decode_value(message, self._bytewise)
+        if message.param_id in self._missing:
+            self._missing.remove(message.param_id)
+            if not self._missing:
+                self._deadline = now + _AGAIN_S
+
+    def next_deadline(self) -> float | None:
+        """Return when to ask again."""
+        return self._deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Ask for what is missing; give up after so many times, until the next reading."""
+        if self._deadline is None or now < self._deadline or self._address is None:
+            return
+        if not self._missing:
+            self.refresh(now)
+            return
+        if self._attempts >= _ATTEMPTS:
+            self._missing.clear()
+            self._deadline = now + _AGAIN_S
+            return
+        self._attempts += 1
+        self._deadline = now + _RETRY_S
+        for name in self._missing:
+            self._outbox.append(
+                make(
+                    "PARAM_REQUEST_READ",
+                    target_system=self._address.target_system,
+                    target_component=self._address.target_component,
+                    param_id=name.encode("ascii"),
+                    param_index=-1,
+                )
+            )
+
+    def messages_to_send(self) -> list[Message]:
+        """Take what is to be sent."""
+        messages, self._outbox = self._outbox, []
+        return messages
+
+    def next_event(self) -> None:
+        """There are none."""

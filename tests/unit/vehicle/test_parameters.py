@@ -1,0 +1,103 @@
+"""Parameters that are wanted: asked for until they come, decoded, and kept up to date."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.parameters import ParameterReader, decode_value
+from tests.support.autopilot_messages import AutopilotMessages
+
+ADDRESS = Address(1, 191, 1, 1)
+INT32, INT8, REAL32 = (
+    mavlink.MAV_PARAM_TYPE_INT32,
+    mavlink.MAV_PARAM_TYPE_INT8,
+    mavlink.MAV_PARAM_TYPE_REAL32,
+)
+say = AutopilotMessages()
+
+
+def value(name: str, number: float, kind: int = REAL32) -> Message:
+    return say("PARAM_VALUE", param_id=name, param_value=number, param_type=kind)
+
+
+def reader(*names: str, bytewise: bool = False) -> ParameterReader:
+    made = ParameterReader()
+    made.start(0.0)
+    made.resume(ADDRESS, names, bytewise, 0.0)
+    return made
+
+
+def asked(made: ParameterReader) -> list[str]:
+    return [message.param_id.rstrip(b"\0").decode() for message in made.messages_to_send()]
+
+
+def test_every_name_is_asked_for_until_it_is_answered() -> None:
+    made = reader("A", "B")
+    assert asked(made) == ["A", "B"]
+    made.receive(value("A", 3.0), 0.1)
+    made.handle_timer(1.0)
+    assert asked(made) == ["B"]
+    made.receive(value("B", 4.0), 1.1)
+    assert not made.reading
+    assert dict(made.values) == {"A": 3.0, "B": 4.0}
+
+
+def test_a_name_without_an_answer_is_given_up_and_asked_for_again_later() -> None:
+    """Neither firmware answers for a parameter that it does not have."""
+    made = reader("NONE")
+    for _ in range(8):
+        assert asked(made) == ["NONE"]
+        deadline = made.next_deadline()
+        assert deadline is not None
+        made.handle_timer(deadline)
+    assert asked(made) == []
+    assert not made.reading
+    assert "NONE" not in made.values
+    again = made.next_deadline()
+    assert again is not None
+    made.handle_timer(again)
+    assert asked(made) == ["NONE"]
+
+
+def test_a_change_that_somebody_else_made_is_taken_over() -> None:
+    made = reader("A")
+    made.receive(value("A", 1.0), 0.1)
+    made.receive(value("A", 2.0), 5.0)
+    assert made.values["A"] == 2.0
+    made.receive(value("OTHER", 2.0), 5.0)
+    assert "OTHER" not in made.values
+
+
+def test_values_are_read_again_and_known_meanwhile() -> None:
+    made = reader("A")
+    made.receive(value("A", 1.0), 0.1)
+    asked(made)
+    deadline = made.next_deadline()
+    assert deadline is not None
+    made.handle_timer(deadline)
+    assert asked(made) == ["A"]
+    assert made.values["A"] == 1.0
+    made.forget()
+    assert dict(made.values) == {}
+
+
+def test_nothing_is_asked_for_while_the_link_is_silent() -> None:
+    made = reader("A")
+    made.pause()
+    assert asked(made) == []
+    assert made.next_deadline() is None
+
+
+@pytest.mark.parametrize("number", [0, 1, 5, 300, 70000])
+def test_integers_of_px4_stand_in_the_float_as_their_bytes(number: int) -> None:
+    (seen,) = struct.unpack("<f", struct.pack("<i", number))
+    assert decode_value(value("GF_ACTION", seen, INT32), bytewise=True) == number
+    assert decode_value(value("GF_MAX_HOR_DIST", 250.5), bytewise=True) == 250.5
+
+
+def test_integers_of_ardupilot_are_the_float() -> None:
+    assert decode_value(value("FENCE_TYPE", 7.0, INT8), bytewise=False) == 7.0
