@@ -32,7 +32,7 @@ def reader(*names: str, bytewise: bool = False) -> ParameterReader:
 
 
 def asked(made: ParameterReader) -> list[str]:
-    return [message.param_id.rstrip(b"\0").decode() for message in made.messages_to_send()]
+    return [message.param_id.rstrip("\0") for message in made.messages_to_send()]
 
 
 def test_every_name_is_asked_for_until_it_is_answered() -> None:

@@ -1,0 +1,265 @@
+"""The vehicle's own fence, and whether targets and the straight ways between them keep to it.
+
+A way may cross the fence anywhere, not only at its ends. It is cut at each crossing of a
+boundary, and the middle of every piece is looked at: pieces do not change sides.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from navigation_core.geometry import Vector3, add, scale, subtract
+from navigation_core.outcomes import OutcomeCode, Rejection
+
+Point2 = tuple[float, float]
+
+# Pieces of a way shorter than this fraction of it come from crossings that are one and the same.
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle in the map frame.
+
+    Attributes:
+        centre_enu_m: its centre, east and north.
+        radius_m: its radius; the rim belongs to it.
+        inclusion: whether the vehicle must stay inside; otherwise outside.
+        name: for sentences.
+    """
+
+    centre_enu_m: Point2
+    radius_m: float
+    inclusion: bool = True
+    name: str = "circle"
+
+    def contains(self, point: Point2) -> bool:
+        """Whether a point is inside."""
+        return math.dist(point, self.centre_enu_m) <= self.radius_m
+
+    def margin_m(self, point: Point2) -> float:
+        """Return the distance to the boundary."""
+        return abs(math.dist(point, self.centre_enu_m) - self.radius_m)
+
+    def crossings(self, start: Point2, end: Point2) -> Iterator[float]:
+        """Yield where the line through two points cuts the boundary; 0 is start, 1 is end."""
+        dx, dy = end[0] - start[0], end[1] - start[1]
+        fx, fy = start[0] - self.centre_enu_m[0], start[1] - self.centre_enu_m[1]
+        a, b = dx * dx + dy * dy, fx * dx + fy * dy
+        discriminant = b * b - a * (fx * fx + fy * fy - self.radius_m**2)
+        if a == 0.0 or discriminant < 0.0:
+            return
+        root = math.sqrt(discriminant)
+        yield (-b - root) / a
+        yield (-b + root) / a
+
+    def describe(self, point: Point2) -> str:
+        """Say where a point is, with all numbers."""
+        x, y = self.centre_enu_m
+        return (
+            f"{math.dist(point, self.centre_enu_m):.2f} m from ({x:.2f}, {y:.2f}) m; the fence's "
+            f"{self.name} has a radius of {self.radius_m:g} m"
+        )
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A simple polygon in the map frame, of any shape.
+
+    Attributes:
+        corners_enu_m: three or more corners, east and north, in order.
+        inclusion: whether the vehicle must stay inside; otherwise outside.
+        name: for sentences.
+    """
+
+    corners_enu_m: tuple[Point2, ...]
+    inclusion: bool = True
+    name: str = "polygon"
+
+    def _edges(self) -> Iterator[tuple[Point2, Point2]]:
+        corners = self.corners_enu_m
+        return zip(corners, corners[1:] + corners[:1], strict=True)
+
+    def contains(self, point: Point2) -> bool:
+        """Whether a point is inside (even-odd rule)."""
+        inside = False
+        for (x0, y0), (x1, y1) in self._edges():
+            if (y0 > point[1]) != (y1 > point[1]):
+                inside ^= point[0] < x0 + (x1 - x0) * (point[1] - y0) / (y1 - y0)
+        return inside
+
+    def margin_m(self, point: Point2) -> float:
+        """Return the distance to the boundary."""
+        return min(_distance_to_edge(point, *edge) for edge in self._edges())
+
+    def crossings(self, start: Point2, end: Point2) -> Iterator[float]:
+        """Yield where the line through two points cuts the boundary; 0 is start, 1 is end."""
+        dx, dy = end[0] - start[0], end[1] - start[1]
+        for (x0, y0), (x1, y1) in self._edges():
+            ex, ey = x1 - x0, y1 - y0
+            determinant = dx * ey - dy * ex
+            if determinant == 0.0:
+                continue  # parallel: the neighbouring edges end the stretch
+            along = ((x0 - start[0]) * ey - (y0 - start[1]) * ex) / determinant
+            across = ((x0 - start[0]) * dy - (y0 - start[1]) * dx) / determinant
+            if 0.0 <= across <= 1.0:
+                yield along
+
+    def describe(self, point: Point2) -> str:
+        """Say where a point is, with all numbers."""
+        side = "outside" if self.inclusion else "inside"
+        return (
+            f"{self.margin_m(point):.2f} m {side} the fence's {self.name} of "
+            f"{len(self.corners_enu_m)} corners"
+        )
+
+
+Area = Circle | Polygon
+
+
+def _distance_to_edge(point: Point2, start: Point2, end: Point2) -> float:
+    ex, ey = end[0] - start[0], end[1] - start[1]
+    px, py = point[0] - start[0], point[1] - start[1]
+    length2 = ex * ex + ey * ey
+    share = 0.0 if length2 == 0.0 else min(max((px * ex + py * ey) / length2, 0.0), 1.0)
+    return math.hypot(px - share * ex, py - share * ey)
+
+
+@dataclass(frozen=True)
+class Fence:
+    """What a vehicle keeps to by itself.
+
+    Attributes:
+        areas: circles and polygons; the vehicle must be inside every inclusion and outside
+            every exclusion.
+        any_inclusion: one of the inclusions is enough (PX4).
+        altitude_min_m: least height above home, or None.
+        altitude_max_m: greatest height above home, or None.
+    """
+
+    areas: tuple[Area, ...] = ()
+    any_inclusion: bool = False
+    altitude_min_m: float | None = None
+    altitude_max_m: float | None = None
+
+    def allows(self, point: Point2) -> bool:
+        """Whether a place, east and north, keeps to the areas."""
+        return self._broken(point) is None
+
+    def _broken(self, point: Point2) -> Area | None:
+        inclusions = [area for area in self.areas if area.inclusion]
+        outside = [area for area in inclusions if not area.contains(point)]
+        if outside and (not self.any_inclusion or len(outside) == len(inclusions)):
+            return outside[0]
+        for area in self.areas:
+            if not area.inclusion and area.contains(point):
+                return area
+        return None
+
+    def check_target(
+        self, position_enu_m: Vector3, home_z_enu_m: float, margin_m: float = 0.0
+    ) -> Rejection | None:
+        """Say why a target is refused.
+
+        Args:
+            position_enu_m: the target in the map frame.
+            home_z_enu_m: map height of home, from which the fence's heights count.
+            margin_m: how far inside of every boundary it must be.
+        """
+        x, y, z = position_enu_m
+        what = f"The target ({x:.2f}, {y:.2f}, {z:.2f}) m"
+        broken = self._broken((x, y))
+        if broken is not None:
+            return _outside(f"{what} is {broken.describe((x, y))}.")
+        for area in self.areas:
+            near_m = area.margin_m((x, y))
+            if near_m < margin_m and not (self.any_inclusion and area.inclusion):
+                return _outside(
+                    f"{what} is {near_m:.2f} m from the boundary of the fence's {area.name}; keep "
+                    f"{margin_m:g} m away (fence_margin_m)."
+                )
+        height_m = z - home_z_enu_m
+        highest_m, lowest_m = self.altitude_max_m, self.altitude_min_m
+        if highest_m is not None and height_m > highest_m - margin_m:
+            return _outside(
+                f"{what} is {height_m:.2f} m above home; the fence ends at {highest_m:g} m, of "
+                f"which {margin_m:g} m are kept free (fence_margin_m)."
+            )
+        if lowest_m is not None and height_m < lowest_m:
+            return _outside(
+                f"{what} is {height_m:.2f} m above home; the fence begins at {lowest_m:g} m."
+            )
+        return None
+
+    def check_way(self, start_enu_m: Vector3, end_enu_m: Vector3) -> Rejection | None:
+        """Say where the straight way between two points leaves the fence, if it does."""
+        start, end = start_enu_m[:2], end_enu_m[:2]
+        cuts = {0.0, 1.0}
+        for area in self.areas:
+            cuts.update(cut for cut in area.crossings(start, end) if 0.0 < cut < 1.0)
+        for before, after in itertools.pairwise(sorted(cuts)):
+            if after - before < _SAME:
+                continue
+            middle = _along(start_enu_m, end_enu_m, 0.5 * (before + after))
+            broken = self._broken(middle[:2])
+            if broken is not None:
+                x, y, _ = _along(start_enu_m, end_enu_m, before)
+                return _outside(
+                    f"The straight way from ({start[0]:.2f}, {start[1]:.2f}) m to ({end[0]:.2f}, "
+                    f"{end[1]:.2f}) m leaves the fence's {broken.name} at ({x:.2f}, {y:.2f}) m; "
+                    "send waypoints around."
+                )
+        return None
+
+
+def check_route(
+    fence: Fence,
+    start_enu_m: Vector3,
+    targets_enu_m: Sequence[Vector3],
+    home_z_enu_m: float,
+    margin_m: float = 0.0,
+    closed: bool = False,
+) -> Rejection | None:
+    """Say why a flight through targets, in straight lines, does not keep to the fence.
+
+    A vehicle that is outside may come back in: then the way to the first target is its own.
+    Heights hold for the targets; between two that keep to them, a straight line does.
+
+    Args:
+        fence: the fence.
+        start_enu_m: where the vehicle is.
+        targets_enu_m: the targets in order.
+        home_z_enu_m: map height of home.
+        margin_m: how far inside of every boundary targets must be.
+        closed: whether the last is followed by the first again.
+    """
+    several = len(targets_enu_m) > 1
+    for index, target in enumerate(targets_enu_m):
+        rejection = fence.check_target(target, home_z_enu_m, margin_m)
+        if rejection is not None:
+            return _named(rejection, index) if several else rejection
+    points = list(targets_enu_m)
+    if fence.allows(start_enu_m[:2]):
+        points.insert(0, start_enu_m)
+    if closed and several:
+        points.append(targets_enu_m[0])
+    for start, end in itertools.pairwise(points):
+        rejection = fence.check_way(start, end)
+        if rejection is not None:
+            return rejection
+    return None
+
+
+def _named(rejection: Rejection, index: int) -> Rejection:
+    return Rejection(rejection.code, f"Waypoint {index}: {rejection.message}")
+
+
+def _along(start: Vector3, end: Vector3, share: float) -> Vector3:
+    return add(start, scale(subtract(end, start), share))
+
+
+def _outside(text: str) -> Rejection:
+    return Rejection(OutcomeCode.OUTSIDE_FENCE, text)

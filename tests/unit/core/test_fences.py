@@ -1,0 +1,129 @@
+"""Which targets and ways keep to the vehicle's own fence."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from navigation_core.fences import Circle, Fence, Polygon, check_route
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+
+# A U, open to the North: between its arms is outside.
+U = Polygon(((0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)))
+HERE: Vector3 = (0.0, 0.0, 0.0)
+
+
+def refused(
+    fence: Fence, *targets: Vector3, start: Vector3 = HERE, margin_m: float = 0.0,
+    closed: bool = False,
+) -> str:  # fmt: skip
+    rejection = check_route(fence, start, targets, 0.0, margin_m, closed)
+    if rejection is None:
+        return ""
+    assert rejection.code is OutcomeCode.OUTSIDE_FENCE
+    return rejection.message
+
+
+def test_a_target_beyond_the_circle_is_refused_with_both_numbers() -> None:
+    fence = Fence((Circle((1.0, 0.0), 50.0),))
+    assert not refused(fence, (50.0, 0.0, 5.0))
+    text = refused(fence, (61.0, 0.0, 5.0))
+    assert "60.00 m" in text
+    assert "50 m" in text
+
+
+def test_heights_count_from_home() -> None:
+    fence = Fence(altitude_min_m=2.0, altitude_max_m=30.0)
+    assert fence.check_target((0.0, 0.0, 35.0), 10.0) is None
+    for z, words in ((41.0, "31.00 m above home"), (11.0, "1.00 m above home")):
+        rejection = fence.check_target((0.0, 0.0, z), 10.0)
+        assert rejection is not None
+        assert words in rejection.message
+
+
+def test_a_way_around_a_corner_is_refused_though_both_ends_are_inside() -> None:
+    fence = Fence((U,))
+    text = refused(fence, (25.0, 25.0, 5.0), start=(5.0, 25.0, 5.0))
+    assert "(10.00, 25.00) m" in text
+    around = ((5.0, 5.0, 5.0), (25.0, 5.0, 5.0), (25.0, 25.0, 5.0))
+    assert not refused(fence, *around, start=(5.0, 25.0, 5.0))
+
+
+def test_the_way_back_to_the_first_waypoint_counts_when_there_are_laps() -> None:
+    fence = Fence((U,))
+    route = ((5.0, 25.0, 5.0), (5.0, 5.0, 5.0), (25.0, 5.0, 5.0), (25.0, 25.0, 5.0))
+    assert not refused(fence, *route, start=(5.0, 25.0, 5.0))
+    assert refused(fence, *route, start=(5.0, 25.0, 5.0), closed=True)
+
+
+@pytest.mark.parametrize(
+    "area", [Circle((50.0, 0.0), 5.0, False), Polygon(((45, -5), (55, -5), (50, 5)), False)]
+)
+def test_a_way_through_an_exclusion_is_refused(area: Circle | Polygon) -> None:
+    assert refused(Fence((area,)), (100.0, 0.0, 5.0))
+    assert not refused(Fence((area,)), (100.0, 60.0, 5.0))
+    assert refused(Fence((area,)), (50.0, -1.0, 5.0))
+
+
+def test_one_of_several_inclusions_is_enough_for_px4_but_not_for_ardupilot() -> None:
+    areas = (Circle((0.0, 0.0), 10.0), Circle((15.0, 0.0), 10.0))
+    assert not refused(Fence(areas, any_inclusion=True), (20.0, 0.0, 5.0))
+    assert refused(Fence(areas), (20.0, 0.0, 5.0))
+    apart = (Circle((0.0, 0.0), 10.0), Circle((25.0, 0.0), 10.0))
+    assert "leaves" in refused(Fence(apart, any_inclusion=True), (25.0, 0.0, 5.0))
+
+
+def test_a_vehicle_outside_may_come_back_in() -> None:
+    fence = Fence((Circle((0.0, 0.0), 10.0),))
+    assert not refused(fence, (5.0, 0.0, 5.0), start=(30.0, 0.0, 5.0))
+    assert refused(fence, (20.0, 0.0, 5.0), start=(30.0, 0.0, 5.0))
+
+
+def test_a_margin_keeps_targets_away_from_the_boundary() -> None:
+    fence = Fence((Circle((0.0, 0.0), 10.0),), altitude_max_m=20.0)
+    assert "1.00 m from the boundary" in refused(fence, (9.0, 0.0, 5.0), margin_m=2.0)
+    assert "fence_margin_m" in refused(fence, (0.0, 0.0, 19.0), margin_m=2.0)
+    assert not refused(fence, (7.0, 0.0, 17.0), margin_m=2.0)
+
+
+def test_a_waypoint_is_named_by_its_number() -> None:
+    fence = Fence((Circle((0.0, 0.0), 10.0),))
+    assert refused(fence, (5.0, 0.0, 5.0), (15.0, 0.0, 5.0)).startswith("Waypoint 1: ")
+
+
+COORDINATE = st.integers(-40, 40).map(float)
+POINT = st.tuples(COORDINATE, COORDINATE)
+
+
+@given(
+    POINT,
+    POINT,
+    st.lists(POINT, min_size=3, max_size=6, unique=True),
+    POINT,
+    st.booleans(),
+    st.booleans(),
+)
+def test_a_way_is_accepted_only_if_no_point_of_it_is_outside(
+    start: tuple[float, float],
+    end: tuple[float, float],
+    corners: list[tuple[float, float]],
+    centre: tuple[float, float],
+    inclusion: bool,
+    any_inclusion: bool,
+) -> None:
+    fence = Fence(
+        (Polygon(tuple(corners), inclusion), Circle(centre, 12.5, not inclusion)), any_inclusion
+    )
+    way = fence.check_way((*start, 0.0), (*end, 0.0))
+    step = ((end[0] - start[0]) / 199.0, (end[1] - start[1]) / 199.0)
+    points = [(start[0] + n * step[0], start[1] + n * step[1]) for n in range(200)]
+    free_m = min(area.margin_m(p) for p in points for area in fence.areas)
+    outside = [p for p in points if not fence.allows(p)]
+    if any(min(area.margin_m(p) for area in fence.areas) > 1e-6 for p in outside):
+        assert way is not None
+    elif not outside and free_m > math.dist(points[0], points[1]):
+        assert way is None
