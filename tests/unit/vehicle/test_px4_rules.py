@@ -299,7 +299,7 @@ def test_its_gimbal_commands_and_its_requests_are_not_for_us() -> None:
         )  # fmt: skip
     assert px4.vehicle.state is state
     px4.wait(2.0)
-    quiet = {"HEARTBEAT", "COMMAND_LONG", "PARAM_REQUEST_READ"}
+    quiet = {"HEARTBEAT", "COMMAND_LONG", "PARAM_REQUEST_READ", "TIMESYNC"}
     assert {message.get_type() for message in px4.sent} <= quiet
     assert {m.command for m in px4.sent if m.get_type() == "COMMAND_LONG"} <= {512}
 
