@@ -104,8 +104,12 @@ def test_it_is_not_armed_in_rtl_and_land(number: int) -> None:
 def test_a_take_off_rolls_rotates_climbs_and_ends_in_a_circle() -> None:
     station = on_runway()
     assert station.command(TAKEOFF, 0, 0, 0, NAN, NAN, NAN, NAN) == ACCEPTED
-    assert "Using default takeoff altitude: 25.0 m\t" in station.texts()
     assert station.arm() == ACCEPTED
+    station.run(0.2)
+    assert station.texts()[-2:] == [
+        "Armed by external command\t",
+        "Using default takeoff altitude: 25.0 m\t",
+    ]
     station.run_until(lambda: station.velocity[0] > 8.0)
     assert station.position[2] == pytest.approx(0.0, abs=0.01), "it has not rotated yet"
     assert "Takeoff detected\t" in station.texts(), "the land detector looks at the speed"
@@ -427,7 +431,7 @@ def test_a_lost_ground_station_is_nav_dll_act_after_a_hold() -> None:
 
 def test_telemetry_of_a_plane(plane: Px4Station) -> None:
     reposition(plane, 300.0, 200.0, 50.0)
-    for message_id in (36, 62, 74, 83, 85, 87):
+    for message_id in (36, 74, 83, 85, 87):
         assert plane.interval(message_id, 5.0) == ACCEPTED
     plane.run(40.0)
     hud = plane.last("VFR_HUD")
@@ -437,9 +441,6 @@ def test_telemetry_of_a_plane(plane: Px4Station) -> None:
     nearest = plane.last("POSITION_TARGET_LOCAL_NED")
     assert math.dist((nearest.x, nearest.y), (300.0, 200.0)) == pytest.approx(80.0, abs=0.1)
     assert math.isnan(nearest.vx)
-    output = plane.last("NAV_CONTROLLER_OUTPUT")
-    assert output.wp_dist == pytest.approx(80, abs=4)
-    assert output.xtrack_error < 4.0
     assert 1000 < plane.last("SERVO_OUTPUT_RAW").servo4_raw < 2000
 
 

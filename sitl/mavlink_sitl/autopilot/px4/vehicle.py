@@ -208,6 +208,10 @@ class Px4Vehicle(Copter):
         """Whether the land detector says, in flight, that it is over."""
         raise NotImplementedError
 
+    def falls_back_to(self, number: int) -> bool:
+        """Whether a lost OFFBOARD becomes a pilot's mode though nobody holds the sticks."""
+        return False
+
     def landing_faults(self, items: Sequence[PlanItem]) -> Iterator[str]:
         """What makes this kind's landings in a mission impossible, in words."""
         yield from ()
