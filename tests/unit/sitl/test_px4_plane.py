@@ -1,4 +1,4 @@
-"""PX4's planes: what the source of v1.17 says of them; no recording exists."""
+"""PX4's planes: what the source of v1.17 says of them, and its simulated plane did."""
 
 from __future__ import annotations
 
@@ -290,14 +290,19 @@ def test_a_position_that_lacks_something_controls_nothing(plane: Px4Station) -> 
     assert -plane.position[2] == pytest.approx(50.0, abs=5.0)
 
 
-def test_a_lost_stream_returns_home_and_a_resumed_one_takes_control_again(
+def test_a_lost_stream_flies_straight_on_in_posctl_and_a_resumed_one_takes_control_again(
     plane: Px4Station,
 ) -> None:
     offboard(plane)
     plane.stream_to(1.0, 500.0, 0.0, -50.0)
-    took_s = plane.run_until(lambda: plane.custom_mode == px4.RTL)
+    took_s = plane.run_until(lambda: plane.custom_mode == px4.POSCTL)
     assert took_s == pytest.approx(1.0, abs=0.15)
     assert "Failsafe activated\t" in plane.texts()
+    plane.run(3.1)
+    beat, mode = plane.last("HEARTBEAT"), plane.last("CURRENT_MODE")
+    assert (beat.custom_mode, beat.base_mode, beat.system_status) == (px4.POSCTL, 209, 5)
+    assert (mode.custom_mode, mode.intended_custom_mode) == (px4.POSCTL, px4.OFFBOARD)
+    assert -plane.position[2] == pytest.approx(50.0, abs=5.0)
     plane.stream_to(0.3, 500.0, 0.0, -50.0)
     assert plane.custom_mode == px4.OFFBOARD
 

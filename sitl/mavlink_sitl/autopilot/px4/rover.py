@@ -10,7 +10,6 @@ import math
 from typing import ClassVar
 
 from mavlink_sitl.autopilot.navigation import LEAST_LIMIT
-from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4 import rover_modes
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.pursuit import Point
@@ -81,10 +80,6 @@ class Px4Rover(Px4Vehicle):
     def may_disarm(self) -> bool:
         """Always, also while it rolls."""
         return True
-
-    def falls_back_to(self, number: int) -> bool:
-        """POSCTL, where it stands: seen of the firmware's own simulated rover."""
-        return number == px4.POSCTL and self.estimator.position_ok
 
     def can_run(self, number: int) -> bool:
         """Whether a mode has what it needs; a height to hold there is none."""
