@@ -37,6 +37,9 @@ class GroundStation:
         self.simulation = simulation
         self.vehicle: SimulatedVehicle = simulation.vehicles[index]
         self.log: list[tuple[float, Message]] = []
+        self._by_kind: dict[str, list[tuple[float, Message]]] = {}
+        self._sorted = 0
+        self._first: tuple[float, Message] | None = None
         self._out = mav.MAVLink(None, srcSystem=system, srcComponent=component)
         self._in = mav.MAVLink(None)
         self._in.robust_parsing = True
@@ -158,11 +161,21 @@ class GroundStation:
 
     # What was received.
 
+    def _of_kind(self, kind: str) -> list[tuple[float, Message]]:
+        """What is in the log of a kind; conditions ask often, and a log gets long."""
+        if self._sorted and (len(self.log) < self._sorted or self.log[0] is not self._first):
+            self._by_kind, self._sorted = {}, 0  # a test has cleared the log
+        for entry in self.log[self._sorted :]:
+            self._by_kind.setdefault(entry[1].get_type(), []).append(entry)
+        self._sorted = len(self.log)
+        self._first = self.log[0] if self.log else None
+        return self._by_kind.get(kind, [])
+
     def messages(self, kind: str, since_s: float = 0.0) -> list[Message]:
-        return [m for t, m in self.log if m.get_type() == kind and t >= since_s]
+        return [m for t, m in self._of_kind(kind) if t >= since_s]
 
     def last(self, kind: str) -> Message:
-        return self.messages(kind)[-1]
+        return self._of_kind(kind)[-1][1]
 
     def texts(self, since_s: float = 0.0) -> list[str]:
         return [m.text for m in self.messages("STATUSTEXT", since_s)]

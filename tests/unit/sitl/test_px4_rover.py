@@ -1,4 +1,4 @@
-"""PX4's rovers and boats: what the source of v1.17 says of them; no recording exists."""
+"""PX4's rovers and boats: what the source of v1.17 says of them, and its simulated rover did."""
 
 from __future__ import annotations
 
@@ -254,18 +254,27 @@ def test_a_height_alone_in_offboard_moves_nothing(rover: Px4Station) -> None:
     assert math.hypot(*rover.position[:2]) < 0.1
 
 
-def test_a_lost_stream_returns_home_and_a_resumed_one_takes_control_again(
+def test_a_lost_stream_stops_it_in_posctl_and_a_resumed_one_takes_control_again(
     rover: Px4Station,
 ) -> None:
     offboard(rover)
-    rover.stream_to(8.0, 40.0, 0.0, 0.0)
-    took_s = rover.run_until(lambda: rover.custom_mode == px4.RTL)
+    rover.stream_to(4.0, 60.0, 0.0, 0.0)
+    took_s = rover.run_until(lambda: rover.custom_mode == px4.POSCTL)
     assert took_s == pytest.approx(1.0, abs=0.15)
     assert "Failsafe activated\t" in rover.texts()
-    rover.run(1.1)
-    assert rover.last("HEARTBEAT").system_status == 5
-    rover.stream_to(0.3, 40.0, 0.0, 0.0)
+    rover.run(3.1)
+    beat, mode = rover.last("HEARTBEAT"), rover.last("CURRENT_MODE")
+    assert (beat.custom_mode, beat.base_mode, beat.system_status) == (px4.POSCTL, 209, 5)
+    assert (mode.custom_mode, mode.intended_custom_mode) == (px4.POSCTL, px4.OFFBOARD)
+    assert math.hypot(*rover.velocity) < 0.2
+    rover.stream_to(0.3, 60.0, 0.0, 0.0)
     assert rover.custom_mode == px4.OFFBOARD
+
+
+def test_com_obl_rc_act_3_returns_home_instead() -> None:
+    station = offboard(driving(parameters={"COM_OBL_RC_ACT": 3}))
+    station.stream_to(2.0, 40.0, 0.0, 0.0)
+    station.run_until(lambda: station.custom_mode == px4.RTL, 3.0)
 
 
 def test_a_lost_ground_station_is_nav_dll_act() -> None:
@@ -366,7 +375,7 @@ def test_a_mission_that_is_cleared_ends_in_auto_loiter(rover: Px4Station) -> Non
 
 
 def test_no_setpoints_of_attitude_and_local_position_are_published(rover: Px4Station) -> None:
-    for message_id in (36, 83, 85, 87, 105):
+    for message_id in (36, 74, 83, 85, 87, 105):
         assert rover.interval(message_id, 5.0) == ACCEPTED
     reposition(rover, 30.0, 0.0)
     rover.run(3.0)

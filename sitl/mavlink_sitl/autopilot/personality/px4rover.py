@@ -63,7 +63,13 @@ def _parameters(accept_m: float, **others: float) -> tuple[ParameterSpec, ...]:
         ParameterSpec("RO_YAW_P", 5.0),
         ParameterSpec("RO_YAW_RATE_LIM", 180.0),
     )
-    return in_order((*COMMON_PARAMETERS, *own), NAV_ACC_RAD=accept_m, **others)
+    return in_order(
+        (*COMMON_PARAMETERS, *own),
+        NAV_ACC_RAD=accept_m,
+        RTL_DESCEND_ALT=30.0,
+        RTL_RETURN_ALT=60.0,
+        **others,
+    )
 
 
 PX4ROVER = replace(

@@ -50,3 +50,7 @@ class Px4Copter(Px4Vehicle):
         """On the ground again."""
         self._left_ground = self._left_ground or not self.landed
         return self._left_ground and self.landed
+
+    def falls_back_to(self, number: int) -> bool:
+        """Never, as recorded: without sticks it is NAV_RCL_ACT (`offboard_loss_stop`)."""
+        return False

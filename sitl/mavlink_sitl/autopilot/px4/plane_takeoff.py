@@ -46,8 +46,7 @@ class Climbout:
     def update(self) -> None:
         """Go on."""
         plane, mode, p = self._plane, self._mode, self._plane.parameters
-        spool_s = max(p["COM_SPOOLUP_TIME"], 0.0)
-        if not plane.armed or plane.now_s - plane.arming.armed_at_s < spool_s:
+        if not plane.armed:
             mode.rest()
             return
         if self._began_s is None:
@@ -88,28 +87,37 @@ class Takeoff(PlaneMode, TakeoffMode):
     """AUTO.TAKEOFF: straight on to a height above sea level, then AUTO.LOITER there."""
 
     def enter(self) -> None:
+        """Wait for arming."""
+        self.level_off()
+        self._climbout: Climbout | None = None
+        self.update()
+
+    def _begin(self) -> Climbout | None:
         """Take the height; one that is below the vehicle is not flown to."""
         plane, navigator = self.px4, self.px4.px4_navigator
-        self.level_off()
-        here = plane.motion.down_m
-        wanted = here - plane.parameters["MIS_TAKEOFF_ALT"]
+        here, height = plane.motion.down_m, plane.parameters["MIS_TAKEOFF_ALT"]
+        wanted = here - height
         if self.wanted_amsl_m is not None:
             wanted = navigator.down_of_amsl(self.wanted_amsl_m)
         else:
-            height = plane.parameters["MIS_TAKEOFF_ALT"]
             plane.say(Severity.INFO, f"Using default takeoff altitude: {height:.1f} m")
-        self._too_low = wanted > here
-        if self._too_low:
-            plane.say(Severity.CRITICAL, "Already higher than takeoff altitude")
         self.wanted_amsl_m = None
-        self.climbout = Climbout(self, min(wanted, here))
-        self.update()
+        if wanted > here:
+            plane.say(Severity.CRITICAL, "Already higher than takeoff altitude")
+            return None
+        return Climbout(self, wanted)
 
     def update(self) -> None:
         """Climb; at the height circle where it is."""
-        if self._too_low or (self.px4.in_flight and self.climbout.done):
-            if self.px4.armed:
-                target: Vector = (*self.level(), self.climbout.down_m)
-                self.px4.hold_at(target)
+        if not self.px4.armed:
+            self.rest()
             return
-        self.climbout.update()
+        if self._climbout is None:
+            self._climbout = self._begin()
+        climbout = self._climbout
+        if climbout is None or (self.px4.in_flight and climbout.done):
+            down = self.px4.motion.down_m if climbout is None else climbout.down_m
+            target: Vector = (*self.level(), down)
+            self.px4.hold_at(target)
+        else:
+            climbout.update()

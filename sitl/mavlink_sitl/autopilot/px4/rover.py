@@ -1,6 +1,7 @@
 """PX4 for a car with steered front wheels or a boat: no height, and never landed while it drives.
 
-Rules read in the source of v1.17 (rover_ackermann, RoverLandDetector, Commander, Navigator).
+Rules read in the source of v1.17 (rover_ackermann, RoverLandDetector, Commander, Navigator), and
+seen once of its simulated rover.
 """
 
 from __future__ import annotations

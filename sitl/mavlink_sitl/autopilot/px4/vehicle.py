@@ -208,6 +208,13 @@ class Px4Vehicle(Copter):
         """Whether the land detector says, in flight, that it is over."""
         raise NotImplementedError
 
+    def falls_back_to(self, number: int) -> bool:
+        """Whether a lost OFFBOARD becomes a pilot's mode though nobody holds the sticks.
+
+        Seen of the firmware's own simulated rover and plane.
+        """
+        return number == px4.POSCTL and self.estimator.position_ok
+
     def landing_faults(self, items: Sequence[PlanItem]) -> Iterator[str]:
         """What makes this kind's landings in a mission impossible, in words."""
         yield from ()

@@ -6,19 +6,16 @@ and POSITION_TARGET_LOCAL_NED can be asked for, and never come.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.px4.path_guidance import Path
-from mavlink_sitl.autopilot.px4.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.rover_modes import DriveMode
 from mavlink_sitl.geodesy import to_geodetic
-from mavlink_sitl.guidance import GlideGuidance
 from mavlink_sitl.mavlink import position_messages as position
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.px4 import messages
-from mavlink_sitl.mavlink.snapshot import Snapshot, boot_ms, to_i16, to_i32, to_u16
+from mavlink_sitl.mavlink.snapshot import Snapshot, boot_ms, to_i32
 
 Builder = Callable[[Snapshot], Message | list[Message] | None]
 DISARMED_US = 900
@@ -105,30 +102,6 @@ def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) 
     )
 
 
-def nav_controller_output(s: Snapshot) -> Message | None:
-    """NAV_CONTROLLER_OUTPUT: while a path is followed."""
-    path, m = _flying_path(s), s.motion
-    if path is None:
-        return None
-    vehicle, place = messages.copter_of(s), _plane_mode(s).place
-    wanted = vehicle.guidance
-    assert isinstance(vehicle, Px4Plane)
-    roll = wanted.bank_rad if isinstance(wanted, GlideGuidance) else 0.0
-    course = math.degrees(math.atan2(path.tangent[1], path.tangent[0]))
-    bearing = math.degrees(math.atan2(place[1] - m.east_m, place[0] - m.north_m))
-    beside = (path.nearest[0] - m.north_m, path.nearest[1] - m.east_m)
-    return dialect.MAVLink_nav_controller_output_message(
-        math.degrees(roll),
-        math.degrees(m.pitch_rad),
-        to_i16(course),
-        to_i16(bearing),
-        to_u16(math.dist(m[:2], place[:2])),
-        m.down_m - place[2],
-        vehicle.airspeed_m_s - vehicle.cruise_m_s(),
-        math.hypot(*beside),
-    )
-
-
 _DRIVE: dict[int, Builder] = {
     36: drive_outputs,
     83: messages.never,
@@ -137,7 +110,6 @@ _DRIVE: dict[int, Builder] = {
 }
 _FLY: dict[int, Builder] = {
     36: surface_outputs,
-    62: nav_controller_output,
     83: attitude_target,
     85: path_target,
     87: place_target,

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Motors
 from mavlink_sitl.geodesy import to_geodetic
@@ -318,7 +319,7 @@ def home_position(s: Snapshot) -> Message | None:
 def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD: with the airspeed of who measures it."""
     m = s.motion
-    throttle = s.throttle_fraction
+    throttle = s.throttle_fraction if isinstance(s.copter, Px4Plane) else 0.0  # so with rovers
     if isinstance(s.copter, Px4Copter):
         throttle = s.thrust_over_hover * HOVER_THRUST
     return dialect.MAVLink_vfr_hud_message(

@@ -91,7 +91,7 @@ class Px4Server(MavlinkServer):
         self._mode_name = ""
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
-        for message_id in _RATES[role].keys() & self.builders.keys():
+        for message_id in _RATES[role]:
             interval_us = self._default_interval_us(message_id)
             self.streams.set(message_id, interval_us, begin_us - interval_us)
         self._handlers.update(
