@@ -31,6 +31,7 @@ def traits_of(profile: Profile) -> Traits:
         return Traits(
             name="boat" if boat else "rover",
             flies=False,
+            control_before_takeoff=before,
             lands_itself=False,
             turning_radius_m=_BOAT_TURN_M if boat else _ROVER_TURN_M,
             arrival_radius_m=_BOAT_ARRIVAL_M if boat else 0.0,

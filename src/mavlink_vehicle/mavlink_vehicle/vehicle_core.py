@@ -59,7 +59,9 @@ class VehicleCore:
         )
         self._sender = HeartbeatSender(
             self.config.heartbeat_interval_s,
-            mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+            # Until it is known who is there: a PX4 that has seen an onboard computer would say
+            # that it is lost.
+            mavlink.MAV_TYPE_GCS
             if self.config.heartbeat_type is None
             else self.config.heartbeat_type,
         )

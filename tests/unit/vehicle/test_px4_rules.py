@@ -301,6 +301,8 @@ def test_its_gimbal_commands_and_its_requests_are_not_for_us() -> None:
     px4.wait(2.0)
     quiet = {"HEARTBEAT", "COMMAND_LONG", "PARAM_REQUEST_READ", "TIMESYNC"}
     assert {message.get_type() for message in px4.sent} <= quiet
+    # TIMESYNC is our own question, not an answer: it carries no time of the peer's.
+    assert all(message.tc1 == 0 for message in px4.sent if message.get_type() == "TIMESYNC")
     assert {m.command for m in px4.sent if m.get_type() == "COMMAND_LONG"} <= {512}
 
 

@@ -87,6 +87,7 @@ class VehicleLed:
         self._operation: Operation | None = None
         self._cancel_asked = False
         self._cancelled_s = 0.0
+        self._landing_seen = False
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
         self._arrived = Dwell(config.arrival_dwell_s)
@@ -290,6 +291,9 @@ class VehicleLed:
     def _status(self, observation: Observation) -> Status:
         if self._phase is _Phase.ASKING:
             return Status.PREPARING
-        if self._goal is LAND or observation.mode is VehicleMode.LAND or observation.landing:
-            return Status.LANDING
-        return Status.RETURNING
+        # PX4 says ON_GROUND for two seconds before it disarms.
+        self._landing_seen = self._landing_seen or (
+            observation.mode is VehicleMode.LAND or observation.landing
+        )
+        landing = self._goal is LAND or self._landing_seen
+        return Status.LANDING if landing else Status.RETURNING
