@@ -23,6 +23,11 @@ class OperationKind(enum.Enum):
     RETURN_TO_LAUNCH = "return to launch"
     REPOSITION = "reposition"
     CHANGE_SPEED = "speed change"
+    UPLOAD_MISSION = "mission upload"
+    DOWNLOAD_MISSION = "mission download"
+    CLEAR_MISSION = "clearing the mission"
+    START_MISSION = "mission start"
+    SET_CURRENT_ITEM = "change of the current item"
 
 
 class OperationResult(enum.Enum):

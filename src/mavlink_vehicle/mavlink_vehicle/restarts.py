@@ -24,6 +24,7 @@ VOID_AFTER_RESTART: dict[str, Any] = {
     "origin": None,
     "gps": None,
     "estimator": None,
+    "mission": None,
     "ground_altitude_amsl_m": None,
     "ground_down_m": None,
     "sensors_health": None,

@@ -15,6 +15,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.failsafe import assess
 from mavlink_vehicle.frames import Vector3, normalize_angle
+from mavlink_vehicle.mission_items import mission_id
 from mavlink_vehicle.restarts import boot_changes, evolve, is_late
 from mavlink_vehicle.status_reducers import (
     autopilot_version,
@@ -34,6 +35,7 @@ from mavlink_vehicle.telemetry import (
     GpsFix,
     Home,
     LocalPosition,
+    MissionProgress,
     Origin,
 )
 from mavlink_vehicle.vehicle_state import VehicleState
@@ -46,6 +48,7 @@ __all__ = [
     "GpsFix",
     "Home",
     "LocalPosition",
+    "MissionProgress",
     "Origin",
     "VehicleState",
     "reduce",
@@ -54,6 +57,7 @@ __all__ = [
 _UINT16_MAX = 0xFFFF
 _FIX_2D = 2
 _INT32_MAX = 0x7FFFFFFF
+_REACHED_MAX = 2000
 _CENTIDEGREE = math.radians(0.01)
 # The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
@@ -198,6 +202,30 @@ def _estimator(state: VehicleState, message: Message, now: float) -> VehicleStat
     return evolve(state, {"estimator": estimator})
 
 
+def _mission_current(state: VehicleState, message: Message, now: float) -> VehicleState:
+    before = state.mission
+    # Before the extension of 2023 there is only `seq`, and the rest reads as 0.
+    told = message.total or message.mission_state
+    total = 0 if message.total == _UINT16_MAX else message.total  # PX4: there is no mission
+    mission = MissionProgress(
+        now,
+        message.seq,
+        total if told else None,
+        message.mission_state,
+        mission_id(message),
+        () if before is None else before.reached,
+    )
+    return evolve(state, {"mission": mission})
+
+
+def _mission_item_reached(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    before = state.mission
+    if before is None or before.reached[-1:] == (message.seq,):
+        return state
+    reached = (*before.reached, message.seq)[-_REACHED_MAX:]
+    return evolve(state, {"mission": before._replace(reached=reached)})
+
+
 def _finite(vector: Vector3) -> bool:
     return math.isfinite(vector[0] + vector[1] + vector[2])
 
@@ -219,6 +247,8 @@ _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_gps_raw_int_message: _gps_raw,
     mavlink.MAVLink_ekf_status_report_message: _estimator,
     mavlink.MAVLink_estimator_status_message: _estimator,
+    mavlink.MAVLink_mission_current_message: _mission_current,
+    mavlink.MAVLink_mission_item_reached_message: _mission_item_reached,
     mavlink.MAVLink_autopilot_version_message: autopilot_version,
     mavlink.MAVLink_statustext_message: status_text,
 }

@@ -96,6 +96,27 @@ class Origin(NamedTuple):
     altitude_amsl_m: float
 
 
+class MissionProgress(NamedTuple):
+    """MISSION_CURRENT, and what MISSION_ITEM_REACHED told.
+
+    Attributes:
+        time_s: when MISSION_CURRENT came.
+        current: number of the item that is under way, as sent: on ArduPilot home is 0.
+        total: number of items, home not counted; None when the firmware doesn't tell.
+        state: MISSION_STATE; 0 when the firmware doesn't tell.
+        mission_id: PX4's number for what is stored; 0 when there is none.
+        reached: the items that were reached, in order, since the last upload of ours. One
+            that is told repeatedly (PX4: once a second for 10 s) is there once.
+    """
+
+    time_s: float
+    current: int
+    total: int | None
+    state: int
+    mission_id: int
+    reached: tuple[int, ...] = ()
+
+
 class GpsFix(NamedTuple):
     """GPS_RAW_INT.
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.events import OperationKind, OperationResult
+from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.goals import (
     ArmGoal,
@@ -16,12 +16,12 @@ from mavlink_vehicle.protocols.goals import (
     reposition_problem,
     speed_problem,
 )
-from mavlink_vehicle.protocols.operation_parts import Gate, Goal, OperationTiming
+from mavlink_vehicle.protocols.operation_parts import Gate, OperationTiming
 from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
 from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal, takeoff_problem, takeoff_timeout_s
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
-from mavlink_vehicle.vehicle_core import VehicleCore
+from mavlink_vehicle.vehicle_missions import VehicleMissions
 
 __all__ = ["DEFAULT_RATES_HZ", "SetpointNed", "Vehicle", "VehicleConfig"]
 
@@ -30,7 +30,7 @@ _TAKEOFF_DOUBT_S = 6.0
 _STREAM_WAIT_S = 2.0
 
 
-class Vehicle(VehicleCore):
+class Vehicle(VehicleMissions):
     """One autopilot; sans I/O.
 
     Operations are asynchronous: each method returns an id, and each operation ends in one
@@ -252,37 +252,3 @@ class Vehicle(VehicleCore):
             return self._nobody(goal.kind, now)
         timing = OperationTiming(self.config.operation_timeout_s)
         return self._begin(self.profile, goal, Wanted(armed=goal.armed), timing, now)
-
-    def _begin(
-        self,
-        profile: Profile,
-        goal: Goal,
-        wanted: Wanted,
-        timing: OperationTiming,
-        now: float,
-        gate: Gate | None = None,
-    ) -> int:
-        operation_id = self._slot.begin(
-            goal,
-            wanted,
-            timing,
-            self.address,
-            self.state,
-            now,
-            connected=self.connected,
-            first_ack_counts=goal.request.command not in profile.later_ack_counts,
-            gate=gate,
-        )
-        self._take_ends()
-        return operation_id
-
-    def _refuse(self, kind: OperationKind, reason: str, now: float) -> int:
-        operation_id = self._slot.end_at_once(kind, OperationResult.REFUSED, reason, now)
-        self._take_ends()
-        return operation_id
-
-    def _nobody(self, kind: OperationKind, now: float) -> int:
-        reason = "No vehicle has been heard yet; check the link and the vehicle's power."
-        operation_id = self._slot.end_at_once(kind, OperationResult.LINK_LOST, reason, now)
-        self._take_ends()
-        return operation_id

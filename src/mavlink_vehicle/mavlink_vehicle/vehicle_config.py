@@ -22,6 +22,7 @@ DEFAULT_RATES_HZ: Mapping[str, float] = MappingProxyType(
         "SYSTEM_TIME": 1.0,
         "HOME_POSITION": 0.5,
         "CURRENT_MODE": 5.0,
+        "MISSION_CURRENT": 2.0,
     }
 )
 """Hz by message name, asked for in this order."""
@@ -46,6 +47,8 @@ class VehicleConfig:
         operation_timeout_s: time for a mode change, arming or disarming to show in its state.
         takeoff_timeout_s: time for a take-off; None takes 15 s and 2 s for each metre.
         timesync_interval_s: how often the round trip is measured; 0: never.
+        mission_timeout_s: time to the repetition of a message of a mission transfer.
+        mission_retries: repetitions of each such message after the first sending.
         grace_s: a change that we asked for may show up this long after its operation ended.
     """
 
@@ -63,6 +66,8 @@ class VehicleConfig:
     takeoff_timeout_s: float | None = None
     grace_s: float = 5.0
     timesync_interval_s: float = 2.0
+    mission_timeout_s: float = 0.5
+    mission_retries: int = 12
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense.
@@ -88,10 +93,11 @@ class VehicleConfig:
             "heartbeat_timeout_s",
             "command_timeout_s",
             "operation_timeout_s",
+            "mission_timeout_s",
         ):
             if not 0.0 < getattr(self, name) < 1e6:
                 raise ConfigurationError(f"{name} must be a positive number of seconds.")
-        if self.command_retries < 0:
-            raise ConfigurationError("command_retries must be 0 or more.")
+        if self.command_retries < 0 or self.mission_retries < 0:
+            raise ConfigurationError("command_retries and mission_retries must be 0 or more.")
         if not all(0.0 <= rate_hz <= 1000.0 for rate_hz in self.message_rates_hz.values()):
             raise ConfigurationError("message_rates_hz must be between 0 (off) and 1000 Hz.")

@@ -41,7 +41,16 @@ from mavlink_vehicle.vehicle_config import VehicleConfig
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
 _HEARTBEAT = mavlink.MAVLink_heartbeat_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
-_COMMAND_ACK = mavlink.MAVLink_command_ack_message
+_FOR_OPERATIONS = frozenset(
+    {
+        mavlink.MAVLink_command_ack_message,
+        mavlink.MAVLink_mission_request_message,
+        mavlink.MAVLink_mission_request_int_message,
+        mavlink.MAVLink_mission_count_message,
+        mavlink.MAVLink_mission_item_int_message,
+        mavlink.MAVLink_mission_ack_message,
+    }
+)
 
 
 class VehicleCore:
@@ -185,7 +194,7 @@ class VehicleCore:
         state = reduce(before, message, now)
         if state.system_id == 0:
             return
-        if kind is _COMMAND_ACK:
+        if kind in _FOR_OPERATIONS:
             self._slot.receive(message, now)
             self._take_ends()
         self._requests.receive(message, now)

@@ -15,6 +15,7 @@ from mavlink_vehicle.telemetry import (
     GpsFix,
     Home,
     LocalPosition,
+    MissionProgress,
     Origin,
 )
 
@@ -41,6 +42,7 @@ class VehicleState:
         global_position: None also while the vehicle sends 0, 0.
         ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
         ground_down_m: the same in the local frame.
+        mission: how the stored mission stands.
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
         prearm_ok: whether the autopilot would arm, None when it doesn't tell.
         boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
@@ -74,6 +76,7 @@ class VehicleState:
     origin: Origin | None = None
     gps: GpsFix | None = None
     estimator: Estimator | None = None
+    mission: MissionProgress | None = None
     ground_altitude_amsl_m: float | None = None
     ground_down_m: float | None = None
     sensors_health: int | None = None

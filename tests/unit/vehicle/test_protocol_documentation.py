@@ -14,6 +14,10 @@ from mavlink_vehicle.protocols.command import Command
 from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.machine import Machine
 from mavlink_vehicle.protocols.message_rates import MessageRates
+from mavlink_vehicle.protocols.mission_clear import MissionClear
+from mavlink_vehicle.protocols.mission_download import MissionDownload
+from mavlink_vehicle.protocols.mission_operation import MissionOperation
+from mavlink_vehicle.protocols.mission_upload import MissionUpload
 from mavlink_vehicle.protocols.operations import Operation
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
 from mavlink_vehicle.vehicle import VehicleConfig
@@ -21,7 +25,10 @@ from mavlink_vehicle.vehicle import VehicleConfig
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 PROTOCOLS = (DOCS / "protocols.md").read_text("utf-8")
 FRAMES = (DOCS / "frames_and_units.md").read_text("utf-8")
-MACHINES = [HeartbeatWatch, Command, Operation, MessageRates, SetpointStream]
+MACHINES = [
+    HeartbeatWatch, Command, Operation, MissionUpload, MissionDownload, MissionClear,
+    MissionOperation, MessageRates, SetpointStream,
+]  # fmt: skip
 
 
 def documented_tables() -> list[list[tuple[str, str, str]]]:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.profiles.profile import (
     Profile,
     SetpointField,
@@ -46,6 +47,29 @@ _FENCE_PARAMETERS = (
 )
 _P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCELERATION
 
+# AP_Mission.cpp: an item holds 15 bytes, so that a waypoint keeps its time (copter, rover) or
+# its radii (plane), and no command keeps what it does not use. NaN is stored as 0.
+_MISSIONS = MissionRules(
+    home_first=True,
+    kept_params={
+        mavlink.MAV_CMD_NAV_WAYPOINT: frozenset({0}),
+        mavlink.MAV_CMD_NAV_TAKEOFF: frozenset({0}),
+        mavlink.MAV_CMD_NAV_LAND: frozenset(),
+        mavlink.MAV_CMD_NAV_LOITER_UNLIM: frozenset({2}),
+        mavlink.MAV_CMD_NAV_LOITER_TIME: frozenset({0}),
+        mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: frozenset(),
+    },
+    keeps_nan=False,
+    start_command=True,
+    # An item that is under way stays the current one when other items are uploaded (observed).
+    rewinds=True,
+    terrain=True,
+)
+_PLANE_MISSIONS = replace(
+    _MISSIONS,
+    kept_params={**_MISSIONS.kept_params, mavlink.MAV_CMD_NAV_WAYPOINT: frozenset({1, 2})},
+)
+
 COPTER = Profile(
     name="ArduCopter",
     kind=VehicleKind.COPTER,
@@ -56,6 +80,7 @@ COPTER = Profile(
     land_mode="LAND",
     return_mode="RTL",
     mission_mode="AUTO",
+    missions=replace(_MISSIONS, yaw_command=True),
     takeoff=TakeoffForm.ABOVE_HOME,
     # Refused on the ground and in other modes.
     speed_command=SpeedCommand(1, frozenset({"GUIDED", "AUTO"})),
@@ -78,6 +103,8 @@ ROVER = Profile(
     hold_mode="HOLD",
     return_mode="RTL",
     mission_mode="AUTO",
+    # It has no height to follow terrain with.
+    missions=replace(_MISSIONS, terrain=False),
     # With velocity setpoints the setpoint is the speed: DO_CHANGE_SPEED fails then
     # (Rover's mode_guided.cpp, set_desired_speed).
     speed_command=SpeedCommand(1, frozenset({"AUTO"})),
@@ -99,6 +126,7 @@ PLANE = Profile(
     hold_mode="LOITER",
     return_mode="RTL",
     mission_mode="AUTO",
+    missions=_PLANE_MISSIONS,
     # NAV_TAKEOFF is refused outside a mission; the mode takes off and circles at TKOFF_ALT.
     takeoff=TakeoffForm.MODE,
     takeoff_mode="TAKEOFF",

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.mission_items import MissionRules
 
 
 class VehicleKind(enum.Enum):
@@ -94,6 +95,7 @@ class Profile:
         land_mode: lands where it is.
         return_mode: returns to its launch point.
         mission_mode: flies the stored mission.
+        missions: what it does with missions; None: that is not known.
         takeoff: how a take-off is asked for.
         takeoff_mode: the mode that a take-off goes through, if it has one.
         after_takeoff_mode: the mode that it goes to by itself then.
@@ -132,6 +134,7 @@ class Profile:
     land_mode: str | None = None
     return_mode: str | None = None
     mission_mode: str | None = None
+    missions: MissionRules | None = None
     takeoff: TakeoffForm = TakeoffForm.NONE
     takeoff_mode: str | None = None
     after_takeoff_mode: str | None = None

@@ -12,6 +12,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.profiles.profile import (
     AltitudeReference,
     ModePacking,
@@ -44,6 +45,18 @@ def _modes() -> Mapping[str, int]:
 
 _P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCELERATION
 
+# mavlink_mission.cpp: what a command does not use is not kept; of a take-off and a waypoint
+# that is all but the time, the radius and the heading. Starting over comes with every upload.
+_MISSIONS = MissionRules(
+    kept_params={
+        mavlink.MAV_CMD_NAV_WAYPOINT: frozenset({0, 1, 3}),
+        mavlink.MAV_CMD_NAV_TAKEOFF: frozenset({3}),
+        mavlink.MAV_CMD_NAV_LAND: frozenset({3}),
+        mavlink.MAV_CMD_NAV_LOITER_UNLIM: frozenset({2, 3}),
+        mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: frozenset(),
+    },
+)
+
 _COMMON = Profile(
     name="PX4",
     modes=_modes(),
@@ -51,6 +64,7 @@ _COMMON = Profile(
     hold_mode="AUTO.LOITER",
     return_mode="AUTO.RTL",
     mission_mode="AUTO.MISSION",
+    missions=_MISSIONS,
     altitude_reference=AltitudeReference.AMSL,
     # navigator_main.cpp: the cruising speed of the navigator's modes; OFFBOARD has none. It
     # does not tell ground speed from airspeed.

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.protocols.command import Address, CommandTiming
+from mavlink_vehicle.protocols.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.operation_parts import Gate, Goal, OperationTiming
 from mavlink_vehicle.protocols.operations import Operation
 from mavlink_vehicle.protocols.requested_changes import RequestedChanges
@@ -32,12 +34,12 @@ class OperationSlot:
         """Begin empty; see `RequestedChanges` for the grace period."""
         self._command_timing = command_timing
         self._requested = RequestedChanges(grace_s)
-        self._operation: Operation | None = None
+        self._operation: Operation | MissionOperation | None = None
         self._next_id = 1
         self._events: deque[OperationFinished] = deque()
 
     @property
-    def pending(self) -> Operation | None:
+    def pending(self) -> Operation | MissionOperation | None:
         """The operation under way."""
         return self._operation
 
@@ -71,6 +73,21 @@ class OperationSlot:
         if not operation.finished and wanted != Wanted():
             self._requested.add(mode=wanted.mode, armed=wanted.armed)
         self._collect(now)
+        return operation.operation_id
+
+    def begin_mission(
+        self,
+        make: Callable[[int], MissionOperation],
+        state: VehicleState,
+        now: float,
+        *,
+        connected: bool,
+    ) -> int:
+        """Start an operation on the stored mission, made with the id that is returned."""
+        operation = make(self._take_id())
+        self.cancel(f"{operation.goal.kind.value} was asked for instead", now)
+        self._operation = operation
+        operation.begin(state, connected, now)
         return operation.operation_id
 
     def end_at_once(
@@ -129,7 +146,7 @@ class OperationSlot:
         """Nothing to do before `begin`."""
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a COMMAND_ACK."""
+        """Take in a COMMAND_ACK or a message of the mission service."""
         if self._operation is not None:
             self._operation.receive(message, now)
             self._collect(now)

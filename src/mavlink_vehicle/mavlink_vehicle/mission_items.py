@@ -1,0 +1,209 @@
+"""Items of missions, fences and rally points, and how what a vehicle stored differs from them.
+
+https://mavlink.io/en/services/mission.html
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from mavlink_vehicle.codec import Message, make, mavlink
+
+RELATIVE_ALT = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
+AMSL = mavlink.MAV_FRAME_GLOBAL_INT
+TERRAIN_ALT = mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT
+NO_FRAME = mavlink.MAV_FRAME_MISSION
+
+# Two numbers each for the same frame. Which of them comes back is the firmware's choice:
+# PX4 gives 6 for 3, ArduPilot 3 for 6 (observed).
+_SAME_FRAME = {
+    RELATIVE_ALT: mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+    AMSL: mavlink.MAV_FRAME_GLOBAL,
+    TERRAIN_ALT: mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT,
+}
+_YAW = 3
+_YAW_COMMANDS = frozenset(
+    {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_LAND}
+)
+_PLACELESS = frozenset(
+    {
+        mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
+        mavlink.MAV_CMD_NAV_DELAY,
+        mavlink.MAV_CMD_CONDITION_YAW,
+        mavlink.MAV_CMD_CONDITION_DELAY,
+        mavlink.MAV_CMD_DO_JUMP,
+        mavlink.MAV_CMD_DO_CHANGE_SPEED,
+    }
+)
+# ArduPilot keeps heights in centimetres, and all numbers travel as float32.
+_HEIGHT_TOLERANCE_M = 0.011
+_RELATIVE_TOLERANCE = 1e-5
+_DEGREES_1E7_TOLERANCE = 1
+
+
+class MissionType(enum.IntEnum):
+    """MAV_MISSION_TYPE: which of the vehicle's lists."""
+
+    MISSION = mavlink.MAV_MISSION_TYPE_MISSION
+    FENCE = mavlink.MAV_MISSION_TYPE_FENCE
+    RALLY = mavlink.MAV_MISSION_TYPE_RALLY
+
+
+@dataclass(frozen=True)
+class MissionItem:
+    """One item, as in MISSION_ITEM_INT.
+
+    Attributes:
+        command: MAV_CMD.
+        frame: MAV_FRAME; `NO_FRAME` for a command without a place.
+        params: param1 to param4; NaN where the command knows an "as you like".
+        x: latitude in degrees times 1e7.
+        y: longitude in degrees times 1e7.
+        z: height in metres, above what the frame says.
+    """
+
+    command: int
+    frame: int = NO_FRAME
+    params: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    x: int = 0
+    y: int = 0
+    z: float = 0.0
+
+    def message(
+        self, seq: int, target: tuple[int, int], mission_type: MissionType = MissionType.MISSION
+    ) -> Message:
+        """Build MISSION_ITEM_INT for a system and component."""
+        named = {f"param{number}": value for number, value in enumerate(self.params, start=1)}
+        return make(
+            "MISSION_ITEM_INT",
+            target_system=target[0],
+            target_component=target[1],
+            seq=seq,
+            frame=self.frame,
+            command=self.command,
+            autocontinue=1,
+            **named,
+            x=self.x,
+            y=self.y,
+            z=self.z,
+            mission_type=int(mission_type),
+        )
+
+
+def item_of(message: Message) -> MissionItem:
+    """Read MISSION_ITEM_INT."""
+    return MissionItem(
+        message.command,
+        message.frame,
+        (message.param1, message.param2, message.param3, message.param4),
+        message.x,
+        message.y,
+        message.z,
+    )
+
+
+HOME_PLACEHOLDER = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)
+"""What is sent as item 0 where that is home: the vehicle puts home in its place."""
+
+
+@dataclass(frozen=True)
+class MissionRules:
+    """What a firmware does with missions.
+
+    Attributes:
+        home_first: item 0 is home, whatever is sent as such (ArduPilot).
+        kept_params: by command, the indices (0 to 3) of the parameters that are kept; the
+            others come back as something else. A command that isn't there keeps all.
+        keeps_nan: whether NaN in param4 comes back as NaN; else as 0.
+        start_command: whether MAV_CMD_MISSION_START starts it. Else the mode alone does.
+        rewinds: whether a new mission goes on at the number of the item that the old one had
+            come to, so that it must be set back to its first item.
+        yaw_command: whether a heading is an item of its own (CONDITION_YAW), not a parameter
+            of the waypoint.
+        terrain: whether heights above the ground are taken.
+    """
+
+    home_first: bool = False
+    kept_params: Mapping[int, frozenset[int]] = field(default_factory=dict)
+    keeps_nan: bool = True
+    start_command: bool = False
+    rewinds: bool = False
+    yaw_command: bool = False
+    terrain: bool = False
+
+    @property
+    def offset(self) -> int:
+        """The number of the first item that is ours."""
+        return 1 if self.home_first else 0
+
+
+def first_difference(
+    sent: Sequence[MissionItem], stored: Sequence[MissionItem], rules: MissionRules
+) -> str | None:
+    """Say where what is stored is not what was sent, leaving out what the firmware may change.
+
+    Both are without home.
+    """
+    if len(sent) != len(stored):
+        return f"{len(stored)} items are stored instead of {len(sent)}"
+    for number, (ours, theirs) in enumerate(zip(sent, stored, strict=True)):
+        what = _difference(ours, theirs, rules)
+        if what is not None:
+            return f"item {number + rules.offset} has another {what}"
+    return None
+
+
+def _difference(ours: MissionItem, theirs: MissionItem, rules: MissionRules) -> str | None:
+    if ours.command != theirs.command:
+        return "command"
+    kept = rules.kept_params.get(ours.command, frozenset(range(4)))
+    for index in sorted(kept):
+        is_yaw = index == _YAW and ours.command in _YAW_COMMANDS
+        if not _same_param(ours.params[index], theirs.params[index], is_yaw, rules.keeps_nan):
+            return f"param{index + 1}"
+    if ours.command in _PLACELESS:
+        return None
+    if _SAME_FRAME.get(ours.frame, ours.frame) != _SAME_FRAME.get(theirs.frame, theirs.frame):
+        return "frame"
+    if ours.x or ours.y:  # 0, 0 is "where you are": some put a place there
+        if abs(ours.x - theirs.x) > _DEGREES_1E7_TOLERANCE:
+            return "latitude"
+        if abs(ours.y - theirs.y) > _DEGREES_1E7_TOLERANCE:
+            return "longitude"
+    if not abs(ours.z - theirs.z) <= _HEIGHT_TOLERANCE_M:
+        return "height"
+    return None
+
+
+def _same_param(ours: float, theirs: float, is_yaw: bool, keeps_nan: bool) -> bool:
+    if math.isnan(ours):
+        return math.isnan(theirs) or not keeps_nan
+    if is_yaw:
+        return abs(math.remainder(ours - theirs, 360.0)) < 1e-3
+    return math.isclose(ours, theirs, rel_tol=_RELATIVE_TOLERANCE, abs_tol=1e-6)
+
+
+_ACK_SIZE = 4
+_CURRENT_SIZE = 6
+
+
+def opaque_id(ack: Message) -> int | None:
+    """Return MISSION_ACK's number for what is stored now; None where there is none."""
+    return _extension(ack, _ACK_SIZE) or None
+
+
+def mission_id(current: Message) -> int:
+    """Return MISSION_CURRENT's number for the stored mission; 0 where there is none."""
+    return _extension(current, _CURRENT_SIZE)
+
+
+def _extension(message: Message, size: int) -> int:
+    """Return the uint32 behind the fields that the dialect knows; truncated zeros are 0."""
+    frame = bytes(message.get_msgbuf() or b"")
+    if frame[:1] != b"\xfd":
+        return 0
+    payload = frame[10 : 10 + frame[1]]
+    return int.from_bytes(payload[size : size + 4], "little")
