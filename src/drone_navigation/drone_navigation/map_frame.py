@@ -10,6 +10,8 @@ from navigation_core.geometry import Vector3
 # Latitude and longitude in degrees, altitude above mean sea level in metres.
 Geodetic = tuple[float, float, float]
 
+# MAV_TYPE_GROUND_ROVER and MAV_TYPE_SURFACE_BOAT (minimal.xml).
+_DRIVING = frozenset({10, 11})
 # GLOBAL_POSITION_INT and LOCAL_POSITION_NED that are this near in time describe the same
 # moment well enough to tell where the origin lies (at 10 m/s they differ by 1 m).
 _PAIR_AGE_S = 0.1
@@ -85,8 +87,17 @@ class MapFrame:
         return self.enu((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
 
     def ground_enu_m(self, state: VehicleState) -> float:
-        """Return the map height of the ground: home's altitude, or the origin's."""
-        if self._origin is None or state.home is None:
+        """Return the map height of the ground: home's altitude, or the origin's.
+
+        What drives is on the ground, whatever it says of its home: an ArduRover that has found
+        its place still gives a home at sea level until it is armed (observed). A home without
+        a local position is from before the origin, and as wrong.
+        """
+        if self._origin is None:
+            return 0.0
+        if state.vehicle_type in _DRIVING and state.global_position is not None:
+            return state.global_position.altitude_amsl_m - self._origin[2]
+        if state.home is None or state.home.position_ned_m is None:
             return 0.0
         return state.home.altitude_amsl_m - self._origin[2]
 
