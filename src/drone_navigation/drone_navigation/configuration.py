@@ -77,6 +77,13 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         255,
     ),
     ParameterSpec(
+        "heartbeat_type",
+        "auto",
+        "As what this server sends HEARTBEAT: auto (what the firmware needs), gcs (a ground "
+        "station) or onboard (an onboard computer).",
+        choices=("auto", "gcs", "onboard"),
+    ),
+    ParameterSpec(
         "arming",
         "never",
         "Whether a goal may arm the vehicle and take off: auto or never.",
@@ -196,11 +203,15 @@ FIXED = frozenset(
         "record_tlog",
         "target_system",
         "source_component",
+        "heartbeat_type",
         "setpoint_rate_hz",
         "position_rate_hz",
         "heartbeat_timeout_s",
     }
 )
+
+# MAV_TYPE_GCS and MAV_TYPE_ONBOARD_CONTROLLER (common.xml); None leaves it to the profile.
+_HEARTBEAT_TYPES: dict[str, int | None] = {"auto": None, "gcs": 6, "onboard": 18}
 
 SPECS: dict[str, ParameterSpec] = {spec.name: spec for spec in PARAMETERS}
 
@@ -310,12 +321,12 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
     return ServerConfig(
         link_url=text("link_url"),
         record_tlog=text("record_tlog") or None,
-        vehicle=_vehicle_config(number),
+        vehicle=_vehicle_config(number, text),
         bridge=_bridge_config(number, text),
     )
 
 
-def _vehicle_config(number: _Number) -> VehicleConfig:
+def _vehicle_config(number: _Number, text: _Text) -> VehicleConfig:
     defaults = VehicleConfig()
     rate_hz = number("position_rate_hz")
     rates_hz = dict(defaults.message_rates_hz)
@@ -323,6 +334,7 @@ def _vehicle_config(number: _Number) -> VehicleConfig:
     return VehicleConfig(
         target_system=int(number("target_system")),
         source_component=int(number("source_component")),
+        heartbeat_type=_HEARTBEAT_TYPES[text("heartbeat_type")],
         heartbeat_timeout_s=number("heartbeat_timeout_s"),
         message_rates_hz=rates_hz,
     )

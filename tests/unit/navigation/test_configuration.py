@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
 import jsonschema
@@ -18,20 +19,81 @@ from drone_navigation.configuration import (
     check_value,
     make_config,
 )
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.io.links import LinkKind, parse_url
 
 ROOT = Path(__file__).resolve().parents[3]
 SCHEMA = json.loads((ROOT / "bridge_config/navigation_server.schema.json").read_text("utf-8"))
 PROPERTIES = SCHEMA["properties"]["navigation_server"]["properties"]["ros__parameters"][
     "properties"
 ]
-FILES = sorted((ROOT / "bridge_config").glob("*.yaml"))
+CONFIG = ROOT / "bridge_config"
+FILES = sorted(path for path in CONFIG.rglob("*.yaml") if path.parent.name != "worlds")
+SET_UPS = [
+    f"{firmware}_{kind}.yaml"
+    for firmware in ("ardupilot", "px4")
+    for kind in ("copter", "rover", "boat", "plane")
+]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def parameters(path: Path) -> dict[str, ParameterValue]:
+    values = yaml.safe_load(path.read_text("utf-8"))["navigation_server"]["ros__parameters"]
+    assert isinstance(values, dict)
+    return values
+
+
+def links(path: Path) -> list[str]:
+    """Return the links of a file, the one in force first, then those that are comments."""
+    return re.findall(r'^ +(?:# )?link_url: "([^"]+)"$', path.read_text("utf-8"), re.MULTILINE)
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
 def test_every_parameter_file_fits_the_schema_and_the_table(path: Path) -> None:
     document = yaml.safe_load(path.read_text("utf-8"))
     jsonschema.validate(document, SCHEMA)
     make_config(document["navigation_server"]["ros__parameters"])
+
+
+@pytest.mark.parametrize("place", ["real", "simulated"])
+def test_there_is_a_set_up_for_each_firmware_and_kind(place: str) -> None:
+    assert sorted(path.name for path in (CONFIG / place).iterdir()) == sorted(SET_UPS)
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_a_file_begins_with_what_it_is_for_and_how_to_start_it(path: Path) -> None:
+    first, *following = path.read_text("utf-8").splitlines()[:3]
+    assert first.startswith(("# A real ", "# A simulated ", "# The simulated "))
+    assert any(f"navigation_server --config {name_of(path)}" in line for line in following)
+
+
+@pytest.mark.parametrize("place", ["real", "simulated"])
+@pytest.mark.parametrize("name", SET_UPS)
+def test_a_set_up_gives_a_link_of_each_kind_to_choose_from(place: str, name: str) -> None:
+    path = CONFIG / place / name
+    parsed = [parse_url(link) for link in links(path)]
+    assert {link.kind for link in parsed} == {LinkKind.UDP_IN, LinkKind.TCP_OUT, LinkKind.SERIAL}
+    assert len(parsed) == 3
+    assert links(path)[0] == parameters(path)["link_url"]
+    # Each of them can be taken as it stands.
+    for link in links(path):
+        assert make_config({**parameters(path), "link_url": link}).link_url == link
+
+
+@pytest.mark.parametrize("name", SET_UPS)
+def test_what_is_tried_in_the_simulator_is_what_flies_outside(name: str) -> None:
+    real, simulated = (parameters(CONFIG / place / name) for place in ("real", "simulated"))
+    differing = {key for key in real | simulated if real.get(key) != simulated.get(key)}
+    assert differing == {"link_url", "arming"}
+
+
+@pytest.mark.parametrize("name", SET_UPS)
+def test_only_a_simulated_set_up_stays_on_this_machine(name: str) -> None:
+    for link in map(parse_url, links(CONFIG / "simulated" / name)):
+        assert link.kind is LinkKind.SERIAL or link.host == "127.0.0.1"
 
 
 def test_the_schema_says_the_same_as_the_table() -> None:
@@ -47,13 +109,19 @@ def test_the_schema_says_the_same_as_the_table() -> None:
 
 def test_only_the_simulator_is_armed_unless_told() -> None:
     assert not make_config({}).bridge.goto.may_arm
-    arming = {
-        path.name: yaml.safe_load(path.read_text("utf-8"))["navigation_server"]["ros__parameters"][
-            "arming"
-        ]
-        for path in FILES
-    }
-    assert {name for name, policy in arming.items() if policy == "auto"} == {"sitl.yaml"}
+    for path in FILES:
+        simulated = path.parent.name == "simulated" or path.name == "sitl.yaml"
+        assert parameters(path)["arming"] == ("auto" if simulated else "never"), path
+
+
+def test_the_server_speaks_as_what_it_is_told_to() -> None:
+    assert make_config({}).vehicle.heartbeat_type is None
+    for word, number in (
+        ("auto", None),
+        ("gcs", mavlink.MAV_TYPE_GCS),
+        ("onboard", mavlink.MAV_TYPE_ONBOARD_CONTROLLER),
+    ):
+        assert make_config({"heartbeat_type": word}).vehicle.heartbeat_type == number
 
 
 def _bad_values(spec: ParameterSpec) -> list[ParameterValue]:
