@@ -82,10 +82,19 @@ class RoverPhysics(ToldPhysics):
 
 
 class BoatPhysics(RoverPhysics):
-    """Boats: rovers that drift."""
+    """Boats: rovers that drift.
+
+    A hull has a fifth of a car's thrust, so a car's ATC_SPEED_P would let it run half as fast
+    again as it is told. ArduRover's law is the same; these are gains as its tuning finds them
+    for this hull: P up to where the speed follows, I well below P.
+    """
 
     drive_gains = drive_controller.DriveGains(
-        feed_forward_s_m=0.12, turn_radius_m=0.0, turn_rate_rad_s=boat.BoatModel().turn_rate_rad_s
+        feed_forward_s_m=0.12,
+        speed=0.6,
+        speed_i=0.1,
+        turn_radius_m=0.0,
+        turn_rate_rad_s=boat.BoatModel().turn_rate_rad_s,
     )
 
     def _model(self) -> Any:

@@ -15,7 +15,7 @@ from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.dynamics import boat, plane, rover
 from mavlink_sitl.ops import ArrayOps, ScalarOps
 from mavlink_sitl.options import parse
-from tests.support.ground_station import ACCEPTED, POSITION, GroundStation
+from tests.support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
 
 GUIDED = {"copter": 4, "rover": 15, "boat": 15, "plane": 15}
 KINDS = ["rover", "copter", "boat", "plane", "rover"]
@@ -121,6 +121,18 @@ def test_a_boat_keeps_its_place_against_the_wind_where_it_has_arrived() -> None:
         station.run(1.0)
         far.append(math.dist(station.position[:2], (20.0, 10.0)))
     assert max(far) < 5.0
+
+
+@pytest.mark.parametrize("speed_m_s", [1.5, 3.0])
+def test_a_boat_keeps_the_speed_that_it_is_told(speed_m_s: float) -> None:
+    station = boat_in((0.0, 0.0, 0.0))
+    speeds = []
+    for _ in range(200):
+        station.setpoint(VELOCITY, (0.0, 0.0, 0.0), (speed_m_s, 0.0, 0.0))
+        station.run(0.1)
+        speeds.append(math.hypot(*station.velocity[:2]))
+    assert max(speeds) < 1.15 * speed_m_s
+    assert speeds[-1] == pytest.approx(speed_m_s, rel=0.05)
 
 
 def test_a_boat_answers_more_slowly_than_a_car() -> None:
