@@ -15,9 +15,17 @@ from drone_navigation.requests import (
 )
 from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
+from mavlink_vehicle.profiles import px4
 from tests.support.simulated_flight import SimulatedFlight
 
-VEHICLES = [("rover", "ardupilot"), ("boat", "ardupilot")]
+VEHICLES = [
+    ("rover", "ardupilot"),
+    ("boat", "ardupilot"),
+    ("rover", "px4"),
+    ("boat", "px4"),
+]
+# How near a vehicle comes to its target: a boat has no brakes.
+ERROR_M = {"rover": 0.5, "boat": 2.0}
 
 
 @pytest.fixture(params=VEHICLES, ids=" ".join)
@@ -32,15 +40,31 @@ def _off(drive: SimulatedFlight, x: float, y: float) -> float:
     return math.hypot(east - x, north - y)
 
 
-@pytest.mark.parametrize("target", [(20.0, 5.0), (-15.0, 0.0), (3.0, -4.0)])
-def test_a_goal_is_driven_to_and_the_vehicle_stands_there(
+def _turned_rad(drive: SimulatedFlight, goal_id: str) -> float:
+    """Drive to the goal's end and return by how much the vehicle has turned on the way."""
+    turned_rad, yaw_rad = 0.0, float(drive.simulation.truth.yaw_rad[0])
+    while not drive.ends(goal_id):
+        drive.run_for(0.1)
+        now_rad = float(drive.simulation.truth.yaw_rad[0])
+        turned_rad += abs(math.remainder(now_rad - yaw_rad, math.tau))
+        yaw_rad = now_rad
+    return turned_rad
+
+
+# Ahead, behind, and beside within the circle of the tightest turn.
+@pytest.mark.parametrize("target", [(20.0, 5.0), (-4.0, -10.0), (2.2, 0.4)])
+def test_a_goal_is_driven_to_without_circles_and_the_vehicle_stands_there(
     drive: SimulatedFlight, target: tuple[float, float]
 ) -> None:
-    end = drive.run_to_end(drive.send(*target, 0.0))
+    goal_id = drive.send(*target, 0.0)
+    turned_rad = _turned_rad(drive, goal_id)
+    (end,) = drive.ends(goal_id)
     assert end.code.value == "SUCCESS", end.message
-    assert _off(drive, *target) < 1.0
+    assert turned_rad < 1.4 * math.tau
+    # What it reports is its estimate, which is off by some decimetres.
+    assert _off(drive, *target) < ERROR_M[drive.kind] + 0.2
     drive.run_for(5.0)
-    assert _off(drive, *target) < 1.5
+    assert _off(drive, *target) < ERROR_M[drive.kind] + 0.5
     assert drive.truth()[1] < 0.3
 
 
@@ -52,7 +76,8 @@ def test_the_speed_of_a_goal_is_kept(drive: SimulatedFlight) -> None:
         speeds.append(drive.truth()[1])
     assert drive.ends(goal_id)[0].code.value == "SUCCESS"
     speeds.sort()
-    assert speeds[int(0.99 * len(speeds))] <= 1.5 * 1.05
+    # A boat slides while it turns, and that counts over ground.
+    assert speeds[int(0.99 * len(speeds))] <= 1.5 * (1.15 if drive.kind == "boat" else 1.05)
     assert speeds[len(speeds) // 2] > 1.0
 
 
@@ -109,11 +134,13 @@ def test_a_pause_stands_and_a_resume_goes_on(drive: SimulatedFlight) -> None:
     assert drive.run_to_end(goal_id).code.value == "SUCCESS"
 
 
-def test_it_returns_to_where_it_started(drive: SimulatedFlight) -> None:
+def test_it_returns_to_where_it_started_or_says_that_it_does_not(drive: SimulatedFlight) -> None:
     assert drive.run_to_end(drive.send(20.0, 0.0, 0.0)).code.value == "SUCCESS"
     end = drive.run_to_end(drive.start(ReturnRequest()), 120.0)
-    assert end.code.value == "SUCCESS", end.message
-    assert _off(drive, 0.0, 0.0) < 3.5
+    # PX4 has no law for boats: with a rover's it circles about the launch point.
+    expected = "TIMEOUT" if drive.vehicle.profile is px4.BOAT else "SUCCESS"
+    assert end.code.value == expected, end.message
+    assert _off(drive, 0.0, 0.0) < 3.0 + ERROR_M[drive.kind]
 
 
 def test_nothing_moves_a_rover_that_is_armed_later(drive: SimulatedFlight) -> None:
@@ -132,5 +159,28 @@ def test_a_dead_bridge_leaves_it_standing(drive: SimulatedFlight) -> None:
     drive.send(80.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 2.0)
     drive.link_up = False
-    drive.run_for(12.0)
-    assert drive.truth()[1] < 0.3
+    # ArduRover stops after three seconds; PX4's OFFBOARD failsafe returns, and stops there.
+    drive.run_for(5.0)
+    drive.run_until(lambda: drive.truth()[1] < 0.2)
+    place = drive.truth()[0]
+    drive.run_for(5.0)
+    assert math.dist(drive.truth()[0][:2], place[:2]) < 1.0
+
+
+def test_a_goal_is_replaced_without_a_stop(drive: SimulatedFlight) -> None:
+    old = drive.send(40.0, 0.0, 0.0)
+    drive.run_until(lambda: drive.truth()[1] > 1.5)
+    new = drive.send(50.0, 20.0, 0.0)
+    slowest = math.inf
+    for _ in range(50):
+        drive.run_for(0.1)
+        slowest = min(slowest, drive.truth()[1])
+    assert slowest > 0.8
+    assert drive.ends(old)[0].code.value == "PREEMPTED"
+    assert drive.run_to_end(new).code.value == "SUCCESS"
+
+
+def test_no_setpoint_is_sent_before_it_is_armed(drive: SimulatedFlight) -> None:
+    drive.send(10.0, 0.0, 0.0)
+    drive.run_until(lambda: bool(drive.setpoint_times(0.0)), 20.0)
+    assert drive.vehicle.state.armed

@@ -43,6 +43,8 @@ class SimulatedFlight:
         self.now = 0.0
         self.link_up = True
         self.outputs: list[tuple[float, object]] = []
+        self._finished: list[GoalFinished] = []
+        self.kind = vehicle.vehicle
         self.sent: list[tuple[float, Message]] = []
         self._codec = Codec(1, 191)
         self._ids = itertools.count(1)
@@ -69,6 +71,8 @@ class SimulatedFlight:
     def _collect(self) -> None:
         while (output := self.bridge.next_output()) is not None:
             self.outputs.append((self.now, output))
+            if isinstance(output, GoalFinished):
+                self._finished.append(output)
 
     def run_for(self, seconds: float) -> None:
         """Go on for a while."""
@@ -131,7 +135,7 @@ class SimulatedFlight:
 
     def ends(self, goal_id: str) -> list[GoalFinished]:
         """Return how often and how a goal has ended."""
-        return [end for end in self.all(GoalFinished) if end.goal_id == goal_id]
+        return [end for end in self._finished if end.goal_id == goal_id]
 
     def feedback(self, goal_id: str) -> list[GoalFeedback]:
         """Return a goal's feedback."""

@@ -10,8 +10,9 @@ from navigation_core.tasks.base import Traits
 _CIRCLE_RADIUS_M = 80.0
 # TURN_RADIUS of ArduRover is 0.9 m; a boat needs more.
 _ROVER_TURN_M, _BOAT_TURN_M = 0.9, 4.0
-# A boat has no brakes.
+# A boat has no brakes but its drag.
 _BOAT_ARRIVAL_M = 2.0
+_ROVER_BRAKING_M_S2, _BOAT_BRAKING_M_S2 = 0.6, 0.2
 
 
 def traits_of(profile: Profile) -> Traits:
@@ -35,5 +36,6 @@ def traits_of(profile: Profile) -> Traits:
             lands_itself=False,
             turning_radius_m=_BOAT_TURN_M if boat else _ROVER_TURN_M,
             arrival_radius_m=_BOAT_ARRIVAL_M if boat else 0.0,
+            braking_m_s2=_BOAT_BRAKING_M_S2 if boat else _ROVER_BRAKING_M_S2,
         )
     return Traits(control_before_takeoff=before, lands_itself=lands_itself)

@@ -101,6 +101,7 @@ class Traits:
         circle_radius_m: radius of the circle that it flies instead of standing still.
         turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
         arrival_radius_m: how near to a point it can be expected to stop at all.
+        braking_m_s2: how hard it is meant to brake on the ground.
     """
 
     name: str = "copter"
@@ -111,6 +112,7 @@ class Traits:
     circle_radius_m: float = 0.0
     turning_radius_m: float = 0.0
     arrival_radius_m: float = 0.0
+    braking_m_s2: float = 0.6
 
 
 COPTER = Traits()

@@ -81,6 +81,23 @@ class Carrot:
         """How far along the trajectory it stands, in trajectory time."""
         return self._time_s
 
+    @property
+    def course_enu(self) -> Vector3 | None:
+        """Direction of the path where it stands, as a unit vector; None at the path's ends."""
+        return unit_between(ZERO, self.trajectory.sample(self._time_s).velocity_enu_m_s)
+
+    def only_behind(self, position_enu_m: Vector3) -> Vector3:
+        """Return a position without what it is beside or ahead of the carrot.
+
+        A vehicle that turns in circles gets beside the path and past the carrot without being
+        late: :meth:`advance` is to wait only for how far it is behind.
+        """
+        course = self.course_enu
+        if course is None:
+            return position_enu_m
+        along_m = dot(subtract(position_enu_m, self._state.position_enu_m), course)
+        return add(self._state.position_enu_m, scale(course, min(along_m, 0.0)))
+
     def turn_to(self, yaw_enu_rad: float) -> None:
         """Turn to another yaw from now on, the shortest way."""
         self._yaw_goal = wrap_angle(yaw_enu_rad)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from navigation_core.geometry import KinematicState, Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
@@ -41,7 +42,7 @@ from navigation_core.tasks.measurement import (
     measured_speed,
     measured_state,
 )
-from navigation_core.tasks.pursuit import Pursuer, pursue
+from navigation_core.tasks.pursuit import Pursuer, Pursuit, Way
 from navigation_core.trajectory import TrajectoryError
 
 __all__ = ["Goto", "GotoConfig", "GotoConfigError", "GotoGoal"]
@@ -52,6 +53,8 @@ _FLYING = _PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.BRAKING}
 _STOPPING = frozenset({Phase.BRAKING, Phase.DISARMING})
 # A step changes the phase a few times at most; more would be a programming error.
 _PHASE_CHANGES_MAX = 8
+# Two full turns at 1 m/s, per metre of their radius.
+_TURNS_S_M = 4.0 * math.pi
 
 
 class Goto:
@@ -95,6 +98,9 @@ class Goto:
         self._outcome: Outcome | None = None
         self._arrival = Dwell(config.arrival_dwell_s)
         self._arrival_radius_m = max(config.arrival_radius_m, traits.arrival_radius_m)
+        self._pursuit = Pursuit(traits)
+        # What cannot turn on the spot may have to go away first, and round once more.
+        self._patience_s = config.settle_timeout_s + _TURNS_S_M * traits.turning_radius_m
         self._hold_time_s = 0.0
         self._stopped = Dwell(config.stop_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
@@ -143,12 +149,13 @@ class Goto:
         """Begin."""
         self._phase_since_s = now
         self._last_step_s = now if self._predecessor_time_s is None else self._predecessor_time_s
-        self._estimator.start(observation)
+        self._estimator.start(self._level(observation))
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
         """Say what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is not None:
             return self._outcome
+        observation = self._level(observation)
         self._flight.dt_s = max(now - self._last_step_s, 0.0)
         self._last_step_s = now
         if self._flight.dt_s > self._config.step_gap_s:
@@ -199,9 +206,18 @@ class Goto:
     def progress(self, observation: Observation, now: float) -> Progress:
         """Say how far it is."""
         elapsed_s = now - self._phase_since_s
+        observation = self._level(observation)
         return self._estimator.progress(self._phase, elapsed_s, self._flight.carrot, observation)
 
     # --- the state machine -----------------------------------------------------------
+
+    def _level(self, observation: Observation) -> Observation:
+        """Put what drives at the height of its goal: the home that heights count from moves."""
+        position = observation.position_enu_m
+        if self._traits.flies or position is None:
+            return observation
+        height_m = self._goal.position_enu_m[2]
+        return replace(observation, position_enu_m=(position[0], position[1], height_m))
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         for _ in range(_PHASE_CHANGES_MAX):
@@ -334,6 +350,8 @@ class Goto:
     # --- the flight ------------------------------------------------------------------
 
     def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
+        if self._phase not in _PAUSABLE:
+            self._pursuit.forget()
         self._flight.plan_to_goal(observation)
         self._go(event, now)
 
@@ -344,12 +362,13 @@ class Goto:
             self._begin_flight(Event.REPLAN, observation, now)
         carrot = self._flight.carrot
         assert carrot is not None
-        self._flight.walk(measured_state(observation).position_enu_m)
+        here_enu_m = measured_state(observation).position_enu_m
+        self._flight.walk(here_enu_m if self._traits.flies else carrot.only_behind(here_enu_m))
         self._note_place(observation)
         if carrot.arrived:
             self._go(Event.TRAJECTORY_ENDED, now)
             return None
-        if carrot.stalled_s > self._config.settle_timeout_s:
+        if carrot.stalled_s > self._patience_s:
             return self._timeout("It made no progress", observation)
         return Fly(self._setpoint(carrot, observation))
 
@@ -371,7 +390,7 @@ class Goto:
         # A position that is only repeated adds nothing to the dwell.
         if self._arrival.holds(near and slow, now - observation.position_age_s):
             return self._arrived(error_m, observation, now)
-        if now - self._phase_since_s > self._config.settle_timeout_s + self._hold_time_s:
+        if now - self._phase_since_s > self._patience_s + self._hold_time_s:
             return self._timeout("It did not settle", observation)
         assert self._flight.carrot is not None
         return Fly(self._setpoint(self._flight.carrot, observation))
@@ -380,14 +399,16 @@ class Goto:
         """Return what leads the vehicle along: the carrot, or a velocity after it."""
         if self._traits.flies:
             return carrot.setpoint
-        assert observation.yaw_enu_rad is not None
-        pursuer = Pursuer(
-            measured_state(observation).position_enu_m,
-            observation.yaw_enu_rad,
-            self._traits,
+        here, yaw = measured_state(observation), observation.yaw_enu_rad
+        assert yaw is not None
+        return self._pursuit.follow(
+            carrot.state,
+            None if carrot.ended else Way(carrot.course_enu, carrot.distance_remaining_m),
+            Pursuer(here.position_enu_m, here.velocity_enu_m_s, yaw),
             self._flight.limits,
+            self._arrival_radius_m,
+            observation.time_s,
         )
-        return pursue(carrot.state, pursuer, self._arrival_radius_m, carrot.ended)
 
     def _arrived(self, error_m: float, observation: Observation, now: float) -> _Answer:
         """End, or go on; the vehicle has been near and slow for its time."""
@@ -476,7 +497,7 @@ class Goto:
         error_m, speed_m_s = self._error_m(observation), measured_speed(observation)
         config = self._config
         text = (
-            f"{what} within {config.settle_timeout_s:g} s: the vehicle is {error_m:.2f} m from "
+            f"{what} within {self._patience_s:.0f} s: the vehicle is {error_m:.2f} m from "
             f"the target and moves at {speed_m_s:.2f} m/s, where {self._arrival_radius_m:g} m "
             f"and {config.arrival_speed_m_s:g} m/s count as arrived."
         )

@@ -7,6 +7,7 @@ point. A cancel has the vehicle hold where it is.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -90,6 +91,7 @@ class VehicleLed:
         self._landing_seen = False
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
+        self._nearest_m = math.inf
         self._arrived = Dwell(config.arrival_dwell_s)
         self._stopped = Dwell(config.stop_dwell_s)
         self._outcome: Outcome | None = None
@@ -206,15 +208,24 @@ class VehicleLed:
                 else "The vehicle stands at the launch point."
             )
             return Outcome(OutcomeCode.SUCCESS, text, self._home_m(observation))
-        position = observation.position_enu_m
-        if position is not None and (
-            self._moved_from is None or distance(position, self._moved_from) > _MOVED_M
-        ):
-            self._moved_from, self._moved_s = position, now
+        if self._has_moved(observation):
+            self._moved_from, self._moved_s = observation.position_enu_m, now
         if now - self._moved_s > _STUCK_S:
             text = f"The vehicle has not moved for {_STUCK_S:g} s in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, None)
         return Wait()
+
+    def _has_moved(self, observation: Observation) -> bool:
+        """Whether it has got on; for what drives home, nearer to it: circles do not count."""
+        position, home_m = observation.position_enu_m, self._home_m(observation)
+        if self._traits.flies or home_m is None:
+            before = self._moved_from
+            return position is not None and (
+                before is None or distance(position, before) > _MOVED_M
+            )
+        nearer = home_m < self._nearest_m - _MOVED_M
+        self._nearest_m = home_m if nearer else self._nearest_m
+        return nearer
 
     def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
         answer = self._ask(Perform(OperationKind.HOLD), observation, now)
@@ -269,8 +280,8 @@ class VehicleLed:
         return slow and home_m <= self._arrival_m()
 
     def _arrival_m(self) -> float:
-        """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m)."""
-        return max(self._config.arrival_radius_m, 3.0)
+        """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m), or about."""
+        return max(self._config.arrival_radius_m, 3.0) + self._traits.arrival_radius_m
 
     def _home_m(self, observation: Observation) -> float | None:
         position, home = observation.position_enu_m, observation.home_enu_m
@@ -295,5 +306,6 @@ class VehicleLed:
         self._landing_seen = self._landing_seen or (
             observation.mode is VehicleMode.LAND or observation.landing
         )
-        landing = self._goal is LAND or self._landing_seen
+        # A PX4 rover says that it lands when it has come home.
+        landing = self._goal is LAND or (self._landing_seen and self._traits.flies)
         return Status.LANDING if landing else Status.RETURNING
