@@ -57,7 +57,8 @@ def drive(
     """Drive to the end, and return it with all speeds that were told."""
     task = Goto(GotoGoal((x, y, 0.0), None, speed_m_s), GotoConfig(limits=Limits()), traits=traits)
     task.start(car.observe(0.0), 0.0)
-    told, now = [], 0.0
+    told: list[float] = []
+    now = 0.0
     while now < 300.0:
         now += _DT_S
         answer = task.step(car.observe(now), now)
