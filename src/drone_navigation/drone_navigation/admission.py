@@ -18,7 +18,7 @@ from drone_navigation.requests import (
     check_request,
     resolve,
 )
-from drone_navigation.route_requests import resolve_waypoints
+from drone_navigation.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
 from drone_navigation.settings import BridgeConfig
 from drone_navigation.traits import traits_of
 from mavlink_vehicle.events import LandedState
@@ -29,7 +29,8 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection, check_target
 from navigation_core.tasks.base import Task
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
-from navigation_core.tasks.route import FlyRoute
+from navigation_core.tasks.mission import FlyMission
+from navigation_core.tasks.route import FlyRoute, RouteWaypoint
 from navigation_core.tasks.vehicle_led import (
     LAND,
     RETURN_TO_LAUNCH,
@@ -254,9 +255,13 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
     rejection = _may_move(situation)
     if rejection is not None:
         return rejection
-    if request.by_mission:
-        return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, "Missions are not flown yet.")
     config, traits = situation.config, traits_of(situation.profile)
+    rules = situation.profile.missions
+    if request.by_mission and rules is None:
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"How {situation.profile.name} takes missions is not known; use setpoints.",
+        )
     waypoints = resolve_waypoints(
         request,
         situation.map_frame,
@@ -265,10 +270,13 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         config.speed_max_m_s,
         config.goto.arrival_radius_m,
         traits,
+        follows_terrain=request.by_mission and rules is not None and rules.terrain,
     )
     if isinstance(waypoints, Rejection):
         return waypoints
     laps = max(request.laps, 1)
+    if request.by_mission:
+        return _mission(request, waypoints, laps, situation)
 
     def make_task(handover: Handover) -> Task:
         return FlyRoute(
@@ -285,6 +293,32 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         f"route of {len(waypoints)} waypoints, {laps} x",
         waypoints[-1].position_enu_m,
         make_task,
+        (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
+    )
+
+
+def _mission(
+    request: WaypointsRequest,
+    waypoints: tuple[RouteWaypoint, ...],
+    laps: int,
+    situation: Situation,
+) -> Admitted | Rejection:
+    count = len(waypoints) * laps
+    if count > MISSION_WAYPOINTS_MAX:
+        return Rejection(
+            OutcomeCode.INVALID_WAYPOINTS,
+            f"The mission has {count} waypoints over all laps; at most {MISSION_WAYPOINTS_MAX} are "
+            "stored in a vehicle. Use setpoints.",
+        )
+    config, traits = situation.config.goto, traits_of(situation.profile)
+    # A plane keeps to its own airspeeds unless it is asked for another.
+    speed_m_s = config.limits.speed_horizontal_m_s if traits.hovers else None
+    if request.max_speed_m_s > 0.0:
+        speed_m_s = min(request.max_speed_m_s, situation.config.speed_max_m_s)
+    return Admitted(
+        f"mission of {len(waypoints)} waypoints, {laps} x",
+        waypoints[-1].position_enu_m,
+        lambda _handover: FlyMission(waypoints, laps, config, traits, speed_m_s),
         (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
     )
 

@@ -26,7 +26,7 @@ from drone_navigation.observation import (
     vehicle_mode,
     velocity_only,
 )
-from drone_navigation.operations import STREAMED, begin_operation
+from drone_navigation.operations import STREAMED, begin_operation, begin_upload
 from drone_navigation.parking import Parking
 from drone_navigation.reporting import Reporter
 from drone_navigation.requests import MapPose, Request
@@ -52,6 +52,7 @@ from navigation_core.safety import Rejection
 from navigation_core.tasks.base import (
     Fly,
     Observation,
+    OperationKind,
     OperationReport,
     OperationState,
     Outcome,
@@ -67,6 +68,9 @@ __all__ = ["Bridge", "BridgeConfig"]
 _MAV_STATE_BOOT = 1
 _MAV_STATE_CRITICAL = 5
 _MAV_SEVERITY_WARNING = 4
+_OF_ONE_MISSION = frozenset(
+    {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
+)
 
 
 class Bridge:
@@ -282,8 +286,9 @@ class Bridge:
         )
         if previous is None:
             return goal
-        # An arming or a take-off under way is what the new goal needs, too.
-        goal.operation, goal.operation_id = previous.operation, previous.operation_id
+        # An arming or a take-off under way is what the new goal needs, too; another mission not.
+        if previous.operation is not None and previous.operation.kind not in _OF_ONE_MISSION:
+            goal.operation, goal.operation_id = previous.operation, previous.operation_id
         return goal
 
     def _step(self, goal: ActiveGoal, now: float) -> None:
@@ -311,7 +316,12 @@ class Bridge:
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
         if goal.operation is not None and goal.operation.kind is intent.kind:
             return
-        goal.operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
+        if intent.kind is OperationKind.UPLOAD_MISSION:
+            goal.operation_id, goal.mission = begin_upload(
+                self._vehicle, self._map_frame, intent, now
+            )
+        else:
+            goal.operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
         goal.operation = OperationReport(intent.kind, OperationState.PENDING, "")
 
     def _fly(self, goal: ActiveGoal, intent: Fly, now: float) -> None:
@@ -458,7 +468,7 @@ class Bridge:
     # --- progress ------------------------------------------------------------------------
 
     def _observe(self, goal: ActiveGoal, now: float) -> Observation:
-        return observe(self._vehicle, self._map_frame, goal.operation, now)
+        return observe(self._vehicle, self._map_frame, goal.operation, now, goal.mission)
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:
         progress = goal.progress = goal.task.progress(self._observe(goal, now), now)

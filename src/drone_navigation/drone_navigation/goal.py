@@ -14,6 +14,7 @@ from drone_navigation.lifecycle import (
     next_state,
     terminal_event,
 )
+from drone_navigation.mission_plan import MissionTracker
 from drone_navigation.requests import MapPose
 from mavlink_vehicle.codec import Message
 from navigation_core.geometry import Vector3
@@ -190,6 +191,7 @@ class ActiveGoal:
         setpoint_s: when the last setpoint was sent, or None.
         notes: sentences that are added to the final message.
         progress: the last progress, or None.
+        mission: who follows the mission that was uploaded for it, or None.
         path_enu_m: the way that was told last.
     """
 
@@ -209,6 +211,7 @@ class ActiveGoal:
     setpoint_s: float | None = None
     notes: list[str] = field(default_factory=list)
     progress: Progress | None = None
+    mission: MissionTracker | None = None
     path_enu_m: tuple[Vector3, ...] = ()
 
     @property

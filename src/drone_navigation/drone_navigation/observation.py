@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from drone_navigation.map_frame import MapFrame
+from drone_navigation.mission_plan import MissionTracker
 from drone_navigation.traits import traits_of
 from mavlink_vehicle import frames
 from mavlink_vehicle.events import LandedState
@@ -44,7 +45,11 @@ def velocity_only(profile: Profile | None) -> bool:
 
 
 def observe(
-    vehicle: Vehicle, map_frame: MapFrame, operation: OperationReport | None, now: float
+    vehicle: Vehicle,
+    map_frame: MapFrame,
+    operation: OperationReport | None,
+    now: float,
+    mission: MissionTracker | None = None,
 ) -> Observation:
     """Build the observation of this moment."""
     state = vehicle.state
@@ -75,6 +80,7 @@ def observe(
         mode=vehicle_mode(vehicle.profile, vehicle.mode_name),
         home_enu_m=map_frame.home_enu_m(state),
         landing=state.landed_state is LandedState.LANDING,
+        mission=None if mission is None else mission.report(state.mission),
     )
 
 

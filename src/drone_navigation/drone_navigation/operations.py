@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from drone_navigation.map_frame import MapFrame
+from drone_navigation.mission_plan import MissionTracker, plan_items
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.tasks.base import OperationKind, Perform
 
@@ -43,5 +44,21 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
         OperationKind.HOLD: vehicle.hold,
         OperationKind.LAND: vehicle.land,
         OperationKind.RETURN: vehicle.return_to_launch,
+        OperationKind.START_MISSION: vehicle.start_mission,
+        OperationKind.CLEAR_MISSION: vehicle.clear_mission,
     }
     return simple[kind](now)
+
+
+def begin_upload(
+    vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now: float
+) -> tuple[int, MissionTracker]:
+    """Begin to store a mission; returns the operation's id, and who will follow the mission."""
+    profile, plan = vehicle.profile, intent.mission
+    assert profile is not None
+    assert profile.missions is not None
+    assert plan is not None
+    vehicle.close_stream()
+    items = plan_items(plan, profile, map_frame, vehicle.state)
+    operation_id = vehicle.upload_mission([planned.item for planned in items], now)
+    return operation_id, MissionTracker(items, profile.missions)

@@ -23,9 +23,15 @@ from navigation_core.tasks.route import RouteWaypoint
 
 WAYPOINTS_MAX = 1000
 LAPS_MAX = 1000
+# An ArduPilot stores 650 items or more, and a waypoint may come with a speed and a heading.
+MISSION_WAYPOINTS_MAX = 500
 # Nearer than this, arrival could not be told from the noise of a position estimate.
 RADIUS_MIN_M = 0.05
 HOLD_TIME_MAX_S = 3600.0
+_NO_TERRAIN = (
+    "heights above the ground need a vehicle that follows its terrain data, in a mission; give "
+    "them above home or above mean sea level."
+)
 
 
 def resolve_waypoints(
@@ -36,6 +42,8 @@ def resolve_waypoints(
     speed_max_m_s: float,
     radius_default_m: float,
     traits: Traits,
+    *,
+    follows_terrain: bool = False,
 ) -> tuple[RouteWaypoint, ...] | Rejection:
     """Turn a route into waypoints of the map frame.
 
@@ -47,6 +55,7 @@ def resolve_waypoints(
         speed_max_m_s: highest ground speed the server is configured to fly.
         radius_default_m: acceptance radius of a waypoint that says 0.
         traits: what the vehicle can do.
+        follows_terrain: whether heights above the ground are taken.
 
     Returns:
         The waypoints, or why the first bad one is refused, with its number from 0.
@@ -57,6 +66,9 @@ def resolve_waypoints(
     ground_enu_m = map_frame.ground_enu_m(state)
     waypoints = []
     for index, waypoint in enumerate(request.waypoints):
+        above_ground = waypoint.altitude_reference is AltitudeReference.GROUND
+        if above_ground and not follows_terrain:
+            return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {index}: {_NO_TERRAIN}")
         position = _place(waypoint, map_frame, ground_enu_m, volume, traits)
         if isinstance(position, Rejection):
             return Rejection(position.code, f"Waypoint {index}: {position.message}")
@@ -68,6 +80,7 @@ def resolve_waypoints(
                 hold_time_s=waypoint.hold_time_s,
                 yaw_enu_rad=waypoint.yaw_enu_rad,
                 max_speed_m_s=min(speed_m_s, speed_max_m_s) if speed_m_s > 0.0 else None,
+                height_above_ground_m=waypoint.position[2] if above_ground else None,
             )
         )
     return tuple(waypoints)
@@ -132,12 +145,6 @@ def _check(waypoint: WaypointRequest) -> Rejection | None:
         return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
     if waypoint.altitude_reference is None:
         return None
-    if waypoint.altitude_reference is AltitudeReference.GROUND:
-        return Rejection(
-            OutcomeCode.INVALID_WAYPOINTS,
-            "heights above the ground need a vehicle that follows its terrain data, in a mission; "
-            "give them above home or above mean sea level.",
-        )
     return check_geodetic(waypoint.position)
 
 
@@ -145,6 +152,6 @@ def _position(waypoint: WaypointRequest, map_frame: MapFrame, ground_enu_m: floa
     if waypoint.altitude_reference is None:
         return waypoint.position
     position = map_frame.enu(waypoint.position)
-    if waypoint.altitude_reference is AltitudeReference.HOME:
+    if waypoint.altitude_reference is not AltitudeReference.AMSL:
         return (position[0], position[1], ground_enu_m + waypoint.position[2])
     return position

@@ -124,6 +124,8 @@ class MissionRules:
         yaw_command: whether a heading is an item of its own (CONDITION_YAW), not a parameter
             of the waypoint.
         terrain: whether heights above the ground are taken.
+        takeoff_least_m: a mission with a lower take-off is not flown.
+        rejections: how the texts begin that say that a stored mission will not be flown.
     """
 
     home_first: bool = False
@@ -133,6 +135,8 @@ class MissionRules:
     rewinds: bool = False
     yaw_command: bool = False
     terrain: bool = False
+    takeoff_least_m: float = 0.0
+    rejections: tuple[str, ...] = ()
 
     @property
     def offset(self) -> int:

@@ -55,6 +55,10 @@ _MISSIONS = MissionRules(
         mavlink.MAV_CMD_NAV_LOITER_UNLIM: frozenset({2, 3}),
         mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: frozenset(),
     },
+    # MissionFeasibility: a take-off must end a metre above NAV_ACC_RAD, which is 2 m for a
+    # multicopter. The verdict comes as a text, after the acknowledgement.
+    takeoff_least_m=3.5,
+    rejections=("Mission rejected", "Geofence violation"),
 )
 
 _COMMON = Profile(
@@ -118,6 +122,7 @@ BOAT = replace(ROVER, name="PX4 boat", kind=VehicleKind.BOAT)
 PLANE = replace(
     _COMMON,
     name="PX4 plane",
+    missions=replace(_MISSIONS, takeoff_least_m=12.0),  # NAV_ACC_RAD is 10 m
     kind=VehicleKind.PLANE,
     # DO_REPOSITION goes there by itself (Commander.cpp).
     control_mode="AUTO.LOITER",

@@ -228,10 +228,19 @@ class MissionOperation(Machine[OperationFinished]):
         if difference is not None:
             reason = f"what was read back is not what was sent: {difference}"
             self._again(OperationResult.REFUSED, reason, now)
+        elif self._is_rejected():
+            self._fail(OperationResult.REFUSED, "it is stored, but will not be flown", now)
         elif rules.rewinds and self.goal.items:
             self._fire(MissionInput.REWIND, now)
         else:
             self._fire(MissionInput.RIGHT, now)
+
+    def _is_rejected(self) -> bool:
+        """Whether the vehicle has judged what it stored (PX4 does so after the upload)."""
+        texts = self._vehicle.status_texts
+        fresh = min(self._vehicle.texts.count - self._texts_before, len(texts))
+        rejections = self.goal.rules.rejections
+        return any(text.text.startswith(rejections) for text in texts[len(texts) - fresh :])
 
     def _rewound(self, end: CommandFinished, now: float) -> None:
         if end.result == mavlink.MAV_RESULT_ACCEPTED:

@@ -14,6 +14,7 @@ from typing import Protocol
 
 from navigation_core.geometry import KinematicState, Vector3, is_finite
 from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.waypoint import MissionPlan
 
 __all__ = [
     "COPTER",
@@ -71,6 +72,7 @@ class OperationKind(Enum):
     REPOSITION = "REPOSITION"
     UPLOAD_MISSION = "UPLOAD_MISSION"
     START_MISSION = "START_MISSION"
+    CLEAR_MISSION = "CLEAR_MISSION"
 
 
 class VehicleMode(Enum):
@@ -149,16 +151,18 @@ class MissionReport:
     """How the mission in the autopilot stands.
 
     Attributes:
-        current: index in the uploaded route of the waypoint that it is on its way to, from 0.
-        reached: how many waypoints of the route it has said to have reached, laps counted.
+        time_s: when the vehicle said so.
+        current: the waypoint that it is on its way to, from 0 and over all laps.
+        reached: the waypoints that it has said to have reached.
         complete: whether it says that the mission is over.
-        changed_by: who changed or removed our mission in the autopilot; empty if it is ours.
+        changed: how the mission in the autopilot is not ours any more; empty if it is.
     """
 
+    time_s: float
     current: int
-    reached: int
+    reached: frozenset[int]
     complete: bool
-    changed_by: str = ""
+    changed: str = ""
 
 
 @dataclass(frozen=True)
@@ -234,12 +238,14 @@ class Perform:
         height_m: for TAKE_OFF, the height above the ground to climb to.
         target_enu_m: for REPOSITION, where to go.
         speed_m_s: for REPOSITION, the speed on the way; None for the vehicle's own.
+        mission: for UPLOAD_MISSION, what is to be flown.
     """
 
     kind: OperationKind
     height_m: float | None = None
     target_enu_m: Vector3 | None = None
     speed_m_s: float | None = None
+    mission: MissionPlan | None = None
 
 
 @dataclass(frozen=True)

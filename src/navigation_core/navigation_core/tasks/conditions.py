@@ -25,6 +25,7 @@ _WHAT = {
     OperationKind.REPOSITION: "go to the target",
     OperationKind.UPLOAD_MISSION: "take the mission",
     OperationKind.START_MISSION: "start the mission",
+    OperationKind.CLEAR_MISSION: "remove the mission",
 }
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode
@@ -32,6 +32,9 @@ from navigation_core.tasks.flight import cruise_limits
 from navigation_core.tasks.goto import Goto
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Event, Phase
+from navigation_core.tasks.waypoint import RouteWaypoint
+
+__all__ = ["FlyRoute", "RouteError", "RouteWaypoint"]
 
 # Share of a waypoint's radius by which the planned path may cut its corner; the rest is for
 # the vehicle, which does not follow exactly.
@@ -42,25 +45,6 @@ _Answer = Intent | Outcome | None
 
 class RouteError(ValueError):
     """A route cannot be flown; the sentence says why."""
-
-
-@dataclass(frozen=True)
-class RouteWaypoint:
-    """One waypoint of a route.
-
-    Attributes:
-        position_enu_m: where, in the map frame.
-        acceptance_radius_m: reached when this near.
-        hold_time_s: how long to stay; 0 flies through.
-        yaw_enu_rad: yaw on the way to it and at it; None for the direction of travel.
-        max_speed_m_s: greatest ground speed on the way to it; None for the configured one.
-    """
-
-    position_enu_m: Vector3
-    acceptance_radius_m: float
-    hold_time_s: float = 0.0
-    yaw_enu_rad: float | None = None
-    max_speed_m_s: float | None = None
 
 
 class FlyRoute(Goto):

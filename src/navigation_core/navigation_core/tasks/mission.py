@@ -1,0 +1,484 @@
+"""Fly a route as a mission: the vehicle stores it and flies it by itself, the task watches.
+
+The mission is uploaded before anything moves, or once the vehicle holds if it is moving
+already. Then it is armed if need be, and the mission is started; on the ground its first item
+is a take-off. A pause has the vehicle hold, and its own memory of the item under way lets it
+go on. A cancel has it hold, and then removes the mission, so that nobody starts it later by
+a switch of the mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import Enum, auto
+
+from navigation_core.geometry import KinematicState, Vector3, distance, horizontal_norm, subtract
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.base import (
+    Intent,
+    MissionReport,
+    Observation,
+    OperationKind,
+    Outcome,
+    Perform,
+    Progress,
+    Requirement,
+    Status,
+    Traits,
+    VehicleMode,
+    Wait,
+)
+from navigation_core.tasks.conditions import Dwell, Operation
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.mission_progress import MissionProgress
+from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
+
+_MOVED_M = 0.5
+_STUCK_S = 60.0
+# MISSION_CURRENT may come up to a second after the HEARTBEAT that belongs to it.
+_REPORT_S = 2.0
+_CLEAR_S = 10.0
+_ITEM_UPLOAD_S = 0.5
+_CIRCLE_SHARE = 1.5
+# WP_RADIUS of an ArduRover is 2 m, and it stops within it.
+_GROUND_ARRIVAL_M = 3.0
+_PHASE_CHANGES_MAX = 8
+
+_Answer = Intent | Outcome | None
+
+
+class _Phase(Enum):
+    HALTING = auto()
+    UPLOADING = auto()
+    PREPARING = auto()
+    ARMING = auto()
+    STARTING = auto()
+    FLYING = auto()
+    PAUSING = auto()
+    PAUSED = auto()
+    STOPPING = auto()
+    CLEARING = auto()
+    ENDED = auto()
+
+
+_STATUS = {
+    _Phase.HALTING: Status.PREPARING,
+    _Phase.UPLOADING: Status.UPLOADING,
+    _Phase.PREPARING: Status.PREPARING,
+    _Phase.ARMING: Status.ARMING,
+    _Phase.STARTING: Status.PREPARING,
+    _Phase.PAUSING: Status.PAUSED,
+    _Phase.PAUSED: Status.PAUSED,
+    _Phase.STOPPING: Status.CANCELLING,
+    _Phase.CLEARING: Status.CANCELLING,
+    _Phase.ENDED: Status.NAVIGATING,
+}
+_STOPPING = frozenset({_Phase.STOPPING, _Phase.CLEARING, _Phase.ENDED})
+
+
+class FlyMission:
+    """The task of one mission. See :class:`navigation_core.tasks.base.Task`."""
+
+    def __init__(
+        self,
+        waypoints: tuple[RouteWaypoint, ...],
+        laps: int,
+        config: GotoConfig,
+        traits: Traits,
+        speed_m_s: float | None = None,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            waypoints: at least one; they are expected to have passed ``safety.check_target``.
+            laps: how often they are flown, at least once.
+            config: tolerances and limits of time.
+            traits: what the vehicle can do.
+            speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
+        """
+        self._config = config
+        self._traits = traits
+        self._plan = MissionPlan(
+            waypoints * laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
+        )
+        self._mission = MissionProgress(
+            waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s
+        )
+        self._path: tuple[Vector3, ...] = ()
+        self._phase = _Phase.UPLOADING
+        self._since_s = 0.0
+        self._operation: Operation | None = None
+        self._armed_by_us = False
+        self._stored = False
+        self._started = False
+        self._cancel_asked = False
+        self._pause_asked = False
+        self._ending: Outcome | None = None
+        self._outcome: Outcome | None = None
+        self._left_s: float | None = None
+        self._moved_s = 0.0
+        self._moved_from: Vector3 | None = None
+        self._arrival = Dwell(config.arrival_dwell_s)
+        self._stopped = Dwell(config.stop_dwell_s)
+        self._handlers: dict[_Phase, Callable[[Observation, float], _Answer]] = {
+            _Phase.HALTING: self._halt,
+            _Phase.UPLOADING: self._upload,
+            _Phase.PREPARING: self._prepare,
+            _Phase.ARMING: self._arm,
+            _Phase.STARTING: self._begin,
+            _Phase.FLYING: self._watch,
+            _Phase.PAUSING: self._stop_for_pause,
+            _Phase.PAUSED: self._stay,
+            _Phase.STOPPING: self._stop,
+            _Phase.CLEARING: self._clear,
+        }
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def requires(self) -> Requirement:
+        """What must be there before :meth:`start`."""
+        return Requirement.CONNECTION | Requirement.POSITION
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """None: the vehicle flies by itself."""
+        return None
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """None: the vehicle flies by itself."""
+        return None
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """The waypoints: what is between them is the vehicle's own business."""
+        return self._path
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        self._path = tuple(waypoint.position_enu_m for waypoint in self._plan.waypoints)
+        if self._on_ground(observation) and observation.position_enu_m is not None:
+            self._plan = replace(
+                self._plan,
+                takeoff_from_enu_m=observation.position_enu_m,
+                takeoff_height_m=self._takeoff_height_m(observation.ground_enu_m),
+            )
+        moves = observation.armed and not self._on_ground(observation)
+        self._go(_Phase.HALTING if moves else _Phase.UPLOADING, now)
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Say what to do now, or how it ended; after the end, the outcome again."""
+        if self._outcome is None:
+            if self._cancel_asked and self._phase not in _STOPPING:
+                text = "The goal was cancelled."
+                self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
+            answer = self._answer(observation, now)
+            if not isinstance(answer, Outcome):
+                return answer
+            self._outcome = answer
+            self._go(_Phase.ENDED, now)
+        return self._outcome
+
+    def cancel(self, now: float) -> None:
+        """Ask the vehicle to hold, and then to forget the mission."""
+        self._cancel_asked = True
+
+    def pause(self, now: float) -> Rejection | None:
+        """Have the vehicle hold; before the flight, as soon as it begins."""
+        self._pause_asked = True
+        return None
+
+    def unpause(self, now: float) -> None:
+        """Go on with the item that was under way."""
+        self._pause_asked = False
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """A PX4 holds by itself at the end, and when somebody removes the mission."""
+        return self._phase is _Phase.FLYING and mode in (VehicleMode.MISSION, VehicleMode.HOLD)
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Go on after a time without steps."""
+        self._moved_s = now
+        self._arrival.reset()
+        self._stopped.reset()
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Say how far it is."""
+        route = self._mission.route(self._phase is _Phase.ENDED)
+        if self._phase is _Phase.ENDED:
+            return Progress(self._status(observation), 0.0, 0.0, route)
+        if self._phase in _STOPPING:
+            return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s, route)
+        way_m, time_s = self._mission.left(observation.position_enu_m)
+        if self._plan.takeoff_from_enu_m is not None and not self._started:
+            time_s += self._plan.takeoff_height_m / self._config.takeoff_climb_rate_m_s
+            time_s += self._config.arming_time_s
+        return Progress(self._status(observation), way_m, time_s, route)
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        for _ in range(_PHASE_CHANGES_MAX):
+            answer = self._handlers[self._phase](observation, now)
+            if answer is not None:
+                return answer
+        raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
+
+    def _go(self, phase: _Phase, now: float) -> None:
+        self._phase = phase
+        self._since_s = self._moved_s = now
+        self._operation = None
+        self._left_s = None
+        self._arrival.reset()
+        self._stopped.reset()
+
+    def _stop_with(self, ending: Outcome, now: float) -> None:
+        """Bring the vehicle to a stop, and then end with an outcome."""
+        self._ending = ending
+        # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
+        if self._phase is _Phase.UPLOADING and self._operation is not None:
+            self._stored = True
+        self._go(_Phase.STOPPING, now)
+
+    def _perform(
+        self,
+        intent: Perform,
+        refusal: OutcomeCode,
+        observation: Observation,
+        now: float,
+        timeout_s: float | None = None,
+    ) -> _Answer:
+        if self._operation is None or self._operation.intent.kind is not intent.kind:
+            patience_s = self._config.operation_timeout_s if timeout_s is None else timeout_s
+            self._operation = Operation(intent, refusal, now, patience_s)
+            return intent
+        return self._operation.check(observation, now)
+
+    def _do(
+        self,
+        kind: OperationKind,
+        refusal: OutcomeCode,
+        following: _Phase,
+        observation: Observation,
+        now: float,
+    ) -> _Answer:
+        """Have something done, and go on; what is refused ends the task, motors off if need be."""
+        answer = self._perform(Perform(kind), refusal, observation, now)
+        if isinstance(answer, Outcome) and (self._armed_by_us or self._stored):
+            self._stop_with(answer, now)
+            return None
+        if answer is None:
+            self._go(following, now)
+        return answer
+
+    # --- before the flight -----------------------------------------------------------
+
+    def _halt(self, observation: Observation, now: float) -> _Answer:
+        """Stop what was flown before: setpoints end, and an upload takes a while."""
+        if observation.mode is VehicleMode.HOLD and self._operation is None:
+            self._go(_Phase.UPLOADING, now)
+            return None
+        return self._do(
+            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, _Phase.UPLOADING, observation, now
+        )
+
+    def _upload(self, observation: Observation, now: float) -> _Answer:
+        if not observation.armed and not self._config.may_arm:
+            text = "The vehicle is disarmed and may not be armed by this server."
+            return Outcome(OutcomeCode.ARMING_NOT_ALLOWED, text, None)
+        timeout_s = self._config.operation_timeout_s + _ITEM_UPLOAD_S * len(self._plan.waypoints)
+        answer = self._perform(
+            Perform(OperationKind.UPLOAD_MISSION, mission=self._plan),
+            OutcomeCode.MISSION_REFUSED,
+            observation,
+            now,
+            timeout_s,
+        )
+        if answer is None:
+            self._stored = True
+            self._go(_Phase.STARTING if observation.armed else _Phase.PREPARING, now)
+        return answer
+
+    def _prepare(self, observation: Observation, now: float) -> _Answer:
+        if observation.in_control or not self._traits.control_before_takeoff:
+            self._go(_Phase.ARMING, now)
+            return None
+        return self._do(
+            OperationKind.TAKE_CONTROL, OutcomeCode.MODE_REFUSED, _Phase.ARMING, observation, now
+        )
+
+    def _arm(self, observation: Observation, now: float) -> _Answer:
+        self._armed_by_us = True
+        return self._do(
+            OperationKind.ARM, OutcomeCode.ARMING_REFUSED, _Phase.STARTING, observation, now
+        )
+
+    def _begin(self, observation: Observation, now: float) -> _Answer:
+        answer = self._do(
+            OperationKind.START_MISSION,
+            OutcomeCode.MISSION_REFUSED,
+            _Phase.FLYING,
+            observation,
+            now,
+        )
+        self._started = self._started or self._phase is _Phase.FLYING
+        return answer
+
+    # --- the flight ------------------------------------------------------------------
+
+    def _watch(self, observation: Observation, now: float) -> _Answer:
+        report = observation.mission
+        if report is not None and report.changed:
+            text = f"The mission in the vehicle is not ours any more: {report.changed}."
+            return Outcome(OutcomeCode.MISSION_CHANGED, text, None)
+        if not observation.armed:
+            text = "The vehicle was disarmed while it should fly its mission."
+            return Outcome(OutcomeCode.DISARMED, text, None)
+        current_s = self._since_s + _REPORT_S
+        fresh = report if report is not None and report.time_s >= current_s else None
+        self._mission.note(fresh, observation)
+        if self._arrival.holds(self._has_arrived(fresh, observation), now):
+            text = self._mission.finish()
+            if not self._traits.hovers:
+                text += " It circles the last one."
+            return Outcome(OutcomeCode.SUCCESS, text, self._error_m(observation))
+        if observation.mode is not VehicleMode.MISSION:
+            return self._out_of_mode(observation, now)
+        self._left_s = None
+        if self._pause_asked:
+            self._go(_Phase.PAUSING, now)
+            return None
+        return self._look_for_motion(observation, now)
+
+    def _out_of_mode(self, observation: Observation, now: float) -> _Answer:
+        """The vehicle holds by itself: at the end, or because somebody is at it."""
+        if self._left_s is None:
+            self._left_s = now
+        last_m = self._error_m(observation)
+        at_end = last_m is not None and last_m <= self._arrival_m() + _GROUND_ARRIVAL_M
+        patience_s = self._config.settle_timeout_s if at_end else _REPORT_S
+        if now - self._left_s <= patience_s:
+            return Wait()
+        if at_end:
+            text = f"It stopped {last_m:.2f} m from the last waypoint, and says no more."
+            return Outcome(OutcomeCode.TIMEOUT, text, last_m)
+        text = "The vehicle left the mode in which it flies the mission."
+        return Outcome(OutcomeCode.PILOT_OVERRIDE, text, None)
+
+    def _look_for_motion(self, observation: Observation, now: float) -> _Answer:
+        position = observation.position_enu_m
+        if position is not None and (
+            self._moved_from is None or distance(position, self._moved_from) > _MOVED_M
+        ):
+            self._moved_from, self._moved_s = position, now
+        limit_s = _STUCK_S + self._mission.target.hold_time_s
+        if now - self._moved_s > limit_s:
+            text = f"The vehicle has not moved for {limit_s:g} s in its mission."
+            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
+            return None
+        return Wait()
+
+    def _stop_for_pause(self, observation: Observation, now: float) -> _Answer:
+        return self._do(
+            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, _Phase.PAUSED, observation, now
+        )
+
+    def _stay(self, observation: Observation, now: float) -> _Answer:
+        if not observation.armed:
+            text = "The vehicle was disarmed while its mission was paused."
+            return Outcome(OutcomeCode.DISARMED, text, None)
+        if self._pause_asked:
+            return Wait()
+        self._go(_Phase.STARTING, now)
+        return None
+
+    # --- the end ---------------------------------------------------------------------
+
+    def _stop(self, observation: Observation, now: float) -> _Answer:
+        if not observation.armed and self._operation is None and not self._arming(observation):
+            self._go(_Phase.CLEARING, now)
+            return None
+        grounded = self._armed_by_us and not self._started
+        down = grounded or (self._armed_by_us and self._on_ground(observation))
+        kind = OperationKind.DISARM if down else OperationKind.HOLD
+        timeout_s = self._config.cancel_timeout_s
+        answer = self._perform(Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s)
+        if isinstance(answer, Outcome):
+            self._add_to_ending(answer.message)
+            self._go(_Phase.CLEARING, now)
+            return None
+        if answer is not None:
+            return answer
+        speed_m_s = measured_speed(observation)
+        slow = speed_m_s is not None and speed_m_s < self._config.stop_speed_m_s
+        over = now - self._since_s > self._config.cancel_timeout_s
+        if self._stopped.holds(slow, now) or not self._traits.hovers or over:
+            self._add_to_ending("It circles." if not self._traits.hovers else "It has stopped.")
+            self._go(_Phase.CLEARING, now)
+            return None
+        return Wait()
+
+    def _clear(self, observation: Observation, now: float) -> _Answer:
+        assert self._ending is not None
+        changed = observation.mission is not None and observation.mission.changed
+        if not self._stored or changed:
+            return self._ending
+        answer = self._perform(
+            Perform(OperationKind.CLEAR_MISSION), self._ending.code, observation, now, _CLEAR_S
+        )
+        if isinstance(answer, Outcome):
+            self._add_to_ending(answer.message)
+        elif answer is not None:
+            return answer
+        return self._ending
+
+    def _add_to_ending(self, text: str) -> None:
+        assert self._ending is not None
+        self._ending = replace(self._ending, message=f"{self._ending.message} {text}")
+
+    # --- what is measured ------------------------------------------------------------
+
+    def _on_ground(self, observation: Observation) -> bool:
+        return self._traits.flies and not (
+            observation.armed and is_airborne(observation, self._config.airborne_height_m)
+        )
+
+    def _arming(self, observation: Observation) -> bool:
+        report = observation.operation
+        return report is not None and report.kind is OperationKind.ARM
+
+    def _takeoff_height_m(self, ground_enu_m: float) -> float:
+        height_m = self._plan.waypoints[0].position_enu_m[2] - ground_enu_m
+        height_m = max(height_m, self._config.takeoff_height_min_m)
+        return min(height_m, self._config.takeoff_height_m) if self._traits.hovers else height_m
+
+    def _has_arrived(self, report: MissionReport | None, observation: Observation) -> bool:
+        error_m = self._error_m(observation)
+        if report is None or not report.complete or error_m is None or error_m > self._arrival_m():
+            return False
+        speed_m_s = measured_speed(observation)
+        slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
+        return slow or not self._traits.hovers
+
+    def _arrival_m(self) -> float:
+        radius_m = max(self._mission.last.acceptance_radius_m, self._traits.arrival_radius_m)
+        if not self._traits.hovers:
+            return max(radius_m, _CIRCLE_SHARE * self._traits.circle_radius_m)
+        return radius_m if self._traits.flies else max(radius_m, _GROUND_ARRIVAL_M)
+
+    def _error_m(self, observation: Observation) -> float | None:
+        position, last = observation.position_enu_m, self._mission.last
+        if position is None:
+            return None
+        offset = subtract(position, last.position_enu_m)
+        flat = last.height_above_ground_m is not None or not self._traits.hovers
+        return horizontal_norm(offset) if flat else distance(position, last.position_enu_m)
+
+    def _status(self, observation: Observation) -> Status:
+        if self._phase is _Phase.FLYING:
+            taking_off = self._plan.takeoff_from_enu_m is not None and self._on_ground(observation)
+            return Status.TAKING_OFF if taking_off else Status.NAVIGATING
+        return _STATUS[self._phase]

@@ -1,0 +1,48 @@
+"""The points of a route, and of a route as the vehicle itself is to fly it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from navigation_core.geometry import Vector3
+
+
+@dataclass(frozen=True)
+class RouteWaypoint:
+    """One waypoint of a route.
+
+    Attributes:
+        position_enu_m: where, in the map frame.
+        acceptance_radius_m: reached when this near.
+        hold_time_s: how long to stay; 0 flies through.
+        yaw_enu_rad: yaw on the way to it and at it; None for the direction of travel.
+        max_speed_m_s: greatest ground speed on the way to it; None for the configured one.
+        height_above_ground_m: height above the terrain, where a vehicle that knows it is to
+            follow it; the position's z is then a guess. None elsewhere.
+    """
+
+    position_enu_m: Vector3
+    acceptance_radius_m: float
+    hold_time_s: float = 0.0
+    yaw_enu_rad: float | None = None
+    max_speed_m_s: float | None = None
+    height_above_ground_m: float | None = None
+
+
+@dataclass(frozen=True)
+class MissionPlan:
+    """What the vehicle is to fly by itself.
+
+    Attributes:
+        waypoints: in order; those of all laps.
+        takeoff_from_enu_m: where it stands, if it is to take off first.
+        takeoff_height_m: above the ground, then.
+        speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
+        circle_at_end: whether it cannot stand still, and circles the last waypoint instead.
+    """
+
+    waypoints: tuple[RouteWaypoint, ...]
+    takeoff_from_enu_m: Vector3 | None = None
+    takeoff_height_m: float = 0.0
+    speed_m_s: float | None = None
+    circle_at_end: bool = False
