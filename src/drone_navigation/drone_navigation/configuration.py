@@ -109,7 +109,8 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ParameterSpec(
         "heartbeat_timeout_s",
         3.0,
-        "Silence of the vehicle's HEARTBEAT after which the link counts as lost.",
+        "Silence of the vehicle after which the link counts as lost; while other messages come, "
+        "its HEARTBEAT may be missing three times as long.",
         1.5,
         60.0,
     ),

@@ -35,6 +35,7 @@ from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.protocols.timesync import Timesync
+from mavlink_vehicle.restarts import evolve
 from mavlink_vehicle.state import VehicleState, reduce
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
@@ -51,6 +52,7 @@ _FOR_OPERATIONS = frozenset(
         mavlink.MAVLink_mission_ack_message,
     }
 )
+_MODE_FIELDS = ("custom_mode", "intended_mode")
 
 
 class VehicleCore:
@@ -81,7 +83,7 @@ class VehicleCore:
         self._parameters = ParameterReader()
         self._stream = SetpointStream()
         self._order = SequenceOrder()
-        self._mode_place = -1
+        self._mode_place = self._beat_place = -1
         self._failsafes = FailsafeWatch()
         self._slot = OperationSlot(self._command_timing, self.config.grace_s)
         self._events: deque[VehicleEvent] = deque()
@@ -185,15 +187,14 @@ class VehicleCore:
         ):
             return
         kind = message.__class__
-        if self.profile is not None:
-            place = self._order.place(header.seq, now)
-            if kind is _HEARTBEAT or kind is _CURRENT_MODE:
-                if place < self._mode_place:
-                    return  # it would show a mode that has been left since
-                self._mode_place = place
+        newer = self._follow_order(kind, header.seq, now)
+        if newer is None:
+            return
         state = reduce(before, message, now)
         if state.system_id == 0:
             return
+        if newer:
+            state = evolve(state, {name: getattr(before, name) for name in newer})
         if kind in _FOR_OPERATIONS:
             self._slot.receive(message, now)
             self._take_ends()
@@ -251,6 +252,28 @@ class VehicleCore:
         return self._events.popleft() if self._events else None
 
     # Inside
+
+    def _follow_order(
+        self, kind: type[Message], sequence: int, now: float
+    ) -> tuple[str, ...] | None:
+        """Return what the state knows from newer messages than this one; None: all it says.
+
+        A HEARTBEAT that was overtaken by CURRENT_MODE would show a mode that has been left
+        since, but it is a sign of life, and tells whether the vehicle is armed.
+        """
+        if self.profile is None:
+            return ()
+        self._watch.hear(now)
+        place = self._order.place(sequence, now)
+        if kind is not _HEARTBEAT and kind is not _CURRENT_MODE:
+            return ()
+        is_old = place < self._mode_place
+        if is_old and (kind is _CURRENT_MODE or place < self._beat_place):
+            return None
+        self._mode_place = max(self._mode_place, place)
+        if kind is _HEARTBEAT:
+            self._beat_place = place
+        return _MODE_FIELDS if is_old else ()
 
     def _heartbeat(self, message: Message, now: float) -> None:
         """Take note of a HEARTBEAT of the vehicle, already in the state."""

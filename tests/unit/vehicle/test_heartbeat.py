@@ -60,3 +60,24 @@ def test_theirs_is_lost_after_the_time_and_regained_with_the_next() -> None:
     assert watch.alive
     assert watch.next_event() == HeartbeatRegained(rebooted=True)
     assert watch.next_event() is None
+
+
+def test_lost_heartbeats_are_no_lost_link_while_other_messages_come() -> None:
+    watch = HeartbeatWatch(3.0)
+    watch.receive(AutopilotMessages().heartbeat(), 10.0)
+    watch.hear(12.5)
+    watch.handle_timer(13.0)
+    assert watch.alive
+    assert watch.next_deadline() == 15.5
+    watch.handle_timer(15.5)
+    assert watch.next_event() == HeartbeatLost(5.5)
+
+
+def test_other_messages_do_not_stand_in_for_heartbeats_for_good() -> None:
+    watch = HeartbeatWatch(3.0)
+    watch.receive(AutopilotMessages().heartbeat(), 10.0)
+    for now in range(11, 30):
+        watch.hear(float(now))
+        watch.handle_timer(float(now))
+    assert watch.next_event() == HeartbeatLost(9.0)
+    assert not watch.alive

@@ -142,6 +142,16 @@ def test_a_late_current_mode_is_no_intervention() -> None:
     assert px4.vehicle.mode_name == "AUTO.RTL"
 
 
+def test_a_heartbeat_that_a_current_mode_overtook_still_tells_of_life_and_arming() -> None:
+    px4 = Px4()
+    overtaken = px4.beat(LOITER, armed=False)
+    px4.tell(px4.mode(RTL))
+    px4.now += 0.2
+    assert px4.tell(overtaken) == [ArmedChanged(False, requested=False)]
+    assert px4.vehicle.mode_name == "AUTO.RTL"
+    assert px4.vehicle.state.last_heartbeat_s == px4.now
+
+
 def test_a_take_off_goes_through_its_own_modes_and_is_judged_without_home() -> None:
     """Home moves by metres in flight; relative altitude with it."""
     px4 = Px4()

@@ -3,6 +3,9 @@
 https://mavlink.io/en/services/heartbeat.html. An ArduPilot with FS_GCS_ENABLE, and a PX4 with
 COM_DL_LOSS_T, take the end of our HEARTBEATs as the loss of the ground station: setpoints
 don't count as contact.
+
+Theirs comes once a second. Where two of five packets are lost, three in a row are lost every
+quarter of a minute; so while anything else of the autopilot comes, the watch is patient.
 """
 
 from __future__ import annotations
@@ -13,6 +16,9 @@ from typing import ClassVar
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
 from mavlink_vehicle.protocols.machine import Machine, Table
+
+PATIENCE = 3.0
+"""How many times longer HEARTBEAT may be missing while other messages of the autopilot come."""
 
 
 class HeartbeatSender:
@@ -77,13 +83,14 @@ class WatchInput(enum.Enum):
 
 
 class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
-    """Watches the autopilot's HEARTBEAT; the caller passes in only those."""
+    """Watches the autopilot's HEARTBEAT; the caller passes in only those, and tells of others."""
 
     def __init__(self, timeout_s: float) -> None:
-        """Call it lost after `timeout_s` without one."""
+        """Call it lost after `timeout_s` of silence, or `PATIENCE` times that without one."""
         super().__init__(WatchState.UNSEEN)
         self._timeout_s = timeout_s
         self._last_s = 0.0
+        self._other_s = 0.0
         self._boot_count = 0
         self._boot_count_at_loss = 0
 
@@ -99,13 +106,21 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
         """Take in a HEARTBEAT of the autopilot."""
         self._fire(WatchInput.BEAT, now)
 
+    def hear(self, now: float) -> None:
+        """Take note that another message of the autopilot came."""
+        self._other_s = now
+
     def observe_boots(self, boot_count: int) -> None:
         """Tell how often the vehicle has restarted by now."""
         self._boot_count = boot_count
 
     def handle_timer(self, now: float) -> None:
         """Report the loss when the time is up."""
-        if self._deadline is not None and now >= self._deadline:
+        if self._deadline is None or now < self._deadline:
+            return
+        longest_s = self._last_s + PATIENCE * self._timeout_s
+        self._deadline = min(self._other_s + self._timeout_s, longest_s)
+        if now >= self._deadline:
             self._fire(WatchInput.SILENCE, now)
 
     def _beat(self, now: float) -> None:
