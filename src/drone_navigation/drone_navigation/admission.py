@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.map_frame import MapFrame
 from drone_navigation.requests import (
     LandRequest,
@@ -58,12 +59,14 @@ class Admitted:
         target_enu_m: where it ends, in the map frame; None when the vehicle decides that.
         make_task: makes the task, which goes on from a replaced goal's last setpoint.
         warnings: sentences to tell people, and to add to the final message.
+        plan: the straight ways that are flown; None when the vehicle decides.
     """
 
     description: str
     target_enu_m: Vector3 | None
     make_task: Callable[[Handover], Task]
     warnings: tuple[str, ...] = ()
+    plan: FlightPlan | None = None
 
 
 @dataclass(frozen=True)
@@ -248,6 +251,7 @@ def _goto(
         goal.position_enu_m,
         make_task,
         warnings,
+        FlightPlan((goal.position_enu_m,), (speed_m_s,)),
     )
 
 
@@ -294,6 +298,15 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         waypoints[-1].position_enu_m,
         make_task,
         (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
+        FlightPlan(
+            tuple(waypoint.position_enu_m for waypoint in waypoints),
+            tuple(
+                waypoint.max_speed_m_s or config.goto.limits.speed_horizontal_m_s
+                for waypoint in waypoints
+            ),
+            laps,
+            sum(waypoint.hold_time_s for waypoint in waypoints),
+        ),
     )
 
 

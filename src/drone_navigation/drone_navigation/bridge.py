@@ -15,8 +15,8 @@ from dataclasses import replace
 
 from drone_navigation import notes
 from drone_navigation.admission import Admitted, Handover, admit
-from drone_navigation.failsafes import failsafe_code
 from drone_navigation.goal import ActiveGoal, LogLevel, Output
+from drone_navigation.guard import Guard
 from drone_navigation.lifecycle import GoalEvent
 from drone_navigation.map_frame import MapFrame
 from drone_navigation.observation import (
@@ -32,6 +32,7 @@ from drone_navigation.reporting import Reporter
 from drone_navigation.requests import MapPose, Request
 from drone_navigation.services import Service, ServiceDesk
 from drone_navigation.settings import BridgeConfig
+from drone_navigation.takeover import Takeover
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
@@ -63,10 +64,8 @@ from navigation_core.tasks.base import (
 
 __all__ = ["Bridge", "BridgeConfig"]
 
-# MAV_STATE (common.xml): BOOT is what a restarted autopilot says first, CRITICAL what one in
-# a failsafe says.
+# MAV_STATE (common.xml): what a restarted autopilot says first.
 _MAV_STATE_BOOT = 1
-_MAV_STATE_CRITICAL = 5
 _MAV_SEVERITY_WARNING = 4
 _OF_ONE_MISSION = frozenset(
     {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
@@ -82,6 +81,7 @@ class Bridge:
         self._config = config
         self._map_frame = MapFrame()
         self._report = Reporter(vehicle, self._map_frame)
+        self._guard = Guard(vehicle, self._map_frame, config)
         self._goal: ActiveGoal | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
@@ -204,6 +204,7 @@ class Bridge:
     def configure(self, config: BridgeConfig) -> None:
         """Treat goals that come from now on by other settings; the active one keeps its own."""
         self._config = config
+        self._guard.configure(config)
 
     def start(self, now: float) -> None:
         """Begin to look for the vehicle."""
@@ -218,6 +219,8 @@ class Bridge:
         if moved or state.origin is not before.origin:
             self._map_frame.update(state)
             self._report.position()
+        if state.battery is not before.battery:
+            self._guard.observe_battery(now)
         self._handle_events(now)
         goal = self._goal
         # A position that comes a little early still counts, or 20 Hz of positions would
@@ -261,14 +264,17 @@ class Bridge:
     # --- goals -------------------------------------------------------------------------
 
     def _admit(self, request: Request, now: float) -> Admitted | Rejection:
-        return admit(
+        admitted = admit(
             request, self._vehicle, self._map_frame, self._config, self.active_goal_id, now
         )
+        return admitted if isinstance(admitted, Rejection) else self._guard.check(admitted, now)
 
     def _new_goal(self, goal_id: str, admitted: Admitted, now: float) -> ActiveGoal:
         """Make a goal that goes on from where the active one, if any, has got to."""
         previous = self._goal
         handover, next_step_s = Handover(), now
+        if previous is not None and previous.takeover is not None:
+            previous = None  # what it had sent is of no use any more
         if previous is not None:
             handover = Handover(
                 previous.task.commanded, previous.task.commanded_yaw_enu_rad, previous.setpoint_s
@@ -283,6 +289,7 @@ class Bridge:
             next_step_s,
             now,
             notes=list(admitted.warnings),
+            plan=admitted.plan,
         )
         if previous is None:
             return goal
@@ -292,11 +299,20 @@ class Bridge:
         return goal
 
     def _step(self, goal: ActiveGoal, now: float) -> None:
-        if not self._vehicle.connected:
+        if goal.takeover is not None:
+            judged = goal.takeover.judge(self._vehicle.state, now)
+            if judged is not None:
+                self._abandon(*judged, now)
+        elif not self._vehicle.connected:
             self._step_without_link(goal, now)
-            return
-        if self._parking.operation_id is not None:
-            return  # the mode is about to change, by our own request
+        elif self._parking.operation_id is None:  # else the mode is about to change, for us
+            outcome = self._watch(goal, now)
+            if outcome is None:
+                self._step_task(goal, now)
+            else:
+                self._end(goal, outcome, now)
+
+    def _step_task(self, goal: ActiveGoal, now: float) -> None:
         intent = goal.task.step(self._observe(goal, now), now)
         if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
             goal.operation = None  # the task has seen how it ended
@@ -312,6 +328,13 @@ class Bridge:
         if self._goal is goal:
             self._report.status(goal, self._progress(goal, now))
             self._report.plan(goal, goal.task.path_enu_m)
+
+    def _watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
+        known = len(goal.notes)
+        outcome = self._guard.watch(goal, now)
+        for note in goal.notes[known:]:
+            self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {note}")
+        return outcome
 
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
         if goal.operation is not None and goal.operation.kind is intent.kind:
@@ -430,24 +453,16 @@ class Bridge:
         mode = vehicle_mode(self._vehicle.profile, event.name)
         if goal is not None and goal.task.accepts_mode(mode):
             return
-        state = self._vehicle.state
-        if state.system_status == _MAV_STATE_BOOT:
+        if self._vehicle.state.system_status == _MAV_STATE_BOOT:
             self._give_up_restarted(now)
-        elif state.failsafe is not None or state.system_status >= _MAV_STATE_CRITICAL:
-            said = "; ".join(text.text for text in state.status_texts[-2:])
-            self._abandon(
-                failsafe_code(state.failsafe),
-                f"A failsafe of the vehicle changed the mode to {event.name}; control is left "
-                f"to it.{f' It said: {said}.' if said else ''}",
-                now,
-            )
-        else:
-            self._abandon(
-                OutcomeCode.PILOT_OVERRIDE,
-                f"The mode became {event.name}, which this server did not ask for; control is "
-                "left to the pilot until a new goal comes.",
-                now,
-            )
+        elif goal is not None and goal.takeover is None:
+            # Whose change it was may show a moment later; nothing is sent from now on.
+            goal.takeover = Takeover(event.name, now)
+            if goal.operation is not None:
+                self._vehicle.cancel_operation(now)
+                goal.operation = goal.operation_id = None
+            self._vehicle.close_stream()
+            goal.next_step_s = min(goal.next_step_s, now)
 
     def _give_up_restarted(self, now: float) -> None:
         text = "The autopilot restarted while the goal was active; look at the vehicle."

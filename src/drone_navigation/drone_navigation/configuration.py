@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 import yaml
 
-from drone_navigation.settings import BridgeConfig
+from drone_navigation.settings import BatteryPolicy, BridgeConfig, SafetyConfig
 from mavlink_vehicle.vehicle import VehicleConfig
 from navigation_core.safety import FlightVolume
 from navigation_core.tasks.goto import GotoConfig
@@ -193,6 +193,34 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ),
     ParameterSpec(
         "volume_altitude_max_m", 120.0, "Greatest height of a target above ground.", 0.5, 10000.0
+    ),
+    ParameterSpec(
+        "fence_margin_m",
+        1.0,
+        "How far inside of the vehicle's own fence targets must be.",
+        0.0,
+        1000.0,
+    ),
+    ParameterSpec(
+        "battery_policy",
+        "reject",
+        "What happens when the battery will not do for the goal and the way back: reject the goal "
+        "(or end it), warn, or ignore.",
+        choices=("reject", "warn", "ignore"),
+    ),
+    ParameterSpec(
+        "battery_reserve",
+        0.2,
+        "Fraction of the battery that must be left after the goal and the way back.",
+        0.0,
+        0.9,
+    ),
+    ParameterSpec(
+        "battery_endurance_s",
+        900.0,
+        "How long a full battery lasts under way, used until consumption was measured.",
+        60.0,
+        86400.0,
     ),
 )
 
@@ -376,4 +404,10 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
         feedback_period_s=1.0 / number("feedback_rate_hz"),
         link_lost_abort_s=number("link_lost_abort_s"),
         speed_max_m_s=number("speed_max_m_s"),
+        safety=SafetyConfig(
+            fence_margin_m=number("fence_margin_m"),
+            battery_policy=BatteryPolicy(text("battery_policy")),
+            battery_reserve=number("battery_reserve"),
+            battery_endurance_s=number("battery_endurance_s"),
+        ),
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
 
+from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.lifecycle import (
     TERMINAL_STATES,
     GoalEvent,
@@ -16,6 +17,7 @@ from drone_navigation.lifecycle import (
 )
 from drone_navigation.mission_plan import MissionTracker
 from drone_navigation.requests import MapPose
+from drone_navigation.takeover import Takeover
 from mavlink_vehicle.codec import Message
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -193,6 +195,8 @@ class ActiveGoal:
         progress: the last progress, or None.
         mission: who follows the mission that was uploaded for it, or None.
         path_enu_m: the way that was told last.
+        plan: the straight ways that the server flies; None when the vehicle decides.
+        takeover: a change of mode that ends it as soon as it is clear whose it was, or None.
     """
 
     goal_id: str
@@ -213,6 +217,8 @@ class ActiveGoal:
     progress: Progress | None = None
     mission: MissionTracker | None = None
     path_enu_m: tuple[Vector3, ...] = ()
+    plan: FlightPlan | None = None
+    takeover: Takeover | None = None
 
     @property
     def short_id(self) -> str:
@@ -232,8 +238,16 @@ class ActiveGoal:
         """
         self.state = next_state(self.state, event)
 
-    def finish(self, outcome: Outcome, pose: MapPose | None, now: float) -> GoalFinished:
+    def finish(
+        self, outcome: Outcome, pose: MapPose | None, now: float, said: str = ""
+    ) -> GoalFinished:
         """End the goal and return what to tell the client.
+
+        Args:
+            outcome: how it ended.
+            pose: where the vehicle is.
+            now: time.
+            said: the autopilot's last words during the goal, if any.
 
         Raises:
             LifecycleError: the goal has ended already.
@@ -248,12 +262,14 @@ class ActiveGoal:
         if error_m is None and pose is not None and self.target_enu_m is not None:
             error_m = math.dist(pose.position_enu_m, self.target_enu_m)
         route = None if self.progress is None else self.progress.route
-        notes = "".join(f" {note}" for note in self.notes)
+        message = " ".join([f"{code.value}: {outcome.message}", *dict.fromkeys(self.notes)])
+        if said and said not in message:
+            message += f" The autopilot's last words: '{said}'."
         return GoalFinished(
             goal_id=self.goal_id,
             state=self.state,
             code=code,
-            message=f"{code.value}: {outcome.message}{notes}",
+            message=message,
             pose=pose,
             elapsed_s=now - self.accepted_s,
             final_error_m=error_m,

@@ -127,7 +127,10 @@ class Reporter:
 
     def ended(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         """Move a goal to its end and tell it."""
-        finished = goal.finish(outcome, self._map_frame.pose(self._vehicle.state), now)
+        state = self._vehicle.state
+        texts = [text.text for text in state.status_texts if text.time_s >= goal.accepted_s]
+        said = texts[-1].strip() if texts else ""
+        finished = goal.finish(outcome, self._map_frame.pose(state), now, said)
         self._outputs.append(finished)
         self._happened(goal.goal_id, "ENDED", finished.code.value, finished.message)
         if goal.path_enu_m:

@@ -97,7 +97,7 @@ def _told(state: VehicleState, from_s: float) -> tuple[FailsafeKind, str] | None
         if text.time_s < from_s:
             return None
         words = text.text.lower()
-        if text.severity > _WARNING and "lost" not in words:
+        if text.severity > _WARNING and "lost" not in words and "breached" not in words:
             continue
         if any(word in words for word in _NOTHING_BEGINS):
             continue

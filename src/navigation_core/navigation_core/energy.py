@@ -60,11 +60,15 @@ class Prediction:
 
 
 class ConsumptionEstimator:
-    """Learns how fast the battery empties under way."""
+    """Learns how fast the battery empties under way.
+
+    Attributes:
+        endurance_s: how long a full battery lasts, as far as nothing is measured.
+    """
 
     def __init__(self, endurance_s: float) -> None:
         """Begin with the configured endurance of a full battery."""
-        self._prior_per_s = 1.0 / endurance_s
+        self.endurance_s = endurance_s
         self._used = 0.0
         self._measured_s = 0.0
         self._remaining: float | None = None
@@ -83,7 +87,7 @@ class ConsumptionEstimator:
     @property
     def rate_per_s(self) -> float:
         """Fraction of the battery that a second under way takes."""
-        prior = self._prior_per_s
+        prior = 1.0 / self.endurance_s
         rate = (_PRIOR_S * prior + self._used) / (_PRIOR_S + self._measured_s)
         return max(rate, _LEAST_SHARE * prior)
 

@@ -135,13 +135,13 @@ class Fence:
     Attributes:
         areas: circles and polygons; the vehicle must be inside every inclusion and outside
             every exclusion.
-        any_inclusion: one of the inclusions is enough (PX4).
+        alternatives: inclusions of which one is enough.
         altitude_min_m: least height above home, or None.
         altitude_max_m: greatest height above home, or None.
     """
 
     areas: tuple[Area, ...] = ()
-    any_inclusion: bool = False
+    alternatives: tuple[Area, ...] = ()
     altitude_min_m: float | None = None
     altitude_max_m: float | None = None
 
@@ -150,14 +150,12 @@ class Fence:
         return self._broken(point) is None
 
     def _broken(self, point: Point2) -> Area | None:
-        inclusions = [area for area in self.areas if area.inclusion]
-        outside = [area for area in inclusions if not area.contains(point)]
-        if outside and (not self.any_inclusion or len(outside) == len(inclusions)):
-            return outside[0]
         for area in self.areas:
-            if not area.inclusion and area.contains(point):
+            if area.contains(point) is not area.inclusion:
                 return area
-        return None
+        if any(area.contains(point) for area in self.alternatives):
+            return None
+        return next(iter(self.alternatives), None)
 
     def check_target(
         self, position_enu_m: Vector3, home_z_enu_m: float, margin_m: float = 0.0
@@ -176,7 +174,7 @@ class Fence:
             return _outside(f"{what} is {broken.describe((x, y))}.")
         for area in self.areas:
             near_m = area.margin_m((x, y))
-            if near_m < margin_m and not (self.any_inclusion and area.inclusion):
+            if near_m < margin_m:
                 return _outside(
                     f"{what} is {near_m:.2f} m from the boundary of the fence's {area.name}; keep "
                     f"{margin_m:g} m away (fence_margin_m)."
@@ -198,7 +196,7 @@ class Fence:
         """Say where the straight way between two points leaves the fence, if it does."""
         start, end = start_enu_m[:2], end_enu_m[:2]
         cuts = {0.0, 1.0}
-        for area in self.areas:
+        for area in (*self.areas, *self.alternatives):
             cuts.update(cut for cut in area.crossings(start, end) if 0.0 < cut < 1.0)
         for before, after in itertools.pairwise(sorted(cuts)):
             if after - before < _SAME:

@@ -67,6 +67,22 @@ class FlightVolume:
     altitude_max_m: float
     box: Box | None = None
 
+    def left_by_m(self, position_enu_m: Vector3, ground_enu_m: float) -> float:
+        """Return how far a position is beyond the radius, the greatest altitude or the box.
+
+        Negative inside. The least altitude is for targets only: every flight begins on the
+        ground.
+        """
+        x, y, z = position_enu_m
+        beyond = [
+            horizontal_norm(position_enu_m) - self.radius_max_m,
+            z - ground_enu_m - self.altitude_max_m,
+        ]
+        if self.box is not None:
+            low, high = self.box.minimum_enu_m, self.box.maximum_enu_m
+            beyond += [low[0] - x, x - high[0], low[1] - y, y - high[1], z - high[2]]
+        return max(beyond)
+
     def __post_init__(self) -> None:
         """Refuse a volume without inside.
 

@@ -71,10 +71,10 @@ def test_a_way_through_an_exclusion_is_refused(area: Circle | Polygon) -> None:
 
 def test_one_of_several_inclusions_is_enough_for_px4_but_not_for_ardupilot() -> None:
     areas = (Circle((0.0, 0.0), 10.0), Circle((15.0, 0.0), 10.0))
-    assert not refused(Fence(areas, any_inclusion=True), (20.0, 0.0, 5.0))
+    assert not refused(Fence(alternatives=areas), (20.0, 0.0, 5.0))
     assert refused(Fence(areas), (20.0, 0.0, 5.0))
     apart = (Circle((0.0, 0.0), 10.0), Circle((25.0, 0.0), 10.0))
-    assert "leaves" in refused(Fence(apart, any_inclusion=True), (25.0, 0.0, 5.0))
+    assert "leaves" in refused(Fence(alternatives=apart), (25.0, 0.0, 5.0))
 
 
 def test_a_vehicle_outside_may_come_back_in() -> None:
@@ -113,17 +113,17 @@ def test_a_way_is_accepted_only_if_no_point_of_it_is_outside(
     corners: list[tuple[float, float]],
     centre: tuple[float, float],
     inclusion: bool,
-    any_inclusion: bool,
+    alternatives: bool,
 ) -> None:
-    fence = Fence(
-        (Polygon(tuple(corners), inclusion), Circle(centre, 12.5, not inclusion)), any_inclusion
-    )
+    areas = (Polygon(tuple(corners), inclusion), Circle(centre, 12.5, not inclusion))
+    both = (Polygon(tuple(corners)), Circle(centre, 12.5))
+    fence = Fence(alternatives=both) if alternatives else Fence(areas)
     way = fence.check_way((*start, 0.0), (*end, 0.0))
     step = ((end[0] - start[0]) / 199.0, (end[1] - start[1]) / 199.0)
     points = [(start[0] + n * step[0], start[1] + n * step[1]) for n in range(200)]
-    free_m = min(area.margin_m(p) for p in points for area in fence.areas)
+    free_m = min(area.margin_m(p) for p in points for area in areas)
     outside = [p for p in points if not fence.allows(p)]
-    if any(min(area.margin_m(p) for area in fence.areas) > 1e-6 for p in outside):
+    if any(min(area.margin_m(p) for area in areas) > 1e-6 for p in outside):
         assert way is not None
     elif not outside and free_m > math.dist(points[0], points[1]):
         assert way is None

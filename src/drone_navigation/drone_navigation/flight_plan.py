@@ -1,0 +1,36 @@
+"""The straight ways of a goal that the server flies, for the checks of fence and battery."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+from navigation_core.geometry import Vector3, distance
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """Where a goal leads.
+
+    Attributes:
+        targets_enu_m: its targets in the map frame, in order.
+        speeds_m_s: ground speed on the way to each.
+        laps: how often they are flown.
+        hold_s: time of standing still in one lap.
+    """
+
+    targets_enu_m: tuple[Vector3, ...]
+    speeds_m_s: tuple[float, ...]
+    laps: int = 1
+    hold_s: float = 0.0
+
+    def duration_s(self, start_enu_m: Vector3) -> float:
+        """Return the time of the flight from a place, without that of starting and stopping."""
+        targets, speeds = self.targets_enu_m, self.speeds_m_s
+        way_s = distance(start_enu_m, targets[0]) / speeds[0]
+        lap_s = sum(
+            distance(a, b) / speed
+            for (a, b), speed in zip(itertools.pairwise(targets), speeds[1:], strict=True)
+        )
+        again_s = distance(targets[-1], targets[0]) / speeds[0]
+        return way_s + self.laps * (lap_s + self.hold_s) + (self.laps - 1) * again_s

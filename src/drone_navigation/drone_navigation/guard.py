@@ -1,0 +1,271 @@
+"""What is watched beside the flight itself, before a goal and during it. No ROS.
+
+Fence and volume, battery, health of the vehicle, and failsafes that leave it in the mode in
+which it follows us. Failsafes that change the mode are judged in :mod:`drone_navigation.takeover`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from drone_navigation.admission import Admitted
+from drone_navigation.failsafes import failsafe_code
+from drone_navigation.flight_plan import FlightPlan
+from drone_navigation.goal import ActiveGoal
+from drone_navigation.map_frame import MapFrame
+from drone_navigation.settings import BatteryPolicy, BridgeConfig
+from drone_navigation.traits import traits_of
+from drone_navigation.vehicle_fence import fence_of
+from mavlink_vehicle.events import FailsafeKind, LandedState
+from mavlink_vehicle.health import arming_faults, battery_is_low, estimator_faults
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.energy import ConsumptionEstimator
+from navigation_core.fences import Fence, check_route
+from navigation_core.geometry import Vector3, horizontal_norm
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.base import Outcome
+
+_PERIOD_S = 0.5
+# A vehicle overshoots a little, and a position errs: only beyond this it has left.
+_LEFT_M = 3.0
+# A failsafe that changes the mode does so within this time of its first sign.
+_FAILSAFE_ACTS_S = 2.0
+_DRIVING_M_S = 0.3
+# Time to take control, arm and take off, and to settle at the end.
+_BEGIN_S, _SETTLE_S = 10.0, 3.0
+_UNKNOWN_FENCE = "The vehicle's own fence is not known yet, so it was not checked."
+_UNKNOWN_BATTERY = "The vehicle does not tell what is left in its battery."
+
+
+@dataclass
+class _Memory:
+    """What is remembered about the goal that is being worked on.
+
+    Attributes:
+        goal_id: whose it is.
+        inside: whether the vehicle was inside the volume since it began.
+        fence: the fence that its ways were checked against last.
+        failsafe: the kind of failsafe that was judged last.
+        warned: whether it was told that the battery runs low.
+    """
+
+    goal_id: str
+    inside: bool = False
+    fence: Fence | None = None
+    failsafe: FailsafeKind | None = None
+    warned: bool = False
+
+
+class Guard:
+    """Checks goals before they begin, and the vehicle while they run."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig) -> None:
+        """Begin to watch ``vehicle``."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._config = config
+        self._consumption = ConsumptionEstimator(config.safety.battery_endurance_s)
+        self._memory = _Memory("")
+        self._next_s = -math.inf
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Go on with other settings."""
+        self._config = config
+        self._consumption.endurance_s = config.safety.battery_endurance_s
+
+    def observe_battery(self, now: float) -> None:
+        """Take in what the battery says now."""
+        state, profile = self._vehicle.state, self._vehicle.profile
+        under_way = state.armed and state.landed_state in (
+            LandedState.TAKEOFF,
+            LandedState.IN_AIR,
+            LandedState.LANDING,
+        )
+        position = state.global_position
+        if profile is not None and not traits_of(profile).flies and position is not None:
+            under_way = state.armed and horizontal_norm(position.velocity_ned_m_s) > _DRIVING_M_S
+        remaining = None if state.battery is None else state.battery.remaining
+        self._consumption.observe(now, remaining, under_way)
+
+    # --- before acceptance -------------------------------------------------------------
+
+    def check(self, admitted: Admitted, now: float) -> Admitted | Rejection:
+        """Say what is against a goal that is sound in itself, or add what is to be told."""
+        if admitted.plan is None:
+            return admitted  # what brings it down and home is never refused
+        rejection = self._check_health(now)
+        if rejection is not None:
+            return rejection
+        notes = list(admitted.warnings)
+        fence = self._fence()
+        if fence is None:
+            notes.append(_UNKNOWN_FENCE)
+        else:
+            plan, margin_m = admitted.plan, self._config.safety.fence_margin_m
+            rejection = self._check_fence(fence, plan.targets_enu_m, margin_m, plan.laps > 1)
+            if rejection is not None:
+                return rejection
+        text = self._battery_problem(admitted.plan)
+        policy = self._config.safety.battery_policy
+        if text is not None and policy is BatteryPolicy.REJECT:
+            return Rejection(OutcomeCode.LOW_BATTERY, text)
+        if text is not None and policy is BatteryPolicy.WARN:
+            notes.append(text)
+        if self._consumption.remaining is None and policy is not BatteryPolicy.IGNORE:
+            notes.append(_UNKNOWN_BATTERY)
+        return replace(admitted, warnings=tuple(notes))
+
+    def _check_health(self, now: float) -> Rejection | None:
+        vehicle, state = self._vehicle, self._vehicle.state
+        faults = estimator_faults(state)
+        if faults:
+            text = f"The vehicle is not fit to fly: {'; '.join(faults)}."
+            return Rejection(OutcomeCode.UNHEALTHY, text)
+        if not state.armed:
+            words = arming_faults(state, now)
+            if words:
+                text = f"The autopilot would not arm. It says: {'; '.join(words)}."
+                return Rejection(OutcomeCode.UNHEALTHY, text)
+        elif state.failsafe is not None and not vehicle.in_control_mode:
+            text = (
+                f"The vehicle is in a failsafe ({state.failsafe.text}) and acts by itself in "
+                f"{vehicle.mode_name}; wait until it is over, or take the vehicle back by hand."
+            )
+            return Rejection(failsafe_code(state.failsafe), text)
+        return None
+
+    def _fence(self) -> Fence | None:
+        vehicle = self._vehicle
+        if vehicle.profile is None:
+            return None
+        home = self._map_frame.home_enu_m(vehicle.state)
+        return fence_of(vehicle.profile, vehicle.parameters, home)
+
+    def _check_fence(
+        self, fence: Fence, targets_enu_m: tuple[Vector3, ...], margin_m: float, closed: bool
+    ) -> Rejection | None:
+        """Check the ways from the vehicle through targets; ``closed`` leads back to the first."""
+        here = self._here()
+        if here is None:
+            return None
+        ground_enu_m = self._map_frame.ground_enu_m(self._vehicle.state)
+        return check_route(fence, here, targets_enu_m, ground_enu_m, margin_m, closed)
+
+    def _here(self) -> Vector3 | None:
+        pose = self._map_frame.pose(self._vehicle.state)
+        return None if pose is None else pose.position_enu_m
+
+    # --- battery -----------------------------------------------------------------------
+
+    def _back_s(self, start_enu_m: Vector3) -> float:
+        """Return the time of the way from a place to the launch point, landing included."""
+        home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
+        limits = self._config.goto.limits
+        way_m = math.dist(start_enu_m[:2], home[:2])
+        height_m = max(start_enu_m[2] - home[2], 0.0)
+        return way_m / limits.speed_horizontal_m_s + height_m / limits.speed_down_m_s
+
+    def _battery_problem(self, plan: FlightPlan) -> str | None:
+        if battery_is_low(self._vehicle.state.battery):
+            return "The autopilot says that its battery is low."
+        here = self._here()
+        if here is None:
+            return None
+        goal_s = _BEGIN_S + plan.duration_s(here) + _SETTLE_S
+        prediction = self._consumption.predict(goal_s, self._back_s(plan.targets_enu_m[-1]))
+        reserve = self._config.safety.battery_reserve
+        if prediction is None or prediction.back >= reserve:
+            return None
+        words = prediction.describe()
+        return f"{words[0].upper()}{words[1:]}; battery_reserve is {100 * reserve:g} %."
+
+    def _battery_runs_low(self, here: Vector3) -> str | None:
+        """Say why it is time to turn back."""
+        if battery_is_low(self._vehicle.state.battery):
+            return "The autopilot says that its battery is low."
+        prediction = self._consumption.predict(0.0, self._back_s(here))
+        reserve = self._config.safety.battery_reserve
+        if prediction is None or prediction.back >= reserve:
+            return None
+        return (
+            f"The battery is at {100 * prediction.now:.0f} %; the way back takes "
+            f"{prediction.back_s:.0f} s and would leave {100 * max(prediction.back, 0.0):.0f} %, "
+            f"below battery_reserve ({100 * reserve:g} %)."
+        )
+
+    # --- while flying ------------------------------------------------------------------
+
+    def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
+        """Say why a goal must end with the vehicle holding; notes what is only to be told."""
+        memory = self._memory
+        if memory.goal_id != goal.goal_id:
+            memory = self._memory = _Memory(goal.goal_id)
+        elif now < self._next_s or goal.cancel_requested_s is not None:
+            return None
+        self._next_s = now + _PERIOD_S
+        outcome = self._watch_failsafe(goal, memory, now)
+        if outcome is not None or goal.plan is None:
+            return outcome
+        here = self._here()
+        if here is None:
+            return None
+        rejection = self._watch_place(goal, goal.plan, memory, here)
+        if rejection is not None:
+            return Outcome(rejection.code, rejection.message, None)
+        return self._watch_battery(goal, here)
+
+    def _watch_failsafe(self, goal: ActiveGoal, memory: _Memory, now: float) -> Outcome | None:
+        """Judge a failsafe that has had the time to change the mode and did not."""
+        failsafe = self._vehicle.state.failsafe
+        if failsafe is None or failsafe.kind is memory.failsafe:
+            return None
+        if now - failsafe.since_s < _FAILSAFE_ACTS_S:
+            return None
+        began_before = failsafe.since_s < goal.accepted_s  # so the goal was meant all the same
+        memory.failsafe = failsafe.kind
+        policy = self._config.safety.battery_policy
+        ends = failsafe.kind in (FailsafeKind.FENCE, FailsafeKind.GPS) or (
+            failsafe.kind is FailsafeKind.BATTERY and policy is BatteryPolicy.REJECT
+        )
+        if ends and goal.plan is not None and not began_before:
+            text = f"The vehicle is in a failsafe and left in our control: {failsafe.text}."
+            return Outcome(failsafe_code(failsafe), text, None)
+        goal.notes.append(
+            f"The vehicle reported a failsafe ({failsafe.text}) and did not act on it, so the goal "
+            "went on."
+        )
+        return None
+
+    def _watch_place(
+        self, goal: ActiveGoal, plan: FlightPlan, memory: _Memory, here: Vector3
+    ) -> Rejection | None:
+        volume = self._config.volume
+        left_m = volume.left_by_m(here, self._map_frame.ground_enu_m(self._vehicle.state))
+        memory.inside = memory.inside or left_m <= 0.0
+        if memory.inside and left_m > _LEFT_M:
+            text = f"The vehicle is {left_m:.1f} m outside the flight volume."
+            return Rejection(OutcomeCode.OUTSIDE_VOLUME, text)
+        fence = self._fence()
+        if fence is None or fence == memory.fence:
+            return None
+        memory.fence = fence
+        route = None if goal.progress is None else goal.progress.route
+        again = plan.laps > 1 and (route is None or route.lap < plan.laps - 1)
+        first = 0 if route is None or again else route.current
+        rejection = self._check_fence(fence, plan.targets_enu_m[first:], 0.0, again)
+        if rejection is None:
+            return None
+        return Rejection(rejection.code, f"The vehicle's fence was changed: {rejection.message}")
+
+    def _watch_battery(self, goal: ActiveGoal, here: Vector3) -> Outcome | None:
+        policy = self._config.safety.battery_policy
+        text = None if policy is BatteryPolicy.IGNORE else self._battery_runs_low(here)
+        if text is None:
+            return None
+        if policy is BatteryPolicy.REJECT:
+            return Outcome(OutcomeCode.LOW_BATTERY, text, None)
+        if not self._memory.warned:
+            self._memory.warned = True
+            goal.notes.append(text)
+        return None
