@@ -48,6 +48,7 @@ class _Memory:
         fence: the fence that its ways were checked against last.
         failsafe: the kind of failsafe that was judged last.
         warned: whether it was told that the battery runs low.
+        low_since_s: since when the autopilot has said that its battery is low, or None.
     """
 
     goal_id: str
@@ -55,6 +56,7 @@ class _Memory:
     fence: Fence | None = None
     failsafe: FailsafeKind | None = None
     warned: bool = False
+    low_since_s: float | None = None
 
 
 class Guard:
@@ -180,9 +182,15 @@ class Guard:
         words = prediction.describe()
         return f"{words[0].upper()}{words[1:]}; battery_reserve is {100 * reserve:g} %."
 
-    def _battery_runs_low(self, here: Vector3) -> str | None:
+    def _battery_runs_low(self, here: Vector3, now: float) -> str | None:
         """Say why it is time to turn back."""
-        if battery_is_low(self._vehicle.state.battery):
+        memory = self._memory
+        if not battery_is_low(self._vehicle.state.battery):
+            memory.low_since_s = None
+        elif memory.low_since_s is None:
+            memory.low_since_s = now
+        # The vehicle's own failsafe comes first.
+        if memory.low_since_s is not None and now - memory.low_since_s > _FAILSAFE_ACTS_S:
             return "The autopilot says that its battery is low."
         prediction = self._consumption.predict(0.0, self._back_s(here))
         reserve = self._config.safety.battery_reserve
@@ -213,7 +221,7 @@ class Guard:
         rejection = self._watch_place(goal, goal.plan, memory, here)
         if rejection is not None:
             return Outcome(rejection.code, rejection.message, None)
-        return self._watch_battery(goal, here)
+        return self._watch_battery(goal, here, now)
 
     def _watch_failsafe(self, goal: ActiveGoal, memory: _Memory, now: float) -> Outcome | None:
         """Judge a failsafe that has had the time to change the mode and did not."""
@@ -258,9 +266,9 @@ class Guard:
             return None
         return Rejection(rejection.code, f"The vehicle's fence was changed: {rejection.message}")
 
-    def _watch_battery(self, goal: ActiveGoal, here: Vector3) -> Outcome | None:
+    def _watch_battery(self, goal: ActiveGoal, here: Vector3, now: float) -> Outcome | None:
         policy = self._config.safety.battery_policy
-        text = None if policy is BatteryPolicy.IGNORE else self._battery_runs_low(here)
+        text = None if policy is BatteryPolicy.IGNORE else self._battery_runs_low(here, now)
         if text is None:
             return None
         if policy is BatteryPolicy.REJECT:

@@ -369,6 +369,19 @@ def test_cancel_before_lift_off_disarms() -> None:
     assert flight.setpoints == []
 
 
+def test_cancel_before_lift_off_leaves_a_vehicle_armed_that_somebody_else_armed() -> None:
+    vehicle = PointMass(delays={OperationKind.TAKE_OFF: 3.0})
+    vehicle.armed = True
+    task = goto()
+    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 1.0))
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert vehicle.armed
+    asked = [request.kind for request in vehicle.requests]
+    assert asked[-1] is OperationKind.HOLD
+    assert OperationKind.DISARM not in asked
+    assert flight.setpoints == []
+
+
 def test_a_disarm_that_is_refused_is_admitted() -> None:
     vehicle = PointMass(
         delays={OperationKind.TAKE_OFF: 3.0},

@@ -92,6 +92,7 @@ class Goto:
         self._operation: Operation | None = None
         self._arming_asked = False
         self._armed_seen = False
+        self._armed_for_us = False
         self._cancel_asked = False
         self._pause_asked = False
         self._ending: Outcome | None = None
@@ -257,7 +258,9 @@ class Goto:
             self._flight.plan_stop(observation)
             self._go(Event.STOP_IN_AIR, now)
         elif on_ground or self._arming_asked:
-            # Whoever armed it: a take-off under way has to be stopped.
+            self._armed_for_us = self._arming_asked or any(
+                _is_pending(observation, kind) for kind in (OperationKind.ARM, OperationKind.DISARM)
+            )
             self._go(Event.STOP_ON_GROUND, now)
 
     def _check_flight(self, observation: Observation, now: float) -> _Answer:
@@ -472,15 +475,28 @@ class Goto:
 
     def _disarm(self, observation: Observation, now: float) -> _Answer:
         assert self._ending is not None
-        if self._traits.flies and self._flies(observation):
+        holds = not self._armed_for_us and self._operation is not None
+        if self._traits.flies and self._flies(observation) and not holds:
             self._flight.plan_stop(observation)
             self._go(Event.STOP_IN_AIR, now)
             return None
+        if not self._armed_for_us:
+            return self._cut_take_off(observation, now)
         answer = self._perform(Perform(OperationKind.DISARM), self._ending.code, observation, now)
         if answer is None:
             return self._ended("The vehicle is disarmed.", observation)
         if isinstance(answer, Outcome):
             return self._ended(f"{answer.message} It may still be armed.", observation)
+        return answer
+
+    def _cut_take_off(self, observation: Observation, now: float) -> _Answer:
+        """Stop a take-off of a vehicle that somebody else armed: theirs to disarm."""
+        assert self._ending is not None
+        answer = self._perform(Perform(OperationKind.HOLD), self._ending.code, observation, now)
+        if answer is None:
+            return self._ended("The vehicle holds; who armed it may disarm it.", observation)
+        if isinstance(answer, Outcome):
+            return self._ended(f"{answer.message} It is still armed.", observation)
         return answer
 
     # --- outcomes and operations -----------------------------------------------------
@@ -508,7 +524,7 @@ class Goto:
     ) -> _Answer:
         """Ask for an operation; None once it is achieved."""
         if self._operation is None:
-            stopping = intent.kind is OperationKind.DISARM
+            stopping = intent.kind in (OperationKind.DISARM, OperationKind.HOLD)
             timeout_s = (
                 self._config.cancel_timeout_s if stopping else self._config.operation_timeout_s
             )

@@ -1,0 +1,178 @@
+"""Failsafes of the vehicle end a goal with their own codes, and nothing more moves it."""
+
+from __future__ import annotations
+
+import pytest
+
+from drone_navigation.goal import GoalFinished, LogLine
+from drone_navigation.requests import LandRequest, ReturnRequest
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.vehicle import SimulatedVehicle
+from navigation_core.outcomes import OutcomeCode
+from tests.support.simulated_flight import SimulatedFlight
+
+MOVING = {"SET_POSITION_TARGET_LOCAL_NED", "COMMAND_LONG", "COMMAND_INT", "SET_MODE"}
+RTL, LAND = {"RTL", "AUTO.RTL"}, {"LAND", "AUTO.LAND"}
+
+
+def under_way(
+    autopilot: str = "ardupilot",
+    kind: str = "copter",
+    parameters: dict[str, float] | None = None,
+    **settings: float | str,
+) -> tuple[SimulatedFlight, SimulatedVehicle, str]:
+    """Return a flight on its way to a far target, its simulated vehicle, and the goal's id."""
+    vehicle = VehicleConfig(
+        autopilot=autopilot, vehicle=kind, ready_after_s=1.0, parameters=parameters or {}
+    )
+    flight = SimulatedFlight(simulated=vehicle, **settings).ready()
+    goal = flight.send(90.0, 0.0, 8.0 if kind == "copter" else 0.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.run_for(4.0)
+    return flight, flight.simulation.vehicles[0], goal
+
+
+def end_in_silence(flight: SimulatedFlight, goal: str, timeout_s: float = 30.0) -> GoalFinished:
+    """Return the end of a goal after which nothing that moves the vehicle was sent."""
+    flight.run_until(lambda: bool(flight.ends(goal)), timeout_s)
+    ended_s = flight.now
+    flight.run_for(5.0)
+    late = [m for t, m in flight.sent if t > ended_s and m.get_type() in MOVING]
+    asked = {m.command for m in late if m.get_type().startswith("COMMAND")}
+    assert asked <= {511, 512}, "only telemetry may be asked for"
+    assert not [m for m in late if not m.get_type().startswith("COMMAND")]
+    (end,) = flight.ends(goal)
+    return end
+
+
+def test_a_low_battery_of_a_copter() -> None:
+    flight, vehicle, goal = under_way(
+        parameters={"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 2.0, "BATT_LOW_TIMER": 3.0}
+    )
+    vehicle.set_battery_voltage(10.0)
+    end = end_in_silence(flight, goal)
+    assert end.code is OutcomeCode.FAILSAFE_BATTERY, end.message
+    assert "RTL" in end.message
+    assert "Battery" in end.message
+    assert flight.vehicle.mode_name in RTL
+    refused = flight.check(flight.request(1.0, 1.0, 5.0))
+    assert refused is not None
+    assert refused.code is OutcomeCode.FAILSAFE_BATTERY
+
+
+def test_a_critical_battery_of_a_copter_lands_it() -> None:
+    flight, vehicle, goal = under_way(
+        parameters={"BATT_CRT_VOLT": 10.4, "BATT_FS_CRT_ACT": 1.0, "BATT_LOW_TIMER": 3.0}
+    )
+    vehicle.set_battery_voltage(10.0)
+    end = end_in_silence(flight, goal)
+    assert end.code is OutcomeCode.FAILSAFE_BATTERY, end.message
+    assert flight.vehicle.mode_name in LAND
+
+
+def test_a_lost_radio() -> None:
+    flight, vehicle, goal = under_way(parameters={"FS_THR_ENABLE": 1.0})
+    vehicle.lose_radio(True)
+    end = end_in_silence(flight, goal)
+    assert end.code is OutcomeCode.FAILSAFE_RC, end.message
+    assert "Radio Failsafe" in end.message
+
+
+def test_a_lost_gps() -> None:
+    flight, vehicle, goal = under_way()
+    vehicle.lose_gps()
+    end = end_in_silence(flight, goal)
+    assert end.code in (OutcomeCode.FAILSAFE_GPS, OutcomeCode.NO_POSITION), end.message
+
+
+def test_a_breached_fence() -> None:
+    """Pulled in under way: a setpoint would never lead out of it."""
+    flight, vehicle, goal = under_way(
+        parameters={"FENCE_TYPE": 3.0, "FENCE_RADIUS": 200.0, "AVOID_ENABLE": 0.0}
+    )
+    vehicle.parameters.set("FENCE_RADIUS", 5.0)
+    vehicle.parameters.set("FENCE_ENABLE", 1.0)
+    end = end_in_silence(flight, goal)
+    assert end.code is OutcomeCode.FAILSAFE_FENCE, end.message
+    assert "fence" in end.message.lower()
+
+
+def test_a_battery_failsafe_that_only_warns_ends_the_goal_or_is_noted_as_configured() -> None:
+    parameters = {"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 0.0, "BATT_LOW_TIMER": 3.0}
+    flight, vehicle, goal = under_way(parameters=parameters)
+    vehicle.set_battery_voltage(10.0)
+    end = flight.run_to_end(goal)
+    assert end.code in (OutcomeCode.FAILSAFE_BATTERY, OutcomeCode.LOW_BATTERY), end.message
+    assert flight.truth()[1] < 0.3, "it holds"
+    flight, vehicle, goal = under_way(parameters=parameters, battery_policy="warn")
+    vehicle.set_battery_voltage(10.0)
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert "did not act on it" in end.message
+
+
+def test_a_landing_and_a_return_are_never_ended_by_a_failsafe() -> None:
+    parameters = {"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 0.0, "BATT_LOW_TIMER": 3.0}
+    flight, vehicle, _ = under_way(parameters=parameters)
+    goal = flight.start(ReturnRequest())
+    vehicle.set_battery_voltage(10.0)
+    flight.run_for(8.0)
+    assert not flight.ends(goal)
+    goal = flight.start(LandRequest())
+    assert flight.run_to_end(goal).code is OutcomeCode.SUCCESS
+
+
+def test_the_ground_station_failsafe_of_a_px4_copter() -> None:
+    flight, _, goal = under_way("px4", parameters={"NAV_DLL_ACT": 2.0})
+    flight.link_up = False
+    flight.run_for(8.0)  # nobody else is a ground station to it, so its failsafe acts
+    flight.link_up = True
+    end = end_in_silence(flight, goal)
+    assert end.code in (
+        OutcomeCode.FAILSAFE_GCS,
+        OutcomeCode.FAILSAFE_OFFBOARD,
+        OutcomeCode.VEHICLE_FAILSAFE,
+    ), end.message
+
+
+def test_the_battery_of_a_px4_copter() -> None:
+    flight, vehicle, goal = under_way(
+        "px4", parameters={"COM_LOW_BAT_ACT": 3.0, "BAT_LOW_THR": 0.15, "BAT_CRIT_THR": 0.12}
+    )
+    vehicle.parameters.set("BAT_CRIT_THR", 0.95)
+    vehicle.parameters.set("BAT_LOW_THR", 0.99)
+    end = end_in_silence(flight, goal)
+    assert end.code in (OutcomeCode.FAILSAFE_BATTERY, OutcomeCode.LOW_BATTERY), end.message
+
+
+def test_the_fence_of_a_px4_copter() -> None:
+    flight, vehicle, goal = under_way("px4", parameters={"GF_ACTION": 3.0})
+    vehicle.parameters.set("GF_MAX_HOR_DIST", 5.0)
+    end = end_in_silence(flight, goal)
+    assert end.code is OutcomeCode.FAILSAFE_FENCE, end.message
+
+
+def test_the_failsafe_of_a_rover() -> None:
+    flight, vehicle, goal = under_way(
+        kind="rover",
+        parameters={"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 2.0, "BATT_LOW_TIMER": 3.0},
+    )
+    vehicle.set_battery_voltage(10.0)
+    end = end_in_silence(flight, goal)
+    assert end.code in (OutcomeCode.FAILSAFE_BATTERY, OutcomeCode.LOW_BATTERY), end.message
+
+
+def test_the_log_tells_what_the_goal_went_on_with() -> None:
+    flight, vehicle, goal = under_way(parameters={"FS_THR_ENABLE": 0.0}, battery_policy="warn")
+    vehicle.parameters.set("BATT_LOW_VOLT", 20.0)
+    flight.run_to_end(goal)
+    lines = [line.text for line in flight.all(LogLine) if ": The vehicle reported a" in line.text]
+    assert len(lines) == 1
+
+
+@pytest.mark.parametrize("mode", ["LOITER", "RTL"])
+def test_a_pilot_is_told_from_a_failsafe(mode: str) -> None:
+    flight, _, goal = under_way()
+    flight.set_mode_as_pilot(mode)
+    end = end_in_silence(flight, goal)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
