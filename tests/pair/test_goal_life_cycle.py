@@ -241,7 +241,7 @@ def test_a_restart_of_the_autopilot_ends_the_goal(flight: SimulatedFlight) -> No
 def test_arming_that_is_refused_gives_the_autopilots_words() -> None:
     flight = SimulatedFlight(battery_policy="ignore").ready()
     flight.simulation.vehicles[0].parameters.set("BATT_LOW_VOLT", 20.0)
-    flight.run_for(5.0)
+    flight.run_for(15.0)
     goal = flight.send(5.0, 0.0, 2.0)
     end = flight.run_to_end(goal, 60.0)
     assert end.state is GoalState.ABORTED

@@ -35,7 +35,8 @@ class SimulatedFlight:
         self, seed: int = 1, simulated: VehicleConfig | None = None, **parameters: ParameterValue
     ) -> None:
         """Start both, with parameters of the server; ``arming`` is auto unless given."""
-        self.config = make_config({"arming": "auto", **parameters})
+        self._parameters: dict[str, ParameterValue] = {"arming": "auto", **parameters}
+        self.config = make_config(self._parameters)
         vehicle = simulated or VehicleConfig(ready_after_s=1.0)
         self.simulation = Simulation(vehicles=[vehicle], seed=seed)
         self.vehicle = Vehicle(self.config.vehicle)
@@ -86,6 +87,12 @@ class SimulatedFlight:
         while not condition():
             assert self.now < end_s, f"not in {timeout_s:g} s; last: {self.outputs[-5:]}"
             self.tick()
+
+    def reconfigure(self, parameters: dict[str, ParameterValue]) -> None:
+        """Change parameters of the server while it runs."""
+        self._parameters |= parameters
+        self.config = make_config(self._parameters)
+        self.bridge.configure(self.config.bridge)
 
     def ready(self) -> SimulatedFlight:
         """Go on until goals can be taken."""

@@ -1,0 +1,167 @@
+"""Fence, volume, battery and health: before a goal is accepted, and while it is flown."""
+
+from __future__ import annotations
+
+import pytest
+
+from drone_navigation.requests import (
+    LandRequest,
+    ReturnRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from mavlink_sitl.config import VehicleConfig
+from navigation_core.outcomes import OutcomeCode
+from tests.support.simulated_flight import SimulatedFlight
+
+FENCES = {
+    "ardupilot": {
+        "FENCE_ENABLE": 1.0, "FENCE_TYPE": 3.0, "FENCE_RADIUS": 40.0, "FENCE_ALT_MAX": 30.0,
+    },
+    "px4": {"GF_ACTION": 2.0, "GF_MAX_HOR_DIST": 40.0, "GF_MAX_VER_DIST": 30.0},
+}  # fmt: skip
+
+
+def ready(
+    autopilot: str = "ardupilot",
+    parameters: dict[str, float] | None = None,
+    battery_policy: str = "reject",
+    kind: str = "copter",
+) -> SimulatedFlight:
+    vehicle = VehicleConfig(
+        autopilot=autopilot, vehicle=kind, ready_after_s=1.0, parameters=parameters or {}
+    )
+    flight = SimulatedFlight(simulated=vehicle, battery_policy=battery_policy).ready()
+    flight.run_until(lambda: "FENCE_TYPE" in flight.vehicle.parameters or autopilot == "px4")
+    return flight
+
+
+@pytest.fixture(params=["ardupilot", "px4"])
+def fenced(request: pytest.FixtureRequest) -> SimulatedFlight:
+    flight = ready(request.param, FENCES[request.param])
+    flight.run_for(1.0)
+    return flight
+
+
+def test_the_fence_is_read_from_the_vehicle_and_kept_to(fenced: SimulatedFlight) -> None:
+    outside = fenced.check(fenced.request(60.0, 0.0, 5.0))
+    assert outside is not None
+    assert outside.code is OutcomeCode.OUTSIDE_FENCE
+    assert "radius of 40 m" in outside.message
+    above = fenced.check(fenced.request(5.0, 0.0, 35.0))
+    assert above is not None
+    assert above.code is OutcomeCode.OUTSIDE_FENCE
+    assert "30 m" in above.message
+    edge = fenced.check(fenced.request(39.5, 0.0, 5.0))
+    assert edge is not None
+    assert "fence_margin_m" in edge.message
+    assert fenced.check(fenced.request(35.0, 0.0, 5.0)) is None
+
+
+def test_a_waypoint_outside_the_fence_is_named(fenced: SimulatedFlight) -> None:
+    points = ((10.0, 0.0, 5.0), (60.0, 0.0, 5.0), (10.0, 10.0, 5.0))
+    refused = fenced.check(WaypointsRequest(tuple(WaypointRequest(point) for point in points)))
+    assert refused is not None
+    assert refused.code is OutcomeCode.OUTSIDE_FENCE
+    assert "Waypoint 1" in refused.message
+
+
+def test_a_fence_that_is_pulled_in_under_way_ends_the_goal_while_it_is_still_inside(
+    fenced: SimulatedFlight,
+) -> None:
+    fenced.fly_up()
+    goal = fenced.send(35.0, 0.0, 5.0, speed=1.0)
+    fenced.run_for(5.0)
+    vehicle = fenced.simulation.vehicles[0]
+    name = "FENCE_RADIUS" if "FENCE_RADIUS" in vehicle.parameters else "GF_MAX_HOR_DIST"
+    vehicle.parameters.set(name, 30.0)
+    end = fenced.run_to_end(goal, 60.0)
+    assert end.code is OutcomeCode.OUTSIDE_FENCE, end.message
+    assert "changed" in end.message
+    assert fenced.truth()[1] < 0.3
+
+
+def test_without_a_fence_nothing_is_refused_for_one() -> None:
+    flight = ready(parameters={"FENCE_ENABLE": 0.0, "FENCE_RADIUS": 10.0})
+    assert flight.check(flight.request(60.0, 0.0, 5.0)) is None
+
+
+def test_a_vehicle_that_leaves_the_volume_ends_its_goal_and_holds() -> None:
+    flight = ready()
+    flight.fly_up()
+    goal = flight.send(0.0, 60.0, 5.0)
+    flight.run_until(lambda: flight.truth()[0][1] > 10.0)
+    narrower = {"volume_radius_m": 12.0}
+    flight.reconfigure(narrower)
+    end = flight.run_to_end(goal, 30.0)
+    assert end.code is OutcomeCode.OUTSIDE_VOLUME, end.message
+    assert flight.truth()[1] < 0.3
+
+
+def test_a_goal_that_the_battery_will_not_do_for_is_refused_or_warned_about() -> None:
+    far = tuple(WaypointRequest((x, 0.0, 5.0)) for x in (400.0, 0.0))
+    request = WaypointsRequest(far, laps=10)
+    refused = ready().check(request)
+    assert refused is not None
+    assert refused.code is OutcomeCode.LOW_BATTERY
+    assert "battery_reserve is 20 %" in refused.message
+    for policy in ("warn", "ignore"):
+        assert ready(battery_policy=policy).check(request) is None
+
+
+def test_the_battery_of_px4s_own_simulation_does_not_ground_it() -> None:
+    """It falls to 50 % within half a minute of arming, then stands still."""
+    flight = ready("px4")
+    flight.fly_up()
+    flight.run_for(60.0)
+    assert flight.run_to_end(flight.send(30.0, 0.0, 5.0)).code is OutcomeCode.SUCCESS
+
+
+def test_a_battery_that_runs_low_under_way_ends_the_goal_but_not_the_way_back() -> None:
+    flight = ready()
+    goal = flight.send(200.0, 0.0, 5.0)
+    flight.run_until(lambda: flight.truth()[0][0] > 40.0)
+    flight.simulation.vehicles[0].set_battery_remaining(0.21)
+    end = flight.run_to_end(goal, 60.0)
+    assert end.code is OutcomeCode.LOW_BATTERY, end.message
+    assert "way back" in end.message
+    assert flight.truth()[1] < 0.3
+    assert flight.check(flight.request(45.0, 0.0, 5.0)) is not None
+    assert flight.check(LandRequest()) is None
+    assert flight.run_to_end(flight.start(ReturnRequest()), 240.0).code is OutcomeCode.SUCCESS
+
+
+def test_a_gps_that_was_just_lost_is_seen_before_the_estimator_says_so() -> None:
+    flight = ready()
+    flight.fly_up()
+    flight.simulation.vehicles[0].lose_gps()
+    flight.run_for(2.0)
+    refused = flight.check(flight.request(10.0, 0.0, 5.0))
+    assert refused is not None
+    assert refused.code is OutcomeCode.UNHEALTHY
+    assert "3D fix" in refused.message
+    assert flight.check(LandRequest()) is None
+
+
+def test_a_vehicle_that_somebody_else_armed_is_not_disarmed_by_a_cancel() -> None:
+    flight = ready()
+    flight.set_mode_as_pilot("GUIDED")
+    flight.run_for(1.5)
+    flight.vehicle.arm(flight.now)
+    flight.run_until(lambda: flight.vehicle.state.armed, 10.0)
+    flight.run_for(0.5)
+    goal = flight.send(10.0, 0.0, 5.0)
+    flight.run_to_status(goal, "TAKING_OFF")
+    assert flight.bridge.cancel_goal(goal, flight.now)
+    end = flight.run_to_end(goal, 30.0)
+    assert end.code is OutcomeCode.CANCELED, end.message
+    assert "armed" in end.message
+    assert flight.vehicle.state.armed
+
+
+def test_the_autopilots_last_words_end_the_message() -> None:
+    flight = ready()
+    end = flight.run_to_end(flight.send(5.0, 0.0, 2.0))
+    assert end.code is OutcomeCode.SUCCESS
+    said = flight.vehicle.state.status_texts[-1].text
+    assert end.message.endswith(f"The autopilot's last words: '{said}'.")
