@@ -91,8 +91,7 @@ def test_a_vehicle_that_leaves_the_volume_ends_its_goal_and_holds() -> None:
     flight.fly_up()
     goal = flight.send(0.0, 60.0, 5.0)
     flight.run_until(lambda: flight.truth()[0][1] > 10.0)
-    narrower = {"volume_radius_m": 12.0}
-    flight.reconfigure(narrower)
+    flight.reconfigure(volume_radius_m=12.0)
     end = flight.run_to_end(goal, 30.0)
     assert end.code is OutcomeCode.OUTSIDE_VOLUME, end.message
     assert flight.truth()[1] < 0.3

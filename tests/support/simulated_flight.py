@@ -88,7 +88,7 @@ class SimulatedFlight:
             assert self.now < end_s, f"not in {timeout_s:g} s; last: {self.outputs[-5:]}"
             self.tick()
 
-    def reconfigure(self, parameters: dict[str, ParameterValue]) -> None:
+    def reconfigure(self, **parameters: ParameterValue) -> None:
         """Change parameters of the server while it runs."""
         self._parameters |= parameters
         self.config = make_config(self._parameters)
