@@ -125,3 +125,41 @@ def test_a_parameter_file_is_a_set_up(tmp_path: Path) -> None:
         assert "never arms" in line  # a link was named, so nobody may arm unless told
     finally:
         assert server.stop() == 0
+
+
+PLAN = """
+{"fileType": "Plan", "version": 1, "mission": {"version": 2, "firmwareType": 3, "items": [
+  {"type": "SimpleItem", "command": 22, "frame": 3, "autoContinue": true,
+   "params": [0, 0, 0, null, 0, 0, 3]},
+  {"type": "SimpleItem", "command": 16, "frame": 3, "autoContinue": true,
+   "params": [0, 2, 0, null, -35.363200, 149.165230, 3]},
+  {"type": "SimpleItem", "command": 16, "frame": 3, "autoContinue": true,
+   "params": [0, 2, 0, null, -35.363200, 149.165300, 4]}]}}
+"""
+
+
+@pytest.mark.parametrize("how", [[], ["--mission"]], ids=["setpoints", "mission"])
+def test_the_client_flies_a_plan_file(flight: Flight, tmp_path: Path, how: list[str]) -> None:
+    plan = tmp_path / "small.plan"
+    plan.write_text(PLAN, encoding="utf-8")
+    shown = client(flight, "--plan", str(plan), *how)
+    assert shown.wait(90.0) == 0, shown.text
+    for words in ("item 1: the take-off", "a route of 2 waypoints", "SUCCESS: ", "2 of 2"):
+        assert words in shown.text
+    assert ("as a mission" in shown.text) == bool(how)
+
+
+def test_a_bad_plan_file_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None:
+    environment = ros_environment(new_domain())
+    plan = tmp_path / "bad.plan"
+    plan.write_text("{", encoding="utf-8")
+    for arguments, sentence in (
+        (["--plan", str(plan)], "bad.plan: line 1: this is not JSON."),
+        (["--waypoints", str(plan)], "line 1: a waypoint file begins with"),
+        (["--mission"], "--mission is for a route"),
+        (["--plan", str(plan), "--laps", "-1"], "--laps is -1"),
+    ):
+        wrong = Process("client", [*CLIENT, *arguments], environment)
+        assert wrong.wait(30.0) == 2
+        assert sentence in wrong.text
+        assert "Traceback" not in wrong.text

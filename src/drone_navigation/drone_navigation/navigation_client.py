@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -22,9 +23,11 @@ from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 from std_msgs.msg import String
 
-from custom_interfaces.action import Navigate
+from drone_navigation.client_errands import Errand, make_errand
 from drone_navigation.client_view import Telemetry, View, make_view
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.plan_files import PlanError
+from drone_navigation.route_requests import LAPS_MAX
 from drone_navigation.topics import LATCHED_QOS
 
 EXIT_SUCCESS = 0
@@ -50,13 +53,14 @@ _EXIT_CODES = {
 class NavigationClient:
     """Sends one goal, shows its progress, and cancels it when asked to."""
 
-    def __init__(self, node: Node, view: View) -> None:
-        """Create the action client on ``node``."""
+    def __init__(self, node: Node, view: View, errand: Errand) -> None:
+        """Create the action client for an errand on ``node``."""
         self._node = node
         self._view = view
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
-        self._client = ActionClient(node, Navigate, ACTION_NAME)
+        self._errand = errand
+        self._client = ActionClient(node, errand.action, errand.name)
         self._rejections: list[str] = []
         node.create_subscription(
             String,
@@ -72,11 +76,10 @@ class NavigationClient:
         """Cancel the goal (first call) or give up waiting (second call)."""
         self._interrupts += 1
 
-    def run(self, goal: Navigate.Goal, server_timeout_s: float, cancel_after_s: float) -> int:
-        """Send ``goal`` and follow it to its end.
+    def run(self, server_timeout_s: float, cancel_after_s: float) -> int:
+        """Send the goal and follow it to its end.
 
         Args:
-            goal: what to send.
             server_timeout_s: longest wait for the server to appear.
             cancel_after_s: time after which the goal is cancelled; infinite for never.
 
@@ -85,17 +88,16 @@ class NavigationClient:
         """
         if not self._wait(self._client.server_is_ready, server_timeout_s):
             self._view.note(
-                f"No server offers {ACTION_NAME}; start navigation_server, in the same ROS domain.",
+                f"No server offers {self._errand.name}; start navigation_server, in the same ROS "
+                "domain.",
                 bad=True,
             )
             return EXIT_NO_SERVER
-        position = goal.target_pose.pose.position
-        frame = goal.target_pose.header.frame_id or "map"
-        self._view.note(
-            f"Sending goal ({position.x:g}, {position.y:g}, {position.z:g}) m in frame {frame}"
-        )
+        for note in self._errand.notes:
+            self._view.note(note)
+        self._view.note(f"Sending {self._errand.description}")
         self._started_s = self._last_feedback_s = time.monotonic()
-        handle = self._send(goal)
+        handle = self._send()
         if handle is None:
             return EXIT_NO_SERVER
         if not handle.accepted:
@@ -105,11 +107,13 @@ class NavigationClient:
             return EXIT_REJECTED
         return self._follow(handle, cancel_after_s)
 
-    def _send(self, goal: Navigate.Goal) -> ClientGoalHandle | None:
+    def _send(self) -> ClientGoalHandle | None:
         # The reason of an earlier rejection is latched; only what comes from now on counts.
         self._wait(lambda: bool(self._rejections), 0.2)
         self._rejections.clear()
-        future = self._client.send_goal_async(goal, feedback_callback=self._on_feedback)
+        future = self._client.send_goal_async(
+            self._errand.goal, feedback_callback=self._on_feedback
+        )
         if not self._wait(future.done, _RESPONSE_TIMEOUT_S):
             self._view.note("The server did not answer the goal request.", bad=True)
             return None
@@ -138,17 +142,14 @@ class NavigationClient:
         return self._report(result_future.result())
 
     def _report(self, wrapped: Any) -> int:
-        result: Navigate.Result = wrapped.result
+        result = wrapped.result
         place = result.final_pose.pose.position
-        error = (
-            f", {result.final_error:.2f} m from the target"
-            if math.isfinite(result.final_error)
-            else ""
-        )
+        error_m = getattr(result, "final_error", math.nan)
+        error = f", {error_m:.2f} m from the target" if math.isfinite(error_m) else ""
         self._view.note(
             f"{result.message} ({result.total_elapsed_time:.1f} s, at ({place.x:.2f}, "
             f"{place.y:.2f}, {place.z:.2f}) m{error})",
-            bad=not result.success,
+            bad=wrapped.status != GoalStatus.STATUS_SUCCEEDED,
         )
         return _EXIT_CODES.get(wrapped.status, EXIT_ABORTED)
 
@@ -159,7 +160,7 @@ class NavigationClient:
         return silence_s > _SILENCE_MAX_S or not self._client.server_is_ready()
 
     def _on_feedback(self, message: Any) -> None:
-        feedback: Navigate.Feedback = message.feedback
+        feedback = message.feedback
         self._last_feedback_s = time.monotonic()
         place = feedback.current_pose.pose.position
         self._view.show(
@@ -182,27 +183,12 @@ class NavigationClient:
         return True
 
 
-def make_goal(options: argparse.Namespace) -> Navigate.Goal:
-    """Return the goal that the command line asks for."""
-    goal = Navigate.Goal()
-    goal.target_pose.header.frame_id = options.frame
-    position, orientation = goal.target_pose.pose.position, goal.target_pose.pose.orientation
-    position.x, position.y, position.z = options.goal
-    if options.yaw is None:
-        orientation.x = orientation.y = orientation.z = orientation.w = 0.0
-    else:
-        half_rad = math.radians(options.yaw) / 2.0
-        orientation.z, orientation.w = math.sin(half_rad), math.cos(half_rad)
-    goal.max_speed = options.speed
-    goal.avoid_obstacles = options.avoid
-    return goal
-
-
 def make_parser() -> argparse.ArgumentParser:
     """Return the command line of ``navigation_client``."""
     parser = argparse.ArgumentParser(
         prog="navigation_client",
-        description="Send one navigate_to_waypoint goal, show its progress and wait for its end. "
+        description="Send one goal to navigate_to_waypoint, or a route from a file to "
+        "navigate_waypoints, show its progress and wait for its end. "
         "Ctrl-C cancels the goal and waits for the vehicle to stop; a second one stops waiting.",
         epilog="exit codes: 0 succeeded, 1 aborted, 2 usage, 3 rejected, 4 canceled, 5 no server",
     )
@@ -213,6 +199,19 @@ def make_parser() -> argparse.ArgumentParser:
         metavar=("X", "Y", "Z"),
         default=(10.0, 5.0, 2.0),
         help="target in metres (default: 10 5 2)",
+    )
+    files = parser.add_mutually_exclusive_group()
+    files.add_argument(
+        "--plan", type=Path, metavar="FILE", help="fly the route of a QGroundControl .plan file"
+    )
+    files.add_argument(
+        "--waypoints", type=Path, metavar="FILE", help="fly the route of a QGC WPL 110 file"
+    )
+    parser.add_argument(
+        "--mission", action="store_true", help="have the vehicle fly a file's route as its mission"
+    )
+    parser.add_argument(
+        "--laps", type=int, default=1, metavar="N", help="how often a file's route is flown"
     )
     parser.add_argument(
         "--frame", default="map", help="frame of the target: map (ENU, default) or base_link (FLU)"
@@ -245,11 +244,20 @@ def make_parser() -> argparse.ArgumentParser:
 def main(args: list[str] | None = None) -> int:
     """Send a goal and return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_client", *args])
-    options = make_parser().parse_args(remove_ros_args(argv)[1:])
+    parser = make_parser()
+    options = parser.parse_args(remove_ros_args(argv)[1:])
+    if not 0 <= options.laps <= LAPS_MAX:
+        parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
+    if options.mission and options.plan is None and options.waypoints is None:
+        parser.error("--mission is for a route; give --plan or --waypoints, too.")
+    try:
+        errand = make_errand(options)
+    except PlanError as error:
+        parser.error(str(error))
     rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     view = make_view(plain=options.plain)
     node = Node("navigation_client")
-    client = NavigationClient(node, view)
+    client = NavigationClient(node, view, errand)
 
     def on_signal(_number: int, _frame: FrameType | None) -> None:
         client.interrupt()
@@ -257,7 +265,7 @@ def main(args: list[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
     try:
-        return client.run(make_goal(options), options.server_timeout, options.cancel_after)
+        return client.run(options.server_timeout, options.cancel_after)
     finally:
         view.close()
         node.destroy_node()

@@ -1,0 +1,97 @@
+"""What the navigation client can be sent for: a point, or a route from a file."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from custom_interfaces.action import Navigate, NavigateWaypoints
+from custom_interfaces.msg import Waypoint
+from drone_navigation.names import ACTION_NAME, WAYPOINTS_ACTION_NAME
+from drone_navigation.plan_files import Route, read_plan, read_waypoints
+from drone_navigation.requests import AltitudeReference, WaypointRequest
+
+_FRAMES = {
+    AltitudeReference.AMSL: Waypoint.FRAME_GEODETIC_AMSL,
+    AltitudeReference.HOME: Waypoint.FRAME_GEODETIC_ABOVE_HOME,
+    AltitudeReference.GROUND: Waypoint.FRAME_GEODETIC_ABOVE_GROUND,
+}
+
+
+@dataclass(frozen=True)
+class Errand:
+    """One goal.
+
+    Attributes:
+        action: type of the action.
+        name: name of the action.
+        goal: what is sent.
+        description: for people: "goal (1, 2, 3) m in frame map".
+        notes: sentences that are shown before.
+    """
+
+    action: Any
+    name: str
+    goal: Any
+    description: str
+    notes: tuple[str, ...] = ()
+
+
+def make_errand(options: argparse.Namespace) -> Errand:
+    """Return what the command line asks for.
+
+    Raises:
+        PlanError: the file cannot be flown.
+    """
+    if options.plan is not None:
+        return _route(read_plan(options.plan), options)
+    if options.waypoints is not None:
+        return _route(read_waypoints(options.waypoints), options)
+    goal = make_goal(options)
+    position = goal.target_pose.pose.position
+    frame = goal.target_pose.header.frame_id or "map"
+    place = f"goal ({position.x:g}, {position.y:g}, {position.z:g}) m in frame {frame}"
+    return Errand(Navigate, ACTION_NAME, goal, place)
+
+
+def make_goal(options: argparse.Namespace) -> Navigate.Goal:
+    """Return the goal of a flight to a point."""
+    goal = Navigate.Goal()
+    goal.target_pose.header.frame_id = options.frame
+    position, orientation = goal.target_pose.pose.position, goal.target_pose.pose.orientation
+    position.x, position.y, position.z = options.goal
+    if options.yaw is None:
+        orientation.x = orientation.y = orientation.z = orientation.w = 0.0
+    else:
+        half_rad = math.radians(options.yaw) / 2.0
+        orientation.z, orientation.w = math.sin(half_rad), math.cos(half_rad)
+    goal.max_speed = options.speed
+    goal.avoid_obstacles = options.avoid
+    return goal
+
+
+def _route(route: Route, options: argparse.Namespace) -> Errand:
+    goal = NavigateWaypoints.Goal()
+    goal.execution = goal.EXECUTION_MISSION if options.mission else goal.EXECUTION_SETPOINTS
+    goal.waypoints = [_message(waypoint) for waypoint in route.waypoints]
+    goal.laps = options.laps
+    goal.max_speed = options.speed
+    goal.avoid_obstacles = options.avoid
+    way = "as a mission" if options.mission else "by setpoints"
+    description = f"a route of {len(route.waypoints)} waypoints, {way}"
+    return Errand(NavigateWaypoints, WAYPOINTS_ACTION_NAME, goal, description, route.notes)
+
+
+def _message(waypoint: WaypointRequest) -> Waypoint:
+    message = Waypoint()
+    assert waypoint.altitude_reference is not None
+    message.frame = _FRAMES[waypoint.altitude_reference]
+    message.position.x, message.position.y, message.position.z = waypoint.position
+    message.acceptance_radius = waypoint.acceptance_radius_m
+    message.hold_time = waypoint.hold_time_s
+    message.use_yaw = waypoint.yaw_enu_rad is not None
+    message.yaw = waypoint.yaw_enu_rad or 0.0
+    message.max_speed = waypoint.max_speed_m_s
+    return message
