@@ -130,6 +130,22 @@ def test_a_battery_that_runs_low_under_way_ends_the_goal_but_not_the_way_back() 
     assert flight.run_to_end(flight.start(ReturnRequest()), 240.0).code is OutcomeCode.SUCCESS
 
 
+def test_a_mission_that_the_vehicle_flies_is_held_to_the_same() -> None:
+    flight = ready(parameters=FENCES["ardupilot"])
+    points = tuple(WaypointRequest((x, 0.0, 5.0)) for x in (10.0, 35.0))
+    beyond = (*points, WaypointRequest((60.0, 0.0, 5.0)))
+    refused = flight.check(WaypointsRequest(beyond, by_mission=True))
+    assert refused is not None
+    assert refused.code is OutcomeCode.OUTSIDE_FENCE
+    goal = flight.start(WaypointsRequest(points, by_mission=True))
+    flight.run_until(lambda: flight.truth()[0][0] > 5.0)
+    flight.simulation.vehicles[0].set_battery_remaining(0.2)
+    end = flight.run_to_end(goal, 60.0)
+    assert end.code is OutcomeCode.LOW_BATTERY, end.message
+    assert flight.truth()[1] < 0.3
+    assert flight.vehicle.mode_name == "BRAKE"
+
+
 def test_a_gps_that_was_just_lost_is_seen_before_the_estimator_says_so() -> None:
     flight = ready()
     flight.fly_up()

@@ -298,15 +298,16 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         waypoints[-1].position_enu_m,
         make_task,
         (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
-        FlightPlan(
-            tuple(waypoint.position_enu_m for waypoint in waypoints),
-            tuple(
-                waypoint.max_speed_m_s or config.goto.limits.speed_horizontal_m_s
-                for waypoint in waypoints
-            ),
-            laps,
-            sum(waypoint.hold_time_s for waypoint in waypoints),
-        ),
+        _plan(waypoints, laps, config.goto.limits.speed_horizontal_m_s),
+    )
+
+
+def _plan(waypoints: tuple[RouteWaypoint, ...], laps: int, speed_m_s: float) -> FlightPlan:
+    return FlightPlan(
+        tuple(waypoint.position_enu_m for waypoint in waypoints),
+        tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in waypoints),
+        laps,
+        sum(waypoint.hold_time_s for waypoint in waypoints),
     )
 
 
@@ -333,6 +334,7 @@ def _mission(
         waypoints[-1].position_enu_m,
         lambda _handover: FlyMission(waypoints, laps, config, traits, speed_m_s),
         (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
+        _plan(waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s),
     )
 
 

@@ -188,11 +188,8 @@ class Bridge:
         goal = self._goal
         if goal is None or goal.closing is not None:
             return
-        goal.closing = Outcome(
-            OutcomeCode.SHUTTING_DOWN, "The navigation server was stopped.", None
-        )
-        goal.task.cancel(now)
-        goal.next_step_s = min(goal.next_step_s, now)
+        text = "The navigation server was stopped."
+        self._stop_for(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
 
     def fail(self, text: str, now: float) -> None:
         """End the active goal because the server has a defect; the vehicle is left to hold."""
@@ -306,11 +303,8 @@ class Bridge:
         elif not self._vehicle.connected:
             self._step_without_link(goal, now)
         elif self._parking.operation_id is None:  # else the mode is about to change, for us
-            outcome = self._watch(goal, now)
-            if outcome is None:
-                self._step_task(goal, now)
-            else:
-                self._end(goal, outcome, now)
+            self._watch(goal, now)
+            self._step_task(goal, now)
 
     def _step_task(self, goal: ActiveGoal, now: float) -> None:
         intent = goal.task.step(self._observe(goal, now), now)
@@ -329,12 +323,20 @@ class Bridge:
             self._report.status(goal, self._progress(goal, now))
             self._report.plan(goal, goal.task.path_enu_m)
 
-    def _watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
+    def _stop_for(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """Have the task stop the vehicle; the goal then ends with this outcome."""
+        goal.closing = outcome
+        goal.task.cancel(now)
+        goal.next_step_s = min(goal.next_step_s, now)
+
+    def _watch(self, goal: ActiveGoal, now: float) -> None:
         known = len(goal.notes)
         outcome = self._guard.watch(goal, now)
+        if outcome is not None:
+            self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {outcome.message}")
+            self._stop_for(goal, outcome, now)
         for note in goal.notes[known:]:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {note}")
-        return outcome
 
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
         if goal.operation is not None and goal.operation.kind is intent.kind:

@@ -209,7 +209,9 @@ class Guard:
         memory = self._memory
         if memory.goal_id != goal.goal_id:
             memory = self._memory = _Memory(goal.goal_id)
-        elif now < self._next_s or goal.cancel_requested_s is not None:
+        elif now < self._next_s:
+            return None
+        if goal.cancel_requested_s is not None or goal.closing is not None:
             return None
         self._next_s = now + _PERIOD_S
         outcome = self._watch_failsafe(goal, memory, now)
