@@ -283,6 +283,8 @@ def check_value(name: str, value: ParameterValue) -> None:
         return
     if isinstance(value, (bool, str)):
         raise ConfigurationError(f"Parameter {name} must be a number, not {value!r}.")
+    if isinstance(spec.default, int) and not isinstance(value, int):
+        raise ConfigurationError(f"Parameter {name} must be a whole number, not {value!r}.")
     low, high = spec.minimum, spec.maximum
     if not (low is None or value >= low) or not (high is None or value <= high):
         raise ConfigurationError(
@@ -290,8 +292,8 @@ def check_value(name: str, value: ParameterValue) -> None:
         )
 
 
-def check_parameter_file(path: Path, node_name: str) -> None:
-    """Check that a ROS parameter file says something about ``node_name``.
+def read_parameter_file(path: Path, node_name: str) -> dict[str, ParameterValue]:
+    """Return the parameters that a ROS parameter file sets for ``node_name``, unchecked.
 
     ROS ignores what is meant for another node, so that a slip in the name would leave a
     vehicle with the defaults, without a word.
@@ -306,14 +308,19 @@ def check_parameter_file(path: Path, node_name: str) -> None:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         where = " ".join(str(error).split())
         raise ConfigurationError(f"{path} is not YAML: {where}.") from error
-    names = {node_name, f"/{node_name}", "/**"}
     nodes = document if isinstance(document, dict) else {}
-    found = [nodes[name] for name in nodes if name in names]
-    if not any(isinstance(node, dict) and node.get("ros__parameters") for node in found):
+    values: dict[str, ParameterValue] = {}
+    for name in ("/**", node_name, f"/{node_name}"):
+        node = nodes.get(name)
+        found = node.get("ros__parameters") if isinstance(node, dict) else None
+        if isinstance(found, dict):
+            values.update(found)
+    if not values:
         raise ConfigurationError(
             f"{path} sets no parameter of {node_name}; write them below '{node_name}:' and "
             "'ros__parameters:', as in bridge_config/sitl.yaml."
         )
+    return values
 
 
 def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import signal
 import sys
 import threading
@@ -20,12 +21,14 @@ from rclpy.utilities import remove_ros_args
 from drone_navigation import notes
 from drone_navigation.actions import GoalServers
 from drone_navigation.bridge import Bridge
+from drone_navigation.check_command import run_check
 from drone_navigation.configuration import (
     PARAMETERS,
     ConfigurationError,
+    ParameterValue,
     ServerConfig,
-    check_parameter_file,
     make_config,
+    read_parameter_file,
 )
 from drone_navigation.goal import (
     Annotation,
@@ -184,20 +187,50 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--link", metavar="URL", help="parameter link_url")
     parser.add_argument("--arming", choices=("auto", "never"), help="parameter arming")
     parser.add_argument("--tlog", metavar="FILE", help="parameter record_tlog")
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="look at vehicle and link, say what was found and what a goal lacks, and end: 0 "
+        "ready, 1 not ready, 2 no vehicle or a bad set-up; sends nothing that moves anything",
+    )
+    parser.add_argument(
+        "--timeout",
+        metavar="S",
+        type=_seconds,
+        default=15.0,
+        help="longest time that --check looks, in seconds (default 15)",
+    )
+    parser.add_argument("--json", action="store_true", help="let --check print JSON")
     return parser
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value <= 3600.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds from 0 to 3600")
+    return value
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the server until it is told to stop; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_server", *args])
-    options = make_parser().parse_args(remove_ros_args(argv)[1:])
+    arguments = remove_ros_args(argv)
+    ros_arguments = len(arguments) < len(argv)
+    options = make_parser().parse_args(arguments[1:])
     try:
+        values: dict[str, ParameterValue] = {}
         if options.config is not None:
-            check_parameter_file(Path(options.config), SERVER_NODE_NAME)
-            argv = [*argv, "--ros-args", "--params-file", options.config]
-    except ConfigurationError as error:
+            values = read_parameter_file(Path(options.config), SERVER_NODE_NAME)
+        if options.check:
+            return _check(options, values, ros_arguments)
+    except (ConfigurationError, LinkError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
+    if options.config is not None:
+        argv = [*argv, "--ros-args", "--params-file", options.config]
     try:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
@@ -210,16 +243,26 @@ def main(args: list[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
+def _check(
+    options: argparse.Namespace, values: dict[str, ParameterValue], ros_arguments: bool
+) -> int:
+    """Run ``--check`` without ROS."""
+    if ros_arguments:
+        raise ConfigurationError("With --check give --config and --link; it takes no --ros-args.")
+    if options.config is None and options.link is None:
+        values["arming"] = "auto"  # the simulator's set-up, as without --check
+    config = make_config({**values, **_overrides(options)})
+    return run_check(config, options.timeout, options.json)
+
+
+def _overrides(options: argparse.Namespace) -> dict[str, ParameterValue]:
+    """Return the parameters that options of their own set."""
+    given = {"link_url": options.link, "arming": options.arming, "record_tlog": options.tlog}
+    return {name: value for name, value in given.items() if value is not None}
+
+
 def _run(options: argparse.Namespace, simulator: bool) -> int:
-    overrides = [
-        Parameter(name, value=value)
-        for name, value in (
-            ("link_url", options.link),
-            ("arming", options.arming),
-            ("record_tlog", options.tlog),
-        )
-        if value is not None
-    ]
+    overrides = [Parameter(name, value=value) for name, value in _overrides(options).items()]
     node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
     try:
         values = declare_parameters(node, simulator)

@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
+from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     Profile,
     SetpointField,
@@ -92,6 +93,7 @@ COPTER = Profile(
     setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
     unsupported_messages=_PX4_MESSAGES,
     wanted_parameters=_FENCE_PARAMETERS,
+    failsafe_settings=failsafe_settings.ARDUCOPTER,
 )
 
 ROVER = Profile(
@@ -114,6 +116,7 @@ ROVER = Profile(
     setpoint_form=_V,
     unsupported_messages=_PX4_MESSAGES,
     wanted_parameters=_FENCE_PARAMETERS,
+    failsafe_settings=failsafe_settings.ARDUROVER,
 )
 
 BOAT = replace(ROVER, name="ArduRover boat", kind=VehicleKind.BOAT)
@@ -136,6 +139,7 @@ PLANE = Profile(
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
     unsupported_messages=_PX4_MESSAGES,
     wanted_parameters=_FENCE_PARAMETERS,
+    failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 
 QUADPLANE = Profile(
@@ -148,6 +152,7 @@ QUADPLANE = Profile(
     mission_mode="AUTO",
     unsupported_messages=_PX4_MESSAGES,
     wanted_parameters=_FENCE_PARAMETERS,
+    failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 
 SUB = Profile(name="ArduSub", modes=_modes("SUB_MODE"), unsupported_messages=_PX4_MESSAGES)

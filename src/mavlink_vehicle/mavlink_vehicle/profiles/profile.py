@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
+from mavlink_vehicle.profiles.failsafe_settings import FailsafeSetting
 
 
 class VehicleKind(enum.Enum):
@@ -119,6 +120,7 @@ class Profile:
         later_ack_counts: commands with a first acknowledgement that says nothing.
         unsupported_messages: telemetry that the firmware does not have, so isn't asked for.
         wanted_parameters: parameters that are read and kept up to date.
+        failsafe_settings: what says how it reacts to failures; read by `navigation_server --check`.
         parameters_bytewise: whether integer parameters stand in the float as their bytes.
     """
 
@@ -152,6 +154,7 @@ class Profile:
     later_ack_counts: frozenset[int] = frozenset()
     unsupported_messages: frozenset[str] = frozenset()
     wanted_parameters: tuple[str, ...] = ()
+    failsafe_settings: tuple[FailsafeSetting, ...] = ()
     parameters_bytewise: bool = False
 
     def mode_name(self, custom_mode: int) -> str:

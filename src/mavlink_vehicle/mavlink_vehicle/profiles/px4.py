@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
+from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     AltitudeReference,
     ModePacking,
@@ -83,12 +84,17 @@ _COMMON = Profile(
     unsupported_messages=frozenset({"EKF_STATUS_REPORT"}),
     # Navigator's geofence.cpp.
     wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"),
+    failsafe_settings=failsafe_settings.PX4_ANY,
     parameters_bytewise=True,
 )
 
 # OFFBOARD is refused until setpoints have come for a second (offboardCheck.cpp, COM_OF_LOSS_T).
 _OFFBOARD = replace(
-    _COMMON, control_mode="OFFBOARD", prestream_s=1.2, setpoints_outside_control_mode=True
+    _COMMON,
+    control_mode="OFFBOARD",
+    prestream_s=1.2,
+    setpoints_outside_control_mode=True,
+    failsafe_settings=failsafe_settings.PX4_OFFBOARD,
 )
 
 COPTER = replace(

@@ -1,0 +1,174 @@
+"""The sections of what ``navigation_server --check`` found, line by line. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drone_navigation.check import Checker
+from drone_navigation.link_health import LinkHealth
+from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.state import VehicleState
+
+# GPS_FIX_TYPE (common.xml), from 0.
+_FIXES = ("none", "none", "2D", "3D", "DGPS", "RTK float", "RTK fixed", "static", "PPP")
+FIX_3D = 3
+_BATTERY_LOW = 0.3
+NO_FIX = "Take it where it sees the sky, and wait for a 3D fix."
+_UNKNOWN = "not told"
+
+
+@dataclass(frozen=True)
+class Line:
+    """One thing that was found; `warning` says what deserves attention, and what to do."""
+
+    name: str
+    value: str
+    warning: str | None = None
+
+
+@dataclass(frozen=True)
+class Section:
+    """Lines that belong together."""
+
+    title: str
+    lines: tuple[Line, ...]
+
+
+def vehicle_section(checker: Checker, profile: Profile) -> Section:
+    """Who it is, and how it stands."""
+    vehicle = checker.vehicle
+    state = vehicle.state
+    failsafe = None if state.failsafe is None else state.failsafe.text
+    return Section(
+        "Vehicle",
+        (
+            Line("firmware", f"{profile.name} {state.firmware_version or '(version not told)'}"),
+            Line("kind", profile.kind.value),
+            Line("system id", f"{state.system_id}, component {state.component_id}"),
+            Line("mode", vehicle.mode_name),
+            Line("armed", "yes" if state.armed else "no"),
+            Line("landed", state.landed_state.name.lower().replace("_", " ")),
+            Line(
+                "its own checks",
+                {True: "passed", False: "not passed", None: _UNKNOWN}[state.prearm_ok],
+            ),
+            Line("failsafe in force", failsafe or "none", failsafe and "It has the vehicle now."),
+            Line("goals may arm it", "yes" if checker.config.bridge.goto.may_arm else "no"),
+        ),
+    )
+
+
+def position_section(state: VehicleState) -> Section:
+    """Whether it knows where it is."""
+    gps, estimator, position = state.gps, state.estimator, state.global_position
+    lines = []
+    if gps is None:
+        lines.append(Line("GPS", _UNKNOWN, "GPS_RAW_INT does not come."))
+    else:
+        fix = _FIXES[gps.fix_type] if gps.fix_type < len(_FIXES) else str(gps.fix_type)
+        satellites = "" if gps.satellites is None else f", {gps.satellites} satellites"
+        hdop = "" if gps.hdop is None else f", HDOP {gps.hdop:.1f}"
+        warning = None if gps.fix_type >= FIX_3D else NO_FIX
+        lines.append(Line("GPS", f"fix {fix}{satellites}{hdop}", warning))
+    if estimator is None:
+        lines.append(Line("estimator", _UNKNOWN, "Its health is unknown; its positions count."))
+    elif estimator.horizontal_position_ok:
+        lines.append(Line("estimator", "position good"))
+    else:
+        lines.append(Line("estimator", "no position", "Wait; without a GPS it stays so."))
+    if position is None:
+        lines.append(Line("position", "none"))
+    else:
+        lines.append(
+            Line(
+                "position",
+                f"{position.latitude_deg:.7f}, {position.longitude_deg:.7f}, "
+                f"{position.altitude_amsl_m:.1f} m above sea level",
+            )
+        )
+    home, origin = state.home, state.origin
+    lines.append(
+        Line("home", _UNKNOWN, "Until it comes, heights count from the origin.")
+        if home is None
+        else Line(
+            "home",
+            f"{home.latitude_deg:.7f}, {home.longitude_deg:.7f}, {home.altitude_amsl_m:.1f} m",
+        )
+    )
+    lines.append(
+        Line("origin", "not told; reckoned from the positions")
+        if origin is None
+        else Line("origin", f"{origin.latitude_deg:.7f}, {origin.longitude_deg:.7f}")
+    )
+    return Section("Position", tuple(lines))
+
+
+def battery_section(state: VehicleState) -> Section:
+    """What is left."""
+    battery = state.battery
+    if battery is None:
+        line = Line("battery", _UNKNOWN, "Nothing guards a goal against an empty battery.")
+        return Section("Battery", (line,))
+    remaining = battery.remaining
+    low = remaining is not None and remaining < _BATTERY_LOW
+    return Section(
+        "Battery",
+        (
+            Line(
+                "remaining",
+                _UNKNOWN if remaining is None else f"{100.0 * remaining:.0f} %",
+                "Charge it." if low else None,
+            ),
+            Line(
+                "voltage", _UNKNOWN if battery.voltage_v is None else f"{battery.voltage_v:.1f} V"
+            ),
+            Line(
+                "current", _UNKNOWN if battery.current_a is None else f"{battery.current_a:.1f} A"
+            ),
+        ),
+    )
+
+
+def failsafes_section(checker: Checker, profile: Profile) -> Section:
+    """What it does when something fails, by its parameters."""
+    told = checker.parameters
+    lines = []
+    for setting in profile.failsafe_settings:
+        if setting.name not in told:
+            continue
+        value = told[setting.name]
+        off = int(value) in setting.off and value == int(value)
+        warning = "Off: the vehicle does nothing about it by itself." if off else None
+        lines.append(Line(setting.name, f"{setting.about}: {setting.describe(value)}", warning))
+    untold = [s.name for s in profile.failsafe_settings if s.name not in told]
+    if untold:
+        lines.append(Line(_UNKNOWN, ", ".join(untold)))
+    return Section("What the vehicle does by itself", tuple(lines))
+
+
+def link_section(checker: Checker, health: LinkHealth) -> Section:
+    """How well it is heard."""
+    warning = "Goals fly badly on such a link." if health.loss_share > health.LOSS_WARNING else None
+    values = health.values
+    return Section(
+        "Link",
+        (
+            Line("link", checker.config.link_url),
+            Line("messages per second", values["messages per second"]),
+            Line("lost", values["lost"], warning),
+            Line("round trip", values["round trip"]),
+            Line("bad checksums", values["bad checksums since start"]),
+        ),
+    )
+
+
+def rates_section(checker: Checker, now: float) -> Section:
+    """What it sends."""
+    lines = []
+    for rate in checker.rates(now):
+        warning = f"It asks for {rate.asked_hz:g} Hz; is the link too slow?" if rate.low else None
+        if rate.refusal is not None:
+            warning = f"The vehicle refuses to send it ({rate.refusal})."
+        value = f"{rate.measured_hz:.1f} Hz of {rate.asked_hz:g} Hz"
+        lines.append(Line(rate.name, value, warning))
+    return Section("Messages, as they come and as they were asked for", tuple(lines))

@@ -1,0 +1,62 @@
+"""Shows a check's report: tables on a terminal, plain lines elsewhere, or JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from drone_navigation.check_report import Report, Verdict
+
+_COLOURS = {Verdict.READY: "green", Verdict.NOT_READY: "red", Verdict.NO_VEHICLE: "red"}
+
+
+def as_json(report: Report) -> str:
+    """Return the report as JSON, with the exit code as ``verdict``."""
+    return json.dumps({**asdict(report), "verdict": int(report.verdict)}, indent=2)
+
+
+def show(report: Report, console: Console) -> None:
+    """Print a report, as its console can show it."""
+    if console.is_terminal:
+        _show_tables(report, console)
+        return
+    for line in plain_lines(report):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def plain_lines(report: Report) -> list[str]:
+    """Return the report line by line."""
+    lines = []
+    for section in report.sections:
+        lines.append(f"{section.title}:")
+        for line in section.lines:
+            lines.append(f"  {line.name}: {line.value}")
+            if line.warning is not None:
+                lines.append(f"    ! {line.warning}")
+    for missing in report.missing:
+        lines += [f"Missing: {missing.what}", f"  -> {missing.advice}"]
+    lines += [f"For you to do: {step}" for step in report.yours]
+    return [*lines, report.sentence]
+
+
+def _show_tables(report: Report, console: Console) -> None:
+    for section in report.sections:
+        table = Table(title=section.title, title_justify="left", show_header=False, box=None)
+        table.add_column(style="cyan", no_wrap=True)
+        table.add_column()
+        for line in section.lines:
+            table.add_row(line.name, Text(line.value))
+            if line.warning is not None:
+                table.add_row("", Text(line.warning, style="yellow"))
+        console.print(table)
+        console.print()
+    for missing in report.missing:
+        console.print(Text(f"Missing: {missing.what}", style="bold red"))
+        console.print(Text(f"  {missing.advice}"))
+    for step in report.yours:
+        console.print(Text(f"For you to do: {step}", style="bold yellow"))
+    console.print(Text(report.sentence, style=f"bold {_COLOURS[report.verdict]}"))

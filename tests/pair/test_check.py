@@ -1,0 +1,289 @@
+"""`navigation_server --check` against the simulator, on simulated time."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from drone_navigation.check import Checker
+from drone_navigation.check_report import Report, Verdict, make_report
+from drone_navigation.check_view import as_json, plain_lines
+from drone_navigation.configuration import ParameterValue, make_config
+from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
+from mavlink_vehicle.codec import Codec, Message, make, mavlink
+
+CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
+KINDS = [
+    (firmware, kind)
+    for firmware in ("ardupilot", "px4")
+    for kind in ("copter", "rover", "boat", "plane")
+]
+_TICK_S = 0.01
+ADVICE = "Check the cable."
+# All that a check may say. Of the commands: questions.
+HARMLESS = {
+    "HEARTBEAT", "TIMESYNC", "PARAM_REQUEST_READ", "REQUEST_DATA_STREAM", "COMMAND_LONG",
+}  # fmt: skip
+HARMLESS_COMMANDS = {
+    mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
+    mavlink.MAV_CMD_REQUEST_MESSAGE,
+    mavlink.MAV_CMD_RUN_PREARM_CHECKS,
+}
+
+
+class Look:
+    """A checker and a simulated vehicle on one clock; every byte that goes out is kept."""
+
+    def __init__(self, simulated: VehicleConfig, values: dict[str, ParameterValue]) -> None:
+        """Start both."""
+        self.simulation = Simulation([simulated], seed=1)
+        self.checker = Checker(make_config(values), (codec := Codec(1, 191)).statistics)
+        self.sent: list[bytes] = []
+        self.now = 0.0
+        self._codec = codec
+        self.checker.start(self.now)
+
+    def run_for(self, seconds: float) -> Look:
+        """Go on for a while."""
+        end_s = self.now + seconds
+        while self.now < end_s:
+            self._tick()
+        return self
+
+    def run_to_end(self, limit_s: float = 15.0) -> Report:
+        """Look as long as the command does, and report."""
+        next_s, end_s = self.now, self.now + limit_s
+        while self.now < end_s:
+            self._tick()
+            if self.now >= next_s:
+                next_s += 0.2
+                if self.checker.waiting_for(self.now) is None:
+                    break
+        return self.report()
+
+    def report(self) -> Report:
+        """Report now."""
+        return make_report(self.checker, ADVICE, self.now)
+
+    def messages(self) -> list[Message]:
+        """Return what the bytes that were sent say."""
+        return Codec(9, 9).decode(b"".join(self.sent))
+
+    def _tick(self) -> None:
+        self.now += _TICK_S
+        self.simulation.run_for(_TICK_S)
+        for data in self.simulation.link.read_datagrams():
+            for message in self._codec.decode(data):
+                self.checker.receive(message, self.now)
+        deadline = self.checker.next_deadline()
+        if deadline is not None and deadline <= self.now:
+            self.checker.handle_timer(self.now)
+        for message in self.checker.messages_to_send():
+            self.sent.append(self._codec.encode(message))
+            self.simulation.link.write(self.sent[-1])
+
+
+def look(
+    firmware: str = "ardupilot",
+    kind: str = "copter",
+    faults: LinkFaults | None = None,
+    parameters: dict[str, float] | None = None,
+    ready_after_s: float = 1.0,
+    battery_remaining: float = 1.0,
+    **values: ParameterValue,
+) -> Look:
+    """Look with the set-up of a simulated vehicle, some of its values changed."""
+    path = CONFIG / "simulated" / f"{firmware}_{kind}.yaml"
+    set_up = yaml.safe_load(path.read_text("utf-8"))["navigation_server"]["ros__parameters"]
+    simulated = VehicleConfig(
+        autopilot=firmware,
+        vehicle=kind,
+        faults=faults,
+        parameters=parameters or {},
+        ready_after_s=ready_after_s,
+        battery_remaining=battery_remaining,
+    )
+    return Look(simulated, {**set_up, **values})
+
+
+def value_of(report: Report, name: str) -> str:
+    (value,) = [x.value for section in report.sections for x in section.lines if x.name == name]
+    return value
+
+
+def warning_of(report: Report, name: str) -> str | None:
+    (warning,) = [x.warning for section in report.sections for x in section.lines if x.name == name]
+    return warning
+
+
+def assert_harmless(sent: list[Message]) -> None:
+    assert {message.get_type() for message in sent} <= HARMLESS
+    commands = {m.command for m in sent if m.get_type() == "COMMAND_LONG"}
+    assert commands <= HARMLESS_COMMANDS
+
+
+@pytest.mark.parametrize(("firmware", "kind"), KINDS)
+def test_a_vehicle_of_each_set_up_is_found_ready_and_left_alone(firmware: str, kind: str) -> None:
+    flight = look(firmware, kind).run_for(2.0)
+    before = flight.checker.vehicle.state
+    place = flight.simulation.truth.position_ned_m.copy()
+    report = flight.run_to_end()
+    assert (report.verdict, report.sentence) == (Verdict.READY, "Ready for goals."), report.missing
+    assert value_of(report, "kind") == kind
+    expected = {"ardupilot": "Ardu", "px4": "PX4 "}[firmware]
+    assert value_of(report, "firmware").startswith(expected)
+    assert value_of(report, "round trip").endswith(" ms")
+    assert value_of(report, "estimator") == "position good"
+    after = flight.checker.vehicle.state
+    assert (after.armed, after.custom_mode) == (before.armed, before.custom_mode)
+    assert not after.armed
+    assert np.allclose(flight.simulation.truth.position_ned_m, place, atol=0.01)
+    assert_harmless(flight.messages())
+
+
+@pytest.mark.parametrize(("firmware", "kind"), [("ardupilot", "copter"), ("px4", "boat")])
+def test_every_message_comes_as_often_as_it_was_asked_for(firmware: str, kind: str) -> None:
+    flight = look(firmware, kind)
+    flight.run_to_end()
+    rates = flight.checker.rates(flight.now)
+    assert {"GLOBAL_POSITION_INT", "SYS_STATUS"} <= {rate.name for rate in rates}
+    for rate in rates:
+        assert not rate.low, rate
+        assert rate.refusal is None, rate
+        assert rate.measured_hz == pytest.approx(rate.asked_hz, rel=0.3, abs=0.5), rate
+
+
+@pytest.mark.parametrize(("firmware", "kind"), KINDS)
+def test_the_failsafe_settings_are_the_vehicles_own(firmware: str, kind: str) -> None:
+    name, value, words = {
+        "ardupilot": {
+            "copter": ("FS_GCS_ENABLE", 5.0, "5 (land)"),
+            "rover": ("FS_ACTION", 1.0, "1 (RTL)"),
+            "boat": ("FS_ACTION", 0.0, "0 (nothing)"),
+            "plane": ("FS_LONG_ACTN", 2.0, "2 (glides)"),
+        }[kind],
+        "px4": ("COM_LOW_BAT_ACT", 2.0, "2 (lands when critical)"),
+    }[firmware]
+    report = look(firmware, kind, parameters={name: value}).run_to_end()
+    assert value_of(report, name).endswith(words)
+    assert (warning_of(report, name) is not None) == (value == 0.0)
+
+
+def test_a_flying_vehicle_flies_on_and_says_what_it_does() -> None:
+    flight = look().run_for(4.0)
+    station = Codec(255, 190)
+    for command, *params in ((176, 1, 4), (400, 1), (22, 0, 0, 0, 0, 0, 0, 8)):
+        names = {f"param{i}": float(value) for i, value in enumerate(params, 1)}
+        order = make("COMMAND_LONG", target_system=1, target_component=1, command=command, **names)
+        flight.simulation.link.write(station.encode(order))
+    flight.run_for(15.0)
+    before = flight.simulation.truth.position_ned_m[0].copy()
+    report = flight.run_to_end()
+    assert report.verdict is Verdict.READY, report.missing
+    assert (value_of(report, "armed"), value_of(report, "mode")) == ("yes", "GUIDED")
+    assert before[2] < -7.0
+    assert np.allclose(flight.simulation.truth.position_ned_m[0], before, atol=0.5)
+    assert_harmless(flight.messages())
+
+
+def test_a_real_vehicle_is_ready_and_its_arming_is_left_to_the_pilot() -> None:
+    report = look(arming="never").run_to_end()
+    assert report.verdict is Verdict.READY
+    assert "by hand" in report.yours[0]
+    assert "take off" in report.yours[0]
+    assert "take off" not in look(kind="rover", arming="never").run_to_end().yours[0]
+
+
+def test_without_a_position_it_is_not_ready_and_says_what_to_do() -> None:
+    report = look(ready_after_s=60.0).run_to_end()
+    assert report.verdict is Verdict.NOT_READY
+    assert report.missing[0].what.startswith("NO_POSITION: ")
+    assert report.missing[0].advice
+
+
+def test_a_position_that_comes_while_it_looks_is_waited_for() -> None:
+    flight = look(ready_after_s=9.0)
+    assert flight.run_for(7.0).report().verdict is Verdict.NOT_READY
+    assert flight.run_to_end().verdict is Verdict.READY
+
+
+def test_a_vehicle_that_would_not_arm_is_asked_for_its_reasons() -> None:
+    flight = look(parameters={"BATT_LOW_VOLT": 20.0, "BATT_LOW_TIMER": 1.0})
+    report = flight.run_to_end()
+    assert report.verdict is Verdict.NOT_READY
+    (missing,) = [m for m in report.missing if m.what.startswith("The vehicle would not arm now: ")]
+    assert "attery" in missing.what
+    assert_harmless(flight.messages())
+
+
+def test_a_px4_that_tells_nobody_its_reasons_is_a_case_for_a_ground_station() -> None:
+    report = look("px4", ready_after_s=60.0).run_to_end()
+    assert "heartbeat_type" in report.missing[-1].advice
+
+
+def test_what_the_server_would_refuse_is_told_in_its_words() -> None:
+    report = look(volume_altitude_min_m=20.0, volume_altitude_max_m=50.0).run_to_end()
+    assert report.verdict is Verdict.NOT_READY
+    assert report.missing[0].what.startswith("OUTSIDE_VOLUME: ")
+
+
+def test_silence_is_no_vehicle_and_the_link_is_what_to_look_at() -> None:
+    flight = look()
+    flight.simulation.link.silent = True
+    report = flight.run_to_end(3.0)
+    assert report.verdict is Verdict.NO_VEHICLE
+    assert report.missing[0].advice == ADVICE
+    assert_harmless(flight.messages())
+
+
+def test_the_wrong_system_id_names_those_that_are_heard() -> None:
+    report = look(target_system=7).run_to_end(3.0)
+    assert report.verdict is Verdict.NO_VEHICLE
+    assert "1/1" in report.missing[0].what
+    assert "target_system" in report.missing[0].advice
+
+
+def test_bytes_that_are_no_mavlink_point_to_the_baud_rate() -> None:
+    checker = Checker(make_config({}), (codec := Codec(1, 191)).statistics)
+    checker.start(0.0)
+    assert codec.decode(bytes(range(200))) == []
+    report = make_report(checker, ADVICE, 1.0)
+    assert report.verdict is Verdict.NO_VEHICLE
+    assert "baud rate" in report.missing[0].advice
+
+
+def test_a_bad_link_is_looked_at_all_the_same_and_warned_of() -> None:
+    flight = look(faults=LinkFaults(loss=0.3))
+    report = flight.run_to_end()
+    assert report.verdict is Verdict.READY, report.missing
+    assert warning_of(report, "lost") is not None
+
+
+def test_a_low_battery_is_warned_of() -> None:
+    report = look(battery_remaining=0.2).run_to_end()
+    assert warning_of(report, "remaining") == "Charge it."
+
+
+@pytest.mark.parametrize(("word", "number"), [("auto", 18), ("onboard", 18), ("gcs", 6)])
+def test_it_is_no_ground_station_whose_end_would_be_a_loss_unless_told(
+    word: str, number: int
+) -> None:
+    flight = look("px4", heartbeat_type=word).run_for(3.0)
+    types = {m.type for m in flight.messages() if m.get_type() == "HEARTBEAT"}
+    assert types == {number}
+
+
+def test_the_report_is_the_same_in_lines_and_in_json() -> None:
+    report = look(arming="never").run_to_end()
+    lines = plain_lines(report)
+    document = json.loads(as_json(report))
+    assert document["verdict"] == 0
+    assert lines[-1] == document["sentence"] == report.sentence
+    for section in document["sections"]:
+        assert f"{section['title']}:" in lines
+        for line in section["lines"]:
+            assert f"  {line['name']}: {line['value']}" in lines
