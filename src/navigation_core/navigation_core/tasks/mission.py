@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from enum import Enum, auto
 
 from navigation_core.geometry import KinematicState, Vector3, distance, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
@@ -32,6 +31,7 @@ from navigation_core.tasks.base import (
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.mission_phases import STATUS, STOPPING, MissionPhase, check_change
 from navigation_core.tasks.mission_progress import MissionProgress
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
@@ -47,35 +47,6 @@ _GROUND_ARRIVAL_M = 3.0
 _PHASE_CHANGES_MAX = 8
 
 _Answer = Intent | Outcome | None
-
-
-class _Phase(Enum):
-    HALTING = auto()
-    UPLOADING = auto()
-    PREPARING = auto()
-    ARMING = auto()
-    STARTING = auto()
-    FLYING = auto()
-    PAUSING = auto()
-    PAUSED = auto()
-    STOPPING = auto()
-    CLEARING = auto()
-    ENDED = auto()
-
-
-_STATUS = {
-    _Phase.HALTING: Status.PREPARING,
-    _Phase.UPLOADING: Status.UPLOADING,
-    _Phase.PREPARING: Status.PREPARING,
-    _Phase.ARMING: Status.ARMING,
-    _Phase.STARTING: Status.PREPARING,
-    _Phase.PAUSING: Status.PAUSED,
-    _Phase.PAUSED: Status.PAUSED,
-    _Phase.STOPPING: Status.CANCELLING,
-    _Phase.CLEARING: Status.CANCELLING,
-    _Phase.ENDED: Status.NAVIGATING,
-}
-_STOPPING = frozenset({_Phase.STOPPING, _Phase.CLEARING, _Phase.ENDED})
 
 
 class FlyMission:
@@ -107,7 +78,7 @@ class FlyMission:
             waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s
         )
         self._path: tuple[Vector3, ...] = ()
-        self._phase = _Phase.UPLOADING
+        self._phase = MissionPhase.HALTING
         self._since_s = 0.0
         self._operation: Operation | None = None
         self._armed_by_us = False
@@ -122,17 +93,17 @@ class FlyMission:
         self._moved_from: Vector3 | None = None
         self._arrival = Dwell(config.arrival_dwell_s)
         self._stopped = Dwell(config.stop_dwell_s)
-        self._handlers: dict[_Phase, Callable[[Observation, float], _Answer]] = {
-            _Phase.HALTING: self._halt,
-            _Phase.UPLOADING: self._upload,
-            _Phase.PREPARING: self._prepare,
-            _Phase.ARMING: self._arm,
-            _Phase.STARTING: self._begin,
-            _Phase.FLYING: self._watch,
-            _Phase.PAUSING: self._stop_for_pause,
-            _Phase.PAUSED: self._stay,
-            _Phase.STOPPING: self._stop,
-            _Phase.CLEARING: self._clear,
+        self._handlers: dict[MissionPhase, Callable[[Observation, float], _Answer]] = {
+            MissionPhase.HALTING: self._halt,
+            MissionPhase.UPLOADING: self._upload,
+            MissionPhase.PREPARING: self._prepare,
+            MissionPhase.ARMING: self._arm,
+            MissionPhase.STARTING: self._begin,
+            MissionPhase.FLYING: self._watch,
+            MissionPhase.PAUSING: self._stop_for_pause,
+            MissionPhase.PAUSED: self._stay,
+            MissionPhase.STOPPING: self._stop,
+            MissionPhase.CLEARING: self._clear,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -141,6 +112,11 @@ class FlyMission:
     def requires(self) -> Requirement:
         """What must be there before :meth:`start`."""
         return Requirement.CONNECTION | Requirement.POSITION
+
+    @property
+    def phase(self) -> MissionPhase:
+        """What the task is about."""
+        return self._phase
 
     @property
     def commanded(self) -> KinematicState | None:
@@ -166,20 +142,20 @@ class FlyMission:
                 takeoff_from_enu_m=observation.position_enu_m,
                 takeoff_height_m=self._takeoff_height_m(observation.ground_enu_m),
             )
-        moves = observation.armed and not self._on_ground(observation)
-        self._go(_Phase.HALTING if moves else _Phase.UPLOADING, now)
+        if not observation.armed or self._on_ground(observation):
+            self._go(MissionPhase.UPLOADING, now)
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
         """Say what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is None:
-            if self._cancel_asked and self._phase not in _STOPPING:
+            if self._cancel_asked and self._phase not in STOPPING:
                 text = "The goal was cancelled."
                 self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
             answer = self._answer(observation, now)
             if not isinstance(answer, Outcome):
                 return answer
             self._outcome = answer
-            self._go(_Phase.ENDED, now)
+            self._go(MissionPhase.ENDED, now)
         return self._outcome
 
     def cancel(self, now: float) -> None:
@@ -197,7 +173,10 @@ class FlyMission:
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A PX4 holds by itself at the end, and when somebody removes the mission."""
-        return self._phase is _Phase.FLYING and mode in (VehicleMode.MISSION, VehicleMode.HOLD)
+        return self._phase is MissionPhase.FLYING and mode in (
+            VehicleMode.MISSION,
+            VehicleMode.HOLD,
+        )
 
     def resume(self, observation: Observation, now: float) -> None:
         """Go on after a time without steps."""
@@ -207,10 +186,10 @@ class FlyMission:
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Say how far it is."""
-        route = self._mission.route(self._phase is _Phase.ENDED)
-        if self._phase is _Phase.ENDED:
+        route = self._mission.route(self._phase is MissionPhase.ENDED)
+        if self._phase is MissionPhase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0, route)
-        if self._phase in _STOPPING:
+        if self._phase in STOPPING:
             return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s, route)
         way_m, time_s = self._mission.left(observation.position_enu_m)
         if self._plan.takeoff_from_enu_m is not None and not self._started:
@@ -227,7 +206,8 @@ class FlyMission:
                 return answer
         raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
 
-    def _go(self, phase: _Phase, now: float) -> None:
+    def _go(self, phase: MissionPhase, now: float) -> None:
+        check_change(self._phase, phase)
         self._phase = phase
         self._since_s = self._moved_s = now
         self._operation = None
@@ -239,9 +219,9 @@ class FlyMission:
         """Bring the vehicle to a stop, and then end with an outcome."""
         self._ending = ending
         # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
-        if self._phase is _Phase.UPLOADING and self._operation is not None:
+        if self._phase is MissionPhase.UPLOADING and self._operation is not None:
             self._stored = True
-        self._go(_Phase.STOPPING, now)
+        self._go(MissionPhase.STOPPING, now)
 
     def _perform(
         self,
@@ -261,7 +241,7 @@ class FlyMission:
         self,
         kind: OperationKind,
         refusal: OutcomeCode,
-        following: _Phase,
+        following: MissionPhase,
         observation: Observation,
         now: float,
     ) -> _Answer:
@@ -279,10 +259,10 @@ class FlyMission:
     def _halt(self, observation: Observation, now: float) -> _Answer:
         """Stop what was flown before: setpoints end, and an upload takes a while."""
         if observation.mode is VehicleMode.HOLD and self._operation is None:
-            self._go(_Phase.UPLOADING, now)
+            self._go(MissionPhase.UPLOADING, now)
             return None
         return self._do(
-            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, _Phase.UPLOADING, observation, now
+            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.UPLOADING, observation, now
         )
 
     def _upload(self, observation: Observation, now: float) -> _Answer:
@@ -299,32 +279,36 @@ class FlyMission:
         )
         if answer is None:
             self._stored = True
-            self._go(_Phase.STARTING if observation.armed else _Phase.PREPARING, now)
+            self._go(MissionPhase.STARTING if observation.armed else MissionPhase.PREPARING, now)
         return answer
 
     def _prepare(self, observation: Observation, now: float) -> _Answer:
         if observation.in_control or not self._traits.control_before_takeoff:
-            self._go(_Phase.ARMING, now)
+            self._go(MissionPhase.ARMING, now)
             return None
         return self._do(
-            OperationKind.TAKE_CONTROL, OutcomeCode.MODE_REFUSED, _Phase.ARMING, observation, now
+            OperationKind.TAKE_CONTROL,
+            OutcomeCode.MODE_REFUSED,
+            MissionPhase.ARMING,
+            observation,
+            now,
         )
 
     def _arm(self, observation: Observation, now: float) -> _Answer:
         self._armed_by_us = True
         return self._do(
-            OperationKind.ARM, OutcomeCode.ARMING_REFUSED, _Phase.STARTING, observation, now
+            OperationKind.ARM, OutcomeCode.ARMING_REFUSED, MissionPhase.STARTING, observation, now
         )
 
     def _begin(self, observation: Observation, now: float) -> _Answer:
         answer = self._do(
             OperationKind.START_MISSION,
             OutcomeCode.MISSION_REFUSED,
-            _Phase.FLYING,
+            MissionPhase.FLYING,
             observation,
             now,
         )
-        self._started = self._started or self._phase is _Phase.FLYING
+        self._started = self._started or self._phase is MissionPhase.FLYING
         return answer
 
     # --- the flight ------------------------------------------------------------------
@@ -349,7 +333,7 @@ class FlyMission:
             return self._out_of_mode(observation, now)
         self._left_s = None
         if self._pause_asked:
-            self._go(_Phase.PAUSING, now)
+            self._go(MissionPhase.PAUSING, now)
             return None
         return self._look_for_motion(observation, now)
 
@@ -383,7 +367,7 @@ class FlyMission:
 
     def _stop_for_pause(self, observation: Observation, now: float) -> _Answer:
         return self._do(
-            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, _Phase.PAUSED, observation, now
+            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
         )
 
     def _stay(self, observation: Observation, now: float) -> _Answer:
@@ -392,14 +376,14 @@ class FlyMission:
             return Outcome(OutcomeCode.DISARMED, text, None)
         if self._pause_asked:
             return Wait()
-        self._go(_Phase.STARTING, now)
+        self._go(MissionPhase.STARTING, now)
         return None
 
     # --- the end ---------------------------------------------------------------------
 
     def _stop(self, observation: Observation, now: float) -> _Answer:
         if not observation.armed and self._operation is None and not self._arming(observation):
-            self._go(_Phase.CLEARING, now)
+            self._go(MissionPhase.CLEARING, now)
             return None
         grounded = self._armed_by_us and not self._started
         down = grounded or (self._armed_by_us and self._on_ground(observation))
@@ -408,7 +392,7 @@ class FlyMission:
         answer = self._perform(Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s)
         if isinstance(answer, Outcome):
             self._add_to_ending(answer.message)
-            self._go(_Phase.CLEARING, now)
+            self._go(MissionPhase.CLEARING, now)
             return None
         if answer is not None:
             return answer
@@ -417,7 +401,7 @@ class FlyMission:
         over = now - self._since_s > self._config.cancel_timeout_s
         if self._stopped.holds(slow, now) or not self._traits.hovers or over:
             self._add_to_ending("It circles." if not self._traits.hovers else "It has stopped.")
-            self._go(_Phase.CLEARING, now)
+            self._go(MissionPhase.CLEARING, now)
             return None
         return Wait()
 
@@ -478,7 +462,7 @@ class FlyMission:
         return horizontal_norm(offset) if flat else distance(position, last.position_enu_m)
 
     def _status(self, observation: Observation) -> Status:
-        if self._phase is _Phase.FLYING:
+        if self._phase is MissionPhase.FLYING:
             taking_off = self._plan.takeoff_from_enu_m is not None and self._on_ground(observation)
             return Status.TAKING_OFF if taking_off else Status.NAVIGATING
-        return _STATUS[self._phase]
+        return STATUS[self._phase]
