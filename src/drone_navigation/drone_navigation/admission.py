@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -28,9 +29,10 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection, check_target
-from navigation_core.tasks.base import Task
+from navigation_core.tasks.base import Task, Traits
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
 from navigation_core.tasks.mission import FlyMission
+from navigation_core.tasks.plane import FlyPlane
 from navigation_core.tasks.route import FlyRoute, RouteWaypoint
 from navigation_core.tasks.vehicle_led import (
     LAND,
@@ -39,6 +41,11 @@ from navigation_core.tasks.vehicle_led import (
     VehicleLedGoal,
 )
 
+# Assumed speed of a plane that none is asked of (FW_AIRSPD_TRIM; ArduPlane's is more).
+_PLANE_M_S = 15.0
+_NO_YAW = "The orientation was ignored: a plane circles its target."
+_AIRSPEED = "A plane's max_speed is an airspeed; its ground speed differs by the wind."
+_NO_SPEED = "max_speed was ignored: this plane's speed is not changed by command."
 _NO_OBSTACLE_SOURCE = "No obstacle source is configured, so the flight was planned straight."
 
 
@@ -194,7 +201,7 @@ def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Reje
         situation.map_frame.enu,
         situation.ground_enu_m,
         config.volume,
-        config.speed_max_m_s,
+        _speed_max_m_s(config, traits),
         traits,
     )
     if isinstance(goal, Rejection):
@@ -219,7 +226,7 @@ def _take_off(request: TakeoffRequest, situation: Situation) -> Admitted | Rejec
         return rejection
     config = situation.config
     assert situation.pose is not None
-    height_m = request.height_m or config.goto.takeoff_height_m
+    height_m = request.height_m or max(config.goto.takeoff_height_m, traits.takeoff_height_m)
     x, y, _ = situation.pose.position_enu_m
     target = (x, y, situation.ground_enu_m + height_m)
     rejection = check_target(target, None, situation.ground_enu_m, config.volume)
@@ -231,8 +238,16 @@ def _take_off(request: TakeoffRequest, situation: Situation) -> Admitted | Rejec
 
 def _goto(
     goal: GotoGoal, config: GotoConfig, situation: Situation, warnings: tuple[str, ...] = ()
-) -> Admitted:
+) -> Admitted | Rejection:
     traits = traits_of(situation.profile)
+    if not traits.hovers:
+        waypoint = RouteWaypoint(
+            goal.position_enu_m,
+            config.arrival_radius_m,
+            yaw_enu_rad=goal.yaw_enu_rad,
+            max_speed_m_s=goal.max_speed_m_s,
+        )
+        return _plane((waypoint,), 1, situation, warnings)
     x, y, z = goal.position_enu_m
     speed_m_s = goal.max_speed_m_s or config.limits.speed_horizontal_m_s
 
@@ -271,7 +286,7 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         situation.map_frame,
         situation.vehicle.state,
         config.volume,
-        config.speed_max_m_s,
+        _speed_max_m_s(config, traits),
         config.goto.arrival_radius_m,
         traits,
         follows_terrain=request.by_mission and rules is not None and rules.terrain,
@@ -281,6 +296,9 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
     laps = max(request.laps, 1)
     if request.by_mission:
         return _mission(request, waypoints, laps, situation)
+    warnings = (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else ()
+    if not traits.hovers:
+        return _plane(waypoints, laps, situation, warnings)
 
     def make_task(handover: Handover) -> Task:
         return FlyRoute(
@@ -297,7 +315,7 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         f"route of {len(waypoints)} waypoints, {laps} x",
         waypoints[-1].position_enu_m,
         make_task,
-        (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
+        warnings,
         _plan(waypoints, laps, config.goto.limits.speed_horizontal_m_s),
     )
 
@@ -328,13 +346,53 @@ def _mission(
     # A plane keeps to its own airspeeds unless it is asked for another.
     speed_m_s = config.limits.speed_horizontal_m_s if traits.hovers else None
     if request.max_speed_m_s > 0.0:
-        speed_m_s = min(request.max_speed_m_s, situation.config.speed_max_m_s)
+        speed_m_s = min(request.max_speed_m_s, _speed_max_m_s(situation.config, traits))
     return Admitted(
         f"mission of {len(waypoints)} waypoints, {laps} x",
         waypoints[-1].position_enu_m,
         lambda _handover: FlyMission(waypoints, laps, config, traits, speed_m_s),
         (_NO_OBSTACLE_SOURCE,) if request.avoid_obstacles else (),
         _plan(waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s),
+    )
+
+
+def _speed_max_m_s(config: BridgeConfig, traits: Traits) -> float:
+    """Return the highest speed that may be asked for; a plane must fly faster than others."""
+    return config.speed_max_m_s if traits.hovers else math.inf
+
+
+def _plane(
+    waypoints: tuple[RouteWaypoint, ...],
+    laps: int,
+    situation: Situation,
+    warnings: tuple[str, ...],
+) -> Admitted | Rejection:
+    """Return what a goal means for a plane, which is sent to places and circles the last."""
+    traits, ground_m = traits_of(situation.profile), situation.ground_enu_m
+    for index, waypoint in enumerate(waypoints):
+        height_m = waypoint.position_enu_m[2] - ground_m
+        if height_m < traits.height_min_m:
+            name = f"Waypoint {index}" if len(waypoints) > 1 else "The target"
+            return Rejection(
+                OutcomeCode.UNSUPPORTED_VEHICLE,
+                f"{name} is {height_m:.1f} m above the ground; a {traits.name} cannot hover and "
+                f"circles its targets, so give at least {traits.height_min_m:g} m.",
+            )
+    if any(waypoint.yaw_enu_rad is not None for waypoint in waypoints):
+        warnings += (_NO_YAW,)
+    if any(waypoint.max_speed_m_s is not None for waypoint in waypoints):
+        known = situation.profile.speed_command is not None
+        warnings += (_AIRSPEED if known else _NO_SPEED,)
+    config = situation.config.goto
+    # It turns back only from a safe height, and climbs on to the target's on its way.
+    first_m = waypoints[0].position_enu_m[2] - ground_m
+    takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))
+    return Admitted(
+        f"circle about the last of {len(waypoints)} waypoints, {laps} x",
+        waypoints[-1].position_enu_m,
+        lambda _handover: FlyPlane(waypoints, laps, config, traits, takeoff_m),
+        warnings,
+        _plan(waypoints, laps, _PLANE_M_S),
     )
 
 

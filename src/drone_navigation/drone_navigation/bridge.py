@@ -293,6 +293,7 @@ class Bridge:
         # An arming or a take-off under way is what the new goal needs, too; another mission not.
         if previous.operation is not None and previous.operation.kind not in _OF_ONE_MISSION:
             goal.operation, goal.operation_id = previous.operation, previous.operation_id
+            goal.asked = previous.asked
         return goal
 
     def _step(self, goal: ActiveGoal, now: float) -> None:
@@ -339,8 +340,10 @@ class Bridge:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {note}")
 
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
-        if goal.operation is not None and goal.operation.kind is intent.kind:
+        elsewhere = goal.asked is None or goal.asked.target_enu_m != intent.target_enu_m
+        if goal.operation is not None and goal.operation.kind is intent.kind and not elsewhere:
             return
+        goal.asked = intent
         if intent.kind is OperationKind.UPLOAD_MISSION:
             goal.operation_id, goal.mission = begin_upload(
                 self._vehicle, self._map_frame, intent, now

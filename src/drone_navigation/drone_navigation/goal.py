@@ -25,6 +25,7 @@ from navigation_core.safety import Rejection
 from navigation_core.tasks.base import (
     OperationReport,
     Outcome,
+    Perform,
     Progress,
     RouteProgress,
     Status,
@@ -188,7 +189,8 @@ class ActiveGoal:
         status: last status; it says what to tell while the link is lost.
         cancel_requested_s: time of the first cancel, or None.
         closing: the outcome that a commanded stop ends in instead of CANCELED.
-        operation: what the task asked of the vehicle last.
+        asked: what the task asked of the vehicle last.
+        operation: how that stands; None once the task has seen its end.
         operation_id: the vehicle's number for it.
         setpoint_s: when the last setpoint was sent, or None.
         notes: sentences that are added to the final message.
@@ -210,6 +212,7 @@ class ActiveGoal:
     status: Status = Status.PREPARING
     cancel_requested_s: float | None = None
     closing: Outcome | None = None
+    asked: Perform | None = None
     operation: OperationReport | None = None
     operation_id: int | None = None
     setpoint_s: float | None = None

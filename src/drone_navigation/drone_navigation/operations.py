@@ -37,6 +37,9 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
     if kind is OperationKind.REPOSITION:
         assert intent.target_enu_m is not None
         return vehicle.reposition(*map_frame.geodetic(intent.target_enu_m), now)
+    if kind is OperationKind.CHANGE_SPEED:
+        assert intent.speed_m_s is not None
+        return vehicle.change_speed(intent.speed_m_s, now)
     simple = {
         OperationKind.TAKE_CONTROL: vehicle.take_control,
         OperationKind.ARM: vehicle.arm,

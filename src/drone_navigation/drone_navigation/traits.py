@@ -5,9 +5,8 @@ from __future__ import annotations
 from mavlink_vehicle.profiles import Profile, VehicleKind
 from navigation_core.tasks.base import Traits
 
-# WP_LOITER_RAD of ArduPlane is 60 m; NAV_LOITER_RAD of PX4 80 m. The goal's own circle is the
-# vehicle's; this is what arrival is judged by.
-_CIRCLE_RADIUS_M = 80.0
+# Lower than this a plane's circle is not safe; and the height of a take-off that none asks for.
+_PLANE_HEIGHT_MIN_M, _PLANE_TAKEOFF_M = 20.0, 40.0
 # TURN_RADIUS of ArduRover is 0.9 m; a boat needs more.
 _ROVER_TURN_M, _BOAT_TURN_M = 0.9, 4.0
 # A boat has no brakes but its drag.
@@ -25,7 +24,9 @@ def traits_of(profile: Profile) -> Traits:
             hovers=False,
             control_before_takeoff=before,
             lands_itself=lands_itself,
-            circle_radius_m=_CIRCLE_RADIUS_M,
+            circle_radius_m=profile.circle_radius_m,
+            height_min_m=_PLANE_HEIGHT_MIN_M,
+            takeoff_height_m=_PLANE_TAKEOFF_M,
         )
     if profile.kind in (VehicleKind.ROVER, VehicleKind.BOAT):
         boat = profile.kind is VehicleKind.BOAT

@@ -135,6 +135,7 @@ PLANE = Profile(
     takeoff_mode="TAKEOFF",
     # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
     reposition=True,
+    circle_radius_m=60.0,  # WP_LOITER_RAD
     # An airspeed between its limits; it is forgotten when the mode changes.
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
     unsupported_messages=_PX4_MESSAGES,

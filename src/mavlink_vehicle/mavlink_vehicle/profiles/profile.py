@@ -102,6 +102,7 @@ class Profile:
         after_takeoff_mode: the mode that it goes to by itself then.
         altitude_reference: of the altitudes in commands.
         reposition: whether it is sent to places by MAV_CMD_DO_REPOSITION, not by setpoints.
+        circle_radius_m: of a plane's circles, by the default of its parameter.
         speed_command: how its speed is changed by command; None where the setpoints say it.
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
@@ -142,6 +143,7 @@ class Profile:
     after_takeoff_mode: str | None = None
     altitude_reference: AltitudeReference = AltitudeReference.HOME
     reposition: bool = False
+    circle_radius_m: float = 0.0
     speed_command: SpeedCommand | None = None
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE

@@ -137,6 +137,7 @@ PLANE = replace(
     takeoff_mode="AUTO.TAKEOFF",
     after_takeoff_mode="AUTO.LOITER",
     reposition=True,
+    circle_radius_m=80.0,  # NAV_LOITER_RAD
 )
 
 VTOL = replace(

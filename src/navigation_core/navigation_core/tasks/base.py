@@ -70,6 +70,7 @@ class OperationKind(Enum):
     LAND = "LAND"
     RETURN = "RETURN"
     REPOSITION = "REPOSITION"
+    CHANGE_SPEED = "CHANGE_SPEED"
     UPLOAD_MISSION = "UPLOAD_MISSION"
     START_MISSION = "START_MISSION"
     CLEAR_MISSION = "CLEAR_MISSION"
@@ -104,6 +105,8 @@ class Traits:
         turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
         arrival_radius_m: how near to a point it can be expected to stop at all.
         braking_m_s2: how hard it is meant to brake on the ground.
+        height_min_m: least height above the ground that it is sent to.
+        takeoff_height_m: height above the ground of a take-off when none is asked for.
     """
 
     name: str = "copter"
@@ -115,6 +118,8 @@ class Traits:
     turning_radius_m: float = 0.0
     arrival_radius_m: float = 0.0
     braking_m_s2: float = 0.6
+    height_min_m: float = 0.0
+    takeoff_height_m: float = 0.0
 
 
 COPTER = Traits()
@@ -237,7 +242,7 @@ class Perform:
         kind: which operation.
         height_m: for TAKE_OFF, the height above the ground to climb to.
         target_enu_m: for REPOSITION, where to go.
-        speed_m_s: for REPOSITION, the speed on the way; None for the vehicle's own.
+        speed_m_s: for CHANGE_SPEED.
         mission: for UPLOAD_MISSION, what is to be flown.
     """
 

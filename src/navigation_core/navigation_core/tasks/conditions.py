@@ -23,6 +23,7 @@ _WHAT = {
     OperationKind.LAND: "land",
     OperationKind.RETURN: "return to the launch point",
     OperationKind.REPOSITION: "go to the target",
+    OperationKind.CHANGE_SPEED: "change the speed",
     OperationKind.UPLOAD_MISSION: "take the mission",
     OperationKind.START_MISSION: "start the mission",
     OperationKind.CLEAR_MISSION: "remove the mission",
