@@ -65,7 +65,7 @@ def test_a_goal_takes_off_flies_there_and_circles(plane: SimulatedFlight) -> Non
 
 
 def test_the_time_that_is_left_is_told_about_right(flying: SimulatedFlight) -> None:
-    goal_id = flying.send(450.0, 0.0, 60.0)
+    goal_id = flying.send(330.0, 0.0, 60.0)
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
     flying.run_for(8.0)
     told, at_s = flying.feedback(goal_id)[-1].time_remaining_s, flying.now
@@ -96,7 +96,7 @@ def test_a_route_is_flown_through_and_a_hold_time_is_circled(flying: SimulatedFl
 
 
 def test_a_pause_circles_where_it_is_and_a_resume_goes_on(flying: SimulatedFlight) -> None:
-    goal_id = flying.send(450.0, 0.0, 60.0)
+    goal_id = flying.send(330.0, 0.0, 60.0)
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
     flying.run_for(5.0)
     place = flying.truth()[0]
@@ -106,11 +106,11 @@ def test_a_pause_circles_where_it_is_and_a_resume_goes_on(flying: SimulatedFligh
     assert _circles(flying, place, 20.0)
     flying.bridge.resume(flying.now)
     assert flying.run_to_end(goal_id).code.value == "SUCCESS"
-    assert _away_m(flying, (450.0, 0.0, 60.0)) < CIRCLE_M
+    assert _away_m(flying, (330.0, 0.0, 60.0)) < CIRCLE_M
 
 
 def test_a_cancel_ends_in_a_circle_because_a_plane_cannot_stop(flying: SimulatedFlight) -> None:
-    goal_id = flying.send(450.0, 0.0, 60.0)
+    goal_id = flying.send(330.0, 0.0, 60.0)
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
     flying.run_for(5.0)
     place = flying.truth()[0]
@@ -142,7 +142,7 @@ def test_a_cancel_during_the_climb_goes_on_to_a_safe_height(plane: SimulatedFlig
 
 
 def test_a_goal_that_replaces_another_is_flown_to(flying: SimulatedFlight) -> None:
-    old = flying.send(450.0, 0.0, 60.0)
+    old = flying.send(330.0, 0.0, 60.0)
     flying.run_for(0.05)  # the reposition is not acknowledged yet
     new = flying.send(-300.0, 0.0, 70.0)
     assert flying.run_to_end(new).code.value == "SUCCESS"
@@ -186,7 +186,7 @@ def test_heights_above_home_and_above_the_sea_are_what_they_say(
 
 
 def test_a_speed_is_flown_and_one_that_it_cannot_fly_is_told(flying: SimulatedFlight) -> None:
-    goal_id = flying.send(450.0, 0.0, 60.0, 19.0)
+    goal_id = flying.send(330.0, 0.0, 60.0, 19.0)
     end = flying.run_to_end(goal_id)
     assert end.code.value == "SUCCESS", end.message
     assert "airspeed" in end.message
@@ -199,6 +199,13 @@ def test_a_target_that_is_too_low_is_refused(plane: SimulatedFlight) -> None:
     assert rejection.code.value == "UNSUPPORTED_VEHICLE"
     assert "cannot hover" in rejection.message
     assert "20 m" in rejection.message
+
+
+def test_a_target_whose_circle_leaves_the_flight_volume_is_refused(plane: SimulatedFlight) -> None:
+    rejection = plane.check(plane.request(450.0, 0.0, 60.0))
+    assert rejection is not None
+    assert rejection.code.value == "OUTSIDE_VOLUME"
+    assert "circle" in rejection.message
 
 
 def test_what_has_no_landing_mode_refuses_to_land(flying: SimulatedFlight) -> None:

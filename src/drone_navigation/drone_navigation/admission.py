@@ -26,13 +26,14 @@ from drone_navigation.traits import traits_of
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.geometry import KinematicState, Vector3, horizontal_norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection, check_target
 from navigation_core.tasks.base import Task, Traits
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
 from navigation_core.tasks.mission import FlyMission
 from navigation_core.tasks.plane import FlyPlane
+from navigation_core.tasks.plane_route import circle_max_m
 from navigation_core.tasks.route import FlyRoute, RouteWaypoint
 from navigation_core.tasks.vehicle_led import (
     LAND,
@@ -369,6 +370,7 @@ def _plane(
 ) -> Admitted | Rejection:
     """Return what a goal means for a plane, which is sent to places and circles the last."""
     traits, ground_m = traits_of(situation.profile), situation.ground_enu_m
+    radius_m, volume = traits.circle_radius_m, situation.config.volume
     for index, waypoint in enumerate(waypoints):
         height_m = waypoint.position_enu_m[2] - ground_m
         if height_m < traits.height_min_m:
@@ -377,6 +379,14 @@ def _plane(
                 OutcomeCode.UNSUPPORTED_VEHICLE,
                 f"{name} is {height_m:.1f} m above the ground; a {traits.name} cannot hover and "
                 f"circles its targets, so give at least {traits.height_min_m:g} m.",
+            )
+        away_m, circle_m = horizontal_norm(waypoint.position_enu_m), circle_max_m(radius_m)
+        if away_m + circle_m > volume.radius_max_m:
+            return Rejection(
+                OutcomeCode.OUTSIDE_VOLUME,
+                f"Waypoint {index} is {away_m:.0f} m from the map origin and a plane's circle "
+                f"reaches {circle_m:.0f} m further, but the flight volume ends at "
+                f"{volume.radius_max_m:g} m.",
             )
     if any(waypoint.yaw_enu_rad is not None for waypoint in waypoints):
         warnings += (_NO_YAW,)

@@ -25,6 +25,7 @@ from navigation_core.fences import Fence, check_route
 from navigation_core.geometry import Vector3, horizontal_norm
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import Outcome
+from navigation_core.tasks.plane_route import circle_max_m
 
 _PERIOD_S = 0.5
 # A vehicle overshoots a little, and a position errs: only beyond this it has left.
@@ -105,6 +106,8 @@ class Guard:
             notes.append(_UNKNOWN_FENCE)
         else:
             plan, margin_m = admitted.plan, self._config.safety.fence_margin_m
+            if self._vehicle.profile is not None:
+                margin_m += circle_max_m(self._vehicle.profile.circle_radius_m)
             rejection = self._check_fence(fence, plan.targets_enu_m, margin_m, plan.laps > 1)
             if rejection is not None:
                 return rejection

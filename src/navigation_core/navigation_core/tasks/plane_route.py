@@ -30,6 +30,11 @@ _ROUND_RAD = math.pi
 _ROUND_SHARE = 0.3
 
 
+def circle_max_m(circle_radius_m: float) -> float:
+    """Return how far from its centre a plane gets on a circle, by its parameter's radius."""
+    return _PASS_CIRCLES * circle_radius_m
+
+
 class Circling:
     """Whether a plane circles about a point."""
 
@@ -106,7 +111,7 @@ class PlaneRoute:
     @property
     def pass_radius_m(self) -> float:
         """Within this it comes to a point that it flies through, at the least."""
-        return _PASS_CIRCLES * self._radius_m
+        return circle_max_m(self._radius_m)
 
     def advance(self) -> None:
         """Go on to the next waypoint."""
