@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import re
+import shlex
+from argparse import ArgumentParser
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from drone_navigation.configuration import PARAMETERS
+from drone_navigation.demo import make_parser as demo_parser
+from drone_navigation.flight_plot import make_parser as plot_parser
+from drone_navigation.navigation_client import make_parser as client_parser
+from drone_navigation.navigation_server import make_parser as server_parser
+from mavlink_sitl.options import make_parser as simulator_parser
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Status
 
@@ -19,6 +27,14 @@ ACTION = (INTERFACES / "action/Navigate.action").read_text("utf-8")
 ACTIONS = "".join(path.read_text("utf-8") for path in sorted(INTERFACES.glob("action/*")))
 NUMBERS = (INTERFACES / "msg/GoalCode.msg").read_text("utf-8")
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
+
+PROGRAMS: dict[str, Callable[[], ArgumentParser]] = {
+    "navigation_server": server_parser,
+    "navigation_client": client_parser,
+    "python -m mavlink_sitl": simulator_parser,
+    "python -m drone_navigation.demo": demo_parser,
+    "python -m drone_navigation.flight_plot": plot_parser,
+}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -41,6 +57,57 @@ def test_make_targets_modules_and_files_exist(page: Path) -> None:
         assert base.with_suffix(".py").exists() or (base / "__main__.py").exists(), module
     for path in re.findall(r"`((?:src|sitl|tests|docs|bridge_config|scripts)/[\w./-]*)`", text):
         assert (ROOT / path).exists(), f"{page.name}: {path}"
+
+
+def commands(page: Path) -> list[list[str]]:
+    """Return the command lines of this project's programs that a page shows, as words."""
+    text = page.read_text("utf-8")
+    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    lines += re.findall(
+        r"`([^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    )
+    shown = [line for line in lines if re.match(rf"\s*({'|'.join(PROGRAMS)})(\s|$)", line)]
+    return [shlex.split(line, comments=True) for line in shown]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_command_line_that_is_shown_can_be_given(page: Path) -> None:
+    for words in commands(page):
+        (name,) = [name for name in PROGRAMS if " ".join(words).startswith(name)]
+        arguments = words[len(name.split()) :]
+        if "--ros-args" in arguments:
+            arguments = arguments[: arguments.index("--ros-args")]
+        if {"--help", "..."} & set(arguments):
+            continue
+        try:
+            PROGRAMS[name]().parse_args(arguments)
+        except SystemExit:
+            pytest.fail(f"{page.name} shows what is refused: {' '.join(words)}")
+
+
+def test_command_lines_are_found() -> None:
+    assert len(commands(ROOT / "docs/getting_started.md")) >= 8
+    assert ["navigation_server"] in commands(ROOT / "README.md")
+
+
+def test_every_file_of_a_set_up_is_named_on_a_page() -> None:
+    text = "".join(page.read_text("utf-8") for page in PAGES)
+    for path in sorted((ROOT / "bridge_config").rglob("*.yaml")):
+        name = path.relative_to(ROOT)
+        assert f"`{name}`" in text, f"no page names {name}"
+
+
+def test_the_commands_that_a_file_of_a_set_up_shows_can_be_given() -> None:
+    for path in sorted((ROOT / "bridge_config").rglob("*.yaml")):
+        for line in re.findall(r"navigation_server --config.*", path.read_text("utf-8")):
+            options = server_parser().parse_args(line.split()[1:])
+            assert ROOT / options.config == path
+
+
+def test_pictures_fetch_nothing() -> None:
+    for path in (ROOT / "docs").glob("*.svg"):
+        assert 'url("http' not in path.read_text("utf-8"), path
 
 
 def test_every_parameter_is_documented_with_its_default() -> None:

@@ -44,7 +44,7 @@ def run_check(config: ServerConfig, limit_s: float, json_output: bool) -> int:
         OSError: the recording cannot be written.
     """
     progress = Console(stderr=True)
-    report = _look(config, limit_s, progress)
+    report = look(config, limit_s, progress)
     if json_output:
         print(as_json(report))
     else:
@@ -52,7 +52,18 @@ def run_check(config: ServerConfig, limit_s: float, json_output: bool) -> int:
     return int(report.verdict)
 
 
-def _look(config: ServerConfig, limit_s: float, progress: Console) -> Report:
+def look(config: ServerConfig, limit_s: float, progress: Console) -> Report:
+    """Open the link, look until everything is known or the time is over, and report.
+
+    Args:
+        config: the server's settings.
+        limit_s: longest time to look.
+        progress: where it says what it waits for.
+
+    Raises:
+        LinkError: the link cannot be opened.
+        OSError: the recording cannot be written.
+    """
     clock = MonotonicClock()
     link = open_link(config.link_url, lambda text: _say(progress, text))
     recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)

@@ -1,0 +1,43 @@
+"""Draw docs/check.svg: ``python scripts/draw_check.py``, what --check says about a simulation."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+
+import yaml
+from rich.console import Console
+
+from drone_navigation.check_command import look
+from drone_navigation.check_view import show
+from drone_navigation.configuration import make_config
+from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.processes import Process, free_udp_port
+
+ROOT = Path(__file__).resolve().parents[1]
+SET_UP = ROOT / "bridge_config/real/ardupilot_copter.yaml"
+PICTURE = ROOT / "docs/check.svg"
+_LIMIT_S = 30.0
+
+
+def main() -> None:
+    """Start a simulated copter, look at it as at a real one, and draw the report."""
+    port = free_udp_port()
+    values = yaml.safe_load(SET_UP.read_text("utf-8"))[SERVER_NODE_NAME]["ros__parameters"]
+    config = make_config({**values, "link_url": f"udpin://127.0.0.1:{port}"})
+    link = f"udpout://127.0.0.1:{port}"
+    simulator = Process("mavlink_sitl", ["python", "-m", "mavlink_sitl", "--link", link])
+    try:
+        report = look(config, _LIMIT_S, Console(stderr=True))
+    finally:
+        simulator.stop()
+    console = Console(record=True, force_terminal=True, width=88, file=io.StringIO())
+    show(report, console)
+    svg = console.export_svg(title="navigation_server --check", unique_id="check")
+    # A picture fetches nothing: any monospaced font will do.
+    PICTURE.write_text(re.sub(r"\s*@font-face \{.*?\}", "", svg, flags=re.DOTALL), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
