@@ -10,8 +10,10 @@ from drone_navigation.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
+from mavlink_sitl.autopilot.plans import PlanItem
 from mavlink_sitl.config import VehicleConfig
 from navigation_core.outcomes import OutcomeCode
+from tests.support.missions import item
 from tests.support.simulated_flight import SimulatedFlight
 
 FENCES = {
@@ -79,6 +81,37 @@ def test_a_fence_that_is_pulled_in_under_way_ends_the_goal_while_it_is_still_ins
     assert end.code is OutcomeCode.OUTSIDE_FENCE, end.message
     assert "changed" in end.message
     assert fenced.truth()[1] < 0.3
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_areas_that_were_uploaded_count(autopilot: str) -> None:
+    """A square with a hole in it, uploaded by somebody else before we come."""
+    flight = SimulatedFlight(simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0))
+    vehicle = flight.simulation.vehicles[0]
+    if autopilot == "ardupilot":
+        vehicle.parameters.set("FENCE_ENABLE", 1.0)
+        vehicle.parameters.set("FENCE_TYPE", 4.0)
+    square = [(-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0)]
+    places = [item(north_m=n, east_m=e) for n, e in (*square, (0.0, 30.0))]
+    kinds = [(5001, 4.0)] * 4 + [(5004, 8.0)]
+    vehicle.copter.plans.fence.replace(
+        [
+            PlanItem(command, 0, (number, 0.0, 0.0, 0.0), place.x, place.y)
+            for (command, number), place in zip(kinds, places, strict=True)
+        ]
+    )
+    flight.ready()
+    flight.run_until(lambda: flight.vehicle.fence_items is not None, 20.0)
+    for target, words in (
+        ((70.0, 0.0, 5.0), "polygon"),
+        ((30.0, 2.0, 5.0), "circle"),
+        ((50.0, 0.0, 5.0), "leaves the fence's circle"),
+    ):
+        refused = flight.check(flight.request(*target))
+        assert refused is not None, target
+        assert refused.code is OutcomeCode.OUTSIDE_FENCE
+        assert words in refused.message
+    assert flight.check(flight.request(0.0, 50.0, 5.0)) is None
 
 
 def test_without_a_fence_nothing_is_refused_for_one() -> None:

@@ -13,15 +13,16 @@ from drone_navigation.admission import Admitted
 from drone_navigation.failsafes import failsafe_code
 from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.goal import ActiveGoal
-from drone_navigation.map_frame import MapFrame
+from drone_navigation.map_frame import Geodetic, MapFrame
 from drone_navigation.settings import BatteryPolicy, BridgeConfig
 from drone_navigation.traits import traits_of
-from drone_navigation.vehicle_fence import fence_of
+from drone_navigation.vehicle_fence import areas_of, fence_of, has_areas
 from mavlink_vehicle.events import FailsafeKind, LandedState
 from mavlink_vehicle.health import arming_faults, battery_is_low, estimator_faults
+from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.energy import ConsumptionEstimator
-from navigation_core.fences import Fence, check_route
+from navigation_core.fences import Area, Fence, check_route
 from navigation_core.geometry import Vector3, horizontal_norm
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import Outcome
@@ -36,6 +37,7 @@ _DRIVING_M_S = 0.3
 # Time to take control, arm and take off, and to settle at the end.
 _BEGIN_S, _SETTLE_S = 10.0, 3.0
 _UNKNOWN_FENCE = "The vehicle's own fence is not known yet, so it was not checked."
+_UNKNOWN_AREAS = "The areas of the vehicle's own fence are not known yet, so were not checked."
 _UNKNOWN_BATTERY = "The vehicle does not tell what is left in its battery."
 
 
@@ -71,6 +73,9 @@ class Guard:
         self._consumption = ConsumptionEstimator(config.safety.battery_endurance_s)
         self._memory = _Memory("")
         self._next_s = -math.inf
+        self._items: tuple[MissionItem, ...] = ()
+        self._items_origin: Geodetic | None = None
+        self._known_areas: tuple[Area, ...] = ()
 
     def configure(self, config: BridgeConfig) -> None:
         """Go on with other settings."""
@@ -111,6 +116,8 @@ class Guard:
             rejection = self._check_fence(fence, plan.targets_enu_m, margin_m, plan.laps > 1)
             if rejection is not None:
                 return rejection
+            if self._areas_unknown():
+                notes.append(_UNKNOWN_AREAS)
         text = self._battery_problem(admitted.plan)
         policy = self._config.safety.battery_policy
         if text is not None and policy is BatteryPolicy.REJECT:
@@ -145,7 +152,22 @@ class Guard:
         if vehicle.profile is None:
             return None
         home = self._map_frame.home_enu_m(vehicle.state)
-        return fence_of(vehicle.profile, vehicle.parameters, home)
+        return fence_of(vehicle.profile, vehicle.parameters, home, self._areas())
+
+    def _areas(self) -> tuple[Area, ...]:
+        items, origin = self._vehicle.fence_items, self._map_frame.origin
+        if not items or origin is None:
+            return ()
+        if self._items is not items or self._items_origin != origin:
+            self._items, self._items_origin = items, origin
+            self._known_areas = areas_of(items, self._map_frame.enu)
+        return self._known_areas
+
+    def _areas_unknown(self) -> bool:
+        vehicle = self._vehicle
+        if vehicle.profile is None or vehicle.fence_items is not None:
+            return False
+        return has_areas(vehicle.profile, vehicle.parameters)
 
     def _check_fence(
         self, fence: Fence, targets_enu_m: tuple[Vector3, ...], margin_m: float, closed: bool

@@ -2,17 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
+from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
-from navigation_core.fences import Area, Circle, Fence
+from navigation_core.fences import Area, Circle, Fence, Point2, Polygon
 from navigation_core.geometry import Vector3
 
 # Bits of FENCE_TYPE (AC_Fence.h).
 _ALTITUDE_MAX, _CIRCLE, _POLYGON, _ALTITUDE_MIN = 1, 2, 4, 8
 # FENCE_OPTIONS bit 1: one of the inclusions is enough.
 _UNION = 2
+# MAV_CMD_NAV_FENCE_* (common.xml), and whether the vehicle must be inside.
+_POLYGONS = {5001: True, 5002: False}
+_CIRCLES = {5003: True, 5004: False}
 NO_FENCE = Fence()
+
+
+def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) -> tuple[Area, ...]:
+    """Return the areas of an uploaded fence; ``enu`` turns geodetic places into the map frame.
+
+    Each corner of a polygon says how many corners it has (mavlink.io, "Geofence" of the
+    mission protocol).
+    """
+
+    def place(item: MissionItem) -> Point2:
+        east_m, north_m, _ = enu((item.x * 1e-7, item.y * 1e-7, 0.0))
+        return east_m, north_m
+
+    areas: list[Area] = []
+    left = list(items)
+    while left:
+        item = left[0]
+        count = max(int(item.params[0]), 1) if item.command in _POLYGONS else 1
+        group, left = left[:count], left[count:]
+        if item.command in _CIRCLES:
+            areas.append(Circle(place(item), item.params[0], _CIRCLES[item.command]))
+        elif item.command in _POLYGONS and len(group) >= 3:
+            corners = tuple(place(corner) for corner in group)
+            areas.append(Polygon(corners, _POLYGONS[item.command]))
+    return tuple(areas)
+
+
+def has_areas(profile: Profile, parameters: Mapping[str, float]) -> bool:
+    """Whether areas that were uploaded count, as far as the parameters say."""
+    if "GF_ACTION" in profile.wanted_parameters:
+        return bool(parameters.get("GF_ACTION", 1.0))
+    enabled = parameters.get("FENCE_ENABLE", 1.0) or parameters.get("FENCE_AUTOENABLE")
+    return bool(enabled) and bool(int(parameters.get("FENCE_TYPE", _POLYGON)) & _POLYGON)
 
 
 def fence_of(

@@ -24,12 +24,16 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
+from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile, profile_for
 from mavlink_vehicle.protocols.command import Address, CommandTiming
 from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
+from mavlink_vehicle.protocols.fence_items import FenceItems
 from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
+from mavlink_vehicle.protocols.mission_operation import MissionOperation
+from mavlink_vehicle.protocols.mission_parts import TransferTiming
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import SequenceOrder
@@ -81,6 +85,10 @@ class VehicleCore:
         self._requests = MessageRequests(_WANTED_ONCE)
         self._timesync = Timesync(self.config.timesync_interval_s)
         self._parameters = ParameterReader()
+        self._fence = FenceItems(
+            TransferTiming(self.config.mission_timeout_s, self.config.mission_retries),
+            lambda: not isinstance(self._slot.pending, MissionOperation),
+        )
         self._stream = SetpointStream()
         self._order = SequenceOrder()
         self._mode_place = self._beat_place = -1
@@ -93,6 +101,7 @@ class VehicleCore:
             self._rates,
             self._requests,
             self._parameters,
+            self._fence,
             self._slot,
             self._failsafes,
             self._timesync,
@@ -105,6 +114,7 @@ class VehicleCore:
             self._requests,
             self._timesync,
             self._parameters,
+            self._fence,
         )
 
     # What is known
@@ -161,6 +171,11 @@ class VehicleCore:
         return self._parameters.values
 
     @property
+    def fence_items(self) -> tuple[MissionItem, ...] | None:
+        """The items of the fence that was uploaded to it; None while they are not known."""
+        return self._fence.items
+
+    @property
     def address(self) -> Address:
         """Who talks to whom, as far as it is known."""
         system = self.state.system_id
@@ -201,6 +216,7 @@ class VehicleCore:
         self._requests.receive(message, now)
         self._timesync.receive(message, now)
         self._parameters.receive(message, now)
+        self._fence.receive(message, now)
         self._rates.receive(message, now)
         if state is before:
             return
@@ -232,6 +248,7 @@ class VehicleCore:
                 self._requests.pause()
                 self._timesync.pause()
                 self._parameters.pause()
+                self._fence.pause()
                 self._slot.observe(self.state, False, now)
         self._take_ends()
         self._take_failsafes()
@@ -307,6 +324,8 @@ class VehicleCore:
             self._timesync.resume(now)
             names, bytewise = self.profile.wanted_parameters, self.profile.parameters_bytewise
             self._parameters.resume(address, names, bytewise, now)
+            if names:
+                self._fence.resume(address, now)
 
     def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
         """Turn the difference of two states into events."""
@@ -315,6 +334,7 @@ class VehicleCore:
             self._events.append(VehicleRebooted(state.boot_count))
             self._close_by_interlock("the autopilot restarted")
             self._parameters.forget()
+            self._fence.forget()
             self._ask(now)
             self._slot.lose("the autopilot restarted", now)
             self._take_ends()
