@@ -200,6 +200,23 @@ def test_a_mission_cut_short_by_somebody_else_ends_the_goal() -> None:
     assert end.code.value == "MISSION_CHANGED", end.message
 
 
+def test_an_item_that_somebody_else_replaces_in_flight_ends_the_goal() -> None:
+    """The number of items stays the same; only a text of the ArduPilot tells it."""
+    flight = flight_of("ardupilot")
+    goal_id = flight.start(mission((30.0, 0.0, 3.0), (30.0, 9.0, 3.0)))
+    flight.run_until(lambda: flight.truth()[0][0] > 8.0)
+    items = [m for _, m in flight.sent if m.get_type() == "MISSION_ITEM_INT"]
+    target = {"target_system": 1, "target_component": 1}
+    tell_as_ground_station(flight, make("MISSION_COUNT", **target, count=len(items)))
+    for item in items:
+        flight.run_for(0.3)
+        fields = {name: getattr(item, name) for name in item.get_fieldnames()}
+        tell_as_ground_station(flight, make("MISSION_ITEM_INT", **fields))
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "MISSION_CHANGED", end.message
+    assert "Auto mission changed" in end.message
+
+
 def test_a_skipped_waypoint_is_named() -> None:
     flight = flight_of("ardupilot")
     goal_id = flight.start(mission((20.0, 0.0, 3.0), (20.0, 20.0, 3.0), (0.0, 20.0, 3.0)))

@@ -159,18 +159,20 @@ class MissionTracker:
             in (mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME)
         )
         self._circles = items[-1].item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
-        self._offset = rules.offset
+        self._rules = rules
         self._ours: MissionProgress | None = None
+        self._texts_before = 0
 
-    def report(self, mission: MissionProgress | None) -> MissionReport | None:
+    def report(self, state: VehicleState) -> MissionReport | None:
         """Return how the mission stands; None before the vehicle says it."""
+        mission, offset = state.mission, self._rules.offset
         if mission is None:
             return None
-        changed = self._changed(mission)
+        changed = self._changed(mission, state)
         count = len(self._waypoints)
-        index = min(max(mission.current - self._offset, 0), count - 1)
+        index = min(max(mission.current - offset, 0), count - 1)
         circling = self._circles and index == count - 1
-        reached = {seq - self._offset for seq in mission.reached} & self._flown
+        reached = {seq - offset for seq in mission.reached} & self._flown
         return MissionReport(
             time_s=mission.time_s,
             current=self._waypoints[index],
@@ -179,12 +181,13 @@ class MissionTracker:
             changed=changed,
         )
 
-    def _changed(self, mission: MissionProgress) -> str:
+    def _changed(self, mission: MissionProgress, state: VehicleState) -> str:
         """Say how it is another one; what came before it was stored counts for nothing."""
         ours = self._ours
         if ours is None:
             if mission.total == len(self._waypoints):
                 self._ours = mission
+                self._texts_before = state.texts.count
             return ""
         if mission.total == 0:
             return "it was removed"
@@ -192,4 +195,11 @@ class MissionTracker:
             return f"it has {mission.total} items instead of {ours.total}"
         if mission.mission_id != ours.mission_id:
             return "it was replaced by another one"
-        return ""
+        return self._said(state)
+
+    def _said(self, state: VehicleState) -> str:
+        """Return what the vehicle has said about a change since, if anything."""
+        texts, opening = state.status_texts, self._rules.change_text
+        fresh = min(state.texts.count - self._texts_before, len(texts))
+        said = [text.text for text in texts[len(texts) - fresh :] if opening]
+        return next((f"it says {text!r}" for text in said if text.startswith(opening)), "")

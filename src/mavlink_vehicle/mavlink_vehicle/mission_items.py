@@ -125,6 +125,7 @@ class MissionRules:
             of the waypoint.
         terrain: whether heights above the ground are taken.
         takeoff_least_m: a mission with a lower take-off is not flown.
+        change_text: how the text begins that says that the mission was changed in flight.
         rejections: how the texts begin that say that a stored mission will not be flown.
     """
 
@@ -136,6 +137,7 @@ class MissionRules:
     yaw_command: bool = False
     terrain: bool = False
     takeoff_least_m: float = 0.0
+    change_text: str = ""
     rejections: tuple[str, ...] = ()
 
     @property

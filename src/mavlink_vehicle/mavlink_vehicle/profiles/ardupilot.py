@@ -64,6 +64,8 @@ _MISSIONS = MissionRules(
     start_command=True,
     # An item that is under way stays the current one when other items are uploaded (observed).
     rewinds=True,
+    # At each item that is uploaded in AUTO (observed); the number of items may be the same.
+    change_text="Auto mission changed",
     terrain=True,
 )
 _PLANE_MISSIONS = replace(
