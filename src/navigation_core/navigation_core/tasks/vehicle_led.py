@@ -152,6 +152,10 @@ class VehicleLed:
         """PX4 changes from its return mode to its landing mode, and to another on the ground."""
         if self._phase is not _Phase.UNDER_WAY:
             return False
+        if mode is VehicleMode.MISSION:
+            # A plane's return may go over to the landing that its mission holds (ArduPlane's
+            # RTL_AUTOLAND, observed: mode AUTO, without having been asked).
+            return self._goal is RETURN_TO_LAUNCH and not self._traits.hovers
         return mode in (self._goal.mode, VehicleMode.LAND)
 
     def resume(self, observation: Observation, now: float) -> None:

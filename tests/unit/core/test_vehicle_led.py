@@ -1,0 +1,168 @@
+"""Landing and return: judged by what the vehicle says and measures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.base import (
+    COPTER,
+    Observation,
+    OperationKind,
+    OperationReport,
+    OperationState,
+    Outcome,
+    Perform,
+    Status,
+    Traits,
+    VehicleMode,
+    Wait,
+)
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed, VehicleLedGoal
+
+ROVER = Traits(name="rover", flies=False, lands_itself=False)
+PLANE = Traits(name="plane", hovers=False, circle_radius_m=80.0)
+
+FLYING = Observation(
+    time_s=0.0,
+    position_enu_m=(30.0, 40.0, 12.0),
+    velocity_enu_m_s=(0.0, 0.0, 0.0),
+    yaw_enu_rad=0.0,
+    armed=True,
+    in_control=False,
+    airborne=True,
+    ground_enu_m=2.0,
+    position_age_s=0.0,
+    connected=True,
+    operation=None,
+    home_enu_m=(0.0, 0.0, 2.0),
+)
+
+
+def report(kind: OperationKind, state: OperationState, reason: str = "") -> Observation:
+    return replace(FLYING, operation=OperationReport(kind, state, reason))
+
+
+def under_way(
+    goal: VehicleLedGoal, traits: Traits = COPTER, config: GotoConfig | None = None
+) -> VehicleLed:
+    task = VehicleLed(goal, config or GotoConfig(), traits)
+    task.start(FLYING, 0.0)
+    assert task.step(FLYING, 0.0) == Perform(goal.operation)
+    assert isinstance(task.step(report(goal.operation, OperationState.ACHIEVED), 1.0), Wait)
+    return task
+
+
+def test_a_refusal_ends_it_with_the_vehicles_reason() -> None:
+    task = VehicleLed(LAND, GotoConfig(), COPTER)
+    task.start(FLYING, 0.0)
+    task.step(FLYING, 0.0)
+    answer = task.step(report(OperationKind.LAND, OperationState.REFUSED, "no position"), 1.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.MODE_REFUSED
+    assert "no position" in answer.message
+
+
+@pytest.mark.parametrize("goal", [LAND, RETURN_TO_LAUNCH])
+def test_on_the_ground_and_disarmed_is_success(goal: VehicleLedGoal) -> None:
+    task = under_way(goal)
+    standing = replace(FLYING, airborne=False)
+    assert isinstance(task.step(standing, 2.0), Wait)  # still armed
+    answer = task.step(replace(standing, armed=False), 3.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.SUCCESS
+    assert task.step(FLYING, 4.0) == answer  # the end is the end
+
+
+def test_what_is_left_shrinks_to_nothing() -> None:
+    task = under_way(RETURN_TO_LAUNCH)
+    far = task.progress(FLYING, 1.0)
+    near = task.progress(replace(FLYING, position_enu_m=(3.0, 4.0, 12.0)), 2.0)
+    assert far.distance_remaining_m == pytest.approx(50.0 + 10.0)
+    assert near.distance_remaining_m == pytest.approx(5.0 + 10.0)
+    assert far.time_remaining_s > near.time_remaining_s > 10.0
+    assert far.status is Status.RETURNING
+
+
+def test_a_landing_that_was_seen_stays_one_until_the_end() -> None:
+    task = under_way(RETURN_TO_LAUNCH)
+    assert task.progress(replace(FLYING, landing=True), 2.0).status is Status.LANDING
+    assert task.progress(replace(FLYING, airborne=False), 3.0).status is Status.LANDING
+
+
+def test_a_rover_returns_when_it_stands_at_the_launch_point() -> None:
+    task = under_way(RETURN_TO_LAUNCH, ROVER)
+    home = replace(FLYING, position_enu_m=(1.0, 1.0, 2.0), mode=VehicleMode.RETURN)
+    assert isinstance(task.step(replace(home, velocity_enu_m_s=(1.0, 0.0, 0.0)), 2.0), Wait)
+    assert isinstance(task.step(home, 3.0), Wait)
+    answer = task.step(home, 5.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.SUCCESS
+    assert answer.final_error_m == pytest.approx(2**0.5)
+
+
+def test_a_plane_returns_when_it_circles_the_launch_point() -> None:
+    task = under_way(RETURN_TO_LAUNCH, PLANE)
+    circling = replace(
+        FLYING,
+        position_enu_m=(80.0, 0.0, 90.0),
+        velocity_enu_m_s=(0.0, 20.0, 0.0),
+        mode=VehicleMode.RETURN,
+    )
+    task.step(circling, 2.0)
+    answer = task.step(circling, 4.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.SUCCESS
+    assert "circles" in answer.message
+
+
+def test_only_a_planes_return_may_become_its_mission() -> None:
+    assert under_way(RETURN_TO_LAUNCH, PLANE).accepts_mode(VehicleMode.MISSION)
+    assert not under_way(RETURN_TO_LAUNCH, COPTER).accepts_mode(VehicleMode.MISSION)
+    assert not under_way(LAND, PLANE).accepts_mode(VehicleMode.MISSION)
+    assert under_way(RETURN_TO_LAUNCH, COPTER).accepts_mode(VehicleMode.LAND)
+
+
+def test_a_vehicle_that_is_stuck_ends_it() -> None:
+    task = under_way(LAND)
+    for second in range(2, 70):
+        answer = task.step(FLYING, float(second))
+        if isinstance(answer, Outcome):
+            break
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.TIMEOUT
+    assert second > 50
+
+
+def test_a_cancel_asks_for_hold_and_ends_at_a_standstill() -> None:
+    task = under_way(LAND)
+    task.cancel(2.0)
+    assert task.step(FLYING, 2.0) == Perform(OperationKind.HOLD)
+    held = report(OperationKind.HOLD, OperationState.ACHIEVED)
+    moving = replace(held, velocity_enu_m_s=(0.0, 0.0, -1.0))
+    assert isinstance(task.step(moving, 3.0), Wait)
+    assert isinstance(task.step(held, 4.0), Wait)
+    answer = task.step(held, 5.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.CANCELED
+    assert "stands still" in answer.message
+
+
+def test_a_cancel_says_when_the_vehicle_does_not_stop() -> None:
+    task = under_way(LAND, config=GotoConfig(cancel_timeout_s=5.0))
+    task.cancel(2.0)
+    task.step(FLYING, 2.0)
+    held = report(OperationKind.HOLD, OperationState.ACHIEVED)
+    answer = task.step(replace(held, velocity_enu_m_s=(0.0, 3.0, 0.0)), 8.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.CANCELED
+    assert "3.00 m/s" in answer.message
+
+
+def test_it_cannot_be_paused_and_says_so() -> None:
+    rejection = under_way(LAND).pause(2.0)
+    assert rejection is not None
+    assert "landing cannot be paused" in rejection.message
