@@ -215,8 +215,8 @@ def test_a_vehicle_that_would_not_arm_is_asked_for_its_reasons() -> None:
     flight = look(parameters={"BATT_LOW_VOLT": 20.0, "BATT_LOW_TIMER": 1.0})
     report = flight.run_to_end()
     assert report.verdict is Verdict.NOT_READY
-    (missing,) = [m for m in report.missing if m.what.startswith("The vehicle would not arm now: ")]
-    assert "attery" in missing.what
+    (missing,) = report.missing
+    assert "Battery 1 low voltage failsafe" in missing.what
     assert_harmless(flight.messages())
 
 
@@ -264,8 +264,11 @@ def test_a_bad_link_is_looked_at_all_the_same_and_warned_of() -> None:
 
 
 def test_a_low_battery_is_warned_of() -> None:
-    report = look(battery_remaining=0.2).run_to_end()
-    assert warning_of(report, "remaining") == "Charge it."
+    report = look(battery_remaining=0.25).run_to_end()
+    assert (report.verdict, warning_of(report, "remaining")) == (Verdict.READY, "Charge it.")
+    empty = look(battery_remaining=0.15).run_to_end()
+    assert empty.missing[0].what.startswith("LOW_BATTERY: ")
+    assert "Charge it" in empty.missing[0].advice
 
 
 @pytest.mark.parametrize(("word", "number"), [("auto", 18), ("onboard", 18), ("gcs", 6)])

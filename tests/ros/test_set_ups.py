@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import signal
 import socket
 from contextlib import ExitStack
 from pathlib import Path
@@ -109,3 +110,15 @@ def test_a_time_that_is_none_is_a_usage_error(capsys: pytest.CaptureFixture[str]
         main(["--check", "--timeout", "forever"])
     assert end.value.code == 2
     assert "'forever' is not a number of seconds" in capsys.readouterr().err
+
+
+def test_a_check_that_is_interrupted_ends_without_a_traceback() -> None:
+    with ExitStack() as stack:
+        look = start(
+            stack, "check", "drone_navigation.navigation_server", "--check",
+            "--link", "udpin://127.0.0.1:0", "--timeout", "60",
+        )  # fmt: skip
+        look.wait_for("waiting for a HEARTBEAT", 30.0)
+        look.signal(signal.SIGINT)
+        assert look.wait(10.0) == 1
+        assert "Traceback" not in look.text

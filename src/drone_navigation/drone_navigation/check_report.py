@@ -125,7 +125,8 @@ def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
                 "Let it end, or take the vehicle over by hand, then look again.",
             )
         )
-    if state.prearm_ok is False and not state.armed:
+    told = rejection is not None and rejection.code is OutcomeCode.UNHEALTHY
+    if state.prearm_ok is False and not state.armed and not told:
         reasons = _prearm_reasons(state)
         found.append(
             Missing(
@@ -156,6 +157,10 @@ def _advice(code: OutcomeCode, state: VehicleState) -> str:
         return "Look at the link: it was heard before and is silent now."
     if code is OutcomeCode.UNSUPPORTED_VEHICLE:
         return "docs/autopilots.md lists what can be flown."
+    if code is OutcomeCode.UNHEALTHY:
+        return "The vehicle's own checks must pass; mend what it names."
+    if code is OutcomeCode.LOW_BATTERY:
+        return "Charge it; battery_reserve and battery_endurance_s say what it is judged by."
     return "Change what the sentence names: a parameter of this server, or of the vehicle."
 
 

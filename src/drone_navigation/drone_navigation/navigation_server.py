@@ -229,6 +229,9 @@ def main(args: list[str] | None = None) -> int:
     except (ConfigurationError, LinkError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
+    except KeyboardInterrupt:
+        print("navigation_server: the check was interrupted.", file=sys.stderr)
+        return EXIT_FAILED
     if options.config is not None:
         argv = [*argv, "--ros-args", "--params-file", options.config]
     try:
