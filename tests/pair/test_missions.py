@@ -7,9 +7,11 @@ import math
 import pytest
 
 from drone_navigation.requests import AltitudeReference, WaypointRequest, WaypointsRequest
+from mavlink_sitl import LinkFaults
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from tests.support.simulated_flight import SimulatedFlight
+from tests.support.vehicle_pair import BAD_RADIO
 
 Place = tuple[float, float, float]
 SQUARE = [(12.0, 0.0, 3.0), (12.0, 12.0, 4.0), (0.0, 12.0, 3.0)]
@@ -240,6 +242,41 @@ def test_a_flying_goal_is_replaced_by_a_mission_and_a_mission_by_another_goal() 
         third = flight.send(0.0, 0.0, 4.0)
         assert flight.run_to_end(third).code.value == "SUCCESS", said(flight, third)
         assert [flight.ends(goal)[0].code.value for goal in (first, second)] == ["PREEMPTED"] * 2
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("faults", [BAD_RADIO, LinkFaults(loss=0.4)], ids=["bad", "loss"])
+def test_a_mission_on_a_bad_link_is_flown_to_its_end(autopilot: str, faults: LinkFaults) -> None:
+    simulated = VehicleConfig(autopilot=autopilot, ready_after_s=1.0, faults=faults)
+    flight = SimulatedFlight(simulated=simulated).ready()
+    goal_id = flight.start(mission(*SQUARE))
+    end = flight.run_to_end(goal_id, 240.0)
+    assert end.code.value == "SUCCESS", end.message
+    assert end.waypoints_reached == 3
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("status", ["UPLOADING", "ARMING", "NAVIGATING"])
+def test_a_silence_of_three_seconds_ends_no_mission(autopilot: str, status: str) -> None:
+    flight = flight_of(autopilot)
+    goal_id = flight.start(mission(*SQUARE))
+    flight.run_to_status(goal_id, status)
+    flight.link_up = False
+    flight.run_for(3.0)
+    flight.link_up = True
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+
+
+def test_a_lost_link_ends_the_goal_and_the_vehicle_flies_on_by_itself() -> None:
+    flight = flight_of("ardupilot")
+    goal_id = flight.start(mission(*SQUARE))
+    flight.run_to_status(goal_id, "NAVIGATING")
+    flight.link_up = False
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "LINK_LOST", end.message
+    flight.run_for(30.0)
+    assert math.dist(flight.truth()[0], SQUARE[-1]) < 1.5
 
 
 def test_heights_above_ground_need_a_vehicle_that_follows_terrain() -> None:
