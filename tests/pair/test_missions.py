@@ -288,6 +288,13 @@ def test_heights_above_ground_need_a_vehicle_that_follows_terrain() -> None:
         assert "Waypoint 0" in rejection.message
 
 
+def test_a_plane_circles_the_end_so_it_must_be_high_enough() -> None:
+    rejection = flight_of("ardupilot", "plane").check(mission((0.0, 300.0, 60.0), (0.0, 0.0, 3.0)))
+    assert rejection is not None
+    assert rejection.code.value == "UNSUPPORTED_VEHICLE"
+    assert "Waypoint 1 is 3.0 m above the ground" in rejection.message
+
+
 def test_more_waypoints_than_a_vehicle_stores_are_refused() -> None:
     rejection = flight_of("ardupilot").check(mission(*SQUARE, laps=400))
     assert rejection is not None

@@ -344,6 +344,9 @@ def _mission(
             "stored in a vehicle. Use setpoints.",
         )
     config, traits = situation.config.goto, traits_of(situation.profile)
+    rejection = None if traits.hovers else _check_circles(waypoints, situation)
+    if rejection is not None:
+        return rejection
     # A plane keeps to its own airspeeds unless it is asked for another.
     speed_m_s = config.limits.speed_horizontal_m_s if traits.hovers else None
     if request.max_speed_m_s > 0.0:
@@ -362,13 +365,8 @@ def _speed_max_m_s(config: BridgeConfig, traits: Traits) -> float:
     return config.speed_max_m_s if traits.hovers else math.inf
 
 
-def _plane(
-    waypoints: tuple[RouteWaypoint, ...],
-    laps: int,
-    situation: Situation,
-    warnings: tuple[str, ...],
-) -> Admitted | Rejection:
-    """Return what a goal means for a plane, which is sent to places and circles the last."""
+def _check_circles(waypoints: tuple[RouteWaypoint, ...], situation: Situation) -> Rejection | None:
+    """Say which waypoint a plane cannot circle: too low, or too near to the volume's edge."""
     traits, ground_m = traits_of(situation.profile), situation.ground_enu_m
     radius_m, volume = traits.circle_radius_m, situation.config.volume
     for index, waypoint in enumerate(waypoints):
@@ -388,6 +386,20 @@ def _plane(
                 f"reaches {circle_m:.0f} m further, but the flight volume ends at "
                 f"{volume.radius_max_m:g} m.",
             )
+    return None
+
+
+def _plane(
+    waypoints: tuple[RouteWaypoint, ...],
+    laps: int,
+    situation: Situation,
+    warnings: tuple[str, ...],
+) -> Admitted | Rejection:
+    """Return what a goal means for a plane, which is sent to places and circles the last."""
+    traits, ground_m = traits_of(situation.profile), situation.ground_enu_m
+    rejection = _check_circles(waypoints, situation)
+    if rejection is not None:
+        return rejection
     if any(waypoint.yaw_enu_rad is not None for waypoint in waypoints):
         warnings += (_NO_YAW,)
     if any(waypoint.max_speed_m_s is not None for waypoint in waypoints):
