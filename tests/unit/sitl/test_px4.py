@@ -673,9 +673,11 @@ def test_do_change_speed_counts_in_the_auto_modes(air: Px4Station) -> None:
     assert air.command(178, 1, 0.0) == DENIED
 
 
-def test_mission_start_without_a_mission_is_denied_and_pause_holds(air: Px4Station) -> None:
+def test_mission_start_without_a_mission_is_denied(air: Px4Station) -> None:
     assert air.command(300) == DENIED
     assert air.custom_mode == px4.OFFBOARD
-    assert air.command(193, 0) == ACCEPTED
-    assert air.custom_mode == px4.LOITER
-    assert air.command(193, 1) == TEMPORARILY_REJECTED
+
+
+def test_pausing_and_choosing_an_item_are_no_commands(air: Px4Station) -> None:
+    for command in (193, 224):
+        assert air.command(command, 0) == UNSUPPORTED

@@ -184,21 +184,8 @@ def _prearm_checks(server: Px4Server, _: Command) -> Result:
     return server.px4.arming.run_checks()
 
 
-def _mission_start(server: Px4Server, _: Command) -> Result:
-    return server.px4.start_mission()
-
-
-def _set_current_item(server: Px4Server, command: Command) -> Result:
-    result = server.px4.set_current_item(int(command.params[0]))
-    if result is Result.ACCEPTED:
-        server.send_later(42)
-    return result
-
-
-def _pause_or_go_on(server: Px4Server, command: Command) -> Result:
-    if command.params[0] not in (0.0, 1.0):
-        return Result.DENIED
-    return server.px4.pause_or_go_on(command.params[0] == 1.0)
+def _mission_start(server: Px4Server, command: Command) -> Result:
+    return server.px4.start_mission(command.params[0])
 
 
 def _terminate(server: Px4Server, command: Command) -> Result:
@@ -222,11 +209,9 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition, 0),
-    dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
-    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
     dialect.MAV_CMD_INJECT_FAILURE: (_inject_failure, 3),
-    dialect.MAV_CMD_MISSION_START: (_mission_start, 0),
+    dialect.MAV_CMD_MISSION_START: (_mission_start, 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
     dialect.MAV_CMD_RUN_PREARM_CHECKS: (_prearm_checks, 0),
     dialect.MAV_CMD_GET_HOME_POSITION: (_request(242), 0),
