@@ -46,7 +46,7 @@ def commander(station: Px4Station) -> Px4Vehicle:
 
 
 def flying_px4(parameters: dict[str, float] | None = None) -> Px4Station:
-    return ready_px4(parameters=parameters).without_streams().take_off()
+    return ready_px4(parameters=parameters).quiet().take_off()
 
 
 def leave(station: Px4Station, seconds: float = 12.0, north_m: float = 40.0) -> Px4Station:
