@@ -33,6 +33,7 @@ class SimulatedFlight:
         self.now = 0.0
         self.link_up = True
         self.outputs: list[tuple[float, object]] = []
+        self._by_kind: dict[type, list[object]] = {}
         self.sent: list[tuple[float, Message]] = []
         self._codec = Codec(1, 191)
         self._ids = itertools.count(1)
@@ -59,6 +60,7 @@ class SimulatedFlight:
     def _collect(self) -> None:
         while (output := self.bridge.next_output()) is not None:
             self.outputs.append((self.now, output))
+            self._by_kind.setdefault(type(output), []).append(output)
 
     def run_for(self, seconds: float) -> None:
         """Go on for a while."""
@@ -106,7 +108,7 @@ class SimulatedFlight:
 
     def all(self, kind: type[_Output]) -> list[_Output]:
         """Return all outputs of one kind."""
-        return [output for _, output in self.outputs if isinstance(output, kind)]
+        return [output for output in self._by_kind.get(kind, ()) if isinstance(output, kind)]
 
     def ends(self, goal_id: str) -> list[GoalFinished]:
         """Return how often and how a goal has ended."""
