@@ -462,3 +462,12 @@ def test_far_from_a_path_it_is_flown_to_and_near_it_along() -> None:
     circle = path_guidance.circle((80.0, 0.0), (0.0, 0.0), 80.0, (1.0, 0.0))
     needed = path_guidance.sideways_m_s2((80.0, 0.0), (0.0, 15.0), circle, law)
     assert needed == pytest.approx(15.0**2 / 80.0)
+
+
+def test_orbits_figures_and_heights_are_circles_in_auto_loiter(plane: Px4Station) -> None:
+    x, y = at(300.0, 0.0)
+    for command in (34, 35):
+        assert plane.command_int(command, 0, 80, 1, 0, NAN, x=x, y=y, z=560.0) == ACCEPTED
+    assert plane.command(186, 560.0) == ACCEPTED
+    plane.run(1.1)
+    assert plane.custom_mode == px4.LOITER

@@ -215,7 +215,7 @@ class Px4Vehicle(Copter):
 
     def may_disarm(self) -> bool:
         """Whether it may be disarmed without force."""
-        return self.landed or not self.in_flight
+        return not self.in_flight
 
     def _detect_flight(self) -> None:
         """The firmware's idea of being in the air, with its two texts."""
@@ -327,9 +327,12 @@ class Px4Vehicle(Copter):
         return self.arm() if result is Result.ACCEPTED else result
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
-        """DO_CHANGE_SPEED: for the AUTO modes, until the mode changes."""
+        """DO_CHANGE_SPEED: for the AUTO modes, until the mode changes; always accepted.
+
+        Without a positive speed it is the usual one again.
+        """
         if not self.navigator.change_speed(kind, speed_m_s):
-            return Result.DENIED
+            self.navigator.forget_speeds()
         if isinstance(self.mode, (HoldMode, Auto)):
             self.mode.limits_changed()
         return Result.ACCEPTED
