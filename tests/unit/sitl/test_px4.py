@@ -734,3 +734,18 @@ def test_an_attitude_in_offboard_pushes_where_it_leans(air: Px4Station) -> None:
 def test_rates_in_offboard_keep_the_stream_alive(air: Px4Station) -> None:
     air.stream(3.0, 20.0, lambda: attitude(air, 0.0, mask=0x80))
     assert air.custom_mode == px4.OFFBOARD
+
+
+@pytest.mark.parametrize("then", [px4.LOITER, px4.LAND])
+def test_a_take_off_that_is_broken_off_is_not_landed_at_once_but_ends(
+    ground: Px4Station, then: int
+) -> None:
+    assert ground.command(22, 0, 0, 0, NAN, NAN, NAN, HOME.altitude_amsl_m + 10.0) == ACCEPTED
+    assert ground.arm() == ACCEPTED
+    ground.run(1.9)
+    assert ground.mode(px4.LOITER) == ACCEPTED
+    assert ground.command(400, 0) == TEMPORARILY_REJECTED
+    ground.mode(then)
+    ground.run(2.0)
+    ground.mode(px4.LAND)
+    ground.run_until(lambda: not ground.armed, 15.0)

@@ -49,7 +49,13 @@ class Px4Copter(Px4Vehicle):
         return self.now_s - self.arming.lift_began_s >= TAKEOFF_DETECTED_S
 
     def has_landed(self) -> bool:
-        """On the ground again, and not only between taking off and going on in another mode."""
+        """On the ground again, and not only between taking off and going on in another mode.
+
+        A take-off that was broken off before it left the ground is over when it is to land, or
+        when the ramp of the motors has ended.
+        """
         self._left_ground = self._left_ground or not self.landed
         flown_s = self.now_s - self.took_off_at_s
-        return self._left_ground and self.landed and flown_s >= LANDED_AFTER_S
+        ended = flown_s >= self.parameters["MPC_TKO_RAMP_T"] and not self.mode.taking_off
+        over = self._left_ground or self.mode.landing or ended
+        return over and self.landed and flown_s >= LANDED_AFTER_S
