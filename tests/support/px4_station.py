@@ -44,11 +44,15 @@ class Px4Station(GroundStation):
     def stream_to(self, seconds: float, north: float, east: float, down: float) -> None:
         self.stream(seconds, 20.0, lambda: self.go_to(north, east, down))
 
-    def quiet(self) -> Px4Station:
+    def quiet(self, interval_us: float = -1.0) -> Px4Station:
         """Fast streams off: what moves is looked at in the truth, and tests get faster."""
         for message_id in FAST_STREAMS:
-            assert self.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, message_id, -1) == 0
+            assert self.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, message_id, interval_us) == 0
         return self
+
+    def talkative(self) -> Px4Station:
+        """Fast streams as they are by default."""
+        return self.quiet(0.0)
 
     def gcs_heartbeat(self) -> None:
         self.send(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
@@ -62,18 +66,16 @@ class Px4Station(GroundStation):
         return self.vehicle.copter.armed
 
     def take_off(self, height_m: float = 10.0) -> Px4Station:
-        """OFFBOARD, arm, climb."""
-        self.stream_to(1.0, 0.0, 0.0, -height_m)
+        """OFFBOARD, arm, climb; five setpoints a second are enough for it."""
+
+        def climb() -> None:
+            self.go_to(0.0, 0.0, -height_m)
+
+        self.stream(1.0, 5.0, climb)
         assert self.mode(px4.OFFBOARD) == 0
         assert self.arm() == 0
-        self.stream_to(13.0, 0.0, 0.0, -height_m)
+        self.stream(13.0, 5.0, climb)
         assert abs(self.position[2] + height_m) < 0.6
-        return self
-
-    def without_streams(self) -> Px4Station:
-        """Stop what comes often: a test that needs only texts and states runs faster."""
-        for message_id in FAST_STREAMS:
-            assert self.command(511, message_id, -1) == 0
         return self
 
     def parameter(self, name: str) -> float | int:
@@ -146,8 +148,10 @@ def ready_px4(
 
 
 def flying_px4(height_m: float = 10.0, parameters: dict[str, float] | None = None) -> Px4Station:
-    """A PX4 that follows setpoints in the air above home."""
-    return ready_px4(parameters=parameters).take_off(height_m)
+    """A PX4 that follows setpoints in the air above home; the fast streams come from there on."""
+    station = ready_px4(parameters=parameters).quiet().take_off(height_m).talkative()
+    station.stream_to(0.3, 0.0, 0.0, -height_m)
+    return station
 
 
 def near_home(items: list[Message]) -> list[Message]:

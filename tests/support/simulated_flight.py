@@ -44,7 +44,7 @@ class SimulatedFlight:
         self.now = 0.0
         self.link_up = True
         self.outputs: list[tuple[float, object]] = []
-        self._finished: list[GoalFinished] = []
+        self._by_kind: dict[type, list[object]] = {}
         self.kind = vehicle.vehicle
         self.sent: list[tuple[float, Message]] = []
         self._codec = Codec(1, 191)
@@ -72,8 +72,7 @@ class SimulatedFlight:
     def _collect(self) -> None:
         while (output := self.bridge.next_output()) is not None:
             self.outputs.append((self.now, output))
-            if isinstance(output, GoalFinished):
-                self._finished.append(output)
+            self._by_kind.setdefault(type(output), []).append(output)
 
     def run_for(self, seconds: float) -> None:
         """Go on for a while."""
@@ -138,11 +137,11 @@ class SimulatedFlight:
 
     def all(self, kind: type[_Output]) -> list[_Output]:
         """Return all outputs of one kind."""
-        return [output for _, output in self.outputs if isinstance(output, kind)]
+        return [output for output in self._by_kind.get(kind, ()) if isinstance(output, kind)]
 
     def ends(self, goal_id: str) -> list[GoalFinished]:
         """Return how often and how a goal has ended."""
-        return [end for end in self._finished if end.goal_id == goal_id]
+        return [end for end in self.all(GoalFinished) if end.goal_id == goal_id]
 
     def feedback(self, goal_id: str) -> list[GoalFeedback]:
         """Return a goal's feedback."""

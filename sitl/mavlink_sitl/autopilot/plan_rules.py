@@ -77,6 +77,8 @@ class PlanRules:
         not_in_list_text: what is said when the current item is to be one that does not exist.
         commands: the items that are taken, by list.
         frames: the frames that are taken.
+        by_frame: where the frame says which items are taken, whatever the list and whatever
+            numbers are in them; it then counts instead of `commands` and `frames`.
         stored_frames: frames that become others.
         keeps_nan: whether NaN in param4 is given back.
     """
@@ -107,6 +109,7 @@ class PlanRules:
         }
     )
     frames: frozenset[int] = frozenset((0, 2, 3, 5, 6))
+    by_frame: dict[int, frozenset[Cmd]] | None = None
     stored_frames: dict[int, int] = field(default_factory=lambda: {5: 0, 6: 3})
     keeps_nan: bool = False
 
@@ -119,6 +122,50 @@ def _mission(*more: Cmd) -> dict[PlanType, frozenset[Cmd]]:
 ARDUPILOT_PLANS = PlanRules(commands=_mission())
 ARDUPLANE_PLANS = PlanRules(commands=_mission(Cmd.LOITER_TO_ALT))
 ARDUCOPTER_PLANS = PlanRules(commands=_mission(Cmd.SPLINE, Cmd.LOITER_TO_ALT, Cmd.CONDITION_YAW))
+
+_PX4_PLACES = frozenset(
+    (
+        Cmd.WAYPOINT,
+        Cmd.LOITER_UNLIM,
+        Cmd.LOITER_TIME,
+        Cmd.LOITER_TO_ALT,
+        Cmd.LAND,
+        Cmd.TAKEOFF,
+        Cmd.VTOL_TAKEOFF,
+        Cmd.VTOL_LAND,
+        Cmd.SET_ROI,
+        Cmd.SET_ROI_LOCATION,
+        Cmd.RALLY_POINT,
+        *_FENCE,
+    )
+)
+_PX4_DEEDS = frozenset(
+    (
+        Cmd.RTL,
+        Cmd.DELAY,
+        Cmd.CONDITION_DELAY,
+        Cmd.CONDITION_DISTANCE,
+        Cmd.JUMP,
+        Cmd.CHANGE_SPEED,
+        Cmd.SET_HOME,
+        Cmd.LAND_START,
+        Cmd.SET_ROI_NONE,
+        Cmd.SET_ROI,
+        Cmd.DIGICAM_CONTROL,
+        Cmd.MOUNT_CONFIGURE,
+        Cmd.MOUNT_CONTROL,
+        Cmd.CAMERA_DISTANCE,
+        Cmd.GRIPPER,
+        Cmd.CAMERA_INTERVAL,
+        Cmd.IMAGE_START,
+        Cmd.IMAGE_STOP,
+        Cmd.VIDEO_START,
+        Cmd.VIDEO_STOP,
+        Cmd.VTOL_TRANSITION,
+    )
+)
+"""PX4's items with a place, in a global frame, and those without, in the frame MISSION. An
+upload of each was seen; LOITER_TURNS, splines, CONDITION_YAW and DO_SET_SERVO are refused."""
 
 PX4_PLANS = PlanRules(
     home_first=False,
@@ -133,6 +180,7 @@ PX4_PLANS = PlanRules(
     received_texts=(),
     bad_item_text="IGN MISSION_ITEM: Invalid item\t",
     not_in_list_text="WPM: WP CURR CMD: Not in list\t",
+    by_frame={2: _PX4_DEEDS, **dict.fromkeys((0, 3, 5, 6), _PX4_PLACES)},
     stored_frames={3: 6, 5: 0},
     keeps_nan=True,
 )

@@ -30,6 +30,8 @@ class Cmd(IntEnum):
     TAKEOFF = 22
     LOITER_TO_ALT = 31
     SPLINE = 82
+    VTOL_TAKEOFF = 84
+    VTOL_LAND = 85
     DELAY = 93
     CONDITION_DELAY = 112
     CONDITION_DISTANCE = 114
@@ -45,10 +47,18 @@ class Cmd(IntEnum):
     SET_ROI = 201
     DIGICAM_CONTROL = 203
     MOUNT_CONTROL = 205
+    MOUNT_CONFIGURE = 204
     CAMERA_DISTANCE = 206
     FENCE_ENABLE = 207
+    GRIPPER = 211
+    CAMERA_INTERVAL = 214
     JUMP_TAG = 600
     DO_JUMP_TAG = 601
+    IMAGE_START = 2000
+    IMAGE_STOP = 2001
+    VIDEO_START = 2500
+    VIDEO_STOP = 2501
+    VTOL_TRANSITION = 3000
     FENCE_RETURN_POINT = 5000
     POLYGON_INCLUSION = 5001
     POLYGON_EXCLUSION = 5002
@@ -144,6 +154,16 @@ class Plans:
         """Begin at the beginning next time: what disarming does."""
         self.current = 0
         self.jumps.clear()
+
+    def keep_place(self, current: int | None) -> None:
+        """Another mission begins at the item marked as current, or at the old one's number.
+
+        A shorter one at its last item. So it was seen of PX4, in flight; on the ground disarming
+        has gone back to the beginning.
+        """
+        place = self.current if current is None else current
+        self.forget_progress()
+        self.current = max(min(place, len(self.mission.items) - 1), 0)
 
     def forget_progress(self) -> None:
         """Another mission: nothing of it has been flown."""

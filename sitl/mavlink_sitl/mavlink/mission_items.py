@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections.abc import Mapping
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.plan_rules import PlanRules
@@ -41,6 +42,17 @@ _PLACES = frozenset(
         Cmd.FENCE_RETURN_POINT,
     )
 )
+_AREAS = frozenset(
+    (
+        Cmd.POLYGON_INCLUSION,
+        Cmd.POLYGON_EXCLUSION,
+        Cmd.CIRCLE_INCLUSION,
+        Cmd.CIRCLE_EXCLUSION,
+        Cmd.RALLY_POINT,
+    )
+)
+LEAST_CORNERS = 3
+HIGHEST_M = 1e6
 
 
 def degrees_to_int(value: float) -> int:
@@ -61,6 +73,8 @@ def from_message(message: Message) -> PlanItem:
 
 def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
     """The MAV_MISSION_RESULT of an item; OK when nothing is wrong with it."""
+    if rules.by_frame is not None:
+        return _fault_by_frame(item, plan_type, rules.by_frame)
     if item.command not in rules.commands[plan_type]:
         return UNSUPPORTED
     if item.frame not in rules.frames:
@@ -76,20 +90,39 @@ def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
         if abs(item.y) > 1_800_000_000:
             return INVALID_Y
         # A command without a place does not use z; MAVSDK sends NaN there.
-        return OK if math.isfinite(item.z) and abs(item.z) < 1e6 else INVALID_Z
+        return OK if math.isfinite(item.z) and abs(item.z) < HIGHEST_M else INVALID_Z
     return OK
+
+
+def _fault_by_frame(
+    item: PlanItem, plan_type: PlanType, by_frame: Mapping[int, frozenset[Cmd]]
+) -> int:
+    """PX4's checks, seen in uploads of nearly every item: its numbers are not looked at.
+
+    A list of fence points takes waypoints, and circles of any radius; vertices of a polygon with
+    fewer than three of them, as each vertex says, are an error (read in the firmware).
+    """
+    if item.frame not in by_frame:
+        return UNSUPPORTED_FRAME
+    if item.command not in by_frame[item.frame]:
+        return UNSUPPORTED
+    if plan_type is PlanType.MISSION and item.command in _AREAS:
+        return ERROR
+    corner = item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION)
+    few = not math.isfinite(item.params[0]) or item.params[0] < LEAST_CORNERS - 0.5
+    return ERROR if plan_type is PlanType.FENCE and corner and few else OK
 
 
 def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
     """As the firmware keeps it."""
-    yaw = item.params[3]
-    if math.isnan(yaw) and not rules.keeps_nan:
-        yaw = 0.0
+    first, second, third, yaw = (p if math.isfinite(p) else 0.0 for p in item.params)
+    if math.isnan(item.params[3]) and rules.keeps_nan:
+        yaw = math.nan
     return replace(
         item,
         frame=rules.stored_frames.get(item.frame, item.frame),
-        params=(*item.params[:3], yaw),
-        z=item.z if math.isfinite(item.z) else 0.0,
+        params=(first, second, third, yaw),
+        z=min(max(item.z, -HIGHEST_M), HIGHEST_M) if math.isfinite(item.z) else 0.0,
     )
 
 

@@ -38,6 +38,7 @@ class _Upload:
         taken: the items so far, where they do not go into their places at once.
         asked_us: when it was last asked for.
         heard_us: when the last item came.
+        current: the latest item that was sent as the current one.
     """
 
     sender: tuple[int, int]
@@ -47,6 +48,7 @@ class _Upload:
     taken: list[PlanItem]
     asked_us: int
     heard_us: int
+    current: int | None = None
 
 
 class MissionServer(MissionDownload):
@@ -168,12 +170,12 @@ class MissionServer(MissionDownload):
         self._upload = None
         result = items.OK
         plan = self._vehicle.plans.of(upload.plan_type)
-        if upload.plan_type == PlanType.FENCE:
-            result = items.fence_fault(plan.items if self._rules.in_place else upload.taken)
+        if upload.plan_type == PlanType.FENCE and self._rules.by_frame is None:
+            result = items.fence_fault(plan.items)
         if result == items.OK and not self._rules.in_place:
             plan.replace(upload.taken, items.identity(upload.taken))
             if upload.plan_type == PlanType.MISSION:
-                self._vehicle.plans.forget_progress()
+                self._vehicle.plans.keep_place(upload.current)
             self._changed(upload.plan_type)
         self._ack(upload.sender, result, upload.plan_type)
         if result == items.OK and self._rules.received_texts:
@@ -198,6 +200,8 @@ class MissionServer(MissionDownload):
             else:
                 self._ack(sender, items.INVALID_SEQUENCE, plan_type)
             return
+        if message.current:
+            upload.current = message.seq
         self._take(upload, items.from_message(message))
 
     def _take(self, upload: _Upload, item: PlanItem) -> None:

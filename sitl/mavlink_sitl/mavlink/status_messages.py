@@ -198,7 +198,9 @@ def mission_current(s: Snapshot) -> Message:
     rules = copter.personality.plan_rules
     flying = copter.mode is copter.auto
     total = max(len(plans.mission.items) - int(rules.home_first), 0)
-    state = int(plans.state) if total else dialect.MISSION_STATE_NO_MISSION
+    # PX4 counts a mission that it will not fly as none, whatever its length.
+    none = not copter.has_mission if rules.identified else not total
+    state = dialect.MISSION_STATE_NO_MISSION if none else int(plans.state)
     if not rules.identified:
         return dialect.MAVLink_mission_current_message(plans.current, total, state, int(flying))
     message = dialect.MAVLink_mission_current_message(

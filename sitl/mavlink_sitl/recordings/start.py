@@ -17,6 +17,7 @@ from mavlink_sitl.config import DEFAULT_HEADING_DEG, DEFAULT_HOME, PERSONALITIES
 from mavlink_sitl.geodesy import GeoPoint, to_geodetic
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.mission_items import from_message
+from mavlink_sitl.recordings.elsewhere import NOTE, commanded_elsewhere
 from mavlink_sitl.recordings.recording import Recording, RecordingError, Timed
 
 KINDS = {1: "plane", 2: "copter", 10: "rover", 11: "boat", 13: "copter", 14: "copter", 15: "copter"}
@@ -101,7 +102,12 @@ def start_of(recording: Recording, parameters: Mapping[str, float] | None = None
         _position(recording),
         _mission(recording),
         _unasked(recording),
-        (*recording.notes, *notes, *_unknown_mission(recording)),
+        (
+            *recording.notes,
+            *notes,
+            *_unknown_mission(recording),
+            *([NOTE] if commanded_elsewhere(recording) else []),
+        ),
     )
 
 

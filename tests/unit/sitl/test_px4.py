@@ -485,8 +485,7 @@ def test_the_version_has_honest_capabilities(ground: Px4Station) -> None:
     version = ground.last("AUTOPILOT_VERSION")
     assert version.flight_sw_version == 17891583
     assert version.capabilities & 0x0E8FF == version.capabilities  # nothing the real one lacks
-    for missing in (0x20, 0x40):  # FTP, attitude targets
-        assert not version.capabilities & missing
+    assert not version.capabilities & 0x20, "FTP"
 
 
 # Parameters.
@@ -670,12 +669,83 @@ def test_do_change_speed_counts_in_the_auto_modes(air: Px4Station) -> None:
     assert air.command(178, 1, 2.0) == ACCEPTED
     air.run(8.0)
     assert air.velocity[0] == pytest.approx(1.8, abs=0.3)
-    assert air.command(178, 1, 0.0) == DENIED
+    for speed_m_s in (0.0, -1.0):
+        assert air.command(178, 1, speed_m_s) == ACCEPTED, "the usual speed again"
+    air.run(3.0)
+    assert air.velocity[0] > 3.0
 
 
-def test_mission_start_without_a_mission_is_denied_and_pause_holds(air: Px4Station) -> None:
+def test_mission_start_without_a_mission_is_denied(air: Px4Station) -> None:
     assert air.command(300) == DENIED
     assert air.custom_mode == px4.OFFBOARD
-    assert air.command(193, 0) == ACCEPTED
+
+
+def test_pausing_and_choosing_an_item_are_no_commands(air: Px4Station) -> None:
+    for command in (193, 224):
+        assert air.command(command, 0) == UNSUPPORTED
+
+
+@pytest.mark.parametrize("command", [203, 205, 206, 211, 521, 3000])
+def test_commands_for_parts_that_it_does_not_have_are_not_answered(
+    ground: Px4Station, command: int
+) -> None:
+    assert ground.command(command) == -1
+
+
+def test_what_was_seen_of_other_commands_on_the_ground(ground: Px4Station) -> None:
+    accepted = (191, 195, 197, 241, 246)
+    assert [ground.command(command) for command in accepted] == [ACCEPTED] * len(accepted)
+    assert ground.command(185, 0) == DENIED
+    assert ground.command(512, 436) == DENIED
+    assert ground.command(17) == UNSUPPORTED
+    assert ground.command(262, 6) == ACCEPTED, "the standard mode of missions"
+    assert ground.command(186, HOME.altitude_amsl_m + 20.0) == ACCEPTED
+    ground.run(1.1)
+    assert ground.custom_mode == px4.LOITER
+
+
+def test_do_change_altitude_goes_to_the_height_in_auto_loiter(air: Px4Station) -> None:
+    assert air.command(186, HOME.altitude_amsl_m + 20.0) == ACCEPTED
+    air.run(12.0)
     assert air.custom_mode == px4.LOITER
-    assert air.command(193, 1) == TEMPORARILY_REJECTED
+    assert -air.position[2] == pytest.approx(20.0, abs=2.0)
+
+
+def test_a_place_that_is_none_is_accepted_and_not_flown_to(air: Px4Station) -> None:
+    before = air.position
+    altitude_m = HOME.altitude_amsl_m + 10.0
+    assert air.command_int(192, 0, -1, 1, 0, NAN, x=2_000_000_000, y=0, z=altitude_m) == ACCEPTED
+    air.run(3.0)
+    assert math.dist(before, air.position) < 2.0
+
+
+def attitude(station: Px4Station, pitch_rad: float, thrust: float = 0.5, mask: int = 7) -> None:
+    q = (math.cos(pitch_rad / 2.0), 0.0, math.sin(pitch_rad / 2.0), 0.0)
+    station.send(mav.MAVLink_set_attitude_target_message(0, 1, 1, mask, q, 0, 0, 0, thrust))
+
+
+def test_an_attitude_in_offboard_pushes_where_it_leans(air: Px4Station) -> None:
+    air.stream(3.0, 20.0, lambda: attitude(air, -0.1, 0.5 / math.cos(0.1)))
+    assert air.custom_mode == px4.OFFBOARD
+    assert air.velocity[0] > 0.7
+    assert -air.position[2] == pytest.approx(10.0, abs=1.5)
+
+
+def test_rates_in_offboard_keep_the_stream_alive(air: Px4Station) -> None:
+    air.stream(3.0, 20.0, lambda: attitude(air, 0.0, mask=0x80))
+    assert air.custom_mode == px4.OFFBOARD
+
+
+@pytest.mark.parametrize("then", [px4.LOITER, px4.LAND])
+def test_a_take_off_that_is_broken_off_is_not_landed_at_once_but_ends(
+    ground: Px4Station, then: int
+) -> None:
+    assert ground.command(22, 0, 0, 0, NAN, NAN, NAN, HOME.altitude_amsl_m + 10.0) == ACCEPTED
+    assert ground.arm() == ACCEPTED
+    ground.run(1.9)
+    assert ground.mode(px4.LOITER) == ACCEPTED
+    assert ground.command(400, 0) == TEMPORARILY_REJECTED
+    ground.mode(then)
+    ground.run(2.0)
+    ground.mode(px4.LAND)
+    ground.run_until(lambda: not ground.armed, 15.0)

@@ -24,7 +24,7 @@ def ground() -> Px4Station:
 
 
 def flying() -> Px4Station:
-    return ready_px4().without_streams().take_off()
+    return ready_px4().quiet().take_off()
 
 
 def extension(message: Message, place: int, size: int) -> bytes:
@@ -151,7 +151,7 @@ def test_mission_mode_says_mission_also_in_land_and_takeoff_and_else_suspended(
 def test_a_reached_item_is_told_ten_times_and_a_mission_cleared_in_flight_ends_where_it_was() -> (
     None
 ):
-    air = ready_px4().without_streams()
+    air = ready_px4().quiet()
     assert upload(air, near_home([take_off(5.0), waypoint(60.0, 0.0)])) == 0
     assert air.mode(px4.MISSION) == ACCEPTED
     assert air.arm() == ACCEPTED
@@ -212,7 +212,7 @@ def test_sys_status_rounds_the_charge_up_and_battery_status_rounds_it() -> None:
 
 
 def test_home_is_set_at_arming_at_take_off_and_at_landing() -> None:
-    station = ready_px4().without_streams()
+    station = ready_px4().quiet()
     station.stream_to(1.0, 0.0, 0.0, -6.0)
     assert station.mode(px4.OFFBOARD) == ACCEPTED
 

@@ -1,6 +1,7 @@
 """What PX4 does with fences, safe points and missions that cannot be flown.
 
-Not observed on the wire but read in the firmware (navigator, commander's failsafes).
+Uploads and feasible missions as seen of the real one; the rest is read in the firmware (navigator,
+commander's failsafes).
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from tests.support.ground_station import ACCEPTED, TEMPORARILY_REJECTED
+from tests.support.ground_station import ACCEPTED, DENIED, TEMPORARILY_REJECTED
 from tests.support.missions import Message, item, take_off, upload, waypoint
 from tests.support.px4_station import HOME, Px4Station, near_home, ready_px4
 
@@ -45,7 +46,7 @@ def commander(station: Px4Station) -> Px4Vehicle:
 
 
 def flying_px4(parameters: dict[str, float] | None = None) -> Px4Station:
-    return ready_px4(parameters=parameters).without_streams().take_off()
+    return ready_px4(parameters=parameters).quiet().take_off()
 
 
 def leave(station: Px4Station, seconds: float = 12.0, north_m: float = 40.0) -> Px4Station:
@@ -248,47 +249,146 @@ def judged(mission: list[Message], parameters: dict[str, float] | None = None) -
     return ground
 
 
-AWAY = waypoint(40_000.0, 0.0)
 REFUSED = [
-    ([take_off(2.0), waypoint(10, 0)], {}, "Mission rejected: Takeoff altitude too low!"),
-    ([waypoint(10, 0), take_off(10.0)], {}, "Mission rejected: takeoff not first waypoint item"),
-    ([item(LAND, 10.0)], {}, "Mission rejected: starts with landing"),
-    ([take_off(10.0), waypoint(90, 0)], {"GF_MAX_HOR_DIST": 50.0},
-     "Geofence violation for waypoint 2"),
-    ([waypoint(10, 0)], {"MIS_TKO_LAND_REQ": 1}, "Mission rejected: Takeoff waypoint required."),
-    ([take_off(10.0)], {"MIS_TKO_LAND_REQ": 2},
-     "Mission rejected: Landing waypoint/pattern required."),
-    ([take_off(10.0)], {"MIS_TKO_LAND_REQ": 3},
-     "Mission rejected: Takeoff or Landing item missing."),
-    ([take_off(10.0)], {"MIS_TKO_LAND_REQ": 4},
-     "Mission rejected: Add Landing item or remove Takeoff."),
-]  # fmt: skip
+    ([take_off(0.0), waypoint(10, 0)], {}),
+    ([waypoint(10, 0), take_off(10.0)], {}),
+    ([take_off(10.0), take_off(10.0)], {}),
+    ([item(LAND, 10.0)], {}),
+    ([take_off(10.0), waypoint(90, 0)], {"GF_MAX_HOR_DIST": 50.0}),
+    ([waypoint(10, 0)], {"MIS_TKO_LAND_REQ": 1}),
+    ([take_off(10.0)], {"MIS_TKO_LAND_REQ": 2}),
+    ([take_off(10.0)], {"MIS_TKO_LAND_REQ": 3}),
+    ([take_off(10.0)], {"MIS_TKO_LAND_REQ": 4}),
+]
 
 
-@pytest.mark.parametrize(("mission", "parameters", "text"), REFUSED)
-def test_what_is_wrong_with_a_mission_is_said_and_it_cannot_be_armed_in(
-    mission: list[Message], parameters: dict[str, float], text: str
+@pytest.mark.parametrize(("mission", "parameters"), REFUSED)
+def test_an_infeasible_mission_is_no_mission_and_only_a_violated_fence_is_said(
+    mission: list[Message], parameters: dict[str, float]
 ) -> None:
     # The take-off has a place here: zeros are read as a place by the fence.
     here = [item(m.command, up_m=m.z) if m.command == 22 else m for m in mission]
     ground = judged(here, parameters)
-    assert text in "".join(ground.texts()).replace("\t", "")
+    said = ["Geofence violation for waypoint 2\t"] if "GF_MAX_HOR_DIST" in parameters else []
+    assert ground.texts() == said
+    ground.run(1.0)
+    assert ground.last("MISSION_CURRENT").mission_state == 1
     assert ground.mode(px4.MISSION) == ACCEPTED
     assert ground.arm() == TEMPORARILY_REJECTED
 
 
 @pytest.mark.parametrize(
-    ("mission", "text"),
+    "mission",
     [
-        ([AWAY], "First waypoint far away from home: 40"),
-        ([waypoint(10.0, 0.0, -5.0)], "Warning: Waypoint 1 below home"),
+        [waypoint(40_000.0, 0.0)],
+        [waypoint(10.0, 0.0, -5.0)],
+        [take_off(10.0), item(LAND, 10.0), waypoint(20.0, 0.0)],
+        [item(RTL, frame=2, anywhere=True)],
+        [item(178, frame=2, params=(1.0, 3.0, -1.0), anywhere=True)],
+        [item(up_m=math.nan)],
     ],
+    ids=["far", "below home", "landing in the middle", "only RTL", "only a deed", "no height"],
 )
-def test_what_is_only_strange_is_said_and_flown(mission: list[Message], text: str) -> None:
+def test_what_is_only_strange_is_feasible_and_nothing_is_said(mission: list[Message]) -> None:
     ground = judged(mission)
-    assert text in "".join(ground.texts())
+    assert ground.texts() == []
     assert ground.mode(px4.MISSION) == ACCEPTED
     assert ground.arm() == ACCEPTED
+
+
+# Uploads.
+
+DEEDS = (20, 93, 112, 114, 178, 179, 189, 197, 201, 205, 206, 211, 214, 2000, 2500, 3000)
+PLACES = (16, 17, 19, 21, 22, 31, 84, 85)
+UNSUPPORTED_ITEM, UNSUPPORTED_FRAME = 3, 2
+
+
+@pytest.mark.parametrize(("commands", "frame"), [(DEEDS, 2), (PLACES, 6), (PLACES, 0)])
+def test_items_without_a_place_come_in_the_frame_mission_and_others_in_a_global_one(
+    commands: tuple[int, ...], frame: int
+) -> None:
+    ground = ready_px4()
+    for command in commands:
+        assert upload(ground, [item(command, 10.0, up_m=10.0, frame=frame)]) == 0, command
+        other = 6 if frame == 2 else 2
+        if command != 201:
+            wrong = upload(ground, [item(command, 10.0, up_m=10.0, frame=other)])
+            assert wrong == UNSUPPORTED_ITEM, command
+    assert "IGN MISSION_ITEM: Invalid item\t" not in ground.texts(), "no ground station is heard"
+
+
+def test_what_px4_does_not_fly_is_refused_and_so_are_other_frames() -> None:
+    ground = ready_px4()
+    for command in (18, 34, 82, 94):
+        assert upload(ground, [item(command, 10.0, up_m=10.0, frame=6)]) == UNSUPPORTED_ITEM
+    for command in (92, 113, 115, 183, 192, 194, 195, 420, 600):
+        assert upload(ground, [item(command, frame=2)]) == UNSUPPORTED_ITEM
+    for frame in (1, 7, 10, 11):
+        assert upload(ground, [item(frame=frame)]) == UNSUPPORTED_FRAME
+
+
+def test_numbers_in_an_upload_are_not_looked_at() -> None:
+    ground = ready_px4()
+    strange = item(up_m=math.nan)
+    strange.x = 2_000_000_000
+    assert upload(ground, [strange]) == 0
+    two, other = square(5001, 0.0, 30.0)[:2], circle(5003, 0.0, -5.0)
+    point = [item(16, mission_type=1)]
+    for fence in (two, other, point):
+        assert upload(ground, fence, mission_type=1) == 0
+    assert upload(ground, [item(16, mission_type=2)], mission_type=2) == 0
+    ground.run(1.0)
+
+
+def test_mission_start_arms_but_not_right_after_the_upload() -> None:
+    ground = ready_px4()
+    ground.gcs_heartbeat()
+    assert upload(ground, near_home([item(22, up_m=10.0), waypoint(10.0, 0.0)])) == 0
+    assert ground.command(300, 0, 0) == DENIED
+    assert ground.texts()[-1] == "Mission start denied! No valid mission\t"
+    ground.run(0.2)
+    assert ground.command(300, 9, 0) == DENIED, "there is no such item"
+    assert ground.command(300, 0, 0) == ACCEPTED
+    assert ground.armed
+    assert ground.custom_mode == px4.MISSION
+
+
+def test_a_mission_uploaded_in_flight_is_entered_at_the_old_number_and_rtl_changes_the_mode() -> (
+    None
+):
+    air = flying_px4()
+    places = [waypoint(4.0 * n, 0.0) for n in range(6)]
+    assert upload(air, near_home(places)) == 0
+    assert air.mode(px4.MISSION) == ACCEPTED
+    air.send(mav.MAVLink_mission_set_current_message(1, 1, 5))
+    home = item(RTL, frame=2, anywhere=True)
+    assert upload(air, [*near_home([waypoint(30.0, 0.0), waypoint(30.0, 30.0)]), home]) == 0
+    air.run(1.1)
+    assert air.custom_mode == px4.RTL
+    assert air.changes("MISSION_ITEM_REACHED", "seq") == [2]
+    assert air.last("MISSION_CURRENT").seq == 2
+
+
+def test_an_item_marked_as_current_is_where_a_new_mission_begins() -> None:
+    air = flying_px4()
+    assert upload(air, near_home([waypoint(4.0 * n, 0.0) for n in range(6)])) == 0
+    assert air.mode(px4.MISSION) == ACCEPTED
+    air.send(mav.MAVLink_mission_set_current_message(1, 1, 5))
+    first, second = near_home([waypoint(30.0, 0.0), waypoint(30.0, 30.0)])
+    first.current = 1
+    assert upload(air, [first, second]) == 0
+    air.run(1.1)
+    assert air.last("MISSION_CURRENT").seq == 0
+
+
+def test_of_a_waypoint_and_a_deed_after_it_only_the_deed_is_told_as_reached() -> None:
+    air = flying_px4()
+    slower = item(178, frame=2, params=(1.0, 2.0, -1.0), anywhere=True)
+    mission = [*near_home([waypoint(3.0, 0.0)]), slower, *near_home([waypoint(60.0, 0.0)])]
+    assert upload(air, mission) == 0
+    assert air.mode(px4.MISSION) == ACCEPTED
+    air.run(8.0)
+    assert air.changes("MISSION_ITEM_REACHED", "seq") == [1]
 
 
 def test_an_infeasible_mission_is_refused_in_the_air() -> None:

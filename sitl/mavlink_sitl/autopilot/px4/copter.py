@@ -11,8 +11,10 @@ from mavlink_sitl.autopilot.px4.offboard import Offboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.geodesy import GeoPoint
 
-TAKEOFF_DETECTED_S = 1.0
-"""From the begin of the motors' ramp; 1.9 s to 2.1 s after arming in the recordings"""
+TAKEOFF_DETECTED_S = 0.7
+"""From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
+LANDED_AFTER_S = 1.0
+"""LNDMC_TRIG_TIME: on the ground for so long is landed"""
 
 
 class Px4Copter(Px4Vehicle):
@@ -47,10 +49,13 @@ class Px4Copter(Px4Vehicle):
         return self.now_s - self.arming.lift_began_s >= TAKEOFF_DETECTED_S
 
     def has_landed(self) -> bool:
-        """On the ground again."""
-        self._left_ground = self._left_ground or not self.landed
-        return self._left_ground and self.landed
+        """On the ground again, and not only between taking off and going on in another mode.
 
-    def falls_back_to(self, number: int) -> bool:
-        """Never, as recorded: without sticks it is NAV_RCL_ACT (`offboard_loss_stop`)."""
-        return False
+        A take-off that was broken off before it left the ground is over when it is to land, or
+        when the ramp of the motors has ended.
+        """
+        self._left_ground = self._left_ground or not self.landed
+        flown_s = self.now_s - self.took_off_at_s
+        ended = flown_s >= self.parameters["MPC_TKO_RAMP_T"] and not self.mode.taking_off
+        over = self._left_ground or self.mode.landing or ended
+        return over and self.landed and flown_s >= LANDED_AFTER_S

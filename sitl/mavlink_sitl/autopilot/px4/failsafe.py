@@ -191,7 +191,7 @@ class Px4Failsafes(Failsafes):
             if action in _OFFBOARD_LOSS:
                 return _OFFBOARD_LOSS[action]
             wanted = _OFFBOARD_TO_PILOT.get(action, px4.POSCTL)
-            if copter.can_run(wanted) or copter.falls_back_to(wanted):
+            if copter.can_run(wanted):
                 return wanted
         if wanted in _PILOT_MODES and not copter.manual_alive():
             return _LINK_LOSS.get(int(p["NAV_RCL_ACT"]), px4.LOITER)

@@ -1,15 +1,15 @@
 """Whether PX4 would fly an uploaded mission.
 
-Read in the firmware's feasibility checks: they run when a mission or a fence has been
-uploaded and once home is known, and say what is wrong. The upload is acknowledged in any
-case; a mission that fails cannot be flown: AUTO.MISSION is refused in the air, and keeps
-the vehicle from arming on the ground.
+The checks run when a mission or a fence has been uploaded and once home is known. The upload is
+acknowledged in any case; a mission that fails cannot be flown: AUTO.MISSION is refused in the
+air, and keeps the vehicle from arming on the ground. Seen of the real one: nothing is said but
+a violated fence, MISSION_CURRENT.mission_state tells the rest; a first waypoint far away and
+waypoints below home are feasible. What was not seen is read in the firmware.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto import AMSL_FRAMES
@@ -20,13 +20,16 @@ from mavlink_sitl.geodesy import GeoPoint, to_local
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
-WITH_POSITION = frozenset(
-    (Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.LAND, Cmd.TAKEOFF)
-)
+WITH_POSITION = frozenset((Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LAND, Cmd.TAKEOFF))
 BEFORE_TAKEOFF = frozenset((Cmd.DELAY, Cmd.JUMP, Cmd.CHANGE_SPEED, Cmd.CONDITION_DELAY))
 """What may stand before a take-off"""
+TAKEOFFS, LANDINGS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF), (Cmd.LAND, Cmd.VTOL_LAND)
+LEAST_TAKEOFF_M = 1e-6
 NEEDS_TAKEOFF, NEEDS_LANDING, NEEDS_BOTH, BOTH_OR_NONE = 1, 2, 3, 4
 """MIS_TKO_LAND_REQ"""
+KNOWN_AFTER_S = 0.1
+"""The commander looks at the result ten times a second; MISSION_START 10 ms after an upload was
+refused"""
 
 
 class Feasibility:
@@ -40,83 +43,70 @@ class Feasibility:
         """See the class."""
         self._vehicle = vehicle
         self._judged: tuple[int, int, bool] | None = None
+        self._judged_at_s = -math.inf
         self._holds = False
 
+    def known(self) -> bool:
+        """Whether the commander has heard of the latest judgement."""
+        return self._vehicle.now_s - self._judged_at_s >= KNOWN_AFTER_S
+
     def holds(self) -> bool:
-        """Whether the mission may be flown; says why not, the first time."""
+        """Whether the mission may be flown; says where it violates the fence, the first time."""
         vehicle = self._vehicle
         plans, home = vehicle.plans, vehicle.navigator.home
         judged = (plans.mission.changes, plans.fence.changes, home is not None)
         if judged != self._judged:
-            self._judged = judged
+            self._judged, self._judged_at_s = judged, vehicle.now_s
             self._holds = bool(plans.mission.items) and home is not None and self._check(home)
         return self._holds
 
     def _check(self, home: GeoPoint) -> bool:
         vehicle = self._vehicle
+        items = vehicle.plans.mission.items
         vehicle.fence.update()  # an area uploaded just now counts
-        wrong = next(self._faults(vehicle.plans.mission.items, home), None)
-        if wrong is not None:
-            vehicle.say(Severity.CRITICAL, wrong)
-        self._warn(vehicle.plans.mission.items, home)
-        return wrong is None
+        return (
+            self._inside_fence(items, home)
+            and self._in_order(items, home)
+            and vehicle.may_land_by(items)
+            and self._complete({item.command for item in items})
+        )
 
-    def _faults(self, items: list[PlanItem], home: GeoPoint) -> Iterator[str]:
-        """What makes it impossible."""
+    def _inside_fence(self, items: list[PlanItem], home: GeoPoint) -> bool:
         vehicle = self._vehicle
-        takeoff = landing = positions = False
-        for place, item in enumerate(items):
-            above_home_m = _height_m(item, home)
-            if place == 0 and item.command == Cmd.LAND and vehicle.landed:
-                yield "Mission rejected: starts with landing"
-            if item.command in WITH_POSITION and vehicle.fence.enabled:
-                spot = to_local(vehicle.navigator.origin, _point(item))
-                down = vehicle.navigator.home_ned_m()[2] - above_home_m
-                if vehicle.fence.broken_at((spot[0], spot[1], down)):
-                    yield f"Geofence violation for waypoint {place + 1}"
-            if item.command == Cmd.TAKEOFF:
-                if above_home_m - 1.0 < self._acceptance_m(item):
-                    yield "Mission rejected: Takeoff altitude too low!"
-                if positions:
-                    yield "Mission rejected: takeoff not first waypoint item"
-                takeoff = True
-            landing |= item.command == Cmd.LAND
+        if not vehicle.fence.enabled:
+            return True
+        home_down_m = vehicle.navigator.home_ned_m()[2]
+        for number, item in enumerate(items, 1):
+            north, east, _ = to_local(vehicle.navigator.origin, _point(item))
+            place = (north, east, home_down_m - _height_m(item, home))
+            if item.command in WITH_POSITION and vehicle.fence.broken_at(place):
+                text = f"Geofence violation for waypoint {number}"
+                vehicle.say(Severity.CRITICAL, text)
+                return False
+        return True
+
+    def _in_order(self, items: list[PlanItem], home: GeoPoint) -> bool:
+        """A take-off comes first and leads up; a landing comes first only in the air."""
+        if items[0].command == Cmd.LAND and self._vehicle.landed:
+            return False
+        positions = False
+        for item in items:
+            takes_off = item.command in TAKEOFFS
+            if takes_off and (positions or _height_m(item, home) < LEAST_TAKEOFF_M):
+                return False
             positions |= item.command not in BEFORE_TAKEOFF
-        yield from vehicle.landing_faults(items)
-        yield from self._required(takeoff, landing)
+        return True
 
-    def _acceptance_m(self, item: PlanItem) -> float:
-        own_m = item.params[1]
-        given = math.isfinite(own_m) and own_m > 0.05
-        return own_m if given else self._vehicle.parameters["NAV_ACC_RAD"]
-
-    def _required(self, takeoff: bool, landing: bool) -> Iterator[str]:
+    def _complete(self, commands: set[int]) -> bool:
         needs = int(self._vehicle.parameters["MIS_TKO_LAND_REQ"])
-        if needs == NEEDS_TAKEOFF and not takeoff:
-            yield "Mission rejected: Takeoff waypoint required."
-        elif needs == NEEDS_LANDING and not landing:
-            yield "Mission rejected: Landing waypoint/pattern required."
-        elif needs == NEEDS_BOTH and not (takeoff and landing):
-            yield "Mission rejected: Takeoff or Landing item missing."
-        elif needs == BOTH_OR_NONE and takeoff != landing:
-            add = "Add Landing item or remove Takeoff." if takeoff else ""
-            yield f"Mission rejected: {add or 'Add Takeoff item or remove Landing.'}"
-
-    def _warn(self, items: list[PlanItem], home: GeoPoint) -> None:
-        """What is only said: a first waypoint far away, waypoints below home."""
-        vehicle = self._vehicle
-        most_m = vehicle.parameters["MIS_DIST_1WP"]
-        places = [(n, item) for n, item in enumerate(items, 1) if item.command in WITH_POSITION]
-        for number, item in places:
-            if _height_m(item, home) < 0.0:
-                vehicle.say(Severity.CRITICAL, f"Warning: Waypoint {number} below home")
-        if places and most_m > 0.0:
-            away_m = math.hypot(*to_local(home, _point(places[0][1]))[:2])
-            if away_m >= most_m:
-                vehicle.say(
-                    Severity.CRITICAL,
-                    f"First waypoint far away from home: {away_m:.0f}m. Correct mission loaded?",
-                )
+        takeoff = not commands.isdisjoint(TAKEOFFS)
+        landing = not commands.isdisjoint(LANDINGS)
+        return {
+            NEEDS_TAKEOFF: takeoff,
+            NEEDS_LANDING: landing,
+            NEEDS_BOTH: takeoff and landing,
+            BOTH_OR_NONE: takeoff == landing,
+        }.get(needs, True)
 
 
 def _point(item: PlanItem) -> GeoPoint:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto_tasks import Task
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
-from mavlink_sitl.autopilot.px4.mission_mode import Delegate, Px4Mission
-from mavlink_sitl.autopilot.px4.modes import REACHED_M, CopterMode, Land, Return
+from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
+from mavlink_sitl.autopilot.px4.modes import REACHED_M, CopterMode, Land
 from mavlink_sitl.autopilot.track import Vector
 from mavlink_sitl.exchange import Severity
 
@@ -22,8 +22,6 @@ YAW_REACHED_RAD = math.radians(12.0)
 """MIS_YAW_ERR"""
 LEAST_TURN_S = 0.8
 """What turning took where nothing was to be turned (`mission_clear`)"""
-ORBIT_RATE_RAD_S = 0.3
-"""How fast LOITER_TURNS goes round, as far as the speed allows"""
 
 
 class Mission(CopterMode, Px4Mission):
@@ -45,22 +43,22 @@ class Mission(CopterMode, Px4Mission):
         """With a take-off, or any other item that is above the ground."""
         return isinstance(self.task, GoTo) and self.task.target[2] < self.here()[2] - REACHED_M
 
-    def _start_point(self) -> Vector:
+    def last_place(self) -> Vector:
+        """See `Px4Mission`."""
         return self.task.target if isinstance(self.task, GoTo) else self.here()
 
     def _begin(self, item: PlanItem) -> None:
-        target = self.place_of(item, self._start_point())
         command = item.command
         if command == Cmd.RTL:
-            self.task = Delegate(self, item, Return(self.px4, self.spec))
-        elif command == Cmd.LAND:
+            self.return_home()
+            return
+        target = self.place_of(item, self.last_place())
+        if command == Cmd.LAND:
             self.task = LandAt(self, item, target)
         elif command == Cmd.TAKEOFF:
             self.task = ClimbTo(self, item, (*self.here()[:2], target[2]))
         elif command == Cmd.DELAY:
-            self.task = GoTo(self, item, self._start_point())
-        elif command == Cmd.LOITER_TURNS:
-            self.task = Orbit(self, item, target)
+            self.task = GoTo(self, item, self.last_place())
         else:
             self.task = GoTo(self, item, target, isinstance(self.task, ClimbTo))
 
@@ -160,47 +158,6 @@ class ClimbTo(GoTo):
         limits = self.px4.px4_navigator.takeoff_limits()
         guidance = replace(self.mission.hold_at(self.target), restart_z=True, limits=limits)
         self.mission.guide(guidance)
-
-
-class Orbit(GoTo):
-    """Round a place, param1 times, at a distance of |param3| metres."""
-
-    def begin(self) -> None:
-        """To the edge first."""
-        self._centre = self.target
-        self._radius_m = max(abs(self.item.params[2]), 1.0)
-        self._sense = -1.0 if self.item.params[2] < 0.0 else 1.0
-        north, east = self.px4.motion[:2]
-        self._angle = math.atan2(east - self._centre[1], north - self._centre[0])
-        self._turned_rad = 0.0
-        self._last_s: float | None = None
-        self._aim()
-
-    def _aim(self) -> None:
-        north, east, down = self._centre
-        self.target = (
-            north + self._radius_m * math.cos(self._angle),
-            east + self._radius_m * math.sin(self._angle),
-            down,
-        )
-        self.mission.guide(self.mission.hold_at(self.target))
-
-    def update(self) -> None:
-        """Go round once at the edge."""
-        now_s = self.px4.now_s
-        if self._last_s is None:
-            self._last_s = now_s if self._near() else None
-            return
-        speed = self.px4.navigator.limits().speed_xy_m_s
-        turn = min(ORBIT_RATE_RAD_S, 0.5 * speed / self._radius_m) * (now_s - self._last_s)
-        self._last_s = now_s
-        self._turned_rad += turn
-        self._angle += self._sense * turn
-        self._aim()
-
-    def finished(self) -> bool:
-        """When all turns are done."""
-        return self._turned_rad >= max(self.item.params[0], 0.0) * math.tau
 
 
 class LandAt(GoTo):

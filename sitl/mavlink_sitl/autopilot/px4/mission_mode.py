@@ -7,11 +7,11 @@ counts, nothing names the items, a mission that is cleared in flight ends in AUT
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.auto import Auto
-from mavlink_sitl.autopilot.auto_tasks import Task
-from mavlink_sitl.autopilot.personality.px4 import LOITER
+from mavlink_sitl.autopilot.guided import Vector
+from mavlink_sitl.autopilot.personality.px4 import LOITER, RTL
 from mavlink_sitl.autopilot.plans import MissionState, PlanItem
 from mavlink_sitl.autopilot.px4.mode import Px4Mode
-from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.exchange import ItemReached, Severity
 
 
 class Px4Mission(Px4Mode, Auto):
@@ -24,7 +24,7 @@ class Px4Mission(Px4Mode, Auto):
 
     def enter(self) -> None:
         """Take the mission up where it was left, or begin it."""
-        self._announced = False
+        self._announced = self._returns = False
         Auto.enter(self)
 
     def update(self) -> None:
@@ -33,10 +33,21 @@ class Px4Mission(Px4Mode, Auto):
             self._announced = True
             self.announce()
         Auto.update(self)
+        if self._returns and self.px4.armed:
+            self._return_home()
 
     def announce(self) -> None:
         """It begins."""
         self.px4.say(Severity.INFO, "Executing Mission")
+
+    def _do_waiting(self, conditions: bool = True) -> None:
+        """Of items that are done at the same moment only the last is told as reached."""
+        if not self._waiting:
+            return
+        super()._do_waiting(conditions)
+        events = self.px4.events
+        for event in [event for event in events if isinstance(event, ItemReached)][:-1]:
+            events.remove(event)
 
     def _say(self, seq: int, item: PlanItem) -> None:
         """PX4 names no items."""
@@ -45,12 +56,42 @@ class Px4Mission(Px4Mode, Auto):
         """Nor that they are reached."""
 
     def _complete(self) -> None:
-        """After the last item: stay in the mode and hold; landed, the commander disarms later."""
-        ended, self.task = self.task is not None, None
+        """After the last item: AUTO.LOITER in the air; landed, the commander disarms later."""
+        place, ended, self.task = self.last_place(), self.task is not None, None
+        self._over()
+        if not ended:
+            self.guide(self.hold_guidance())
+        elif self.px4.in_flight:
+            self.px4.hold_at(place)
+
+    def _over(self) -> None:
         self.px4.plans.state = MissionState.COMPLETE
-        self.guide(self.hold_guidance())
-        if ended:
-            self.px4.say(Severity.INFO, "Mission finished, loitering")
+        self.px4.say(Severity.INFO, "Mission finished, loitering")
+
+    def last_place(self) -> Vector:
+        """Where the item in force is, NED metres; here without one."""
+        raise NotImplementedError
+
+    def leave(self) -> None:
+        """Another mode takes over: paused, once something of it has been flown."""
+        plans = self.px4.plans
+        if plans.state is MissionState.ACTIVE:
+            plans.state = MissionState.PAUSED if plans.current else MissionState.NOT_STARTED
+
+    def return_home(self) -> None:
+        """An RTL item, once it is armed."""
+        self.task, self._returns = None, True
+        if self.px4.armed:
+            self._return_home()
+
+    def _return_home(self) -> None:
+        """It counts as reached at once, ends the mission, and changes the mode."""
+        self._returns = False
+        self.px4.events.append(ItemReached(self.px4.plans.current))
+        self._over()
+        self.px4.after_disarming = LOITER
+        self.px4.say(Severity.INFO, "Returning to launch")
+        self.px4.intend(RTL)
 
     def mission_changed(self) -> None:
         """Another list: begin it, or loiter when there is none."""
@@ -62,32 +103,3 @@ class Px4Mission(Px4Mode, Auto):
             self.px4.say(Severity.CRITICAL, "No valid mission available, loitering")
             # Not where it stops, but where it was told: it comes back.
             self.px4.hold_at(self.here())
-
-    def pause(self) -> Result:
-        """DO_PAUSE_CONTINUE 0: AUTO.LOITER."""
-        return self.px4.set_mode(LOITER)
-
-
-class Delegate(Task):
-    """What another mode does, within the mission.
-
-    Args:
-        mission: the mode.
-        item: the item.
-        mode: the other one.
-    """
-
-    def __init__(self, mission: Px4Mission, item: PlanItem, mode: Px4Mode) -> None:
-        """See the class."""
-        super().__init__(mission, item)
-        self._mode = mode
-        mode.enter()
-
-    @property
-    def landing(self) -> bool:
-        """When that mode lands."""
-        return self._mode.landing
-
-    def update(self) -> None:
-        """Go on."""
-        self._mode.update()

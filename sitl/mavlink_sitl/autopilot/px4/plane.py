@@ -6,7 +6,7 @@ Rules read in the source of v1.17 (fw_mode_manager, FixedwingLandDetector, Comma
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import ClassVar
 
@@ -17,7 +17,7 @@ from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4 import plane_landing, plane_modes, plane_takeoff
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.path_guidance import Law, Point
-from mavlink_sitl.autopilot.px4.plane_mission import PlaneMission, approach_fault
+from mavlink_sitl.autopilot.px4.plane_mission import PlaneMission, approach_is_good
 from mavlink_sitl.autopilot.px4.plane_modes import TRUE_OVER_INDICATED
 from mavlink_sitl.autopilot.px4.plane_offboard import PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
@@ -124,17 +124,14 @@ class Px4Plane(Px4Vehicle):
         elif observation.time_s - self._slow_since_s >= p["LNDFW_TRIG_TIME"]:
             self._on_ground, self._slow_since_s = True, None
 
-    def landing_faults(self, items: Sequence[PlanItem]) -> Iterator[str]:
+    def may_land_by(self, items: Sequence[PlanItem]) -> bool:
         """See `Px4Vehicle`: what comes before a landing must suit FW_LND_ANG."""
         auto, here = self.auto, self.motion[:3]
-        if auto is None:
-            return
-        for before, landing in pairwise(items):
-            if landing.command == Cmd.LAND and (before.x or before.y):
-                start, end = auto.place_of(before, here), auto.place_of(landing, here)
-                fault = approach_fault(self, before, start, end)
-                if fault is not None:
-                    yield fault
+        return auto is None or all(
+            approach_is_good(self, before, auto.place_of(before, here), auto.place_of(item, here))
+            for before, item in pairwise(items)
+            if item.command == Cmd.LAND and (before.x or before.y)
+        )
 
     def cruise_m_s(self) -> float:
         """The indicated airspeed it keeps."""

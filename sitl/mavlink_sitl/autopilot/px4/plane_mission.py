@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto_tasks import Task
 from mavlink_sitl.autopilot.guided import Vector
-from mavlink_sitl.autopilot.personality.px4 import RTL
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4 import path_guidance
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
@@ -19,7 +18,7 @@ from mavlink_sitl.autopilot.px4.plane_takeoff import Climbout
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.plane import Px4Plane
 
-_LOITERS = (Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT)
+_LOITERS = (Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT)
 
 
 class PlaneTask(Task):
@@ -71,7 +70,7 @@ class FlyOver(PlaneTask):
 
 
 class Circle(PlaneTask):
-    """Round a place: for ever, for a time, some turns, or until a height is reached."""
+    """Round a place: for ever, for a time, or until a height is reached."""
 
     _since_s: float | None = None
 
@@ -84,8 +83,6 @@ class Circle(PlaneTask):
         command, first = self.item.command, self.item.params[0]
         if command == Cmd.LOITER_UNLIM:
             return math.inf
-        if command == Cmd.LOITER_TURNS:
-            return max(first, 0.0) * math.tau * abs(self._radius_m()) / self.plane.cruise_m_s()
         waits = command in (Cmd.LOITER_TIME, Cmd.DELAY) and math.isfinite(first)
         return max(first, 0.0) if waits else 0.0
 
@@ -148,8 +145,8 @@ class LandAt(PlaneTask):
         return self.plane.landed
 
 
-def approach_fault(plane: Px4Plane, before: PlanItem, start: Vector, end: Vector) -> str | None:
-    """What is wrong with a landing's approach, in the firmware's words.
+def approach_is_good(plane: Px4Plane, before: PlanItem, start: Vector, end: Vector) -> bool:
+    """Whether a landing may follow an item: from above, and not too steep (FW_LND_ANG).
 
     Args:
         plane: the vehicle.
@@ -158,25 +155,13 @@ def approach_fault(plane: Px4Plane, before: PlanItem, start: Vector, end: Vector
         end: the landing's.
     """
     high_m, far_m = end[2] - start[2], math.dist(start[:2], end[:2])
-    if high_m <= 0.0:
-        return "Mission rejected: the approach waypoint must be above the landing point."
     if before.command == Cmd.LOITER_TO_ALT:
         radius_m = abs(before.params[1])
-        if far_m <= radius_m:
-            return "Mission rejected: the landing point must be outside the orbit radius."
-        far_m = math.sqrt(far_m * far_m - radius_m * radius_m)
+        far_m = math.sqrt(max(far_m * far_m - radius_m * radius_m, 0.0))
     elif before.command != Cmd.WAYPOINT:
-        return (
-            "Mission rejected: unsupported landing approach entrance waypoint type. "
-            "Only ORBIT_TO_ALT or WAYPOINT allowed."
-        )
-    angle_deg = plane.parameters["FW_LND_ANG"]
-    if high_m > math.tan(math.radians(within(angle_deg, 0.0, 80.0) + 0.1)) * far_m:
-        return (
-            "Mission rejected: the landing glide slope is steeper than the vehicle setting of "
-            f"{angle_deg:.1f} degrees."
-        )
-    return None
+        return False
+    steepest_deg = within(plane.parameters["FW_LND_ANG"], 0.0, 80.0) + 0.1
+    return 0.0 < high_m <= math.tan(math.radians(steepest_deg)) * far_m
 
 
 class PlaneMission(PlaneMode, Px4Mission):
@@ -185,17 +170,16 @@ class PlaneMission(PlaneMode, Px4Mission):
     def enter(self) -> None:
         """Take the mission up where it was left, or begin it."""
         self.level_off()
-        self._last: Vector | None = None
         super().enter()
 
     def update(self) -> None:
         """Go on with the item in force; after the last one go round."""
         Px4Mission.update(self)
-        if self.task is None and self.px4.armed:
+        if self.px4.mode is self and self.task is None and self.px4.armed:
             if self.px4.landed:
                 self.rest()
             else:
-                self.circle(self._last or self.here())
+                self.circle(self.here())
 
     @property
     def taking_off(self) -> bool:
@@ -207,14 +191,13 @@ class PlaneMission(PlaneMode, Px4Mission):
         north, east, _ = super().place_of(item, instead)
         return north, east, self._down_m(item)
 
-    def _complete(self) -> None:
-        self._last = self.task.target if isinstance(self.task, PlaneTask) else self.here()
-        super()._complete()
+    def last_place(self) -> Vector:
+        """See `Px4Mission`."""
+        return self.task.target if isinstance(self.task, PlaneTask) else self.here()
 
     def _begin(self, item: PlanItem) -> None:
         if item.command == Cmd.RTL:
-            self.task = None
-            self.px4.intend(RTL)
+            self.return_home()
             return
         before = self.task.target if isinstance(self.task, PlaneTask) else None
         target = self.place_of(item, before or self.here())

@@ -244,8 +244,6 @@ class Altitude(Manual):
         """Follow the sticks."""
         plane, p = self.px4, self.px4.parameters
         roll, pitch, throttle = self.sticks()
-        if not plane.manual_alive() and not plane.landed:
-            throttle = 0.5  # a failsafe's: it flies straight on
         if plane.landed and throttle < 0.1:
             self.rest()
             return

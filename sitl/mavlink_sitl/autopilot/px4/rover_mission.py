@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto_tasks import Task
-from mavlink_sitl.autopilot.personality.px4 import RTL
+from mavlink_sitl.autopilot.guided import Vector
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
@@ -97,7 +97,7 @@ class RoverMission(DriveMode, Px4Mission):
     def update(self) -> None:
         """Go on with the item in force; after the last one stay."""
         Px4Mission.update(self)
-        if self.task is None:
+        if self.px4.mode is self and self.task is None:
             DriveMode.update(self)
 
     @property
@@ -110,10 +110,11 @@ class RoverMission(DriveMode, Px4Mission):
         """While a LAND item is."""
         return self.task is not None and self.task.item.command == Cmd.LAND
 
-    def _complete(self) -> None:
-        last = self.task.target if isinstance(self.task, DriveTo) else self.level()
-        super()._complete()
-        self.way = Pursuit(self.px4, last)
+    def last_place(self) -> Vector:
+        """See `Px4Mission`."""
+        if isinstance(self.task, DriveTo):
+            return (*self.task.target, self.px4.motion.down_m)
+        return self.here()
 
     def _place(self, item: PlanItem, instead: Point) -> Point:
         if item.command == Cmd.DELAY:
@@ -122,8 +123,7 @@ class RoverMission(DriveMode, Px4Mission):
 
     def _begin(self, item: PlanItem) -> None:
         if item.command == Cmd.RTL:
-            self.task = None
-            self.px4.intend(RTL)
+            self.return_home()
             return
         start = self.task.target if isinstance(self.task, DriveTo) else self.level()
         target = self._place(item, start)

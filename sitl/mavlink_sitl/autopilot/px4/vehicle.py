@@ -8,7 +8,7 @@ setpoint stream takes control again). Texts and results are those of the recordi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -81,6 +81,7 @@ class Px4Vehicle(Copter):
         setpoint_at_s: when the latest usable offboard setpoint came.
         in_flight: from "Takeoff detected" to "Landing detected".
         took_off_at_s: when the former was said last.
+        after_disarming: the latest intention that may be armed in, which is wanted again then.
         behaviours: which class is which mode of the kind.
     """
 
@@ -102,7 +103,7 @@ class Px4Vehicle(Copter):
         self.took_off_at_s = -math.inf
         self.battery = Px4Battery(parameters)
         self.feasibility = Feasibility(self)
-        self._restored = px4.LOITER
+        self.after_disarming = px4.LOITER
         super().__init__(personality, parameters, origin, observation, ready_after_s)
         self.arming: Px4Arming = Px4Arming(self)
         self.failsafe: Px4Failsafes = Px4Failsafes(self)
@@ -208,20 +209,13 @@ class Px4Vehicle(Copter):
         """Whether the land detector says, in flight, that it is over."""
         raise NotImplementedError
 
-    def falls_back_to(self, number: int) -> bool:
-        """Whether a lost OFFBOARD becomes a pilot's mode though nobody holds the sticks.
-
-        Seen of the firmware's own simulated rover and plane.
-        """
-        return number == px4.POSCTL and self.estimator.position_ok
-
-    def landing_faults(self, items: Sequence[PlanItem]) -> Iterator[str]:
-        """What makes this kind's landings in a mission impossible, in words."""
-        yield from ()
+    def may_land_by(self, items: Sequence[PlanItem]) -> bool:
+        """Whether this kind can land as a mission says."""
+        return True
 
     def may_disarm(self) -> bool:
         """Whether it may be disarmed without force."""
-        return self.landed or not self.in_flight
+        return not self.in_flight
 
     def _detect_flight(self) -> None:
         """The firmware's idea of being in the air, with its two texts."""
@@ -269,7 +263,7 @@ class Px4Vehicle(Copter):
         """Make a mode the intention; it takes over at once."""
         self.intention = number
         if number not in _NOT_RESTORED:
-            self._restored = number
+            self.after_disarming = number
         self.failsafe.forget()
         self.enter_mode(number)
 
@@ -297,7 +291,7 @@ class Px4Vehicle(Copter):
     def flight_ended(self) -> None:
         """Disarmed: what was wanted before landing, returning or taking off is wanted again."""
         self.in_flight = False
-        self.intend(self._restored)
+        self.intend(self.after_disarming)
 
     def take_off_to(self, altitude_amsl_m: float | None) -> Result:
         """NAV_TAKEOFF: always accepted, changes to AUTO.TAKEOFF, armed or not."""
@@ -318,21 +312,27 @@ class Px4Vehicle(Copter):
             hold.go_to(point, altitude_amsl_m, yaw_rad)
         return Result.ACCEPTED
 
-    def start_mission(self) -> Result:
-        """MISSION_START: AUTO.MISSION, if there is a mission."""
-        if not self.has_mission:
-            self.say(Severity.CRITICAL, "No valid mission available")
-            return Result.DENIED
-        return self.set_mode(px4.MISSION)
+    def start_mission(self, first: float = 0.0) -> Result:
+        """MISSION_START: AUTO.MISSION, and the motors are armed.
 
-    def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: AUTO.LOITER, or AUTO.MISSION again."""
-        return self.set_mode(px4.MISSION if go_on else px4.LOITER)
+        Args:
+            first: an item that has to exist, or -1; it begins at the current one all the same.
+        """
+        if not (self.has_mission and self.feasibility.known()):
+            self.say(Severity.CRITICAL, "Mission start denied! No valid mission")
+            return Result.DENIED
+        if not -1.0 <= first < len(self.plans.mission.items):
+            return Result.DENIED
+        result = self.set_mode(px4.MISSION)
+        return self.arm() if result is Result.ACCEPTED else result
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
-        """DO_CHANGE_SPEED: for the AUTO modes, until the mode changes."""
+        """DO_CHANGE_SPEED: for the AUTO modes, until the mode changes; always accepted.
+
+        Without a positive speed it is the usual one again.
+        """
         if not self.navigator.change_speed(kind, speed_m_s):
-            return Result.DENIED
+            self.navigator.forget_speeds()
         if isinstance(self.mode, (HoldMode, Auto)):
             self.mode.limits_changed()
         return Result.ACCEPTED

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from mavlink_sitl.mavlink.px4.server import Px4Server
 
 Handler = Callable[["Px4Server", Command], "Result | None"]
-AVAILABLE_MODES = 435
+AVAILABLE_MODES, CURRENT_MODE = 435, 436
+PLANE = "px4plane"
 _CHANGE_MODE = 1
 
 
@@ -96,7 +97,7 @@ def _reposition(server: Px4Server, command: Command) -> Result:
         return Result.UNSUPPORTED
     point = _place(command)
     if point is None and _given(command.x) and _given(command.y):
-        return Result.DENIED
+        return Result.ACCEPTED  # a place that is none: accepted all the same
     if command.z == command.z and not usable(command.z):
         return Result.DENIED
     yaw = command.params[3] if usable(command.params[3]) else None
@@ -124,6 +125,44 @@ def _change_speed(server: Px4Server, command: Command) -> Result:
     return server.px4.change_speed(int(command.params[0]), command.params[1])
 
 
+def _change_altitude(server: Px4Server, command: Command) -> Result:
+    return server.px4.reposition(None, command.params[0], None)
+
+
+def _orbit(server: Px4Server, command: Command) -> Result:
+    """A plane circles in AUTO.LOITER; the orbit mode of others is not modelled."""
+    if server.px4.personality.kind != PLANE:
+        return Result.UNSUPPORTED
+    altitude = command.z if usable(command.z) else None
+    return server.px4.reposition(_place(command), altitude, None)
+
+
+def _figure_eight(server: Px4Server, command: Command) -> Result | None:
+    if server.px4.personality.kind == PLANE:
+        return _orbit(server, command)
+    text = "Figure 8 command only available for fixed wing and vtol vehicles."
+    server.px4.say(Severity.CRITICAL, text)
+    return None
+
+
+def _standard_mode(server: Px4Server, command: Command) -> Result:
+    modes = server.px4.personality.available_modes
+    number = next((m[0] for m in modes if m[1] == command.params[0] != 0), None)
+    return Result.FAILED if number is None else server.px4.set_mode(number)
+
+
+def _calibrate(server: Px4Server, _: Command) -> Result:
+    return Result.TEMPORARILY_REJECTED if server.px4.armed else Result.ACCEPTED
+
+
+def _accept(_server: Px4Server, _: Command) -> Result:
+    return Result.ACCEPTED
+
+
+def _ignore(_server: Px4Server, _: Command) -> None:
+    """For parts that it does not have: nobody answers."""
+
+
 def _set_interval(server: Px4Server, command: Command) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
     if message_id not in server.builders:
@@ -146,7 +185,7 @@ def _request_message(server: Px4Server, command: Command) -> Result:
         wanted = command.params[1]
         server.send_modes(int(wanted) if usable(wanted) else 0)
         return Result.ACCEPTED
-    if message_id not in server.builders:
+    if message_id not in server.builders or message_id == CURRENT_MODE:
         return Result.DENIED
     server.send_later(message_id)
     return Result.ACCEPTED
@@ -175,6 +214,8 @@ def _set_home(server: Px4Server, command: Command) -> Result:
 
 
 def _reboot(server: Px4Server, command: Command) -> Result:
+    if command.params[0] == 0.0 and not server.px4.armed:
+        return Result.ACCEPTED  # nothing is to be done
     if command.params[0] not in (1.0, 3.0):
         return Result.DENIED
     return Result.DENIED if server.px4.armed else server.px4.reboot()
@@ -184,26 +225,13 @@ def _prearm_checks(server: Px4Server, _: Command) -> Result:
     return server.px4.arming.run_checks()
 
 
-def _mission_start(server: Px4Server, _: Command) -> Result:
-    return server.px4.start_mission()
-
-
-def _set_current_item(server: Px4Server, command: Command) -> Result:
-    result = server.px4.set_current_item(int(command.params[0]))
-    if result is Result.ACCEPTED:
-        server.send_later(42)
-    return result
-
-
-def _pause_or_go_on(server: Px4Server, command: Command) -> Result:
-    if command.params[0] not in (0.0, 1.0):
-        return Result.DENIED
-    return server.px4.pause_or_go_on(command.params[0] == 1.0)
+def _mission_start(server: Px4Server, command: Command) -> Result:
+    return server.px4.start_mission(command.params[0])
 
 
 def _terminate(server: Px4Server, command: Command) -> Result:
     if command.params[0] <= 0.5:
-        return Result.ACCEPTED
+        return Result.DENIED
     return server.px4.terminate()
 
 
@@ -212,8 +240,16 @@ def _inject_failure(server: Px4Server, command: Command) -> Result:
     return server.px4.inject_failure(unit, kind, instance)
 
 
+FIGURE_EIGHT = 35
+UNANSWERED = (
+    dialect.MAV_CMD_DO_DIGICAM_CONTROL,
+    dialect.MAV_CMD_DO_MOUNT_CONTROL,
+    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
+    dialect.MAV_CMD_DO_GRIPPER,
+    dialect.MAV_CMD_REQUEST_CAMERA_INFORMATION,
+    dialect.MAV_CMD_DO_VTOL_TRANSITION,
+)
 HANDLERS: dict[int, tuple[Handler, int]] = {
-    dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(px4.LOITER), 0),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(px4.RTL), 0),
     dialect.MAV_CMD_NAV_LAND: (_land, 0),
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
@@ -222,11 +258,18 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition, 0),
-    dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
-    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
+    dialect.MAV_CMD_DO_CHANGE_ALTITUDE: (_change_altitude, 1),
+    dialect.MAV_CMD_DO_ORBIT: (_orbit, 0),
+    FIGURE_EIGHT: (_figure_eight, 0),
+    dialect.MAV_CMD_DO_SET_STANDARD_MODE: (_standard_mode, 1),
+    dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 0),
+    dialect.MAV_CMD_DO_GO_AROUND: (_accept, 0),
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_accept, 0),
+    dialect.MAV_CMD_DO_SET_ROI_NONE: (_accept, 0),
+    **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
     dialect.MAV_CMD_INJECT_FAILURE: (_inject_failure, 3),
-    dialect.MAV_CMD_MISSION_START: (_mission_start, 0),
+    dialect.MAV_CMD_MISSION_START: (_mission_start, 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
     dialect.MAV_CMD_RUN_PREARM_CHECKS: (_prearm_checks, 0),
     dialect.MAV_CMD_GET_HOME_POSITION: (_request(242), 0),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
 from mavlink_sitl.exchange import (
     Event,
@@ -268,14 +269,17 @@ class Px4Server(MavlinkServer):
         self.px4.manual = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
 
     def _on_local_setpoint(self, message: Message) -> None:
-        try:
-            self.px4.setpoint(setpoints.from_local_ned(message))
-        except setpoints.RefusedError as error:
-            self.px4.say(Severity.CRITICAL, str(error))
+        self._follow(lambda: setpoints.from_local_ned(message))
 
     def _on_global_setpoint(self, message: Message) -> None:
+        self._follow(lambda: setpoints.from_global_int(message, self.px4))
+
+    def _on_attitude(self, message: Message) -> None:
+        self._follow(lambda: setpoints.from_attitude_target(message))
+
+    def _follow(self, decode: Callable[[], Setpoint]) -> None:
         try:
-            self.px4.setpoint(setpoints.from_global_int(message, self.px4))
+            self.px4.setpoint(decode())
         except setpoints.RefusedError as error:
             self.px4.say(Severity.CRITICAL, str(error))
 

@@ -16,6 +16,11 @@ from mavlink_sitl.mavlink.codec import Message
 from mavlink_sitl.mavlink.setpoints import YAW_IGNORE, YAW_RATE_IGNORE, usable
 
 FORCE = 0x200
+BODY_YAW_RATE_IGNORE, THRUST_IGNORE, ATTITUDE_IGNORE = 0x04, 0x40, 0x80
+"""ATTITUDE_TARGET_TYPEMASK"""
+HOVER_THRUST = 0.5
+GRAVITY_M_S2 = 9.80665
+LEAST_QUATERNION = 1e-6
 LOCAL_FRAMES = {1: Frame.LOCAL, 8: Frame.BODY}
 """MAV_FRAME_LOCAL_NED; MAV_FRAME_BODY_NED, of which only velocity and acceleration count"""
 AMSL, RELATIVE, TERRAIN = 5, 6, 11
@@ -73,6 +78,35 @@ def from_local_ned(message: Message) -> Setpoint:
     if frame is Frame.BODY:
         position = None
     return _checked(kind, Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
+
+
+def from_attitude_target(message: Message) -> Setpoint:
+    """SET_ATTITUDE_TARGET as the acceleration of a multicopter; others do not move by it.
+
+    Rates are those of a level vehicle, of which only the turn counts. Half thrust carries the
+    weight (MPC_THR_HOVER).
+
+    Raises:
+        RefusedError: numbers that are none.
+    """
+    mask, (w, x, y, z) = message.type_mask, message.q
+    values = (w, x, y, z, message.thrust, message.body_yaw_rate)
+    if not all(math.isfinite(value) for value in values):
+        raise RefusedError("SET_ATTITUDE_TARGET invalid")
+    push = GRAVITY_M_S2 * (1.0 if mask & THRUST_IGNORE else message.thrust / HOVER_THRUST)
+    size = w * w + x * x + y * y + z * z
+    if mask & ATTITUDE_IGNORE or size < LEAST_QUATERNION:
+        w, x, y, z, size = 1.0, 0.0, 0.0, 0.0, 1.0
+    down = (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z)
+    north, east, upright = (-push * value / size for value in down)
+    turns = bool(mask & ATTITUDE_IGNORE) or not mask & BODY_YAW_RATE_IGNORE
+    heading = math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return Setpoint(
+        Frame.LOCAL,
+        acceleration_m_s2=(north, east, upright + GRAVITY_M_S2),
+        yaw_rad=None if turns else heading,
+        yaw_rate_rad_s=message.body_yaw_rate if turns else None,
+    )
 
 
 def from_global_int(message: Message, copter: Px4Vehicle) -> Setpoint:

@@ -1,0 +1,56 @@
+"""Whether somebody commanded the vehicle of a recording on a link that is not in it.
+
+A recording of one of several links has everything that the vehicle told on it, and only what
+was sent on it: played again, the vehicle does not do what it was told elsewhere.
+"""
+
+from __future__ import annotations
+
+from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.recordings.recording import Recording
+
+NOTE = (
+    "somebody else commanded it on a link that is not in the recording: "
+    "most differences come from that"
+)
+_COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
+_ARMING = frozenset(
+    (
+        dialect.MAV_CMD_COMPONENT_ARM_DISARM,
+        dialect.MAV_CMD_MISSION_START,
+        dialect.MAV_CMD_DO_MOTOR_TEST,
+    )
+)
+LATEST_ANSWER_S = 2.0
+"""What is answered so soon may have been asked before the first record"""
+_STICKS = ("RC_CHANNELS_OVERRIDE", "MANUAL_CONTROL")
+"""A pilot arms with them"""
+
+
+def commanded_elsewhere(recording: Recording) -> bool:
+    """Whether it answers, or obeys, commands that nobody in the recording sent.
+
+    Args:
+        recording: it.
+    """
+    records = sorted([*recording.sent, *recording.real], key=lambda record: record[0])
+    own, asked = recording.own, set[int]()
+    sticks = False
+    was_armed = True
+    for time_s, message in records:
+        kind = message.get_type()
+        if (message.get_srcSystem(), message.get_srcComponent()) != own:
+            sticks |= kind in _STICKS
+            if kind in _COMMANDS:
+                asked.add(message.command)
+            elif kind == "SET_MODE":
+                asked.add(dialect.MAV_CMD_DO_SET_MODE)
+        elif kind == "COMMAND_ACK" and message.command not in asked:
+            if time_s > recording.begin_s + LATEST_ANSWER_S:
+                return True
+        elif kind == "HEARTBEAT":
+            armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+            if armed and not was_armed and not sticks and asked.isdisjoint(_ARMING):
+                return True
+            was_armed = armed
+    return False
