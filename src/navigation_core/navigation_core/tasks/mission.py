@@ -12,11 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from navigation_core.geometry import KinematicState, Vector3, distance, horizontal_norm, subtract
+from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import (
     Intent,
-    MissionReport,
     Observation,
     OperationKind,
     Outcome,
@@ -30,7 +29,8 @@ from navigation_core.tasks.base import (
 )
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.measurement import measured_speed
+from navigation_core.tasks.mission_measures import MissionMeasures
 from navigation_core.tasks.mission_phases import STATUS, STOPPING, MissionPhase, check_change
 from navigation_core.tasks.mission_progress import MissionProgress
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
@@ -41,9 +41,6 @@ _STUCK_S = 60.0
 _REPORT_S = 2.0
 _CLEAR_S = 10.0
 _ITEM_UPLOAD_S = 0.5
-_CIRCLE_SHARE = 1.5
-# WP_RADIUS of an ArduRover is 2 m, and it stops within it.
-_GROUND_ARRIVAL_M = 3.0
 _PHASE_CHANGES_MAX = 8
 
 _Answer = Intent | Outcome | None
@@ -78,6 +75,7 @@ class FlyMission:
             waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s
         )
         self._path: tuple[Vector3, ...] = ()
+        self._measures = MissionMeasures(waypoints, config, traits)
         self._phase = MissionPhase.HALTING
         self._since_s = 0.0
         self._operation: Operation | None = None
@@ -136,13 +134,13 @@ class FlyMission:
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._path = tuple(waypoint.position_enu_m for waypoint in self._plan.waypoints)
-        if self._on_ground(observation) and observation.position_enu_m is not None:
+        if self._measures.on_ground(observation) and observation.position_enu_m is not None:
             self._plan = replace(
                 self._plan,
                 takeoff_from_enu_m=observation.position_enu_m,
-                takeoff_height_m=self._takeoff_height_m(observation.ground_enu_m),
+                takeoff_height_m=self._measures.takeoff_height_m(observation.ground_enu_m),
             )
-        if not observation.armed or self._on_ground(observation):
+        if not observation.armed or self._measures.on_ground(observation):
             self._go(MissionPhase.UPLOADING, now)
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
@@ -324,11 +322,11 @@ class FlyMission:
         current_s = self._since_s + _REPORT_S
         fresh = report if report is not None and report.time_s >= current_s else None
         self._mission.note(fresh, observation)
-        if self._arrival.holds(self._has_arrived(fresh, observation), now):
+        if self._arrival.holds(self._measures.has_arrived(fresh, observation), now):
             text = self._mission.finish()
             if not self._traits.hovers:
                 text += " It circles the last one."
-            return Outcome(OutcomeCode.SUCCESS, text, self._error_m(observation))
+            return Outcome(OutcomeCode.SUCCESS, text, self._measures.error_m(observation))
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)
         self._left_s = None
@@ -341,8 +339,8 @@ class FlyMission:
         """The vehicle holds by itself: at the end, or because somebody is at it."""
         if self._left_s is None:
             self._left_s = now
-        last_m = self._error_m(observation)
-        at_end = last_m is not None and last_m <= self._arrival_m() + _GROUND_ARRIVAL_M
+        last_m = self._measures.error_m(observation)
+        at_end = self._measures.near_end(observation)
         patience_s = self._config.settle_timeout_s if at_end else _REPORT_S
         if now - self._left_s <= patience_s:
             return Wait()
@@ -386,7 +384,7 @@ class FlyMission:
             self._go(MissionPhase.CLEARING, now)
             return None
         grounded = self._armed_by_us and not self._started
-        down = grounded or (self._armed_by_us and self._on_ground(observation))
+        down = grounded or (self._armed_by_us and self._measures.on_ground(observation))
         kind = OperationKind.DISARM if down else OperationKind.HOLD
         timeout_s = self._config.cancel_timeout_s
         answer = self._perform(Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s)
@@ -423,46 +421,14 @@ class FlyMission:
         assert self._ending is not None
         self._ending = replace(self._ending, message=f"{self._ending.message} {text}")
 
-    # --- what is measured ------------------------------------------------------------
-
-    def _on_ground(self, observation: Observation) -> bool:
-        return self._traits.flies and not (
-            observation.armed and is_airborne(observation, self._config.airborne_height_m)
-        )
-
     def _arming(self, observation: Observation) -> bool:
         report = observation.operation
         return report is not None and report.kind is OperationKind.ARM
 
-    def _takeoff_height_m(self, ground_enu_m: float) -> float:
-        height_m = self._plan.waypoints[0].position_enu_m[2] - ground_enu_m
-        height_m = max(height_m, self._config.takeoff_height_min_m)
-        return min(height_m, self._config.takeoff_height_m) if self._traits.hovers else height_m
-
-    def _has_arrived(self, report: MissionReport | None, observation: Observation) -> bool:
-        error_m = self._error_m(observation)
-        if report is None or not report.complete or error_m is None or error_m > self._arrival_m():
-            return False
-        speed_m_s = measured_speed(observation)
-        slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
-        return slow or not self._traits.hovers
-
-    def _arrival_m(self) -> float:
-        radius_m = max(self._mission.last.acceptance_radius_m, self._traits.arrival_radius_m)
-        if not self._traits.hovers:
-            return max(radius_m, _CIRCLE_SHARE * self._traits.circle_radius_m)
-        return radius_m if self._traits.flies else max(radius_m, _GROUND_ARRIVAL_M)
-
-    def _error_m(self, observation: Observation) -> float | None:
-        position, last = observation.position_enu_m, self._mission.last
-        if position is None:
-            return None
-        offset = subtract(position, last.position_enu_m)
-        flat = last.height_above_ground_m is not None or not self._traits.hovers
-        return horizontal_norm(offset) if flat else distance(position, last.position_enu_m)
-
     def _status(self, observation: Observation) -> Status:
         if self._phase is MissionPhase.FLYING:
-            taking_off = self._plan.takeoff_from_enu_m is not None and self._on_ground(observation)
+            taking_off = self._plan.takeoff_from_enu_m is not None and self._measures.on_ground(
+                observation
+            )
             return Status.TAKING_OFF if taking_off else Status.NAVIGATING
         return STATUS[self._phase]

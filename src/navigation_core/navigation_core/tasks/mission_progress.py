@@ -27,11 +27,6 @@ class MissionProgress:
         self._speed_m_s = speed_m_s
 
     @property
-    def last(self) -> RouteWaypoint:
-        """The waypoint at which it ends."""
-        return self._waypoints[-1]
-
-    @property
     def target(self) -> RouteWaypoint:
         """The waypoint that the vehicle is on its way to."""
         return self._waypoints[min(self.current, len(self._waypoints) - 1)]
