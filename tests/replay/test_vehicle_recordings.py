@@ -25,6 +25,7 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
+from mavlink_vehicle.health import estimator_faults
 from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.state import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
@@ -123,6 +124,7 @@ class Replay:
     def __init__(self, name: str) -> None:
         self.vehicle = Vehicle(VehicleConfig(message_rates_hz={}))
         self.events: list[tuple[float, VehicleEvent]] = []
+        self.faults: set[str] = set()
         codec = Codec(1, 191)
         start_s: float | None = None
         for time_s, frame in TlogReader(recording(name)):
@@ -131,6 +133,8 @@ class Replay:
                 self.vehicle.start(time_s)
             for message in codec.decode(frame):
                 self.vehicle.receive(message, time_s)
+            if self.vehicle.state.armed:
+                self.faults.update(estimator_faults(self.vehicle.state))
             self.vehicle.handle_timer(time_s)
             self.vehicle.messages_to_send()
             while (event := self.vehicle.next_event()) is not None:
@@ -155,6 +159,11 @@ class Replay:
 @functools.cache
 def replayed(name: str) -> Replay:
     return Replay(name)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not name.startswith("real/")])
+def test_no_recorded_flight_of_a_healthy_vehicle_is_called_unhealthy(name: str) -> None:
+    assert replayed(name).faults == set()
 
 
 FLIGHT = ["ON_GROUND", "TAKEOFF", "IN_AIR", "LANDING", "ON_GROUND"]

@@ -49,6 +49,8 @@ def estimator_faults(state: VehicleState) -> tuple[str, ...]:
 def arming_faults(state: VehicleState, now: float) -> tuple[str, ...]:
     """Return the autopilot's own recent words on why it would not arm, each once.
 
+    What is about the mode is left out: a goal is not flown in that one.
+
     Empty when it would, doesn't say whether, or gives no reason.
     """
     if state.prearm_ok is not False:
@@ -56,7 +58,9 @@ def arming_faults(state: VehicleState, now: float) -> tuple[str, ...]:
     words = [
         text.text.strip()
         for text in state.status_texts
-        if now - text.time_s <= _CHECK_TEXTS_S and text.text.lower().startswith(_CHECKS)
+        if now - text.time_s <= _CHECK_TEXTS_S
+        and text.text.lower().startswith(_CHECKS)
+        and " mode" not in text.text.lower()
     ]
     return tuple(dict.fromkeys(words))
 
