@@ -14,6 +14,7 @@ from drone_navigation.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
+from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from tests.support.simulated_flight import SimulatedFlight
 
@@ -118,6 +119,17 @@ def test_a_cancel_ends_in_a_circle_because_a_plane_cannot_stop(flying: Simulated
     end = flying.run_to_end(goal_id)
     assert end.code.value == "CANCELED"
     assert "cannot stop" in end.message
+    flying.run_for(12.0)
+    assert _circles(flying, place, 20.0)
+
+
+def test_the_hold_service_circles_where_it_is(flying: SimulatedFlight) -> None:
+    goal_id = flying.send(330.0, 0.0, 60.0)
+    flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
+    flying.run_for(5.0)
+    place = flying.truth()[0]
+    assert flying.serve(Service.HOLD).success
+    assert flying.ends(goal_id)[0].code.value == "PREEMPTED"
     flying.run_for(12.0)
     assert _circles(flying, place, 20.0)
 

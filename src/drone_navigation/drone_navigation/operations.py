@@ -37,6 +37,9 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
     if kind is OperationKind.REPOSITION:
         assert intent.target_enu_m is not None
         return vehicle.reposition(*map_frame.geodetic(intent.target_enu_m), now)
+    pose = map_frame.pose(vehicle.state)
+    if kind is OperationKind.HOLD and _circles_elsewhere(vehicle) and pose is not None:
+        return vehicle.reposition(*map_frame.geodetic(pose.position_enu_m), now)
     if kind is OperationKind.CHANGE_SPEED:
         assert intent.speed_m_s is not None
         return vehicle.change_speed(intent.speed_m_s, now)
@@ -65,3 +68,14 @@ def begin_upload(
     items = plan_items(plan, profile, map_frame, vehicle.state)
     operation_id = vehicle.upload_mission([planned.item for planned in items], now)
     return operation_id, MissionTracker(items, profile.missions)
+
+
+def _circles_elsewhere(vehicle: Vehicle) -> bool:
+    """Whether its hold mode is the one in which it flies to a place: it would fly on to that.
+
+    So it is with a PX4 plane: selecting AUTO.LOITER once more changes nothing in it.
+    """
+    profile = vehicle.profile
+    if profile is None or not profile.reposition or not vehicle.in_control_mode:
+        return False
+    return profile.hold_mode == profile.control_mode
