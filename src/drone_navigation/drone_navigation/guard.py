@@ -10,20 +10,19 @@ import math
 from dataclasses import dataclass, replace
 
 from drone_navigation.admission import Admitted
+from drone_navigation.battery import BatteryReckoning
 from drone_navigation.failsafes import failsafe_code
 from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.goal import ActiveGoal
 from drone_navigation.map_frame import Geodetic, MapFrame
 from drone_navigation.settings import BatteryPolicy, BridgeConfig
-from drone_navigation.traits import traits_of
 from drone_navigation.vehicle_fence import areas_of, fence_of, has_areas
-from mavlink_vehicle.events import FailsafeKind, LandedState
-from mavlink_vehicle.health import arming_faults, battery_is_low, estimator_faults
+from mavlink_vehicle.events import FailsafeKind
+from mavlink_vehicle.health import arming_faults, estimator_faults
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_core.energy import ConsumptionEstimator
 from navigation_core.fences import Area, Fence, check_route
-from navigation_core.geometry import Vector3, horizontal_norm
+from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import Outcome
 from navigation_core.tasks.plane_route import circle_max_m
@@ -33,9 +32,6 @@ _PERIOD_S = 0.5
 _LEFT_M = 3.0
 # A failsafe that changes the mode does so within this time of its first sign.
 _FAILSAFE_ACTS_S = 2.0
-_DRIVING_M_S = 0.3
-# Time to take control, arm and take off, and to settle at the end.
-_BEGIN_S, _SETTLE_S = 10.0, 3.0
 _UNKNOWN_FENCE = "The vehicle's own fence is not known yet, so it was not checked."
 _UNKNOWN_AREAS = "The areas of the vehicle's own fence are not known yet, so were not checked."
 _UNKNOWN_BATTERY = "The vehicle does not tell what is left in its battery."
@@ -51,7 +47,6 @@ class _Memory:
         fence: the fence that its ways were checked against last.
         failsafe: the kind of failsafe that was judged last.
         warned: whether it was told that the battery runs low.
-        low_since_s: since when the autopilot has said that its battery is low, or None.
     """
 
     goal_id: str
@@ -59,7 +54,6 @@ class _Memory:
     fence: Fence | None = None
     failsafe: FailsafeKind | None = None
     warned: bool = False
-    low_since_s: float | None = None
 
 
 class Guard:
@@ -70,7 +64,7 @@ class Guard:
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
-        self._consumption = ConsumptionEstimator(config.safety.battery_endurance_s)
+        self._battery = BatteryReckoning(vehicle, map_frame, config)
         self._memory = _Memory("")
         self._next_s = -math.inf
         self._items: tuple[MissionItem, ...] = ()
@@ -80,21 +74,11 @@ class Guard:
     def configure(self, config: BridgeConfig) -> None:
         """Go on with other settings."""
         self._config = config
-        self._consumption.endurance_s = config.safety.battery_endurance_s
+        self._battery.configure(config)
 
     def observe_battery(self, now: float) -> None:
         """Take in what the battery says now."""
-        state, profile = self._vehicle.state, self._vehicle.profile
-        under_way = state.armed and state.landed_state in (
-            LandedState.TAKEOFF,
-            LandedState.IN_AIR,
-            LandedState.LANDING,
-        )
-        position = state.global_position
-        if profile is not None and not traits_of(profile).flies and position is not None:
-            under_way = state.armed and horizontal_norm(position.velocity_ned_m_s) > _DRIVING_M_S
-        remaining = None if state.battery is None else state.battery.remaining
-        self._consumption.observe(now, remaining, under_way)
+        self._battery.observe(now)
 
     # --- before acceptance -------------------------------------------------------------
 
@@ -118,13 +102,14 @@ class Guard:
                 return rejection
             if self._areas_unknown():
                 notes.append(_UNKNOWN_AREAS)
-        text = self._battery_problem(admitted.plan)
+        here = self._here()
+        text = None if here is None else self._battery.problem(admitted.plan, here)
         policy = self._config.safety.battery_policy
         if text is not None and policy is BatteryPolicy.REJECT:
             return Rejection(OutcomeCode.LOW_BATTERY, text)
         if text is not None and policy is BatteryPolicy.WARN:
             notes.append(text)
-        if self._consumption.remaining is None and policy is not BatteryPolicy.IGNORE:
+        if not self._battery.is_known and policy is not BatteryPolicy.IGNORE:
             notes.append(_UNKNOWN_BATTERY)
         return replace(admitted, warnings=tuple(notes))
 
@@ -182,50 +167,6 @@ class Guard:
     def _here(self) -> Vector3 | None:
         pose = self._map_frame.pose(self._vehicle.state)
         return None if pose is None else pose.position_enu_m
-
-    # --- battery -----------------------------------------------------------------------
-
-    def _back_s(self, start_enu_m: Vector3) -> float:
-        """Return the time of the way from a place to the launch point, landing included."""
-        home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
-        limits = self._config.goto.limits
-        way_m = math.dist(start_enu_m[:2], home[:2])
-        height_m = max(start_enu_m[2] - home[2], 0.0)
-        return way_m / limits.speed_horizontal_m_s + height_m / limits.speed_down_m_s
-
-    def _battery_problem(self, plan: FlightPlan) -> str | None:
-        if battery_is_low(self._vehicle.state.battery):
-            return "The autopilot says that its battery is low."
-        here = self._here()
-        if here is None:
-            return None
-        goal_s = _BEGIN_S + plan.duration_s(here) + _SETTLE_S
-        prediction = self._consumption.predict(goal_s, self._back_s(plan.targets_enu_m[-1]))
-        reserve = self._config.safety.battery_reserve
-        if prediction is None or prediction.back >= reserve:
-            return None
-        words = prediction.describe()
-        return f"{words[0].upper()}{words[1:]}; battery_reserve is {100 * reserve:g} %."
-
-    def _battery_runs_low(self, here: Vector3, now: float) -> str | None:
-        """Say why it is time to turn back."""
-        memory = self._memory
-        if not battery_is_low(self._vehicle.state.battery):
-            memory.low_since_s = None
-        elif memory.low_since_s is None:
-            memory.low_since_s = now
-        # The vehicle's own failsafe comes first.
-        if memory.low_since_s is not None and now - memory.low_since_s > _FAILSAFE_ACTS_S:
-            return "The autopilot says that its battery is low."
-        prediction = self._consumption.predict(0.0, self._back_s(here))
-        reserve = self._config.safety.battery_reserve
-        if prediction is None or prediction.back >= reserve:
-            return None
-        return (
-            f"The battery is at {100 * prediction.now:.0f} %; the way back takes "
-            f"{prediction.back_s:.0f} s and would leave {100 * max(prediction.back, 0.0):.0f} %, "
-            f"below battery_reserve ({100 * reserve:g} %)."
-        )
 
     # --- while flying ------------------------------------------------------------------
 
@@ -295,7 +236,7 @@ class Guard:
 
     def _watch_battery(self, goal: ActiveGoal, here: Vector3, now: float) -> Outcome | None:
         policy = self._config.safety.battery_policy
-        text = None if policy is BatteryPolicy.IGNORE else self._battery_runs_low(here, now)
+        text = None if policy is BatteryPolicy.IGNORE else self._battery.runs_low(here, now)
         if text is None:
             return None
         if policy is BatteryPolicy.REJECT:
