@@ -24,9 +24,11 @@ KINDS = [
 ]
 _TICK_S = 0.01
 ADVICE = "Check the cable."
-# All that a check may say. Of the commands: questions.
+# All that a check may say: questions. The mission's are about the uploaded fence, and the
+# acknowledgement ends the reading of it.
 HARMLESS = {
     "HEARTBEAT", "TIMESYNC", "PARAM_REQUEST_READ", "REQUEST_DATA_STREAM", "COMMAND_LONG",
+    "MISSION_REQUEST_LIST", "MISSION_REQUEST_INT", "MISSION_ACK",
 }  # fmt: skip
 HARMLESS_COMMANDS = {
     mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,

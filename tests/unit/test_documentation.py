@@ -14,7 +14,7 @@ from drone_navigation.configuration import PARAMETERS
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.flight_plot import make_parser as plot_parser
 from drone_navigation.navigation_client import make_parser as client_parser
-from drone_navigation.navigation_server import make_parser as server_parser
+from drone_navigation.server_options import make_parser as server_parser
 from mavlink_sitl.options import make_parser as simulator_parser
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Status

@@ -171,4 +171,4 @@ def rates_section(checker: Checker, now: float) -> Section:
             warning = f"The vehicle refuses to send it ({rate.refusal})."
         value = f"{rate.measured_hz:.1f} Hz of {rate.asked_hz:g} Hz"
         lines.append(Line(rate.name, value, warning))
-    return Section("Messages, as they come and as they were asked for", tuple(lines))
+    return Section("Messages, of what was asked for", tuple(lines))

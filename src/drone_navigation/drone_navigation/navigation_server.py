@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import signal
 import sys
 import threading
@@ -23,7 +22,6 @@ from drone_navigation.actions import GoalServers
 from drone_navigation.bridge import Bridge
 from drone_navigation.check_command import run_check
 from drone_navigation.configuration import (
-    PARAMETERS,
     ConfigurationError,
     ParameterValue,
     ServerConfig,
@@ -43,6 +41,7 @@ from drone_navigation.goal import (
 )
 from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.parameters import declare_parameters, follow_changes
+from drone_navigation.server_options import make_parser, overrides
 from drone_navigation.service_servers import ServiceServers
 from drone_navigation.topics import Topics
 from mavlink_vehicle.codec import Codec, Message
@@ -169,57 +168,15 @@ def _log(node: Node, line: LogLine) -> None:
         logger.info(line.text)
 
 
-def make_parser() -> argparse.ArgumentParser:
-    """Return the command line of ``navigation_server``."""
-    width = max(len(spec.name) for spec in PARAMETERS)
-    listing = "\n".join(
-        f"  {spec.name:<{width}}  [{spec.default!r}] {spec.description}" for spec in PARAMETERS
-    )
-    parser = argparse.ArgumentParser(
-        prog="navigation_server",
-        description="ROS 2 action server that flies navigate_to_waypoint goals on a MAVLink "
-        "autopilot. Without --link and --config it takes the simulator's set-up: it listens "
-        "on udpin://127.0.0.1:14550 and may arm the vehicle.",
-        epilog="parameters (in a --config file, or as --ros-args -p NAME:=VALUE):\n" + listing,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--config", metavar="FILE", help="ROS parameter file (YAML)")
-    parser.add_argument("--link", metavar="URL", help="parameter link_url")
-    parser.add_argument("--arming", choices=("auto", "never"), help="parameter arming")
-    parser.add_argument("--tlog", metavar="FILE", help="parameter record_tlog")
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="look at vehicle and link, say what was found and what a goal lacks, and end: 0 "
-        "ready, 1 not ready, 2 no vehicle or a bad set-up; sends nothing that moves anything",
-    )
-    parser.add_argument(
-        "--timeout",
-        metavar="S",
-        type=_seconds,
-        default=15.0,
-        help="longest time that --check looks, in seconds (default 15)",
-    )
-    parser.add_argument("--json", action="store_true", help="let --check print JSON")
-    return parser
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value <= 3600.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds from 0 to 3600")
-    return value
-
-
 def main(args: list[str] | None = None) -> int:
     """Run the server until it is told to stop; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_server", *args])
     arguments = remove_ros_args(argv)
     ros_arguments = len(arguments) < len(argv)
-    options = make_parser().parse_args(arguments[1:])
+    parser = make_parser()
+    options = parser.parse_args(arguments[1:])
+    if options.json and not options.check:
+        parser.error("--json is for --check")
     try:
         values: dict[str, ParameterValue] = {}
         if options.config is not None:
@@ -254,19 +211,13 @@ def _check(
         raise ConfigurationError("With --check give --config and --link; it takes no --ros-args.")
     if options.config is None and options.link is None:
         values["arming"] = "auto"  # the simulator's set-up, as without --check
-    config = make_config({**values, **_overrides(options)})
+    config = make_config({**values, **overrides(options)})
     return run_check(config, options.timeout, options.json)
 
 
-def _overrides(options: argparse.Namespace) -> dict[str, ParameterValue]:
-    """Return the parameters that options of their own set."""
-    given = {"link_url": options.link, "arming": options.arming, "record_tlog": options.tlog}
-    return {name: value for name, value in given.items() if value is not None}
-
-
 def _run(options: argparse.Namespace, simulator: bool) -> int:
-    overrides = [Parameter(name, value=value) for name, value in _overrides(options).items()]
-    node = Node(SERVER_NODE_NAME, parameter_overrides=overrides)
+    given = [Parameter(name, value=value) for name, value in overrides(options).items()]
+    node = Node(SERVER_NODE_NAME, parameter_overrides=given)
     try:
         values = declare_parameters(node, simulator)
         config = make_config(values)
