@@ -42,6 +42,8 @@ _DESCENT_M_S = 1.5
 _TOUCHDOWN_S = 3.0
 # A plane circles the launch point; its radius is its own parameter.
 _CIRCLE_SHARE = 1.5
+# One that only passes is out of the circle again sooner than this.
+_CIRCLING_S = 12.0
 
 
 class _Phase(Enum):
@@ -92,7 +94,7 @@ class VehicleLed:
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
         self._nearest_m = math.inf
-        self._arrived = Dwell(config.arrival_dwell_s)
+        self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
         self._stopped = Dwell(config.stop_dwell_s)
         self._outcome: Outcome | None = None
 
