@@ -17,11 +17,6 @@ from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
-KINDS = [
-    (firmware, kind)
-    for firmware in ("ardupilot", "px4")
-    for kind in ("copter", "rover", "boat", "plane")
-]
 _TICK_S = 0.01
 ADVICE = "Check the cable."
 # All that a check may say: questions. The mission's are about the uploaded fence, and the
@@ -126,11 +121,26 @@ def assert_harmless(sent: list[Message]) -> None:
     assert {message.get_type() for message in sent} <= HARMLESS
     commands = {m.command for m in sent if m.get_type() == "COMMAND_LONG"}
     assert commands <= HARMLESS_COMMANDS
+    plans = {m.mission_type for m in sent if m.get_type().startswith("MISSION_")}
+    assert plans <= {mavlink.MAV_MISSION_TYPE_FENCE}
 
 
-@pytest.mark.parametrize(("firmware", "kind"), KINDS)
+SETTINGS = {
+    ("ardupilot", "copter"): ("FS_GCS_ENABLE", 5.0, "5 (land)"),
+    ("ardupilot", "rover"): ("FS_ACTION", 1.0, "1 (RTL)"),
+    ("ardupilot", "boat"): ("FS_ACTION", 0.0, "0 (nothing)"),
+    ("ardupilot", "plane"): ("FS_LONG_ACTN", 2.0, "2 (glides)"),
+    ("px4", "copter"): ("COM_LOW_BAT_ACT", 2.0, "2 (lands when critical)"),
+    ("px4", "rover"): ("COM_OBL_RC_ACT", 5.0, "5 (hold)"),
+    ("px4", "boat"): ("NAV_DLL_ACT", 0.0, "0 (nothing)"),
+    ("px4", "plane"): ("GF_ACTION", 3.0, "3 (return)"),
+}
+
+
+@pytest.mark.parametrize(("firmware", "kind"), SETTINGS)
 def test_a_vehicle_of_each_set_up_is_found_ready_and_left_alone(firmware: str, kind: str) -> None:
-    flight = look(firmware, kind).run_for(2.0)
+    name, value, words = SETTINGS[firmware, kind]
+    flight = look(firmware, kind, parameters={name: value}).run_for(2.0)
     before = flight.checker.vehicle.state
     place = flight.simulation.truth.position_ned_m.copy()
     report = flight.run_to_end()
@@ -140,6 +150,8 @@ def test_a_vehicle_of_each_set_up_is_found_ready_and_left_alone(firmware: str, k
     assert value_of(report, "firmware").startswith(expected)
     assert value_of(report, "round trip").endswith(" ms")
     assert value_of(report, "estimator") == "position good"
+    assert value_of(report, name).endswith(words)
+    assert (warning_of(report, name) is not None) == (value == 0.0)
     after = flight.checker.vehicle.state
     assert (after.armed, after.custom_mode) == (before.armed, before.custom_mode)
     assert not after.armed
@@ -157,22 +169,6 @@ def test_every_message_comes_as_often_as_it_was_asked_for(firmware: str, kind: s
         assert not rate.low, rate
         assert rate.refusal is None, rate
         assert rate.measured_hz == pytest.approx(rate.asked_hz, rel=0.3, abs=0.5), rate
-
-
-@pytest.mark.parametrize(("firmware", "kind"), KINDS)
-def test_the_failsafe_settings_are_the_vehicles_own(firmware: str, kind: str) -> None:
-    name, value, words = {
-        "ardupilot": {
-            "copter": ("FS_GCS_ENABLE", 5.0, "5 (land)"),
-            "rover": ("FS_ACTION", 1.0, "1 (RTL)"),
-            "boat": ("FS_ACTION", 0.0, "0 (nothing)"),
-            "plane": ("FS_LONG_ACTN", 2.0, "2 (glides)"),
-        }[kind],
-        "px4": ("COM_LOW_BAT_ACT", 2.0, "2 (lands when critical)"),
-    }[firmware]
-    report = look(firmware, kind, parameters={name: value}).run_to_end()
-    assert value_of(report, name).endswith(words)
-    assert (warning_of(report, name) is not None) == (value == 0.0)
 
 
 def test_a_flying_vehicle_flies_on_and_says_what_it_does() -> None:
