@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from drone_navigation.goal import GoalHappened
 from drone_navigation.lifecycle import TERMINAL_STATES
 from mavlink_sitl.faults import LinkFaults
 from navigation_core.outcomes import OutcomeCode
@@ -76,8 +77,10 @@ def test_every_accepted_goal_ends_exactly_once_whatever_happens(
         (end,) = flight.ends(goal)
         assert end.state in TERMINAL_STATES
         assert end.message.startswith(f"{end.code.value}: ")
-        told = [item for item in flight.outputs if getattr(item[1], "goal_id", "") == goal]
-        assert told[-1][1] is end  # nothing follows the end
+        told = [item for _, item in flight.outputs if getattr(item, "goal_id", "") == goal]
+        after = told[told.index(end) + 1 :]
+        assert [item.event for item in after if isinstance(item, GoalHappened)] == ["ENDED"]
+        assert len(after) == 1  # nothing else follows the end
     assert flight.bridge.active_goal_id is None
 
 
