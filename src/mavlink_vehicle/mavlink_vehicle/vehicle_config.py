@@ -67,7 +67,7 @@ class VehicleConfig:
     grace_s: float = 5.0
     timesync_interval_s: float = 2.0
     mission_timeout_s: float = 0.5
-    mission_retries: int = 12
+    mission_retries: int = 20
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense.

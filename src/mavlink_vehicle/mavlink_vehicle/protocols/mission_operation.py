@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
@@ -285,7 +285,10 @@ class MissionOperation(Machine[OperationFinished]):
         request = CommandRequest(
             mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, (float(self.goal.rules.offset),)
         )
-        self._begin_part(Command(request, self._address, self._timing.command), now)
+        # Nothing in the state would show it if only the answers were lost: ask as often as for
+        # an item.
+        timing = replace(self._timing.command, retries=self._timing.transfer.retries)
+        self._begin_part(Command(request, self._address, timing), now)
 
     def _wait_for_reasons(self, now: float) -> None:
         self._part = None
