@@ -171,7 +171,7 @@ def test_a_px4_that_will_not_fly_the_mission_says_why() -> None:
     flight.simulation.vehicles[0].parameters.set("MIS_TKO_LAND_REQ", 2.0)
     end = flight.run_to_end(flight.start(mission(*SQUARE)))
     assert end.code.value == "MISSION_REFUSED", end.message
-    assert "Landing waypoint/pattern required" in end.message
+    assert "MIS_TKO_LAND_REQ" in end.message
     assert not flight.vehicle.state.armed
 
 

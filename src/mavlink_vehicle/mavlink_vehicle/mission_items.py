@@ -84,6 +84,9 @@ class MissionItem:
             seq=seq,
             frame=self.frame,
             command=self.command,
+            # A PX4 goes on at the item that is marked; without one, at the number that the
+            # mission before had come to (observed).
+            current=1 if seq == 0 and mission_type is MissionType.MISSION else 0,
             autocontinue=1,
             **named,
             x=self.x,
@@ -126,6 +129,8 @@ class MissionRules:
         terrain: whether heights above the ground are taken.
         takeoff_least_m: a mission with a lower take-off is not flown.
         change_text: how the text begins that says that the mission was changed in flight.
+        current_by_message: whether the current item is chosen by the message MISSION_SET_CURRENT.
+            A PX4 knows no DO_SET_MISSION_CURRENT (observed: UNSUPPORTED).
         rejections: how the texts begin that say that a stored mission will not be flown.
     """
 
@@ -138,6 +143,7 @@ class MissionRules:
     terrain: bool = False
     takeoff_least_m: float = 0.0
     change_text: str = ""
+    current_by_message: bool = False
     rejections: tuple[str, ...] = ()
 
     @property

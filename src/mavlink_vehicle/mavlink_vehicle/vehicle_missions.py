@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
-from mavlink_vehicle.protocols.goals import ModeGoal
-from mavlink_vehicle.protocols.mission_goals import CurrentItemGoal, MissionStartGoal
+from mavlink_vehicle.protocols.mission_goals import (
+    CurrentItemGoal,
+    MissionModeGoal,
+    MissionStartGoal,
+)
 from mavlink_vehicle.protocols.mission_operation import (
     MissionJob,
     MissionOperation,
@@ -74,7 +77,7 @@ class VehicleMissions(VehicleOperations):
         goal = (
             MissionStartGoal(name, mode, profile)
             if rules.start_command
-            else ModeGoal(name, mode, profile, kind)
+            else MissionModeGoal(name, mode, profile)
         )
         timing = OperationTiming(self.config.operation_timeout_s)
         return self._begin(profile, goal, Wanted(mode=mode), timing, now)
@@ -86,7 +89,8 @@ class VehicleMissions(VehicleOperations):
             return self._nobody(kind, now)
         if profile.missions is None:
             return self._refuse(kind, _no_missions(profile), now)
-        goal = CurrentItemGoal(index + profile.missions.offset)
+        rules = profile.missions
+        goal = CurrentItemGoal(index + rules.offset, rules.current_by_message)
         timing = OperationTiming(self.config.operation_timeout_s)
         return self._begin(profile, goal, Wanted(), timing, now)
 

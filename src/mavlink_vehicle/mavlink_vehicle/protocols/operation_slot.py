@@ -34,6 +34,7 @@ class OperationSlot:
         """Begin empty; see `RequestedChanges` for the grace period."""
         self._command_timing = command_timing
         self._requested = RequestedChanges(grace_s)
+        self._last_words: list[Message] = []
         self._operation: Operation | MissionOperation | None = None
         self._next_id = 1
         self._events: deque[OperationFinished] = deque()
@@ -163,7 +164,10 @@ class OperationSlot:
 
     def messages_to_send(self) -> list[Message]:
         """Take what is to be sent."""
-        return [] if self._operation is None else self._operation.messages_to_send()
+        messages, self._last_words = self._last_words, []
+        if self._operation is not None:
+            messages += self._operation.messages_to_send()
+        return messages
 
     def next_event(self) -> OperationFinished | None:
         """Take the next end."""
@@ -175,6 +179,8 @@ class OperationSlot:
             if event.result is OperationResult.ACHIEVED:
                 for mode in self._operation.next_modes():
                     self._requested.add(mode=mode)
+            # A transfer's end is acknowledged to the vehicle, which waits for it.
+            self._last_words += self._operation.messages_to_send()
             self._operation = None
             self._requested.end(now)
             self._events.append(event)

@@ -287,11 +287,9 @@ class Operation(Machine[OperationFinished]):
     def _give_reasons(self, now: float) -> None:
         name = command_name(self._command.request.command)
         answer = result_name(self._answer) if self._answer is not None else "nothing"
-        self._finish(
-            OperationResult.REFUSED,
-            f"{self._title()} refused: {name} was answered {answer}",
-            now,
-        )
+        what = f"{self._title()} refused: {name} was answered {answer}"
+        hint = self.goal.hint(self._vehicle)
+        self._finish(OperationResult.REFUSED, f"{what}; {hint}" if hint else what, now)
 
     def _time_out(self, now: float) -> None:
         name = command_name(self._command.request.command)
