@@ -51,3 +51,7 @@ MOVING = frozenset(
 )
 CONDITIONS = frozenset((Cmd.CONDITION_DELAY, Cmd.CONDITION_DISTANCE, Cmd.CONDITION_YAW))
 """Hold up what is to be done after them on the same way"""
+UNTOLD = frozenset(
+    (Cmd.SET_SERVO, Cmd.DIGICAM_CONTROL, Cmd.CAMERA_DISTANCE, Cmd.GRIPPER, Cmd.JUMP_TAG)
+)
+"""Done by ArduPilot's mission library itself, which tells nobody (seen in `plane_auto`)"""
