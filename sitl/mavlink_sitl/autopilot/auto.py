@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 AMSL_FRAMES = (0, 2, 5)
+TAKE_OFFS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF)
 MOST_STEPS = 200
 """A mission of nothing but jumps ends after so many"""
 ALLOW_ARMING = 1
@@ -71,7 +72,7 @@ class Auto(Mode):
         plans = self.copter.plans
         start = max(plans.current, self._first)
         moving = (i.command for i in plans.mission.items[start:] if i.command in self.moving)
-        return next(moving, None) == Cmd.TAKEOFF
+        return next(moving, None) in TAKE_OFFS
 
     # The mode.
 
@@ -266,7 +267,7 @@ class Auto(Mode):
         north, east, _ = to_local(navigator.origin, point)
         if not item.x and not item.y:
             north, east = instead[:2]
-        if item.z == 0.0 and item.command != Cmd.TAKEOFF:
+        if item.z == 0.0 and item.command not in TAKE_OFFS:
             return north, east, instead[2]
         return north, east, self._down_m(item)
 
