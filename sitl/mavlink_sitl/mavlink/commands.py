@@ -240,9 +240,11 @@ def _pause_or_go_on(server: MavlinkServer, command: Command) -> Result:
 
 
 def _enable_fence(server: MavlinkServer, command: Command) -> Result:
-    if command.params[0] not in (0.0, 1.0) or "FENCE_ENABLE" not in server.copter.parameters:
+    """DO_FENCE_ENABLE; 2 puts only the floor out of force, which counts by itself here."""
+    if command.params[0] not in (0.0, 1.0, 2.0) or "FENCE_ENABLE" not in server.copter.parameters:
         return Result.FAILED
-    server.copter.fence.enable(command.params[0] == 1.0)
+    if command.params[0] != 2.0:
+        server.copter.fence.enable(command.params[0] == 1.0)
     return Result.ACCEPTED
 
 
