@@ -5,6 +5,9 @@ From the recordings `copter_auto_cleared` and `rover_auto`, and from the firmwar
 * Items that move (waypoints, loiters, take-off, landing) follow one another.
 * Those that only do something (`DO_*`) and conditions (`CONDITION_*`) are done on the way to
   the next one that moves, in their order. Those that are not done yet when it ends are dropped.
+* An item that moves is told as reached under the number of what is done at once after it
+  (`copter_mission_rich`, `rover_mission`, `plane_auto`): the firmware's message is overwritten
+  before it is sent. What its mission library does itself, as servos, is never told.
 * Left half-way, it is taken up at the same item.
 """
 
@@ -15,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto_tasks import Task
 from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.autopilot.plan_commands import CONDITIONS, MOVING, NAMES
+from mavlink_sitl.autopilot.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.autopilot.track import Vector
 from mavlink_sitl.exchange import ItemReached, Result, Severity
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 AMSL_FRAMES = (0, 2, 5)
+TAKE_OFFS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF)
 MOST_STEPS = 200
 """A mission of nothing but jumps ends after so many"""
 ALLOW_ARMING = 1
@@ -37,10 +41,12 @@ class Auto(Mode):
 
     Attributes:
         moving: the items that move this kind of vehicle.
+        untold: the items that are never told as reached.
         task: what it is busy with; None without a mission, or after its end.
     """
 
     moving = MOVING
+    untold: frozenset[Cmd] = UNTOLD
 
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
         """See the class."""
@@ -66,7 +72,7 @@ class Auto(Mode):
         plans = self.copter.plans
         start = max(plans.current, self._first)
         moving = (i.command for i in plans.mission.items[start:] if i.command in self.moving)
-        return next(moving, None) == Cmd.TAKEOFF
+        return next(moving, None) in TAKE_OFFS
 
     # The mode.
 
@@ -116,9 +122,14 @@ class Auto(Mode):
 
     def _finish(self, task: Task) -> None:
         place = self.copter.plans.current
-        self.copter.events.append(ItemReached(place))
+        told = ItemReached(place)
+        self.copter.events.append(told)
         self._say_reached(place, task.item)
         self._advance(place + 1)
+        events = self.copter.events
+        reached = [event for event in events if isinstance(event, ItemReached)]
+        if told in reached[:-1]:
+            events.remove(told)
 
     def _say_reached(self, place: int, item: PlanItem) -> None:
         if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
@@ -197,7 +208,8 @@ class Auto(Mode):
                 return
             self._doing_since_s = None
             self._waiting.pop(0)
-            self.copter.events.append(ItemReached(seq))
+            if item.command not in self.untold:
+                self.copter.events.append(ItemReached(seq))
 
     def _do(self, item: PlanItem, begins: bool) -> bool:
         """Do an item that does not move, or look at a condition.
@@ -255,7 +267,7 @@ class Auto(Mode):
         north, east, _ = to_local(navigator.origin, point)
         if not item.x and not item.y:
             north, east = instead[:2]
-        if item.z == 0.0 and item.command != Cmd.TAKEOFF:
+        if item.z == 0.0 and item.command not in TAKE_OFFS:
             return north, east, instead[2]
         return north, east, self._down_m(item)
 

@@ -245,8 +245,10 @@ class Copter(Firmware):
             return self.mode.go_on() if go_on else self.mode.pause()
         if not isinstance(self.mode, Guided):
             return Result.FAILED
-        if not go_on:
-            self.mode.enter()
+        if go_on:
+            self.mode.go_on()
+        else:
+            self.mode.pause()
         return Result.ACCEPTED
 
     def land_after_pause(self) -> None:

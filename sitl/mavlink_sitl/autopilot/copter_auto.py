@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.auto import Auto
+from mavlink_sitl.autopilot.auto import TAKE_OFFS, Auto
 from mavlink_sitl.autopilot.auto_tasks import Delay
 from mavlink_sitl.autopilot.copter_curves import Circle, LoiterToAltitude, Spline
 from mavlink_sitl.autopilot.copter_tasks import (
@@ -18,6 +18,7 @@ from mavlink_sitl.autopilot.copter_tasks import (
     TakeOff,
     stopping_point,
 )
+from mavlink_sitl.autopilot.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Motors, Result
 
@@ -29,6 +30,8 @@ ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
 
 class CopterAuto(Auto):
     """Flies the uploaded mission."""
+
+    moving = MOVING | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
 
     _target: Vector
     """Where the item in force ends, NED metres"""
@@ -69,13 +72,13 @@ class CopterAuto(Auto):
         target = self.place_of(item, start)
         self._target = target
         command = item.command
-        if command == Cmd.TAKEOFF:
+        if command in TAKE_OFFS:
             self.task = TakeOff(self, item, target[2])
         elif command == Cmd.DELAY:
             self.task = Delay(self, item)
         elif command == Cmd.RTL:
             self.task = ReturnHome(self, item)
-        elif command == Cmd.LAND:
+        elif command in (Cmd.LAND, Cmd.VTOL_LAND):
             self.task = LandAt(self, item, start, target, moves=bool(item.x or item.y))
         elif command == Cmd.LOITER_TURNS:
             self.task = Circle(self, item, start, target)

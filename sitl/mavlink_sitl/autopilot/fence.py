@@ -30,6 +30,8 @@ _ACTIONS = {
     4: (_MODE_BRAKE, _MODE_LAND),
 }
 """FENCE_ACTION: the modes that are tried; 0 only says it"""
+HIGHER_M = 20.0
+"""So much higher a breach of the ceiling counts again (`copter_fence3`)"""
 AVOID_FENCE = 1
 """Bit of AVOID_ENABLE"""
 Point = tuple[float, float]
@@ -122,6 +124,7 @@ class Fence:
         self._areas: list[Area] = []
         self._areas_of = -1
         self._acted_at: Point = (0.0, 0.0)
+        self._acted_height_m = 0.0
         self._above_floor = False
 
     @property
@@ -236,11 +239,15 @@ class Fence:
         new = broken & ~self.breached
         home = copter.navigator.home_ned_m()
         here = copter.motion[:2]
-        further = math.dist(here, home[:2]) > math.dist(self._acted_at, home[:2]) + self.again_m
+        height_m = copter.navigator.height_above_home_m()
+        higher = bool(broken & HEIGHT) and height_m > self._acted_height_m + HIGHER_M
+        acted_m = math.dist(self._acted_at, home[:2])
+        further = higher or math.dist(here, home[:2]) > acted_m + self.again_m
         self.breached = broken
         if not broken or not (new or further) or self._ignores_breaches():
             return
         self._acted_at = here
+        self._acted_height_m = height_m
         self.count += 1
         self.breached_at_s = copter.now_s
         self.last_breached = new or broken

@@ -96,12 +96,25 @@ class Guided(Mode):
         self._takeoff_pending = False
         self._attitude: AttitudeTarget | None = None
         self._turned_s = 0.0
+        self._paused: Setpoint | None = None
 
     def enter(self) -> None:
         """Stop and hold; no old setpoint is taken up again."""
         self._stop()
 
+    def pause(self) -> None:
+        """DO_PAUSE_CONTINUE 0: stop and hold, until told to go on or where else to go."""
+        paused = self.target if self.submode is Submode.POSITION else None
+        self._stop()
+        self._paused = paused
+
+    def go_on(self) -> None:
+        """DO_PAUSE_CONTINUE 1: on to the same position (`copter_guided_cmds`)."""
+        if self._paused is not None:
+            self._take(Submode.POSITION, self._paused)
+
     def _stop(self) -> None:
+        self._paused = None
         self.submode = Submode.VELOCITY
         self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
         self._expires_s = math.inf
@@ -177,6 +190,7 @@ class Guided(Mode):
 
     def _take(self, submode: Submode, setpoint: Setpoint) -> None:
         restart = submode is not self.submode
+        self._paused = None
         self.submode = submode
         self.target = setpoint
         self._takeoff_pending = False

@@ -14,6 +14,7 @@ NAMES = {
     Cmd.TAKEOFF: "Takeoff",
     Cmd.LOITER_TO_ALT: "LoitAltitude",
     Cmd.SPLINE: "SplineWP",
+    Cmd.SET_REVERSE: "SetReverse",
     Cmd.DELAY: "Delay",
     Cmd.CONDITION_DELAY: "CondDelay",
     Cmd.CONDITION_DISTANCE: "CondDist",
@@ -51,3 +52,14 @@ MOVING = frozenset(
 )
 CONDITIONS = frozenset((Cmd.CONDITION_DELAY, Cmd.CONDITION_DISTANCE, Cmd.CONDITION_YAW))
 """Hold up what is to be done after them on the same way"""
+UNTOLD = frozenset(
+    (
+        Cmd.SET_SERVO,
+        Cmd.DIGICAM_CONTROL,
+        Cmd.CAMERA_DISTANCE,
+        Cmd.GRIPPER,
+        Cmd.JUMP_TAG,
+        Cmd.SEND_SCRIPT_MESSAGE,
+    )
+)
+"""Done by ArduPilot's mission library itself, which tells nobody (seen in `plane_auto`)"""

@@ -41,9 +41,22 @@ _DONE = frozenset(
         Cmd.FENCE_ENABLE,
         Cmd.JUMP_TAG,
         Cmd.DO_JUMP_TAG,
+        Cmd.LOITER_TO_ALT,
+        Cmd.SPLINE,
+        Cmd.VTOL_TAKEOFF,
+        Cmd.VTOL_LAND,
+        Cmd.GUIDED_ENABLE,
+        Cmd.PAYLOAD_PLACE,
+        Cmd.CONDITION_YAW,
+        Cmd.PAUSE_CONTINUE,
+        Cmd.SET_REVERSE,
+        Cmd.GRIPPER,
+        Cmd.SET_YAW_SPEED,
+        Cmd.SEND_SCRIPT_MESSAGE,
     )
 )
-"""What ArduPilot takes besides; items of cameras are passed over by who has none"""
+"""What ArduPilot takes besides, whatever the vehicle: one that cannot do an item passes it over
+(uploads in `copter_mission_misc` and `rover_mission`)"""
 _FENCE = frozenset(
     (
         Cmd.FENCE_RETURN_POINT,
@@ -114,14 +127,11 @@ class PlanRules:
     keeps_nan: bool = False
 
 
-def _mission(*more: Cmd) -> dict[PlanType, frozenset[Cmd]]:
-    """The items that ArduPilot takes; `more` depend on the kind of vehicle."""
-    return {**PlanRules().commands, PlanType.MISSION: _FLOWN | _DONE | frozenset(more)}
-
-
-ARDUPILOT_PLANS = PlanRules(commands=_mission())
-ARDUPLANE_PLANS = PlanRules(commands=_mission(Cmd.LOITER_TO_ALT))
-ARDUCOPTER_PLANS = PlanRules(commands=_mission(Cmd.SPLINE, Cmd.LOITER_TO_ALT, Cmd.CONDITION_YAW))
+ARDUPILOT_PLANS = PlanRules(
+    commands={**PlanRules().commands, PlanType.MISSION: _FLOWN | _DONE},
+    frames=frozenset((0, 2, 3, 5, 6, 10, 11)),
+    stored_frames={5: 0, 6: 3, 11: 10},
+)
 
 _PX4_PLACES = frozenset(
     (

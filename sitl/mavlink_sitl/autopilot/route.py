@@ -140,7 +140,10 @@ class Route:
         v_n, v_e = n * speed + gain * behind_n, e * speed + gain * behind_e
         wanted = math.hypot(v_n, v_e)
         wanted = min(wanted, self._speed_m_s)
-        course = math.atan2(v_e, v_n) if wanted > 0.02 else m.yaw_rad
+        ahead = m.yaw_rad + (math.pi if rover.backwards else 0.0)
+        course = math.atan2(v_e, v_n) if wanted > 0.02 else ahead
+        if rover.backwards:
+            wanted, course = -wanted, course + math.pi
         off = math.remainder(course - m.yaw_rad, math.tau)
         if abs(off) > math.pi / 2 and self.distance_m < rover.parameters["WP_RADIUS"]:
             # Beyond the end by a little: roll back instead of turning round.

@@ -60,6 +60,7 @@ class Rover(Traveller):
 
     Attributes:
         trail: the way since it was armed, for SMART_RTL; None while it is disarmed.
+        backwards: whether ways are driven tail first (DO_SET_REVERSE), until the mode changes.
     """
 
     behaviours: ClassVar[Mapping[str, Callable[[Rover, ModeSpec], Mode]]] = {
@@ -87,6 +88,7 @@ class Rover(Traveller):
         self.failsafe = RoverFailsafes(self)
         self.fence = RoverFence(self)
         self.trail: Breadcrumbs | None = None
+        self.backwards = False
         self._next_crumb_s = 0.0
         self.pilot.throttle_us = CENTRED_US
         self.mode.enter()

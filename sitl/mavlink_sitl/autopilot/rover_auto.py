@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.auto import Auto
 from mavlink_sitl.autopilot.auto_tasks import Delay, Task
+from mavlink_sitl.autopilot.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.route import CORNER_M_S, Route
 from mavlink_sitl.autopilot.rover_modes import DriveMode
@@ -78,6 +79,8 @@ class DriveTo(Task):
 class DriveAuto(DriveMode, Auto):
     """Drives the uploaded mission."""
 
+    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT}
+
     def ground_motors(self) -> Motors:
         """A rover never counts as landed."""
         return Motors.FLY
@@ -89,6 +92,7 @@ class DriveAuto(DriveMode, Auto):
     def enter(self) -> None:
         """Take the mission up where it was left, or begin it."""
         self.route = None
+        self.rover.backwards = False
         super().enter()
 
     def update(self) -> None:
@@ -105,6 +109,12 @@ class DriveAuto(DriveMode, Auto):
         """Another speed: go on with it."""
         if isinstance(self.task, DriveTo):
             self.task.begin(self._speed())
+
+    def _do(self, item: PlanItem, begins: bool) -> bool:
+        """DO_SET_REVERSE, besides what every vehicle does."""
+        if item.command == Cmd.SET_REVERSE:
+            self.rover.backwards = item.params[0] == 1.0
+        return super()._do(item, begins)
 
     def _speed(self) -> float:
         m = self.rover.motion

@@ -181,6 +181,7 @@ class Guided(DriveMode):
 
     def enter(self) -> None:
         """Stop; no old setpoint is taken up again."""
+        self.rover.backwards = False
         self.route = None
         self._expires_s = math.inf
         self._told = False

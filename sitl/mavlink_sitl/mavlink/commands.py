@@ -110,6 +110,10 @@ def _mode(number: int) -> Callable[[MavlinkServer, Command], Result]:
 
 
 def _reposition(server: MavlinkServer, command: Command) -> Result:
+    """DO_REPOSITION of a copter, which ignores the speed and the heading in it.
+
+    Seen in `copter_guided_cmds`; outside the fence it fails (`copter_fence3`).
+    """
     copter = server.copter
     if command.is_long:
         return Result.UNSUPPORTED
@@ -125,12 +129,9 @@ def _reposition(server: MavlinkServer, command: Command) -> Result:
         return Result.DENIED
     if copter.set_mode(_MODE_GUIDED) is not Result.ACCEPTED:
         return Result.FAILED
-    yaw = command.params[3]
-    copter.setpoint(
-        Setpoint(Frame.LOCAL, position_m=position, yaw_rad=yaw if setpoints.usable(yaw) else None)
-    )
-    if command.params[0] > 0.0:
-        copter.change_speed(1, command.params[0])
+    if not copter.fence.allows(position):
+        return Result.FAILED
+    copter.setpoint(Setpoint(Frame.LOCAL, position_m=position))
     return Result.ACCEPTED
 
 
@@ -185,6 +186,13 @@ def _request(message_id: int) -> Callable[[MavlinkServer, Command], Result]:
     return handler
 
 
+def _capabilities(server: MavlinkServer, command: Command) -> Result:
+    """REQUEST_AUTOPILOT_CAPABILITIES: with param1 = 1 (`copter_ground_cmds`)."""
+    if command.params[0] != 1.0:
+        return Result.FAILED
+    return _request(148)(server, command)
+
+
 def _set_home(server: MavlinkServer, command: Command) -> Result:
     """Home is here, with param1 = 1 or without a place; else there."""
     copter = server.copter
@@ -202,7 +210,8 @@ def _set_home(server: MavlinkServer, command: Command) -> Result:
 
 def _reboot(server: MavlinkServer, command: Command) -> Result:
     if command.params[0] not in (1.0, 3.0):
-        return Result.UNSUPPORTED
+        # Asked first whether it is armed, also by a test of the motors (`copter_ground_cmds`).
+        return Result.FAILED if server.copter.soft_armed else Result.UNSUPPORTED
     return server.copter.reboot()
 
 
@@ -210,7 +219,10 @@ def _prearm_checks(server: MavlinkServer, _: Command) -> Result:
     return server.copter.arming.run_checks()
 
 
-def _mission_start(server: MavlinkServer, _: Command) -> Result:
+def _mission_start(server: MavlinkServer, command: Command) -> Result:
+    """MISSION_START: of the whole mission only (`copter_mission_misc`)."""
+    if command.params[0] or command.params[1]:
+        return Result.DENIED
     return server.copter.start_mission()
 
 
@@ -228,9 +240,11 @@ def _pause_or_go_on(server: MavlinkServer, command: Command) -> Result:
 
 
 def _enable_fence(server: MavlinkServer, command: Command) -> Result:
-    if command.params[0] not in (0.0, 1.0) or "FENCE_ENABLE" not in server.copter.parameters:
+    """DO_FENCE_ENABLE; 2 puts only the floor out of force, which counts by itself here."""
+    if command.params[0] not in (0.0, 1.0, 2.0) or "FENCE_ENABLE" not in server.copter.parameters:
         return Result.FAILED
-    server.copter.fence.enable(command.params[0] == 1.0)
+    if command.params[0] != 2.0:
+        server.copter.fence.enable(command.params[0] == 1.0)
     return Result.ACCEPTED
 
 
@@ -267,7 +281,7 @@ _HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: _get_interval,
     dialect.MAV_CMD_SET_MESSAGE_INTERVAL: _set_interval,
     dialect.MAV_CMD_REQUEST_MESSAGE: _request_message,
-    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: _request(148),
+    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: _capabilities,
 }
 
 _USED_PARAMS = {
@@ -279,8 +293,9 @@ _USED_PARAMS = {
     dialect.MAV_CMD_NAV_LOITER_UNLIM: 0,
     dialect.MAV_CMD_RUN_PREARM_CHECKS: 0,
     dialect.MAV_CMD_GET_HOME_POSITION: 0,
-    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: 0,
-    dialect.MAV_CMD_MISSION_START: 0,
+    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: 1,
+    dialect.MAV_CMD_DO_SET_REVERSE: 1,
+    dialect.MAV_CMD_MISSION_START: 2,
     dialect.MAV_CMD_DO_LAND_START: 0,
     dialect.MAV_CMD_DO_GO_AROUND: 1,
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: 1,

@@ -110,7 +110,14 @@ COPTER: dict[int, Handler | None] = {
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: calibrate,
     dialect.MAV_CMD_DO_SET_SERVO: set_servo,
     dialect.MAV_CMD_DO_LAND_START: land_start,
-    dialect.MAV_CMD_DO_GRIPPER: _always(Result.FAILED),  # there is none
+    # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
+    dialect.MAV_CMD_DO_GRIPPER: _always(Result.FAILED),
+    dialect.MAV_CMD_VIDEO_START_CAPTURE: _always(Result.FAILED),
+    dialect.MAV_CMD_DO_MOUNT_CONTROL: _always(Result.FAILED),
+    dialect.MAV_CMD_DO_SET_RELAY: _always(Result.ACCEPTED),
+    dialect.MAV_CMD_DO_REPEAT_SERVO: _always(Result.ACCEPTED),
+    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: _always(Result.ACCEPTED),
+    dialect.MAV_CMD_DO_DIGICAM_CONTROL: _always(Result.ACCEPTED),
     dialect.MAV_CMD_SET_EKF_SOURCE_SET: _source_set,
     dialect.MAV_CMD_NAV_VTOL_LAND: _land,
 }
@@ -123,6 +130,12 @@ USED_PARAMS = {
     dialect.MAV_CMD_DO_LAND_START: 0,
     dialect.MAV_CMD_DO_SET_SERVO: 2,
     dialect.MAV_CMD_DO_GRIPPER: 0,
+    dialect.MAV_CMD_VIDEO_START_CAPTURE: 0,
+    dialect.MAV_CMD_DO_MOUNT_CONTROL: 0,
+    dialect.MAV_CMD_DO_SET_RELAY: 0,
+    dialect.MAV_CMD_DO_REPEAT_SERVO: 0,
+    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: 0,
+    dialect.MAV_CMD_DO_DIGICAM_CONTROL: 0,
     dialect.MAV_CMD_SET_EKF_SOURCE_SET: 1,
     dialect.MAV_CMD_NAV_VTOL_LAND: 0,
 }

@@ -16,6 +16,8 @@ from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.firmware import Firmware
+    from mavlink_sitl.autopilot.track import Vector
     from mavlink_sitl.mavlink.commands import Command
     from mavlink_sitl.mavlink.server import MavlinkServer
 
@@ -27,7 +29,10 @@ def _mode(number: int) -> Handler:
 
 
 def _reposition(guided: int, otherwise: Result) -> Handler:
-    """DO_REPOSITION as COMMAND_INT; bit 0 of param2 allows the change to GUIDED."""
+    """DO_REPOSITION as COMMAND_INT; bit 0 of param2 allows the change to GUIDED.
+
+    A plane ignores the radius in param3; param4 says which way round (`plane_guided_repo`).
+    """
 
     def handler(server: MavlinkServer, command: Command) -> Result:
         copter = server.copter
@@ -46,17 +51,26 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
             return Result.DENIED
         if copter.set_mode(guided) is not Result.ACCEPTED:
             return Result.FAILED
-        if isinstance(copter, plane.Plane):
-            radius, backwards = command.params[2], command.params[3]
-            against = setpoints.usable(backwards) and backwards != 0.0
-            copter.reposition(position, -max(radius, 0.0) if against else max(radius, 0.0))
-            return Result.ACCEPTED
-        if command.params[0] > 0.0:
-            copter.change_speed(1, command.params[0])
-        copter.go_to(Setpoint(Frame.LOCAL, position_m=position))
-        return Result.ACCEPTED
+        return _go_to(copter, command, position)
 
     return handler
+
+
+def _go_to(copter: Firmware, command: Command, position: Vector) -> Result:
+    """Where a DO_REPOSITION sends a vehicle that is in GUIDED; NED metres."""
+    if isinstance(copter, plane.Plane):
+        against = setpoints.usable(command.params[3]) and command.params[3] != 0.0
+        usual_m = abs(copter.parameters["WP_LOITER_RAD"])
+        copter.reposition(position, -usual_m if against else usual_m)
+        return Result.ACCEPTED
+    assert isinstance(copter, rover.Rover)
+    if command.params[0] > 0.0:
+        # Only a way that is being driven takes a speed (`rover_setpoints3`).
+        if copter.destination_ned_m() is None:
+            return Result.FAILED
+        copter.change_speed(1, command.params[0])
+    copter.go_to(Setpoint(Frame.LOCAL, position_m=position))
+    return Result.ACCEPTED
 
 
 def _as_plane(server: MavlinkServer) -> plane.Plane:
@@ -74,11 +88,13 @@ def _go_around(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED if _as_plane(server).go_around(command.params[0]) else Result.FAILED
 
 
-def _mission_start(server: MavlinkServer, command: Command) -> Result:
-    """MISSION_START: of the whole mission only."""
-    if command.params[0] or command.params[1]:
+def _set_reverse(server: MavlinkServer, command: Command) -> Result:
+    """DO_SET_REVERSE."""
+    assert isinstance(server.copter, rover.Rover)
+    if command.params[0] not in (0.0, 1.0):
         return Result.DENIED
-    return server.copter.start_mission()
+    server.copter.backwards = command.params[0] == 1.0
+    return Result.ACCEPTED
 
 
 _ROVER: dict[int, Handler | None] = {
@@ -86,6 +102,7 @@ _ROVER: dict[int, Handler | None] = {
     dialect.MAV_CMD_NAV_LAND: None,
     dialect.MAV_CMD_NAV_LOITER_UNLIM: None,
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(rover.MODE_RTL),
+    dialect.MAV_CMD_DO_SET_REVERSE: _set_reverse,
     dialect.MAV_CMD_DO_REPOSITION: _reposition(rover.MODE_GUIDED, Result.DENIED),
 }
 
@@ -93,7 +110,7 @@ _PLANE: dict[int, Handler | None] = {
     dialect.MAV_CMD_NAV_LAND: None,
     dialect.MAV_CMD_DO_LAND_START: _start_landing,
     dialect.MAV_CMD_DO_GO_AROUND: _go_around,
-    dialect.MAV_CMD_MISSION_START: _mission_start,
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: lambda *_: Result.ACCEPTED,
     dialect.MAV_CMD_NAV_TAKEOFF: lambda *_: Result.FAILED,
     dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(plane.MODE_LOITER),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(plane.MODE_RTL),

@@ -23,6 +23,8 @@ _YAW_MAY_BE_NAN = frozenset(
         Cmd.SPLINE,
         Cmd.LAND,
         Cmd.TAKEOFF,
+        Cmd.VTOL_TAKEOFF,
+        Cmd.VTOL_LAND,
         Cmd.LOITER_UNLIM,
         Cmd.LOITER_TIME,
         Cmd.LOITER_TURNS,
@@ -127,7 +129,10 @@ def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
 
 
 def fence_fault(items: list[PlanItem]) -> int:
-    """The MAV_MISSION_RESULT of a whole fence: polygons need three corners, circles a radius."""
+    """The MAV_MISSION_RESULT of a whole fence: polygons need three corners, circles a radius.
+
+    ArduPilot answers a fault with ERROR (`copter_fence2`).
+    """
     place = 0
     while place < len(items):
         item = items[place]
@@ -136,11 +141,11 @@ def fence_fault(items: list[PlanItem]) -> int:
             group = items[place : place + corners]
             same = all((i.command, i.params[0]) == (item.command, item.params[0]) for i in group)
             if corners < 3 or len(group) < corners or not same:
-                return INVALID_PARAM1
+                return ERROR
             place += corners
             continue
         if item.command in (Cmd.CIRCLE_INCLUSION, Cmd.CIRCLE_EXCLUSION) and item.params[0] <= 0.0:
-            return INVALID_PARAM1
+            return ERROR
         place += 1
     return OK
 

@@ -251,6 +251,62 @@ def test_reposition_flies_there() -> None:
     assert (north, east, down) == pytest.approx((20.0, 0.0, -8.0), abs=0.4)
 
 
+def test_reposition_ignores_the_speed_and_the_heading_in_it() -> None:
+    """Flown at WPNAV_SPEED, nose ahead: seen in `copter_guided_cmds`."""
+    station = flying(5.0)
+    x = -353632610 + round(30.0 / 0.011131884502145034)
+    reposition = mav.MAV_CMD_DO_REPOSITION
+    assert station.command_int(reposition, 6, 1.0, 1, 0, 1.57, x=x, y=1491652300, z=5.0) == ACCEPTED
+    station.run(8.0)
+    assert station.position[0] > 20.0
+    assert abs(math.degrees(float(station.simulation.truth.yaw_rad[0]))) < 10.0
+
+
+def test_reposition_outside_the_fence_fails() -> None:
+    """Seen in `copter_fence3`: unlike a setpoint it is answered, and it stays where it is."""
+    station = flying(5.0)
+    station.vehicle.copter.fence.enable(True)
+    x = -353632610 + round(900.0 / 0.011131884502145034)
+    result = station.command_int(mav.MAV_CMD_DO_REPOSITION, 6, -1, 1, x=x, y=1491652300, z=10.0)
+    assert result == FAILED
+    station.run(2.0)
+    assert math.hypot(*station.velocity) < 0.5
+
+
+def test_what_was_paused_in_guided_goes_on_to_the_same_place() -> None:
+    """Seen in `copter_guided_cmds`."""
+    station = flying(5.0)
+    station.setpoint(0xDF8, position=(30.0, 0.0, -5.0))
+    station.run(3.0)
+    assert station.command(mav.MAV_CMD_DO_PAUSE_CONTINUE, 0) == ACCEPTED
+    station.run(5.0)
+    assert math.hypot(*station.velocity) < 0.3
+    assert station.position[0] < 25.0
+    assert station.command(mav.MAV_CMD_DO_PAUSE_CONTINUE, 1) == ACCEPTED
+    station.run(12.0)
+    assert station.position[0] == pytest.approx(30.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("command", "param1", "result"),
+    [
+        (mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 0.0, FAILED),
+        (mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1.0, ACCEPTED),
+        (mav.MAV_CMD_DO_SET_RELAY, 0.0, ACCEPTED),
+        (mav.MAV_CMD_DO_REPEAT_SERVO, 9.0, ACCEPTED),
+        (mav.MAV_CMD_DO_SET_CAM_TRIGG_DIST, 0.0, ACCEPTED),
+        (mav.MAV_CMD_DO_DIGICAM_CONTROL, 0.0, ACCEPTED),
+        (mav.MAV_CMD_VIDEO_START_CAPTURE, 0.0, FAILED),
+        (mav.MAV_CMD_DO_MOUNT_CONTROL, 0.0, FAILED),
+        (mav.MAV_CMD_MISSION_START, 1.0, DENIED),
+    ],
+)
+def test_answers_of_copter_ground_cmds(
+    ground: GroundStation, command: int, param1: float, result: int
+) -> None:
+    assert ground.command(command, param1) == result
+
+
 def test_reposition_outside_guided_without_its_bit_is_denied() -> None:
     station = flying(5.0)
     station.mode(LOITER)

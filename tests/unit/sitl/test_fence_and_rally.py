@@ -8,7 +8,15 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.fence import Area
-from tests.support.ground_station import GUIDED, POSITION, RTL, VELOCITY, GroundStation, copter
+from tests.support.ground_station import (
+    GUIDED,
+    LAND,
+    POSITION,
+    RTL,
+    VELOCITY,
+    GroundStation,
+    copter,
+)
 from tests.support.missions import item, upload
 
 INCLUSION, EXCLUSION, CIRCLE_IN, CIRCLE_OUT = 5001, 5002, 5003, 5004
@@ -139,3 +147,26 @@ def test_rtl_goes_home_when_that_is_nearer() -> None:
     station.mode(RTL)
     station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
     assert math.hypot(*station.position[:2]) < 0.6
+
+
+def test_twenty_metres_higher_a_breach_of_the_ceiling_counts_again() -> None:
+    """Seen in `copter_fence3`: with FENCE_ACTION changed in between, it acts at 40 m."""
+    fence = {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 1.0, "FENCE_ALT_MAX": 20.0, "FENCE_ACTION": 0.0}
+    station = flying({**fence, "AVOID_ENABLE": 0.0})
+    copter = station.vehicle.copter
+
+    def push() -> None:
+        station.setpoint(VELOCITY, velocity=(0.0, 0.0, -2.0))
+
+    while not copter.fence.count:
+        station.stream(1.0, 2.0, push)
+        assert station.now_s < 60.0
+    copter.parameters.set("FENCE_ACTION", 2.0)
+    station.stream(6.0, 2.0, push)
+    assert copter.mode.spec.number == GUIDED
+    while copter.mode.spec.number == GUIDED:
+        station.stream(1.0, 2.0, push)
+        assert station.now_s < 60.0
+    assert copter.mode.spec.number == LAND
+    assert -station.position[2] == pytest.approx(41.5, abs=2.0)
+    assert copter.fence.count == 2

@@ -33,7 +33,7 @@ from tests.support.kinds import (
     plane,
     rover,
 )
-from tests.support.missions import download, upload, waypoint
+from tests.support.missions import download, item, upload, waypoint
 
 KINDS = ["rover", "boat", "plane"]
 ERROR = 1
@@ -216,3 +216,35 @@ def test_the_mission_state_is_none_not_started_active(vehicle: str) -> None:
     station.mode(PLANE_AUTO if vehicle == "plane" else ROVER_AUTO)
     station.run(0.5)
     assert station.last("MISSION_CURRENT").mission_state == 3
+
+
+@pytest.mark.parametrize("vehicle", KINDS)
+def test_items_that_a_kind_cannot_do_are_taken_and_passed_over(vehicle: str) -> None:
+    """Uploads in `copter_mission_misc` and `rover_mission`."""
+    taken: tuple[int, ...] = (
+        16,
+        17,
+        18,
+        19,
+        20,
+        21,
+        22,
+        31,
+        82,
+        84,
+        85,
+        92,
+        93,
+        94,
+        112,
+        114,
+        115,
+        178,
+        179,
+        183,
+    )
+    taken += (189, 193, 194, 195, 197, 201, 206, 207, 211, 213, 217, 600)
+    station = kind(vehicle)
+    assert upload(station, [waypoint(0, 0), *(item(number, 10, 0) for number in taken)]) == 0
+    for number in (33, 34, 36, 113, 176, 190, 192, 400, 420, 31000):
+        assert upload(station, [waypoint(0, 0), item(number, 10, 0)]) == 3

@@ -169,8 +169,8 @@ def test_clear_all_clears(station: GroundStation, mission_type: int) -> None:
 
 def test_a_polygon_needs_three_corners_and_a_circle_a_radius(station: GroundStation) -> None:
     two = [item(5001, 10.0 * i, 0, params=(2.0,), mission_type=1) for i in range(2)]
-    assert upload(station, two, 1) != mav.MAV_MISSION_ACCEPTED
-    assert upload(station, [item(5003, mission_type=1)], 1) != mav.MAV_MISSION_ACCEPTED
+    assert upload(station, two, 1) == mav.MAV_MISSION_ERROR
+    assert upload(station, [item(5003, mission_type=1)], 1) == mav.MAV_MISSION_ERROR
 
 
 def test_an_unknown_list_is_unsupported(station: GroundStation) -> None:

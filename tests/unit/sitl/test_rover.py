@@ -145,6 +145,30 @@ def test_it_never_disarms_by_itself_and_disarms_while_it_rolls() -> None:
     assert speed(station) < 0.1
 
 
+def test_a_reposition_with_a_speed_fails_unless_it_drives_to_a_place_already() -> None:
+    """Seen in `rover_setpoints3`: the mode changes, and it stands."""
+    station = rover()
+    assert station.arm() == ACCEPTED
+    x, y = round(-35.363261e7) + 1800, round(149.165230e7)
+    reposition = mav.MAV_CMD_DO_REPOSITION
+    assert station.command_int(reposition, 6, 2.0, 1, 0, 0, x=x, y=y) == FAILED
+    station.run(3.0)
+    assert station.last("HEARTBEAT").custom_mode == GUIDED
+    assert speed(station) < 0.1
+
+
+def test_do_set_reverse_drives_tail_first() -> None:
+    """Seen in `rover_mission` and `rover_smartrtl`."""
+    station = rover()
+    assert station.mode(GUIDED) == ACCEPTED
+    assert station.arm() == ACCEPTED
+    assert station.command(mav.MAV_CMD_DO_SET_REVERSE, 1) == ACCEPTED
+    station.setpoint(0xDF8, position=(20.0, 0.0, 0.0))
+    station.run(20.0)
+    assert station.position[0] == pytest.approx(20.0, abs=1.5)
+    assert abs(math.degrees(math.remainder(station.last("ATTITUDE").yaw, math.tau))) > 150.0
+
+
 def test_reposition_as_command_int_only() -> None:
     station = rover()
     assert station.arm() == ACCEPTED

@@ -21,7 +21,7 @@ from mavlink_sitl.autopilot.personality.shared import (
     YAW,
     streams,
 )
-from mavlink_sitl.autopilot.plan_rules import ARDUCOPTER_PLANS
+from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
 
 SET_ATTITUDE_TARGET = 0x0040
 """A capability that other kinds of vehicle do not have here"""
@@ -128,6 +128,6 @@ ARDUCOPTER = Personality(
         otherwise=RATES | ATTITUDE | YAW | HEIGHT | PLACE,
     ),
     shortest_interval_us=3125,
-    plan_rules=ARDUCOPTER_PLANS,
+    plan_rules=ARDUPILOT_PLANS,
     aloft_texts=tuple(f"EKF3 IMU{i} MAG0 in-flight yaw alignment complete" for i in (0, 1)),
 )

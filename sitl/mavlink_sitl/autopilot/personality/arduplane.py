@@ -18,7 +18,7 @@ from mavlink_sitl.autopilot.personality.shared import (
     YAW,
     streams,
 )
-from mavlink_sitl.autopilot.plan_rules import ARDUPLANE_PLANS
+from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16
@@ -126,7 +126,7 @@ ARDUPLANE = replace(
     capabilities=0xF36F & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
-    plan_rules=ARDUPLANE_PLANS,
+    plan_rules=ARDUPILOT_PLANS,
     boot=_BOOT,
     ready_s=20.51,
     gps_fix_s=9.1,

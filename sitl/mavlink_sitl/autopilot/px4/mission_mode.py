@@ -17,6 +17,8 @@ from mavlink_sitl.exchange import ItemReached, Severity
 class Px4Mission(Px4Mode, Auto):
     """Carries out the uploaded mission."""
 
+    untold = frozenset()
+
     @property
     def has_mission(self) -> bool:
         """Whether there is a mission, and a feasible one."""
