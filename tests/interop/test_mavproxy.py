@@ -14,7 +14,7 @@ import pytest
 
 from tests.support.sitl_process import environment, simulator
 
-WAIT_S = 40.0
+WAIT_S = 80.0
 MISSION = """QGC WPL 110
 0 1 0 16 0 0 0 0 -35.3632610 149.1652300 584.0 1
 1 0 3 22 0 0 0 0 0 0 10.0 1
@@ -91,7 +91,7 @@ def mavproxy(port: int, directory: Path) -> Iterator[MavProxy]:
         console.close()
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(300)
 def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
     mission = tmp_path / "mission.txt"
     mission.write_text(MISSION)

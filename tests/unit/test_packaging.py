@@ -84,7 +84,7 @@ def test_simulator_installs_on_its_own(tmp_path: Path) -> None:
     subprocess.run([*pip, *offline, "--target", target, tmp_path / "sitl"], check=True, timeout=50)
     [installed] = importlib.metadata.distributions(path=[str(target)])
     needs = {canonicalize_name(Requirement(line).name) for line in installed.requires or ()}
-    assert needs == {"jsonschema", "numpy", "pymavlink", "pyyaml"}
+    assert needs == {"fastcrc", "jsonschema", "numpy", "pymavlink", "pyyaml"}
     modules = {path.relative_to(ROOT / "sitl") for path in ROOT.glob("sitl/mavlink_sitl/**/*.py")}
     missing = [module for module in modules if not (target / module).is_file()]
     assert not missing

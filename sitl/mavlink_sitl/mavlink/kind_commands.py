@@ -83,6 +83,12 @@ def _start_landing(server: MavlinkServer, _: Command) -> Result:
     return Result.ACCEPTED if _as_plane(server).start_landing() else Result.FAILED
 
 
+def _look_at(_: MavlinkServer, command: Command) -> Result:
+    """DO_SET_ROI_LOCATION: taken for a camera that is not there."""
+    given = all(map(setpoints.usable, (command.x, command.y, command.z)))
+    return Result.ACCEPTED if given else Result.DENIED
+
+
 def _go_around(server: MavlinkServer, command: Command) -> Result:
     """DO_GO_AROUND: only while landing."""
     return Result.ACCEPTED if _as_plane(server).go_around(command.params[0]) else Result.FAILED
@@ -110,7 +116,7 @@ _PLANE: dict[int, Handler | None] = {
     dialect.MAV_CMD_NAV_LAND: None,
     dialect.MAV_CMD_DO_LAND_START: _start_landing,
     dialect.MAV_CMD_DO_GO_AROUND: _go_around,
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: lambda *_: Result.ACCEPTED,
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: _look_at,
     dialect.MAV_CMD_NAV_TAKEOFF: lambda *_: Result.FAILED,
     dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(plane.MODE_LOITER),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(plane.MODE_RTL),

@@ -171,8 +171,9 @@ TAKE_NO_NUMBERS = {
 
 @pytest.mark.parametrize(("vehicle", "autopilot"), PERSONALITIES)
 def test_a_command_without_a_number_in_any_field_is_refused(vehicle: str, autopilot: str) -> None:
-    """Unless it takes none. PX4 takes off to its usual height when none is given."""
-    may = TAKE_NO_NUMBERS | ({mav.MAV_CMD_NAV_TAKEOFF} if autopilot == "px4" else set())
+    """Unless it takes none. PX4 takes off and orbits by its usual numbers when none are given."""
+    usual = {mav.MAV_CMD_NAV_TAKEOFF, mav.MAV_CMD_DO_ORBIT} if autopilot == "px4" else set()
+    may = TAKE_NO_NUMBERS | usual
     station = under_way(vehicle, autopilot)
     nan = math.nan
     for number in NUMBERS:

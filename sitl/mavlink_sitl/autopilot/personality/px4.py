@@ -88,7 +88,6 @@ COMMON_PARAMETERS = (
     ParameterSpec("GF_ACTION", 2.0, _INT32),
     ParameterSpec("GF_MAX_HOR_DIST", 0.0),
     ParameterSpec("GF_MAX_VER_DIST", 0.0),
-    ParameterSpec("MIS_DIST_1WP", 10000.0),
     ParameterSpec("MIS_TKO_LAND_REQ", 0.0, _INT32),
     ParameterSpec("NAV_ACC_RAD", 2.0),
     ParameterSpec("NAV_DLL_ACT", 0.0, _INT32),

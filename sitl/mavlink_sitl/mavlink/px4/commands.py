@@ -263,7 +263,7 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     FIGURE_EIGHT: (_figure_eight, 0),
     dialect.MAV_CMD_DO_SET_STANDARD_MODE: (_standard_mode, 1),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 0),
-    dialect.MAV_CMD_DO_GO_AROUND: (_accept, 0),
+    dialect.MAV_CMD_DO_GO_AROUND: (_accept, 1),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_accept, 0),
     dialect.MAV_CMD_DO_SET_ROI_NONE: (_accept, 0),
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
