@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot import plane, rover
 from mavlink_sitl.autopilot.guided import Frame, Setpoint
-from mavlink_sitl.exchange import Result
+from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
@@ -103,6 +103,29 @@ def _set_reverse(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
+def _guided_change_speed(server: MavlinkServer, command: Command) -> Result:
+    """GUIDED_CHANGE_SPEED: an airspeed (0), in GUIDED (`plane_guided_repo`)."""
+    copter = _as_plane(server)
+    if copter.mode.spec.number != plane.MODE_GUIDED:
+        return Result.FAILED
+    kind, speed_m_s = command.params[:2]
+    if kind != 0.0:
+        return Result.DENIED
+    return copter.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
+
+
+def _change_speed(server: MavlinkServer, command: Command) -> Result:
+    """DO_CHANGE_SPEED: without a speed, param3 may be a throttle, which changes nothing here.
+
+    Seen in `plane_guided_repo`.
+    """
+    kind, speed_m_s, throttle_percent, _ = command.params
+    if kind == 0.0 and speed_m_s == -1.0 and 0.0 < throttle_percent <= 100.0:
+        server.copter.say(Severity.INFO, f"Set throttle {int(throttle_percent)}")
+        return Result.ACCEPTED
+    return server.copter.change_speed(int(kind), speed_m_s)
+
+
 _ROVER: dict[int, Handler | None] = {
     dialect.MAV_CMD_NAV_TAKEOFF: None,
     dialect.MAV_CMD_NAV_LAND: None,
@@ -116,6 +139,8 @@ _PLANE: dict[int, Handler | None] = {
     dialect.MAV_CMD_NAV_LAND: None,
     dialect.MAV_CMD_DO_LAND_START: _start_landing,
     dialect.MAV_CMD_DO_GO_AROUND: _go_around,
+    dialect.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
+    dialect.MAV_CMD_GUIDED_CHANGE_SPEED: _guided_change_speed,
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: _look_at,
     dialect.MAV_CMD_NAV_TAKEOFF: lambda *_: Result.FAILED,
     dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(plane.MODE_LOITER),

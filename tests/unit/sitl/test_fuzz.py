@@ -155,6 +155,8 @@ NUMBERS = (
 )  # fmt: skip
 
 
+FIGURE_EIGHT = 35
+"""MAV_CMD_DO_FIGURE_EIGHT, which pymavlink's dialect lacks"""
 TAKE_NO_NUMBERS = {
     mav.MAV_CMD_NAV_LOITER_UNLIM,
     mav.MAV_CMD_NAV_RETURN_TO_LAUNCH,
@@ -172,7 +174,8 @@ TAKE_NO_NUMBERS = {
 @pytest.mark.parametrize(("vehicle", "autopilot"), PERSONALITIES)
 def test_a_command_without_a_number_in_any_field_is_refused(vehicle: str, autopilot: str) -> None:
     """Unless it takes none. PX4 takes off and orbits by its usual numbers when none are given."""
-    usual = {mav.MAV_CMD_NAV_TAKEOFF, mav.MAV_CMD_DO_ORBIT} if autopilot == "px4" else set()
+    takes_usual = {mav.MAV_CMD_NAV_TAKEOFF, mav.MAV_CMD_DO_ORBIT, FIGURE_EIGHT}
+    usual = takes_usual if autopilot == "px4" else set()
     may = TAKE_NO_NUMBERS | usual
     station = under_way(vehicle, autopilot)
     nan = math.nan

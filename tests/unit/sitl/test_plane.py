@@ -382,3 +382,21 @@ def test_the_wind_may_not_make_it_slower_over_ground_than_asked() -> None:
         station.run(0.4)
         slowest = min(slowest, math.hypot(*station.velocity[:2]))
     assert slowest > 12.5
+
+
+def test_guided_change_speed_is_an_airspeed_within_the_limits() -> None:
+    """Seen in `plane_guided_repo`: 25 is accepted, 50 fails, as COMMAND_LONG too."""
+    station, _ = in_guided()
+    station.interval(74, 2.0)
+    change = mav.MAV_CMD_GUIDED_CHANGE_SPEED
+    assert station.command_int(change, 0, 0, 25.0) == ACCEPTED
+    assert station.command(change, 0, 50.0) == FAILED
+    station.run(12.0)
+    assert station.last("VFR_HUD").airspeed == pytest.approx(25.0, abs=1.5)
+
+
+def test_a_throttle_without_a_speed_is_taken() -> None:
+    """Seen in `plane_guided_repo`."""
+    station, _ = in_guided()
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 0, -1.0, 60.0) == ACCEPTED
+    assert "Set throttle 60" in station.texts()

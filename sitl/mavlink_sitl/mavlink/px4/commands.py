@@ -240,6 +240,12 @@ def _inject_failure(server: Px4Server, command: Command) -> Result:
     return server.px4.inject_failure(unit, kind, instance)
 
 
+def _accept_place(_: Px4Server, command: Command) -> Result:
+    """A region of interest, for a camera that is not there."""
+    given = all(map(usable, (command.x, command.y, command.z)))
+    return Result.ACCEPTED if given else Result.DENIED
+
+
 FIGURE_EIGHT = 35
 UNANSWERED = (
     dialect.MAV_CMD_DO_DIGICAM_CONTROL,
@@ -264,7 +270,7 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_STANDARD_MODE: (_standard_mode, 1),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 0),
     dialect.MAV_CMD_DO_GO_AROUND: (_accept, 1),
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_accept, 0),
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_accept_place, 0),
     dialect.MAV_CMD_DO_SET_ROI_NONE: (_accept, 0),
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
