@@ -134,7 +134,7 @@ USED_PARAMS = {
     dialect.MAV_CMD_DO_MOUNT_CONTROL: 0,
     dialect.MAV_CMD_DO_SET_RELAY: 2,
     dialect.MAV_CMD_DO_REPEAT_SERVO: 4,
-    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: 0,
+    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: 3,
     dialect.MAV_CMD_DO_DIGICAM_CONTROL: 4,
     dialect.MAV_CMD_SET_EKF_SOURCE_SET: 1,
     dialect.MAV_CMD_NAV_VTOL_LAND: 0,
