@@ -9,7 +9,7 @@ import pytest
 from drone_navigation.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from mavlink_sitl import LinkFaults
 from mavlink_sitl.config import VehicleConfig
-from mavlink_vehicle.codec import Codec, Message, make, mavlink
+from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from tests.support.simulated_flight import SimulatedFlight
 from tests.support.vehicle_pair import BAD_RADIO
 
@@ -281,11 +281,28 @@ def test_a_lost_link_ends_the_goal_and_the_vehicle_flies_on_by_itself() -> None:
 
 def test_heights_above_ground_need_a_vehicle_that_follows_terrain() -> None:
     place = WaypointRequest((-35.3632, 149.1653, 5.0), AltitudeReference.GROUND)
-    for autopilot, by_mission in (("px4", True), ("px4", False), ("ardupilot", False)):
+    # The simulated ArduPilot has no terrain data either, and says nothing of it.
+    for autopilot, by_mission in (
+        ("px4", True), ("px4", False), ("ardupilot", False), ("ardupilot", True),
+    ):  # fmt: skip
         rejection = flight_of(autopilot).check(WaypointsRequest((place,), by_mission))
         assert rejection is not None
         assert rejection.code.value == "INVALID_WAYPOINTS"
         assert "Waypoint 0" in rejection.message
+
+
+@pytest.mark.parametrize(
+    ("loaded", "pending", "ready"), [(64, 0, True), (64, 8, False), (0, 0, False)]
+)
+def test_heights_above_ground_are_taken_once_the_terrain_is_there(
+    loaded: int, pending: int, ready: bool
+) -> None:
+    flight = flight_of("ardupilot")
+    report = make("TERRAIN_REPORT", spacing=100, loaded=loaded, pending=pending)
+    flight.bridge.receive(with_source(report, 1, 1), flight.now)
+    place = WaypointRequest((-35.3632, 149.1653, 5.0), AltitudeReference.GROUND)
+    rejection = flight.check(WaypointsRequest((place,), by_mission=True))
+    assert (rejection is None) == ready, rejection
 
 
 def test_a_plane_circles_the_end_so_it_must_be_high_enough() -> None:

@@ -290,7 +290,12 @@ def _route(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         _speed_max_m_s(config, traits),
         config.goto.arrival_radius_m,
         traits,
-        follows_terrain=request.by_mission and rules is not None and rules.terrain,
+        follows_terrain=(
+            request.by_mission
+            and rules is not None
+            and rules.terrain
+            and situation.vehicle.state.terrain_ready is True
+        ),
     )
     if isinstance(waypoints, Rejection):
         return waypoints

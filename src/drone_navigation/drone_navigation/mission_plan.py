@@ -172,14 +172,24 @@ class MissionTracker:
         count = len(self._waypoints)
         index = min(max(mission.current - offset, 0), count - 1)
         circling = self._circles and index == count - 1
-        reached = {seq - offset for seq in mission.reached} & self._flown
+        reached = {self._flown_before(seq - offset) for seq in mission.reached} - {None}
         return MissionReport(
             time_s=mission.time_s,
             current=self._waypoints[index],
-            reached=frozenset(self._waypoints[item] for item in reached if item <= index),
+            reached=frozenset(
+                self._waypoints[item] for item in reached if item is not None and item <= index
+            ),
             complete=mission.state == mavlink.MISSION_STATE_COMPLETE or circling,
             changed=changed,
         )
+
+    def _flown_before(self, item: int) -> int | None:
+        """Return the waypoint's item that a report is about.
+
+        A waypoint is reported by the number of the last item that is done with it, such as
+        the speed of the next leg (observed on both firmwares).
+        """
+        return max((flown for flown in self._flown if flown <= item), default=None)
 
     def _changed(self, mission: MissionProgress, state: VehicleState) -> str:
         """Say how it is another one; what came before it was stored counts for nothing."""

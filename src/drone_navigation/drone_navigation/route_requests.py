@@ -29,7 +29,8 @@ MISSION_WAYPOINTS_MAX = 500
 RADIUS_MIN_M = 0.05
 HOLD_TIME_MAX_S = 3600.0
 _NO_TERRAIN = (
-    "heights above the ground need a vehicle that follows its terrain data, in a mission; give "
+    "heights above the ground need a mission, and a vehicle that says by TERRAIN_REPORT that it "
+    "has the terrain around it; give "
     "them above home or above mean sea level."
 )
 

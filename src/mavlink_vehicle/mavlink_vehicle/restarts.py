@@ -32,6 +32,7 @@ VOID_AFTER_RESTART: dict[str, Any] = {
     "intended_mode": 0,
     "fence_breached": False,
     "failsafe": None,
+    "terrain_ready": None,
 }
 
 

@@ -230,6 +230,13 @@ def _finite(vector: Vector3) -> bool:
     return math.isfinite(vector[0] + vector[1] + vector[2])
 
 
+def _terrain_report(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    # Heights above ground without terrain data are heights above nothing: an ArduCopter sinks
+    # until it hits the ground (observed on its own simulator).
+    ready = message.spacing > 0 and message.loaded > 0 and message.pending == 0
+    return state if ready == state.terrain_ready else evolve(state, {"terrain_ready": ready})
+
+
 _Reducer = Callable[[VehicleState, Message, float], VehicleState]
 _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_heartbeat_message: heartbeat,
@@ -243,6 +250,7 @@ _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_extended_sys_state_message: extended_sys_state,
     mavlink.MAVLink_fence_status_message: fence_status,
     mavlink.MAVLink_home_position_message: _home_position,
+    mavlink.MAVLink_terrain_report_message: _terrain_report,
     mavlink.MAVLink_gps_global_origin_message: _gps_global_origin,
     mavlink.MAVLink_gps_raw_int_message: _gps_raw,
     mavlink.MAVLink_ekf_status_report_message: _estimator,

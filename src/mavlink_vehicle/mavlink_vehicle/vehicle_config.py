@@ -21,6 +21,7 @@ DEFAULT_RATES_HZ: Mapping[str, float] = MappingProxyType(
         "ATTITUDE": 10.0,
         "SYSTEM_TIME": 1.0,
         "HOME_POSITION": 0.5,
+        "TERRAIN_REPORT": 0.5,
         "CURRENT_MODE": 5.0,
         "MISSION_CURRENT": 2.0,
     }

@@ -43,6 +43,8 @@ class VehicleState:
         ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
         ground_down_m: the same in the local frame.
         mission: how the stored mission stands.
+        terrain_ready: whether it has the terrain around it, by TERRAIN_REPORT; None when it does
+            not say.
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
         prearm_ok: whether the autopilot would arm, None when it doesn't tell.
         boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
@@ -79,6 +81,7 @@ class VehicleState:
     mission: MissionProgress | None = None
     ground_altitude_amsl_m: float | None = None
     ground_down_m: float | None = None
+    terrain_ready: bool | None = None
     sensors_health: int | None = None
     prearm_ok: bool | None = None
     firmware_version: str | None = None

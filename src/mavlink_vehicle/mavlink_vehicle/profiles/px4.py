@@ -82,7 +82,7 @@ _COMMON = Profile(
     heartbeat_type=mavlink.MAV_TYPE_GCS,
     # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
     later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
-    unsupported_messages=frozenset({"EKF_STATUS_REPORT"}),
+    unsupported_messages=frozenset({"EKF_STATUS_REPORT", "TERRAIN_REPORT"}),
     # Navigator's geofence.cpp.
     wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"),
     failsafe_settings=failsafe_settings.PX4_ANY,
