@@ -96,7 +96,7 @@ def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
     mission = tmp_path / "mission.txt"
     mission.write_text(MISSION)
     with simulator("--speedup", "8") as port, mavproxy(port, tmp_path) as console:
-        console.hear("parameters to")
+        console.hear("is using GPS")
         console.say("mode guided")
         console.hear("Mode GUIDED")
         console.say("arm throttle")

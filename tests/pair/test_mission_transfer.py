@@ -114,9 +114,8 @@ def test_a_copter_takes_off_and_flies_its_mission(autopilot: str) -> None:
     first = 1 if autopilot == "ardupilot" else 0
     reached = [seq - first for seq in mission.reached]
     assert reached == sorted(set(reached)), "each once"
-    # A PX4 tells only the last of the items that are done at one moment: here the speed.
-    assert {2, 3} <= set(reached)
-    assert reached[0] == (0 if autopilot == "ardupilot" else 1)
+    # Of the items that are done at one moment, only the last is told: here the speed.
+    assert reached == [1, 2, 3]
 
 
 def test_ardupilot_refuses_to_clear_the_mission_that_it_flies_and_px4_loiters() -> None:
