@@ -22,7 +22,7 @@ demo: setup ## Fly to (10, 5, 2) in the simulator; leaves out/demo/
 
 test: setup ## Run the whole test suite
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
-	@$(ENTER) python -m pytest -n 3 --dist loadgroup tests
+	@$(ENTER) python -m pytest -n 5 --dist loadgroup tests
 
 bench: setup ## Measure; prints a table and writes out/bench.json
 	@$(ENTER) python tests/bench/run.py

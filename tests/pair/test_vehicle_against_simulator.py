@@ -74,7 +74,8 @@ def test_discovery_brings_the_telemetry_at_its_rates() -> None:
     state = pair.vehicle.state
     assert state.firmware_version is not None
     assert state.origin is not None
-    assert not pair.vehicle.refused_messages
+    # The simulated ArduPilot has no terrain.
+    assert pair.vehicle.refused_messages == {"TERRAIN_REPORT": "DENIED"}
     assert state.battery is not None
     assert state.battery.remaining is not None
     assert state.battery.remaining > 0.9
