@@ -159,7 +159,7 @@ def test_a_dead_bridge_leaves_it_standing(drive: SimulatedFlight) -> None:
     drive.send(80.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 2.0)
     drive.link_up = False
-    # ArduRover stops after three seconds; PX4 after one, in POSCTL.
+    # ArduRover stops after three seconds; PX4 turns back after one, and stops at home.
     drive.run_for(5.0)
     drive.run_until(lambda: drive.truth()[1] < 0.2)
     place = drive.truth()[0]
