@@ -46,6 +46,16 @@ from mavlink_vehicle.vehicle_config import VehicleConfig
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
 _HEARTBEAT = mavlink.MAVLink_heartbeat_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
+# What comes most often, and is nothing but a measurement: the rest of the work is not for it.
+_TELEMETRY = frozenset(
+    {
+        mavlink.MAVLink_attitude_message,
+        mavlink.MAVLink_global_position_int_message,
+        mavlink.MAVLink_gps_raw_int_message,
+        mavlink.MAVLink_local_position_ned_message,
+        mavlink.MAVLink_system_time_message,
+    }
+)
 _FOR_OPERATIONS = frozenset(
     {
         mavlink.MAVLink_command_ack_message,
@@ -210,23 +220,30 @@ class VehicleCore:
             return
         if newer:
             state = evolve(state, {name: getattr(before, name) for name in newer})
-        if kind in _FOR_OPERATIONS:
-            self._slot.receive(message, now)
-            self._take_ends()
-        self._requests.receive(message, now)
-        self._timesync.receive(message, now)
-        self._parameters.receive(message, now)
-        self._fence.receive(message, now)
+        if kind not in _TELEMETRY:
+            self._hand_out(message, now)
         self._rates.receive(message, now)
         if state is before:
             return
         self.state = state
         if kind is _HEARTBEAT:
             self._heartbeat(message, now)
-        self._compare(before, kind is _HEARTBEAT, now)
+        # The time since boot is all that a place or an attitude can tell an event by.
+        if kind not in _TELEMETRY or state.boot_count != before.boot_count:
+            self._compare(before, kind is _HEARTBEAT, now)
         if self._slot.pending is not None:
             self._slot.observe(state, self.connected, now)
             self._take_ends()
+
+    def _hand_out(self, message: Message, now: float) -> None:
+        """Give the protocols what may be an answer to them."""
+        if message.__class__ in _FOR_OPERATIONS:
+            self._slot.receive(message, now)
+            self._take_ends()
+        self._requests.receive(message, now)
+        self._timesync.receive(message, now)
+        self._parameters.receive(message, now)
+        self._fence.receive(message, now)
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""
