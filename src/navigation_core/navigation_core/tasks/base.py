@@ -38,6 +38,7 @@ __all__ = [
     "Traits",
     "VehicleMode",
     "Wait",
+    "WithoutSetpoints",
     "check_requirements",
 ]
 
@@ -367,6 +368,20 @@ class Task(Protocol):
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Say how far it is."""
+
+
+class WithoutSetpoints:
+    """The part of :class:`Task` of one whose vehicle flies by itself: no setpoint is sent."""
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """None: a successor begins where the vehicle is."""
+        return None
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """None, as for the state."""
+        return None
 
 
 def check_requirements(

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from navigation_core.geometry import KinematicState, Vector3, distance
+from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import (
     Intent,
@@ -26,6 +26,7 @@ from navigation_core.tasks.base import (
     Traits,
     VehicleMode,
     Wait,
+    WithoutSetpoints,
 )
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.goto_config import GotoConfig
@@ -46,7 +47,7 @@ _PHASE_CHANGES_MAX = 8
 _Answer = Intent | Outcome | None
 
 
-class FlyMission:
+class FlyMission(WithoutSetpoints):
     """The task of one mission. See :class:`navigation_core.tasks.base.Task`."""
 
     def __init__(
@@ -115,16 +116,6 @@ class FlyMission:
     def phase(self) -> MissionPhase:
         """What the task is about."""
         return self._phase
-
-    @property
-    def commanded(self) -> KinematicState | None:
-        """None: the vehicle flies by itself."""
-        return None
-
-    @property
-    def commanded_yaw_enu_rad(self) -> float | None:
-        """None: the vehicle flies by itself."""
-        return None
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:

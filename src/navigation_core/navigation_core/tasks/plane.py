@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum, auto
 
-from navigation_core.geometry import KinematicState, Vector3, distance
+from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import (
     Intent,
@@ -28,6 +28,7 @@ from navigation_core.tasks.base import (
     Traits,
     VehicleMode,
     Wait,
+    WithoutSetpoints,
 )
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.goto_config import GotoConfig
@@ -81,7 +82,7 @@ _BEFORE_FLIGHT = frozenset({_Phase.PREPARING, _Phase.ARMING, _Phase.TAKING_OFF})
 _IN_FLIGHT = frozenset({_Phase.FLYING, _Phase.CIRCLING, _Phase.PAUSED})
 
 
-class FlyPlane:
+class FlyPlane(WithoutSetpoints):
     """The task of a plane's goal or route. See :class:`navigation_core.tasks.base.Task`."""
 
     def __init__(
@@ -143,16 +144,6 @@ class FlyPlane:
     def requires(self) -> Requirement:
         """What must be there before :meth:`start`."""
         return Requirement.CONNECTION | Requirement.POSITION
-
-    @property
-    def commanded(self) -> KinematicState | None:
-        """None: a plane follows no setpoints."""
-        return None
-
-    @property
-    def commanded_yaw_enu_rad(self) -> float | None:
-        """None: a plane follows no setpoints."""
-        return None
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from navigation_core.geometry import KinematicState, Vector3, distance, horizontal_norm, subtract
+from navigation_core.geometry import Vector3, distance, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import (
     Intent,
@@ -25,6 +25,7 @@ from navigation_core.tasks.base import (
     Traits,
     VehicleMode,
     Wait,
+    WithoutSetpoints,
 )
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.goto_config import GotoConfig
@@ -72,7 +73,7 @@ LAND = VehicleLedGoal(OperationKind.LAND, VehicleMode.LAND, "landing")
 RETURN_TO_LAUNCH = VehicleLedGoal(OperationKind.RETURN, VehicleMode.RETURN, "return")
 
 
-class VehicleLed:
+class VehicleLed(WithoutSetpoints):
     """Landing or return. See :class:`navigation_core.tasks.base.Task`."""
 
     def __init__(self, goal: VehicleLedGoal, config: GotoConfig, traits: Traits) -> None:
@@ -104,16 +105,6 @@ class VehicleLed:
     def requires(self) -> Requirement:
         """What must be there before :meth:`start`."""
         return Requirement.CONNECTION
-
-    @property
-    def commanded(self) -> KinematicState | None:
-        """None: the vehicle flies by itself."""
-        return None
-
-    @property
-    def commanded_yaw_enu_rad(self) -> float | None:
-        """None: the vehicle flies by itself."""
-        return None
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
