@@ -113,6 +113,7 @@ def feedback_message(feedback: GoalFeedback, stamp: Time) -> Navigate.Feedback:
     """Return the feedback of Navigate; an unknown battery is NaN."""
     message = Navigate.Feedback()
     _fill_feedback(message, feedback, stamp)
+    message.replans = feedback.replans
     return message
 
 
@@ -120,6 +121,7 @@ def waypoints_feedback(feedback: GoalFeedback, stamp: Time) -> NavigateWaypoints
     """Return the feedback of NavigateWaypoints."""
     message = NavigateWaypoints.Feedback()
     _fill_feedback(message, feedback, stamp)
+    message.replans = feedback.replans
     route = feedback.route
     if route is not None:
         message.current_waypoint = route.current

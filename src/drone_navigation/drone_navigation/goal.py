@@ -54,6 +54,7 @@ class GoalFeedback:
         status: what is happening.
         height_m: height above the ground; None while it is not known.
         route: how far the route is flown, for a goal that has one.
+        replans: how often the way was planned anew because of obstacles.
     """
 
     goal_id: str
@@ -64,6 +65,7 @@ class GoalFeedback:
     status: Status
     height_m: float | None = None
     route: RouteProgress | None = None
+    replans: int = 0
 
 
 @dataclass(frozen=True)

@@ -91,6 +91,7 @@ class Reporter:
                 status=progress.status,
                 height_m=self._height_m(),
                 route=progress.route,
+                replans=progress.replans,
             )
         )
         for message in notes.progress(progress, now):
@@ -101,6 +102,8 @@ class Reporter:
         if path_enu_m is not goal.path_enu_m:
             goal.path_enu_m = path_enu_m
             self._outputs.append(PlanChanged(path_enu_m))
+            for message in notes.plan(path_enu_m):
+                self.note(message)
 
     def _happened(self, goal_id: str, event: str, what: str, message: str) -> None:
         self._outputs.append(GoalHappened(goal_id, event, what, message))

@@ -13,6 +13,7 @@ from enum import Enum, Flag, auto
 from typing import Protocol
 
 from navigation_core.geometry import KinematicState, Vector3, is_finite
+from navigation_core.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.waypoint import MissionPlan
 
@@ -53,6 +54,7 @@ class Status(str, Enum):
     SETTLING = "SETTLING"
     HOLDING = "HOLDING"
     PAUSED = "PAUSED"
+    BLOCKED = "BLOCKED"
     UPLOADING = "UPLOADING"
     RETURNING = "RETURNING"
     LANDING = "LANDING"
@@ -191,6 +193,9 @@ class Observation:
         home_enu_m: the launch point in the map frame, or None.
         landing: whether it says that it is landing.
         mission: how the uploaded mission stands, or None.
+        obstacles: what is in the way; the same object until something about it is new.
+        obstacles_age_s: time since the sensor that tells about them was last heard; 0 when none
+            is expected to be heard.
     """
 
     time_s: float
@@ -208,6 +213,8 @@ class Observation:
     home_enu_m: Vector3 | None = None
     landing: bool = False
     mission: MissionReport | None = None
+    obstacles: Obstacles = NOTHING
+    obstacles_age_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -305,12 +312,16 @@ class Progress:
         distance_remaining_m: length of the way that is left.
         time_remaining_s: estimated time to the end.
         route: how far the route is flown, for a task that has one.
+        replans: how often the way was planned anew because of obstacles.
+        blocked: why obstacles leave no way to go on; empty while they do.
     """
 
     status: Status
     distance_remaining_m: float
     time_remaining_s: float
     route: RouteProgress | None = None
+    replans: int = 0
+    blocked: str = ""
 
 
 class Requirement(Flag):
