@@ -242,6 +242,9 @@ FIXED = frozenset(
 # MAV_TYPE_GCS and MAV_TYPE_ONBOARD_CONTROLLER (common.xml); None leaves it to the profile.
 _HEARTBEAT_TYPES: dict[str, int | None] = {"auto": None, "gcs": 6, "onboard": 18}
 
+# Asked of the vehicle's range sensors.
+_RANGES_HZ = 10.0
+
 SPECS: dict[str, ParameterSpec] = {spec.name: spec for spec in PARAMETERS}
 
 
@@ -373,6 +376,7 @@ def _vehicle_config(number: _Number, text: _Text) -> VehicleConfig:
         heartbeat_type=_HEARTBEAT_TYPES[text("heartbeat_type")],
         heartbeat_timeout_s=number("heartbeat_timeout_s"),
         message_rates_hz=rates_hz,
+        optional_rates_hz={"OBSTACLE_DISTANCE": _RANGES_HZ, "DISTANCE_SENSOR": _RANGES_HZ},
     )
 
 

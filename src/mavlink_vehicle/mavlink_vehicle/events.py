@@ -9,6 +9,8 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from mavlink_vehicle.ranges import RangesMeasured
+
 
 class OperationKind(enum.Enum):
     """What `Vehicle` was asked to make the autopilot do."""
@@ -212,4 +214,5 @@ VehicleEvent: TypeAlias = (
     | StatusTextReceived
     | StreamClosed
     | OperationFinished
+    | RangesMeasured
 )

@@ -43,6 +43,7 @@ class VehicleConfig:
         heartbeat_type: as which MAV_TYPE; None takes what the firmware's profile says.
         heartbeat_timeout_s: silence of its HEARTBEAT after which it counts as lost.
         message_rates_hz: telemetry that is asked for.
+        optional_rates_hz: telemetry that is asked for, too, but need not be there.
         command_timeout_s: time to the repetition of a command without an answer.
         command_retries: repetitions after the first sending.
         operation_timeout_s: time for a mode change, arming or disarming to show in its state.
@@ -61,6 +62,7 @@ class VehicleConfig:
     heartbeat_type: int | None = None
     heartbeat_timeout_s: float = 3.0
     message_rates_hz: Mapping[str, float] = field(default_factory=lambda: DEFAULT_RATES_HZ)
+    optional_rates_hz: Mapping[str, float] = field(default_factory=dict)
     command_timeout_s: float = 0.5
     command_retries: int = 4
     operation_timeout_s: float = 10.0
@@ -100,5 +102,6 @@ class VehicleConfig:
                 raise ConfigurationError(f"{name} must be a positive number of seconds.")
         if self.command_retries < 0 or self.mission_retries < 0:
             raise ConfigurationError("command_retries and mission_retries must be 0 or more.")
-        if not all(0.0 <= rate_hz <= 1000.0 for rate_hz in self.message_rates_hz.values()):
-            raise ConfigurationError("message_rates_hz must be between 0 (off) and 1000 Hz.")
+        for name in ("message_rates_hz", "optional_rates_hz"):
+            if not all(0.0 <= rate_hz <= 1000.0 for rate_hz in getattr(self, name).values()):
+                raise ConfigurationError(f"{name} must be between 0 (off) and 1000 Hz.")

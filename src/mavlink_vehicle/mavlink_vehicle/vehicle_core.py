@@ -39,6 +39,7 @@ from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.protocols.timesync import Timesync
+from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
 from mavlink_vehicle.restarts import evolve
 from mavlink_vehicle.state import VehicleState, reduce
 from mavlink_vehicle.vehicle_config import VehicleConfig
@@ -91,7 +92,9 @@ class VehicleCore:
             else self.config.heartbeat_type,
         )
         self._watch = HeartbeatWatch(self.config.heartbeat_timeout_s)
-        self._rates = MessageRates(self.config.message_rates_hz, self._command_timing)
+        self._rates = MessageRates(
+            self.config.message_rates_hz, self._command_timing, self.config.optional_rates_hz
+        )
         self._requests = MessageRequests(_WANTED_ONCE)
         self._timesync = Timesync(self.config.timesync_interval_s)
         self._parameters = ParameterReader()
@@ -104,6 +107,7 @@ class VehicleCore:
         self._mode_place = self._beat_place = -1
         self._failsafes = FailsafeWatch()
         self._slot = OperationSlot(self._command_timing, self.config.grace_s)
+        self.ranges = RangeReader()
         self._events: deque[VehicleEvent] = deque()
         self._parts = (
             self._sender,
@@ -210,6 +214,7 @@ class VehicleCore:
         if header.srcComponent != before.component_id or (
             header.srcSystem != before.system_id and before.system_id != 0
         ):
+            self._overhear(message, now)
             return
         kind = message.__class__
         newer = self._follow_order(kind, header.seq, now)
@@ -237,6 +242,9 @@ class VehicleCore:
 
     def _hand_out(self, message: Message, now: float) -> None:
         """Give the protocols what may be an answer to them."""
+        if message.__class__ in RANGE_MESSAGES:
+            self._take_ranges(message, now)
+            return
         if message.__class__ in _FOR_OPERATIONS:
             self._slot.receive(message, now)
             self._take_ends()
@@ -244,6 +252,18 @@ class VehicleCore:
         self._timesync.receive(message, now)
         self._parameters.receive(message, now)
         self._fence.receive(message, now)
+
+    def _overhear(self, message: Message, now: float) -> None:
+        """Take what sensors say that hang on a computer beside the autopilot."""
+        if message.__class__ not in RANGE_MESSAGES or self.state.system_id == 0:
+            return
+        if message._header.srcSystem == self.state.system_id:
+            self._take_ranges(message, now)
+
+    def _take_ranges(self, message: Message, now: float) -> None:
+        measured = self.ranges.read(message, now)
+        if measured is not None:
+            self._events.append(measured)
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""

@@ -29,6 +29,7 @@ class Autopilot:
         self.asked: list[tuple[float, int]] = []
         self.groups: list[int] = []
         self.deaf = False
+        self.has_sensors = True
 
     def run(self, seconds: float) -> None:
         end_s = self.now + seconds
@@ -36,7 +37,7 @@ class Autopilot:
             for message in self.rates.messages_to_send():
                 self._take(message)
             for number, due_s in list(self.next_s.items()):
-                if self.now >= due_s:
+                if self.now >= due_s and self.has_sensors:
                     self.next_s[number] = due_s + self.intervals_s[number]
                     name = mavlink.mavlink_map[number].msgname
                     self.rates.receive(self.messages(name), self.now)
@@ -196,3 +197,23 @@ def test_what_is_wanted_once_is_asked_for_until_it_came() -> None:
     assert len(requests.messages_to_send()) == 2
     requests.pause()
     assert requests.next_deadline() is None
+
+
+class TestOptional:
+    def test_what_is_optional_is_no_refusal_and_is_asked_for_again_seldom(self) -> None:
+        rates = MessageRates({}, TIMING, {"OBSTACLE_DISTANCE": 10.0})
+        autopilot = Autopilot(rates, {"OBSTACLE_DISTANCE": DENIED})
+        rates.resume(ADDRESS, frozenset(), 0.0)
+        autopilot.run(25.0)
+        assert len(autopilot.asked) == 1
+        assert rates.refusals == {}
+        autopilot.run(15.0)
+        assert len(autopilot.asked) == 2
+
+    def test_what_was_granted_and_does_not_come_is_asked_for_as_seldom(self) -> None:
+        rates = MessageRates({}, TIMING, {"OBSTACLE_DISTANCE": 10.0})
+        autopilot = Autopilot(rates)
+        rates.resume(ADDRESS, frozenset(), 0.0)
+        autopilot.has_sensors = False
+        autopilot.run(25.0)
+        assert len(autopilot.asked) == 1

@@ -53,6 +53,7 @@ class _Wish:
     name: str
     number: int
     rate_hz: float
+    optional: bool
     due_s: float | None = None  # when it is to be asked for, None while it is watched
     window_start_s: float = 0.0
     received: int = 0
@@ -91,26 +92,39 @@ class RatesInput(enum.Enum):
 class MessageRates(Machine[None]):
     """Keeps the wanted messages coming."""
 
-    def __init__(self, rates_hz: Mapping[str, float], timing: CommandTiming) -> None:
+    def __init__(
+        self,
+        rates_hz: Mapping[str, float],
+        timing: CommandTiming,
+        optional_rates_hz: Mapping[str, float] | None = None,
+    ) -> None:
         """Say what is wanted: Hz by message name.
+
+        What is optional comes only from vehicles that are equipped for it: it is no refusal when
+        it does not come, and it is asked for again less often.
 
         Raises:
             MessageError: there is no such message.
         """
         super().__init__(RatesState.PAUSED)
-        self._rates_hz = dict(rates_hz)
+        self._rates_hz = {**rates_hz, **(optional_rates_hz or {})}
+        self._optional = frozenset(optional_rates_hz or ())
         self._timing = timing
         self._address: Address | None = None
         self._wishes: dict[int, _Wish] = {}
         self._command: Command | None = None
         self._asked: _Wish | None = None
-        for name in rates_hz:
+        for name in self._rates_hz:
             message_id(name)
 
     @property
     def refusals(self) -> dict[str, str]:
         """Messages that the autopilot won't send, with the result it gave."""
-        return {w.name: w.refusal for w in self._wishes.values() if w.refusal is not None}
+        return {
+            wish.name: wish.refusal
+            for wish in self._wishes.values()
+            if wish.refusal is not None and not wish.optional
+        }
 
     def start(self, now: float) -> None:
         """Nothing to ask before `resume`."""
@@ -127,7 +141,7 @@ class MessageRates(Machine[None]):
         self._command = None
         self._asked = None
         self._wishes = {
-            number: _Wish(name, number, rate_hz, due_s=now)
+            number: _Wish(name, number, rate_hz, name in self._optional, due_s=now)
             for name, rate_hz in self._rates_hz.items()
             if rate_hz > 0 and name not in skip
             for number in (message_id(name),)
@@ -218,7 +232,7 @@ class MessageRates(Machine[None]):
             wish.attempts = 0
             wish.refusal = None
             wish.watch(now)
-        elif wish.refusal is not None:
+        elif wish.refusal is not None or (wish.optional and not wish.received):
             wish.due_s = now + _REFUSED_RETRY_S
         else:
             # Some messages come only once there is a position; don't nag.
