@@ -16,7 +16,7 @@ from mavlink_sitl.exchange import RangeReading
 from mavlink_sitl.geodesy import GeoPoint, to_local
 from mavlink_sitl.physics import DT_S, Physics
 from mavlink_sitl.world import disturbance, range_finder, shapes
-from mavlink_sitl.world.model import World
+from mavlink_sitl.world.model import RangeSensor, World
 
 DRAW_S = 0.2
 """Gusts and drop-outs are thrown this often"""
@@ -34,6 +34,21 @@ class Hit(NamedTuple):
     lane: int
     obstacle: str
     speed_m_s: float
+
+
+class Clearance(NamedTuple):
+    """How far a vehicle is from the nearest obstacle, in truth.
+
+    Attributes:
+        distance_m: from the vehicle's place to the obstacle's surface, 0 within; infinity where
+            there is no obstacle.
+        obstacle: its name.
+        moves: whether it is one that moves.
+    """
+
+    distance_m: float
+    obstacle: str
+    moves: bool
 
 
 class Environment:
@@ -176,6 +191,17 @@ class Environment:
         self.collided[index] = False
         self._excused[index] = True
 
+    def clearance(self, index: int) -> Clearance:
+        """How far one vehicle is from the obstacle that is nearest to it now."""
+        found = self._shapes
+        if not len(found):
+            return Clearance(math.inf, "", False)
+        found.move_to(self._tick * DT_S)
+        place = self.positions()[index : index + 1]
+        apart = np.hypot(found.gaps(place), found.heights_apart(place[:, 2]))[0]
+        nearest = int(apart.argmin())
+        return Clearance(float(apart[nearest]), found.names[nearest], found.moves[nearest])
+
     # What the vehicles see.
 
     def look_around(self, index: int) -> RangeReading | None:
@@ -184,18 +210,22 @@ class Environment:
         if sensor is None:
             return None
         if self._seen is None or self._seen[0] != self._tick:
-            self._seen = (self._tick, self._look())
-        seen = self._seen[1][index]
-        motion = self._physics.motion(index, truth=True)
-        tilt = math.cos(motion.roll_rad) * math.cos(motion.pitch_rad)
+            self._seen = (self._tick, self._look(sensor))
         seed = f"range:{self._seed}:{self._rows[index]}:{self._tick}"
-        return range_finder.measure(sensor, seen[:-1], float(seen[-1]), tilt, seed)
+        return range_finder.measure(sensor, self._seen[1][index], seed)
 
-    def _look(self) -> Array:
-        """The truth for all vehicles, shape (N, 73): the sectors, and down."""
-        position = self.positions()
+    def _look(self, sensor: RangeSensor) -> Array:
+        """The truth for all vehicles, shape (N, 73): along `range_finder.BODY_RAYS`."""
+        physics = self._physics
         self._shapes.move_to(self._tick * DT_S)
-        yaw = self._physics.table("yaw_rad")[:, 0]
-        around = self._shapes.cast(position, range_finder.bearings(yaw))
-        ground = self._ground_down(position) + self._offset[:, 2]
-        return np.column_stack([around, ground - position[:, 2]])
+        motions = np.array([physics.motion(lane, truth=True) for lane in range(physics.count)])
+        turn = range_finder.to_ned(*motions[:, 6:9].T)
+        rays = np.einsum("nij,rj->nri", turn, range_finder.BODY_RAYS)
+        scanner = self.positions() - range_finder.MOUNT_M * turn[:, :, 2]
+        reach_m = max(sensor.reach_m, sensor.reach_down_m) + range_finder.MOUNT_M
+        seen = self._shapes.cast(scanner, rays, reach_m)
+        # The bodies of who drives stay level on a slope, so they would look into the hill.
+        sees_ground = slice(None) if physics.flies else slice(-1, None)
+        on_ground = shapes.cast_on_ground(self.world.ground, scanner, rays[:, sees_ground], reach_m)
+        seen[:, sees_ground] = np.minimum(seen[:, sees_ground], on_ground)
+        return seen

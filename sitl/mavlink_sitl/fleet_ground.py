@@ -21,6 +21,7 @@ FULL_CURRENT_A = 50.0
 class RoverPhysics(ToldPhysics):
     """Rovers: the same batteries, sensors and views as copters, other bodies and controllers."""
 
+    flies = False
     full_current_a = FULL_CURRENT_A
     guidance_type = DriveGuidance
     targets_of = staticmethod(drive_controller.targets_of)

@@ -37,7 +37,12 @@ class Physics:
         remaining: each vehicle's charge at start, 0..1.
         seed: of the sensors.
         wind_ned_m_s: speed of the air.
+
+    Attributes:
+        flies: they leave the ground, and lean.
     """
+
+    flies = True
 
     def __init__(
         self,

@@ -11,6 +11,7 @@ from typing import Protocol
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans import Plans
 from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
     GpsReading,
     Guidance,
@@ -126,7 +127,19 @@ class SimulatedVehicle(VehicleBody):
             self.snapshot,
             self.config.links,
         )
+        self._begin_scanning()
         self._pass_guidance()
+
+    def enter(self, environment: Environment) -> None:
+        """Be in a world; called once by the simulation."""
+        super().enter(environment)
+        self._begin_scanning()
+
+    def _begin_scanning(self) -> None:
+        if self._environment is not None and self._environment.world.range_sensor is not None:
+            for server in self._servers:
+                server.begin_scanning()
+            self._plan_wake()
 
     # Time.
 

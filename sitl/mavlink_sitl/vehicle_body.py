@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.environment import Environment
+from mavlink_sitl.environment import Clearance, Environment
 from mavlink_sitl.exchange import GpsReading, Motion, RangeReading
 from mavlink_sitl.fleets import Fleet
 from mavlink_sitl.geodesy import GeoPoint, to_geodetic
@@ -73,6 +73,12 @@ class VehicleBody:
     def look_around(self) -> RangeReading | None:
         """What its range sensors see, or None when it has none."""
         return None if self._environment is None else self._environment.look_around(self._lane)
+
+    def clearance(self) -> Clearance:
+        """How far it truly is from the nearest obstacle."""
+        if self._environment is None:
+            return Clearance(math.inf, "", False)
+        return self._environment.clearance(self._lane)
 
     def receiver(self) -> GpsReading:
         """What the receiver says; made once for each sample."""

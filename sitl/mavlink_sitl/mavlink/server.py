@@ -38,7 +38,9 @@ COMPLAINT_US = 1_000_000
 COMPONENT_AUTOPILOT = 1
 LATEST_SIGNATURE = 2**48 - 2**40
 """Signatures have 48 bits for the time; this leaves four months to go on with"""
-_HOME_POSITION, _GPS_GLOBAL_ORIGIN = 242, 49
+SCANNER_US = 100_000
+"""A scanner turns ten times a second"""
+_HOME_POSITION, _GPS_GLOBAL_ORIGIN, _OBSTACLE_DISTANCE = 242, 49, 330
 
 
 class MavlinkServer:
@@ -85,7 +87,7 @@ class MavlinkServer:
         self._next_complaint_us = now_us
         self._boot_us = now_us
         first_s = copter.estimator.scaled(copter.personality.first_heartbeat_s)
-        self._heartbeat_due_us = round(first_s * 1e6)
+        self._heartbeat_due_us = self._first_us = round(first_s * 1e6)
         self._timesync_due_us = now_us + TIMESYNC_US
         self._handlers: dict[str, Callable[[Message], None]] = {
             "HEARTBEAT": self._on_heartbeat,
@@ -105,6 +107,17 @@ class MavlinkServer:
             "SETUP_SIGNING": self._on_setup_signing,
             **dict.fromkeys(self._missions.handlers, self._on_mission),
         }
+
+    def begin_scanning(self) -> None:
+        """The vehicle has a scanner: what it sees is sent unasked, from the first heartbeat on.
+
+        An ArduPilot makes no OBSTACLE_DISTANCE itself: a companion's, which comes as often as
+        the scanner turns, is handed on to all links as every message that is for nobody.
+        """
+        self._begin_stream(_OBSTACLE_DISTANCE, SCANNER_US)
+
+    def _begin_stream(self, message_id: int, interval_us: int) -> None:
+        self.streams.set(message_id, interval_us, max(self._first_us, self.now_us) - interval_us)
 
     # Out.
 

@@ -1,4 +1,8 @@
-"""What the range sensors see: rays from the true position, with seeded noise."""
+"""What the range sensors see: rays from the true position and attitude, with seeded noise.
+
+The scanner is fixed to the body, so its beams tilt with it: they look over what is low when
+the nose is up, and meet the ground when it is down.
+"""
 
 from __future__ import annotations
 
@@ -12,36 +16,45 @@ from mavlink_sitl.exchange import RangeReading
 from mavlink_sitl.world.model import RangeSensor
 
 SECTORS = 72
-_OFFSETS = np.arange(SECTORS) * (math.tau / SECTORS)
+MOUNT_M = 0.2
+"""The scanner is so far above the vehicle's own place, which is that of its feet or wheels"""
+_ANGLES = np.arange(SECTORS) * (math.tau / SECTORS)
+_BEAMS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(SECTORS)])
+BODY_RAYS = np.vstack([_BEAMS, [0.0, 0.0, 1.0]])
+"""Forward, right, down: the sectors clockwise from the nose, and the beam downwards"""
+
+Array = NDArray[np.float64]
 
 
-def bearings(yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bearings of all sectors, shape (N, 72), from the noses' headings, shape (N,)."""
-    return np.asarray(yaw_rad)[:, None] + _OFFSETS
+def to_ned(roll_rad: Array, pitch_rad: Array, yaw_rad: Array) -> Array:
+    """Rotations from the bodies' axes to NED, shape (N, 3, 3), of angles of shape (N,).
+
+    First yaw, then pitch, then roll, as ATTITUDE has them.
+    """
+    c_r, c_p, c_y = np.cos(roll_rad), np.cos(pitch_rad), np.cos(yaw_rad)
+    s_r, s_p, s_y = np.sin(roll_rad), np.sin(pitch_rad), np.sin(yaw_rad)
+    rows = [
+        [c_p * c_y, s_r * s_p * c_y - c_r * s_y, c_r * s_p * c_y + s_r * s_y],
+        [c_p * s_y, s_r * s_p * s_y + c_r * c_y, c_r * s_p * s_y - s_r * c_y],
+        [-s_p, s_r * c_p, c_r * c_p],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
 
 
-def measure(
-    sensor: RangeSensor,
-    sectors_m: NDArray[np.float64],
-    down_m: float,
-    tilt_cosine: float,
-    seed: str,
-) -> RangeReading:
+def measure(sensor: RangeSensor, along_m: Array, seed: str) -> RangeReading:
     """What the sensor makes of true distances.
 
     Args:
         sensor: its reach and noise.
-        sectors_m: shape (72,), the truth.
-        down_m: straight down, the truth.
-        tilt_cosine: of the angle between the vehicle's axis and straight down.
+        along_m: shape (73,), the truth along BODY_RAYS.
         seed: of this reading's noise.
     """
-    generator = random.Random(seed)
-    noisy = sectors_m
+    noisy = along_m
     if sensor.noise_m:
-        noise = np.array([generator.gauss(0.0, sensor.noise_m) for _ in range(SECTORS)])
-        noisy = np.maximum(sectors_m + noise, 0.0)
-    noisy = np.where(noisy <= sensor.reach_m, noisy, np.inf)
-    slant = down_m / max(tilt_cosine, 0.1) + generator.gauss(0.0, sensor.noise_m)
-    down = max(slant, 0.0) if slant <= sensor.reach_down_m else math.inf
-    return RangeReading(tuple(noisy.tolist()), down, sensor.reach_m, sensor.reach_down_m)
+        generator = random.Random(seed)
+        noisy = along_m + np.array([generator.gauss(0.0, sensor.noise_m) for _ in along_m])
+    around = np.maximum(noisy[:-1], 0.0)
+    around = np.where(around <= sensor.reach_m, around, np.inf)
+    down_m = max(float(noisy[-1]) - MOUNT_M, 0.0)
+    down_m = down_m if down_m <= sensor.reach_down_m else math.inf
+    return RangeReading(tuple(around.tolist()), down_m, sensor.reach_m, sensor.reach_down_m)

@@ -6,12 +6,19 @@ in the plane and heights are compared apart. NED metres from the world's origin.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mavlink_sitl.world.model import Ground, Obstacle
 
 Array = NDArray[np.float64]
+
+_TINY = 1e-9
+"""A part of a ray that is smaller is taken for so much"""
+_STEPS_MAX = 200
+_HALVINGS = 14
 
 
 class Shapes:
@@ -22,6 +29,7 @@ class Shapes:
 
     Attributes:
         names: of the obstacles, cylinders first; that is the order of every axis M.
+        moves: which of them move.
         fastest_m_s: of those that move.
     """
 
@@ -29,6 +37,7 @@ class Shapes:
         """See the class."""
         ordered = sorted(obstacles, key=lambda item: item.radius_m <= 0.0)
         self.names = [item.name for item in ordered]
+        self.moves = [item.path is not None for item in ordered]
         self.fastest_m_s = max((o.path.speed_m_s for o in ordered if o.path), default=0.0)
         self._round = sum(item.radius_m > 0.0 for item in ordered)
         self._moving = [(i, item.path) for i, item in enumerate(ordered) if item.path]
@@ -68,10 +77,11 @@ class Shapes:
             [np.maximum(far, 0.0), np.hypot(local[..., 0], local[..., 1])], axis=1
         )
 
-    def _to_box(self, vector: Array) -> Array:
-        """Vectors of shape (..., M boxes, 2) in the boxes' own axes."""
+    def _to_box(self, vector: Array, which: slice | NDArray[np.bool_] = slice(None)) -> Array:
+        """Vectors of shape (..., M boxes, 2) in the own axes of those boxes."""
         n, e = vector[..., 0], vector[..., 1]
-        return np.stack([n * self._cos + e * self._sin, e * self._cos - n * self._sin], axis=-1)
+        cosine, sine = self._cos[which], self._sin[which]
+        return np.stack([n * cosine + e * sine, e * cosine - n * sine], axis=-1)
 
     def heights_apart(self, down_m: Array) -> Array:
         """How far above its top or below its bottom a height is, 0 between.
@@ -85,47 +95,96 @@ class Shapes:
         down = down_m[:, None]
         return np.maximum(np.maximum(self.top_down_m - down, down - self.bottom_down_m), 0.0)
 
-    def cast(self, position_ned_m: Array, bearing_rad: Array) -> Array:
-        """How far level rays go until they meet an obstacle.
+    def cast(self, origin_ned_m: Array, ray: Array, reach_m: float) -> Array:
+        """How far rays go until they meet an obstacle.
 
         Args:
-            position_ned_m: shape (N, 3).
-            bearing_rad: shape (N, R), clockwise from North.
+            origin_ned_m: shape (N, 3), where each vehicle's rays begin.
+            ray: shape (N, R, 3), NED unit vectors.
+            reach_m: what is farther away need not be found.
 
         Returns:
-            Shape (N, R), metres; infinity where nothing is.
+            Shape (N, R), metres along the ray, 0 within an obstacle; infinity where nothing is.
         """
-        if not len(self):
-            return np.full(bearing_rad.shape, np.inf)
-        ray = np.stack([np.cos(bearing_rad), np.sin(bearing_rad)], axis=-1)[:, :, None, :]
-        to = (self._centre - position_ned_m[:, None, :2])[:, None]
-        distance = np.concatenate(
-            [
-                self._cast_circles(to[:, :, : self._round], ray),
-                self._cast_boxes(to[:, :, self._round :], ray),
-            ],
-            axis=2,
-        )
-        beside = self.heights_apart(position_ned_m[:, 2]) > 0.0
-        distance = np.where(beside[:, None, :], np.inf, distance)
-        return np.asarray(distance.min(axis=2))
+        near = np.asarray((self.gaps(origin_ned_m) <= reach_m).any(axis=0))
+        if not near.any():
+            return np.full(ray.shape[:2], np.inf)
+        level = ray[:, :, None, :2]
+        to = (self._centre - origin_ned_m[:, None, :2])[:, None]
+        among_round, among_boxes = near[: self._round], near[self._round :]
+        spans = [
+            self._cross_circles(to[:, :, : self._round][:, :, among_round], level, among_round),
+            self._cross_boxes(to[:, :, self._round :][:, :, among_boxes], level, among_boxes),
+        ]
+        entry, leave = (np.concatenate(part, axis=2) for part in zip(*spans, strict=True))
+        # A prism is where its outline is and its heights are.
+        down, fall = origin_ned_m[:, 2, None, None], _no_zero(ray[:, :, None, 2])
+        top, bottom = self.top_down_m[near] - down, self.bottom_down_m[near] - down
+        first, second = top / fall, bottom / fall
+        entry = np.maximum(np.maximum(entry, np.minimum(first, second)), 0.0)
+        leave = np.minimum(leave, np.maximum(first, second))
+        return np.asarray(np.where(entry <= leave, entry, np.inf).min(axis=2))
 
-    def _cast_circles(self, to: Array, ray: Array) -> Array:
+    def _cross_circles(
+        self, to: Array, ray: Array, which: NDArray[np.bool_]
+    ) -> tuple[Array, Array]:
+        """Where rays come into circles and leave them; a ray that passes by leaves before."""
+        speed2 = np.maximum((ray * ray).sum(axis=-1), _TINY**2)
         along = (to * ray).sum(axis=-1)
-        outside = (to * to).sum(axis=-1) - self._radius**2
-        under_root = along * along - outside
-        entry = along - np.sqrt(np.maximum(under_root, 0.0))
-        hit = (under_root >= 0.0) & (entry >= 0.0)
-        return np.where(outside <= 0.0, 0.0, np.where(hit, entry, np.inf))
+        outside = (to * to).sum(axis=-1) - self._radius[which] ** 2
+        under_root = along * along - speed2 * outside
+        half = np.sqrt(np.maximum(under_root, 0.0))
+        entry, leave = (along - half) / speed2, (along + half) / speed2
+        return np.where(under_root >= 0.0, entry, np.inf), leave
 
-    def _cast_boxes(self, to: Array, ray: Array) -> Array:
+    def _cross_boxes(self, to: Array, ray: Array, which: NDArray[np.bool_]) -> tuple[Array, Array]:
         """The slab method: a ray is inside a box while it is inside both pairs of sides."""
-        centre, along = self._to_box(to), self._to_box(ray)
-        along = np.where(np.abs(along) < 1e-12, 1e-12, along)
-        first, second = (centre - self._half) / along, (centre + self._half) / along
-        entry = np.minimum(first, second).max(axis=-1)
-        leave = np.maximum(first, second).min(axis=-1)
-        return np.where((entry <= leave) & (leave >= 0.0), np.maximum(entry, 0.0), np.inf)
+        half = self._half[which]
+        centre, along = self._to_box(to, which), _no_zero(self._to_box(ray, which))
+        first, second = (centre - half) / along, (centre + half) / along
+        return np.minimum(first, second).max(axis=-1), np.maximum(first, second).min(axis=-1)
+
+
+def _no_zero(value: Array) -> Array:
+    """The same, away from 0 so that one can divide by it."""
+    return np.where(np.abs(value) < _TINY, _TINY, value)
+
+
+def cast_on_ground(ground: Ground, origin_ned_m: Array, ray: Array, reach_m: float) -> Array:
+    """How far rays go until they meet the ground.
+
+    On a grid the rays are walked along in steps of half its spacing, and the place between two
+    steps is then found by halving.
+
+    Args:
+        ground: flat, or a grid.
+        origin_ned_m: shape (N, 3).
+        ray: shape (N, R, 3), NED unit vectors.
+        reach_m: what is farther away need not be found.
+
+    Returns:
+        Shape (N, R), metres along the ray, 0 below the ground; infinity where it is not met.
+    """
+    if not ground.heights_m:
+        room = -ground.height_m - origin_ned_m[:, 2:3]
+        fall = np.where(ray[:, :, 2] > _TINY, ray[:, :, 2], np.nan)
+        return np.where(room <= 0.0, 0.0, np.nan_to_num(room / fall, nan=np.inf))
+
+    def below(along: Array) -> NDArray[np.bool_]:
+        place = origin_ned_m[:, None, None, :] + along[..., None] * ray[:, :, None, :]
+        return np.asarray(-ground_height_m(ground, place[..., 0], place[..., 1]) <= place[..., 2])
+
+    count = min(math.ceil(2.0 * reach_m / ground.spacing_m), _STEPS_MAX)
+    steps = np.broadcast_to(np.linspace(0.0, reach_m, count + 1), (*ray.shape[:2], count + 1))
+    met = below(steps)
+    found = met.any(axis=2)
+    far = np.take_along_axis(steps, met.argmax(axis=2)[:, :, None], axis=2)
+    near = np.maximum(far - reach_m / count, 0.0)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (near + far)
+        under = below(middle)
+        near, far = np.where(under, near, middle), np.where(under, middle, far)
+    return np.where(found, far[:, :, 0], np.inf)
 
 
 def ground_height_m(ground: Ground, north_m: Array, east_m: Array) -> Array:
@@ -133,11 +192,11 @@ def ground_height_m(ground: Ground, north_m: Array, east_m: Array) -> Array:
 
     Args:
         ground: flat, or a grid.
-        north_m: shape (N,).
-        east_m: shape (N,).
+        north_m: any shape.
+        east_m: the same shape.
 
     Returns:
-        Shape (N,).
+        The same shape.
     """
     if not ground.heights_m:
         return np.full(np.shape(north_m), ground.height_m)

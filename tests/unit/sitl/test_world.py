@@ -22,10 +22,11 @@ from mavlink_sitl import (
     parse_world,
 )
 from mavlink_sitl.options import make_parser
+from mavlink_sitl.world import range_finder
 from mavlink_sitl.world.loader import schema
 from mavlink_sitl.world.model import GpsQuality, Ground, Obstacle, RangeSensor, Wind, wind_from
 from mavlink_sitl.world.model import Path as Way
-from mavlink_sitl.world.shapes import Shapes, ground_height_m
+from mavlink_sitl.world.shapes import Shapes, cast_on_ground, ground_height_m
 from tests.support.ground_station import ACCEPTED, FAILED, GUIDED, POSITION, GroundStation, Message
 
 WORLDS = sorted((Path(__file__).parents[3] / "bridge_config/worlds").glob("*.yaml"))
@@ -121,18 +122,26 @@ def test_an_empty_file_is_a_plain() -> None:
 # Rays.
 
 
-def march(shapes: Shapes, origin: np.ndarray, bearing: float, reach: float) -> float:
+REACH_M = 30.0
+
+
+def march(shapes: Shapes, ground: Ground, origin: np.ndarray, ray: np.ndarray) -> float:
     """The same as a ray cast, by walking."""
-    for distance in np.arange(0.0, reach, 0.02):
-        step = origin + distance * np.array([math.cos(bearing), math.sin(bearing), 0.0])
-        position = step.reshape(1, 3)
-        inside = (shapes.gaps(position) <= 0.0) & (shapes.heights_apart(position[:, 2]) <= 0.0)
-        if inside.any():
-            return float(distance)
-    return math.inf
+    along = np.arange(0.0, REACH_M, 0.02)
+    places = origin + along[:, None] * ray
+    inside = (shapes.gaps(places) <= 0.0) & (shapes.heights_apart(places[:, 2]) <= 0.0)
+    under = -ground_height_m(ground, places[:, 0], places[:, 1]) <= places[:, 2]
+    met = inside.any(axis=1) | under
+    return float(along[met.argmax()]) if met.any() else math.inf
 
 
-def test_rays_agree_with_walking_along_them() -> None:
+FLAT = Ground(-1.0)
+HILLS = Ground(0.0, (-15.0, -15.0), 10.0, ((0, 1, 3, 0), (2, 5, 1, 0), (0, 0, 4, 4), (1, 0, 2, 8)))
+
+
+@pytest.mark.parametrize("ground", [FLAT, HILLS], ids=["flat", "hills"])
+@pytest.mark.parametrize("level", [True, False], ids=["level", "slanted"])
+def test_rays_agree_with_walking_along_them(ground: Ground, level: bool) -> None:
     rng = np.random.default_rng(5)
     obstacles = [
         Obstacle(
@@ -148,13 +157,29 @@ def test_rays_agree_with_walking_along_them() -> None:
     ]
     shapes = Shapes(tuple(obstacles))
     origins = np.column_stack([rng.uniform(-15, 15, (12, 2)), rng.uniform(-10, 0, 12)])
-    bearings = rng.uniform(-math.pi, math.pi, (12, 5))
-    cast = shapes.cast(origins, bearings)
+    rays = rng.normal(size=(12, 9, 3)) * (1.0, 1.0, 0.0 if level else 0.5)
+    rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+    cast = np.minimum(
+        shapes.cast(origins, rays, REACH_M), cast_on_ground(ground, origins, rays, REACH_M)
+    )
+    met = 0
     for row, origin in enumerate(origins):
-        for column in range(5):
-            walked = march(shapes, origin, bearings[row, column], 30.0)
-            found = cast[row, column] if cast[row, column] < 29.9 else math.inf
-            assert found == pytest.approx(walked, abs=0.03) or found > 29.0
+        for column in range(9):
+            walked = march(shapes, ground, origin, rays[row, column])
+            found = cast[row, column] if cast[row, column] < REACH_M - 0.1 else math.inf
+            assert found == pytest.approx(walked, abs=0.04) or found > REACH_M - 1.0
+            met += math.isfinite(walked)
+    assert met > 10
+
+
+def test_a_ray_straight_down_or_up_meets_what_is_there() -> None:
+    roof = Obstacle("roof", (0.0, 0.0), radius_m=2.0, bottom_m=3.0, top_m=4.0)
+    deck = Obstacle("deck", (0.0, 0.0), size_m=(4.0, 4.0), bottom_m=8.0, top_m=9.0)
+    shapes = Shapes((roof, deck))
+    origins = np.array([[0.5, 0.5, -6.0], [9.0, 0.0, -6.0]])
+    vertical = np.array([[[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]] * 2)
+    assert shapes.cast(origins, vertical, 40.0).tolist() == [[2.0, 2.0], [math.inf, math.inf]]
+    assert cast_on_ground(Ground(), origins, vertical, 40.0)[:, 0].tolist() == [6.0, 6.0]
 
 
 def test_ground_between_the_points_of_a_grid() -> None:
@@ -198,6 +223,73 @@ def test_obstacle_distance_turns_with_the_nose() -> None:
     assert math.isinf(reading.sectors_m[0])
 
 
+def test_the_scanner_leans_with_the_vehicle() -> None:
+    """Flying North the nose is down: what is ahead is the ground, and behind it sees the sky."""
+    low_wall = Obstacle("low wall", (-15.0, 0.0), size_m=(1.0, 60.0), top_m=5.5)
+    world = World(obstacles=(low_wall,), range_sensor=EXACT)
+    station = station_in(world, WPNAV_SPEED=1500.0)
+    vehicle = station.vehicle
+    seen = vehicle.look_around()
+    assert seen is not None
+    assert seen.sectors_m[36] == pytest.approx(14.5 + station.position[0], abs=0.2)
+    assert math.isinf(seen.sectors_m[0])
+    station.setpoint(POSITION, (200.0, 0.0, -5.0))
+    station.run(1.5)
+    motion, seen = vehicle.truth(), vehicle.look_around()
+    assert seen is not None
+    assert motion.pitch_rad < math.radians(-10.0)
+    height = range_finder.MOUNT_M * math.cos(motion.pitch_rad) - motion.down_m
+    assert seen.sectors_m[0] == pytest.approx(height / -math.sin(motion.pitch_rad), rel=1e-3)
+    assert math.isinf(seen.sectors_m[36])
+    assert math.isinf(seen.sectors_m[18]), "level abeam"
+    assert seen.down_m == pytest.approx(-motion.down_m / math.cos(motion.pitch_rad), rel=1e-2)
+
+
+@pytest.mark.parametrize("kind", ["rover", "boat"])
+def test_who_drives_sees_what_stands_around_and_no_hill(kind: str) -> None:
+    hill = Ground(0.0, (2.0, -50.0), 10.0, ((0.0, 0.0), (4.0, 4.0)))
+    world = World(ground=hill, obstacles=(WALL,), range_sensor=EXACT)
+    config = VehicleConfig(vehicle=kind, heading_deg=0.0)
+    seen = Simulation([config], world=world).vehicles[0].look_around()
+    assert seen is not None
+    assert seen.sectors_m[0] == pytest.approx(9.5)
+    assert seen.sectors_m[36] == math.inf
+    assert seen.down_m == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_moving_obstacle_is_seen_where_it_is() -> None:
+    path = Way(((20.0, 0.0), (4.0, 0.0)), 2.0)
+    lorry = Obstacle("lorry", (20.0, 0.0), radius_m=1.0, path=path)
+    world = World(obstacles=(lorry,), range_sensor=EXACT)
+    simulation = Simulation([VehicleConfig(heading_deg=0.0)], world=world)
+    for _ in range(30):
+        simulation.run_for(0.5)
+        seen = simulation.vehicles[0].look_around()
+        assert seen is not None
+        assert seen.sectors_m[0] == pytest.approx(path.at(simulation.time_s)[0] - 1.0)
+
+
+def test_what_a_scanner_sees_comes_unasked_ten_times_a_second() -> None:
+    """Also after a reboot. PX4 sends it to a ground station once a second."""
+    world = World(obstacles=(WALL,), range_sensor=EXACT)
+    rates = {"ardupilot": [10], "px4": [1, 10]}
+    for autopilot, links in rates.items():
+        roles = ("gcs", "onboard")[: len(links)]
+        config = VehicleConfig(autopilot=autopilot, links=roles, ready_after_s=1.0)
+        simulation = Simulation([config], world=world)
+        for start in ("first", "second"):
+            _scans(simulation, 10.0)
+            assert _scans(simulation, 4.0) == [4 * rate for rate in links], (autopilot, start)
+            simulation.vehicles[0].power_cycle()
+
+
+def _scans(simulation: Simulation, seconds: float) -> list[int]:
+    """How many OBSTACLE_DISTANCE come over each of the links."""
+    simulation.run_for(seconds)
+    heard = [mav.MAVLink(None).parse_buffer(link.read()) for link in simulation.vehicles[0].links]
+    return [sum(m.get_type() == "OBSTACLE_DISTANCE" for m in messages) for messages in heard]
+
+
 def test_above_a_wall_nothing_is_seen_around_and_its_top_below() -> None:
     roof = Obstacle("roof", (0.0, 0.0), radius_m=3.0, top_m=0.0, bottom_m=-1.0)
     world = World(obstacles=(WALL, roof), range_sensor=EXACT)
@@ -212,6 +304,7 @@ def test_above_a_wall_nothing_is_seen_around_and_its_top_below() -> None:
 
 def test_a_vehicle_without_the_sensor_sends_nothing() -> None:
     station = station_in(World())
+    assert station.vehicle.look_around() is None
     station.interval(330, 5.0)
     station.interval(132, 5.0)
     station.run(2.0)
@@ -326,6 +419,17 @@ def test_another_vehicle_changes_nothing_for_the_first() -> None:
 
 
 # Ground and collisions.
+
+
+def test_the_true_clearance_is_to_the_nearest_surface_in_space() -> None:
+    path = Way(((0.0, -9.0), (0.0, 9.0)), 1.0)
+    ball = Obstacle("ball", (0.0, -9.0), radius_m=1.0, bottom_m=6.0, top_m=7.0, path=path)
+    simulation = Simulation([VehicleConfig()], world=World(obstacles=(WALL, ball)))
+    vehicle = simulation.vehicles[0]
+    assert vehicle.clearance() == (pytest.approx(9.5), "wall", False)
+    simulation.run_for(5.0)
+    assert vehicle.clearance() == (pytest.approx(math.hypot(3.0, 6.0)), "ball", True)
+    assert math.isinf(Simulation().vehicles[0].clearance().distance_m)
 
 
 def test_a_copter_lands_on_a_hill_and_on_a_roof() -> None:

@@ -9,6 +9,10 @@ ONBOARD_HZ: dict[int, float] = {
 }  # fmt: skip
 """Streams of a companion computer's link (14540), as recorded"""
 
+SCANNER_HZ = {"onboard": 10.0, "gcs": 1.0}
+"""OBSTACLE_DISTANCE of a vehicle that has a scanner, as in `Mavlink::configure_streams`; no
+recording has it"""
+
 GCS_HZ: dict[int, float] = {
     0: 1, 1: 1, 2: 1, 24: 5, 29: 1, 30: 50, 31: 50, 32: 50, 33: 50, 36: 50, 42: 1, 74: 4,
     83: 50, 85: 50, 87: 50, 132: 0.5, 141: 1, 147: 0.5, 230: 0.5, 231: 0.5, 241: 0.1, 242: 0.5,

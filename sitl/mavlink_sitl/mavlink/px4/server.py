@@ -46,7 +46,7 @@ TAKE_NEUTRAL_RELEASE = (
 """DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
 ONBOARD, GCS = "onboard", "gcs"
 ROLES = (GCS, ONBOARD)
-_HOME_POSITION, _HEARTBEAT = 242, 0
+_HOME_POSITION, _HEARTBEAT, _OBSTACLE_DISTANCE = 242, 0, 330
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
 
 
@@ -90,6 +90,7 @@ class Px4Server(MavlinkServer):
         self._reached: tuple[int, int, int] | None = None
         self._gimbal: tuple[int, int] | None = None
         self._mode_name = ""
+        self._scans = False
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
         for message_id in _RATES[role]:
@@ -108,7 +109,14 @@ class Px4Server(MavlinkServer):
 
     def _default_interval_us(self, message_id: int) -> int:
         rate_hz = _RATES[self.role].get(message_id)
+        if message_id == _OBSTACLE_DISTANCE and self._scans:
+            rate_hz = rates.SCANNER_HZ[self.role]
         return -1 if rate_hz is None else round(1e6 / rate_hz)
+
+    def begin_scanning(self) -> None:
+        """What the scanner sees is a stream like the others."""
+        self._scans = True
+        self._begin_stream(_OBSTACLE_DISTANCE, self._default_interval_us(_OBSTACLE_DISTANCE))
 
     def set_interval(self, message_id: int, interval_us: int) -> None:
         """SET_MESSAGE_INTERVAL: 0 is the default, -1 stops it."""
