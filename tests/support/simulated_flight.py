@@ -19,12 +19,16 @@ from drone_navigation.requests import NavigateRequest, Request
 from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.simulation import Simulation
+from mavlink_sitl.world.model import World
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import Vector3
 from navigation_core.safety import Rejection
+from tests.support.ground_truth import GroundTruth
 
 _TICK_S = 0.01
+_RADIUS_M = 0.5
+"""The default of the server's vehicle_radius_m"""
 _Output = TypeVar("_Output", GoalFeedback, GoalFinished, GoalRejected, LogLine, ServiceDone)
 
 
@@ -32,13 +36,22 @@ class SimulatedFlight:
     """Runs both sides tick by tick; the link between them can be cut."""
 
     def __init__(
-        self, seed: int = 1, simulated: VehicleConfig | None = None, **parameters: ParameterValue
+        self,
+        seed: int = 1,
+        simulated: VehicleConfig | None = None,
+        world: World | None = None,
+        **parameters: ParameterValue,
     ) -> None:
-        """Start both, with parameters of the server; ``arming`` is auto unless given."""
+        """Start both, with parameters of the server; ``arming`` is auto unless given.
+
+        With a world there are things around the vehicle; ``ground_truth`` knows how near it
+        has come to them.
+        """
         self._parameters: dict[str, ParameterValue] = {"arming": "auto", **parameters}
         self.config = make_config(self._parameters)
         vehicle = simulated or VehicleConfig(ready_after_s=1.0)
-        self.simulation = Simulation(vehicles=[vehicle], seed=seed)
+        self.simulation = Simulation(vehicles=[vehicle], seed=seed, world=world)
+        self.ground_truth = GroundTruth(self.simulation, _RADIUS_M)
         self.vehicle = Vehicle(self.config.vehicle)
         self.bridge = Bridge(self.vehicle, self.config.bridge)
         self.now = 0.0
@@ -55,6 +68,8 @@ class SimulatedFlight:
         """Go on by one hundredth of a second."""
         self.now += _TICK_S
         self.simulation.run_for(_TICK_S)
+        if self.simulation.world.obstacles:
+            self.ground_truth.watch()
         for data in self.simulation.link.read_datagrams():
             if self.link_up:
                 for message in self._codec.decode(data):
@@ -106,9 +121,10 @@ class SimulatedFlight:
         speed: float = 0.0,
         frame: str = "map",
         orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
+        avoid: bool = False,
     ) -> NavigateRequest:
         """Return a request."""
-        return NavigateRequest(frame, (x, y, z), orientation, False, speed)
+        return NavigateRequest(frame, (x, y, z), orientation, avoid, speed)
 
     def send(self, x: float, y: float, z: float, speed: float = 0.0) -> str:
         """Send a goal that must be accepted, and return its id."""
@@ -177,6 +193,10 @@ class SimulatedFlight:
             for time_s, message in self.sent
             if time_s >= since_s and message.get_type() == "SET_POSITION_TARGET_LOCAL_NED"
         ]
+
+    def clearance_m(self) -> float:
+        """Return how far the vehicle truly is from the nearest obstacle at this moment."""
+        return self.simulation.vehicles[0].clearance().distance_m
 
     def truth(self) -> tuple[Vector3, float]:
         """Return the true position (ENU about the origin, m) and the true speed (m/s)."""
