@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from drone_navigation.configuration import ParameterValue
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import Obstacle, Path, RangeSensor
 from mavlink_sitl.world.model import World as SimulatedWorld
@@ -89,7 +91,9 @@ def _place(point_enu_m: tuple[float, float], origin_enu_m: Vector3) -> tuple[flo
 
 
 def fly(
-    world: World, vehicle: VehicleConfig | None = None, **parameters: float | str
+    world: World,
+    vehicle: VehicleConfig | None = None,
+    parameters: Mapping[str, ParameterValue] | None = None,
 ) -> tuple[Flown, SimulatedFlight]:
     """Send a vehicle through a random world with avoid_obstacles, until the goal ends.
 
@@ -102,7 +106,7 @@ def fly(
         How it went, and the flight for a closer look.
     """
     config = vehicle or VehicleConfig(ready_after_s=1.0)
-    flight = SimulatedFlight(world.seed, config, simulated(world), **parameters).ready()
+    flight = SimulatedFlight(world.seed, config, simulated(world), **(parameters or {})).ready()
     start, goal = world.start_enu_m, world.goal_enu_m
     height_m = goal[2] if config.vehicle == "copter" else 0.0
     target = (goal[0] - start[0], goal[1] - start[1], height_m)

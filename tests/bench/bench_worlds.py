@@ -1,0 +1,222 @@
+"""Whole flights through random worlds: bridge and simulated copter, judged by ground truth.
+
+The server knows nothing of a world but what the simulated scanner sees. Worlds have 5 to 200
+obstacles, narrow gaps, dead ends, mazes, closed rings about the goal, and up to three obstacles
+that move. `python -m tests.bench.bench_worlds --worlds 1000` flies them all; without it as many
+are flown as a minute allows.
+
+A hit is to be nearer to an obstacle than the vehicle's radius. It could have been avoided
+unless the obstacle came to a vehicle that had been standing for more than a second and had no
+free way out (`tests/support/ground_truth.py`). Whether there is a way to the goal is told by a
+fine grid over the true world, not by the planner. The reference of a flown way's length is that
+of the way that is planned with everything that stands still known from the start.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import multiprocessing
+import os
+import statistics
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from navigation_core import planner
+from navigation_core.planner import PlanLimits
+from tests.support.random_worlds import CLEARANCE_M, World, random_world
+from tests.support.world_flights import Flown, fly
+
+ROOT = Path(__file__).resolve().parents[2]
+REPORT = ROOT / "out" / "bench_worlds.json"
+ALL_WORLDS = 1000
+BUDGET_S = 50.0
+MOVERS = (0, 0, 1, 3)
+RADIUS_M = 0.5
+_HEIGHT_M = 3.0
+"""Of the take-off, which is a part of what is flown"""
+SUCCESS_GOAL, LENGTH_GOAL = 0.98, 1.2
+PARAMETERS: dict[str, float] = {"blocked_timeout_s": 10.0, "volume_altitude_max_m": 20.0}
+
+
+@dataclass(frozen=True)
+class Result:
+    """One world and how the flight through it went."""
+
+    seed: int
+    kind: str
+    obstacles: int
+    movers: int
+    solvable: bool
+    shortest_m: float | None
+    flown: Flown
+    avoidable_hits: int
+    took_s: float
+
+
+def measures(worlds: int | None = None) -> list[dict[str, Any]]:
+    """Fly through random worlds, as many as given or as the time allows."""
+    results = sorted(_results(worlds), key=lambda result: result.seed)
+    REPORT.parent.mkdir(parents=True, exist_ok=True)
+    REPORT.write_text(json.dumps([asdict(result) for result in results], indent=1) + "\n")
+    return _rows(results)
+
+
+def _results(worlds: int | None) -> list[Result]:
+    """What all cores have flown; without a number, until the time is up."""
+    workers = os.cpu_count() or 1
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, context) as pool:
+        shares = [pool.submit(_share, worker, workers, worlds) for worker in range(workers)]
+        return [result for share in shares for result in share.result()]
+
+
+def _share(first: int, step: int, worlds: int | None) -> list[Result]:
+    """Fly through every so manieth world."""
+    stop_s = time.monotonic() + (BUDGET_S if worlds is None else math.inf)
+    found = []
+    for seed in range(first, ALL_WORLDS if worlds is None else worlds, step):
+        if time.monotonic() > stop_s:
+            break
+        found.append(fly_one(seed))
+        if worlds is not None:
+            _tell(found[-1])
+    return found
+
+
+def _tell(result: Result) -> None:
+    flown = result.flown
+    nearest = flown.nearest.distance_m if flown.nearest else math.inf
+    what = f"{result.seed}: {result.kind}, {result.obstacles} obstacles, {result.movers} moving"
+    how = f"{flown.code or 'no end'} in {flown.elapsed_s:.0f} s, {flown.replans} replans"
+    hits = "".join(f"; hit {hit.obstacle} at {hit.time_s:.1f} s" for hit in flown.hits)
+    way = "" if result.solvable else " (no way)"
+    print(
+        f"{what}{way}: {how}, nearest {nearest:.2f} m{hits}; took {result.took_s:.1f} s", flush=True
+    )
+
+
+def make_world(seed: int) -> World:
+    """Return the world of a number; every second one has something that moves."""
+    return random_world(seed, movers=MOVERS[seed % len(MOVERS)])
+
+
+def fly_one(seed: int) -> Result:
+    """Fly through one world."""
+    world, begin_s = make_world(seed), time.monotonic()
+    flown, _ = fly(world, parameters=PARAMETERS)
+    took_s = time.monotonic() - begin_s
+    hits = sum(hit.was_avoidable for hit in flown.hits)
+    shortest = planner.plan(
+        world.start_enu_m, world.goal_enu_m, world.obstacles, PlanLimits(CLEARANCE_M)
+    )
+    return Result(
+        seed,
+        world.kind,
+        len(world.fixed),
+        len(world.movers),
+        world.solvable,
+        shortest.length_m if isinstance(shortest, planner.Path) else None,
+        flown,
+        hits,
+        took_s,
+    )
+
+
+def _rows(results: list[Result]) -> list[dict[str, Any]]:
+    count = len(results)
+    ways = [r for r in results if r.solvable]
+    arrived = [r for r in ways if r.flown.code == "SUCCESS"]
+    closed = [r for r in results if not r.solvable]
+    told = [r for r in closed if r.flown.code == "NO_PATH"]
+    hits = sum(r.avoidable_hits for r in results)
+    nearest = [r.flown.nearest.distance_m for r in results if r.flown.nearest is not None]
+    longer = [
+        (r.flown.flown_m - _HEIGHT_M) / r.shortest_m
+        for r in arrived
+        if r.shortest_m and not r.movers
+    ]
+    replans = [r.flown.replans for r in arrived]
+    unended = sum(not r.flown.code for r in results)
+    worlds = f"{count} random worlds"
+    return [
+        _row(f"Avoidable hits in {worlds}", (hits, "1"), ("flights", count), "0", hits == 0),
+        _row(
+            f"Least distance to a true obstacle in {worlds}",
+            (min(nearest, default=math.inf), "m"),
+            ("radius of the vehicle", RADIUS_M),
+            f">= {RADIUS_M:g} m, but for hits that could not be avoided",
+            hits == 0,
+        ),
+        _row(
+            "Flights that reach the goal where there is a way",
+            (len(arrived), "1"),
+            ("worlds with a way", len(ways)),
+            f">= {SUCCESS_GOAL:g} x the reference",
+            len(arrived) >= SUCCESS_GOAL * len(ways),
+        ),
+        _row(
+            "Flights that end with NO_PATH where there is none",
+            (len(told), "1"),
+            ("worlds without a way", len(closed)),
+            "all",
+            len(told) == len(closed),
+        ),
+        _row(
+            "Flights that do not end",
+            (unended, "1"),
+            ("flights", count),
+            "0",
+            unended == 0,
+        ),
+        _row(
+            "Way flown through unknown worlds, median",
+            (statistics.median(longer) if longer else 0.0, "x"),
+            ("way planned with all known", 1.0),
+            f"<= {LENGTH_GOAL:g} x",
+            bool(longer) and statistics.median(longer) <= LENGTH_GOAL,
+        ),
+        _row(
+            "Replans in a flight that arrives, mean",
+            (statistics.fmean(replans) if replans else 0.0, "1"),
+            ("most", max(replans, default=0)),
+            "> 0",
+            bool(replans) and max(replans) > 0,
+        ),
+    ]
+
+
+def _row(
+    name: str, value: tuple[float, str], reference: tuple[str, float], goal: str, met: bool
+) -> dict[str, Any]:
+    return {
+        "name": name,
+        "value": value[0],
+        "unit": value[1],
+        "reference": reference[0],
+        "reference_value": reference[1],
+        "ratio": value[0] / reference[1] if reference[1] else None,
+        "goal": goal,
+        "met": met,
+    }
+
+
+def main() -> int:
+    """Fly through a number of worlds and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--worlds", type=int, default=ALL_WORLDS, metavar="N")
+    rows = measures(parser.parse_args().worlds)
+    for row in rows:
+        print(f"{row['name']}: {row['value']:.4g} {row['unit']}", end="")
+        print(f" ({row['reference']}: {row['reference_value']:.4g}); goal {row['goal']}:", end="")
+        print(" met" if row["met"] else " MISSED")
+    return 0 if all(row["met"] for row in rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
