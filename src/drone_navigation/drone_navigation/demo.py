@@ -9,7 +9,8 @@ import sys
 import time
 from pathlib import Path
 
-from drone_navigation.flight_plot import PlotError, plot_flight
+from drone_navigation.flight_plot import plot_flight
+from drone_navigation.flight_recording import RecordingError
 from drone_navigation.processes import (
     Process,
     ProcessError,
@@ -58,7 +59,7 @@ def main(args: list[str] | None = None) -> int:
         return EXIT_FAILED
     try:
         plot_flight(tlog, picture)
-    except PlotError as error:
+    except RecordingError as error:
         print(f"The flight was flown but not drawn: {error}", file=sys.stderr)
         return EXIT_FAILED
     print(f"Recorded {tlog}, drawn in {picture}", flush=True)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 
-from drone_navigation import notes
-from mavlink_vehicle import frames
-from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.tlog import TlogReader
+from drone_navigation import flight_scene as scene
+from drone_navigation.flight_recording import Recording, RecordingError, read_recording
+from drone_navigation.flight_scene import ABOVE, View
+from drone_navigation.timeline import Timeline
+from navigation_core.obstacles import Obstacles
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt
@@ -21,156 +21,140 @@ from matplotlib.axes import Axes
 
 EXIT_OK = 0
 EXIT_FAILED = 1
-_TRACK_COLOUR = "#1f5fa8"
-_GOAL_COLOUR = "#c0392b"
-_EVENT_COLOUR = "#888888"
+_MARGIN_M = 2.0
+# Events that are nearer than this to each other (share of the flight) share a name.
+_APART = 0.02
+_TARGETS_NAMED_MAX = 12
 
 
-class PlotError(ValueError):
-    """The recording cannot be drawn; the sentence says why."""
-
-
-@dataclass
-class Flight:
-    """What is drawn: times in seconds since the first position."""
-
-    time_s: list[float] = field(default_factory=list)
-    position_enu_m: list[tuple[float, float, float]] = field(default_factory=list)
-    battery: list[tuple[float, float]] = field(default_factory=list)
-    distance_m: list[tuple[float, float]] = field(default_factory=list)
-    goals: list[tuple[float, tuple[float, float, float]]] = field(default_factory=list)
-    events: list[tuple[float, str]] = field(default_factory=list)
-
-
-def read_flight(path: Path) -> Flight:
-    """Read what is drawn from a tlog that the navigation server recorded.
+def plot_flight(path: Path, picture: Path) -> Recording:
+    """Draw the recording at ``path`` into the PNG ``picture``, and return what was drawn.
 
     Raises:
-        PlotError: there is no such file, or no position in it.
+        RecordingError: the recording tells no flight.
     """
-    try:
-        records = list(TlogReader(path))
-    except LinkError as error:
-        raise PlotError(str(error)) from error
-    codec = Codec(source_system=255, source_component=190)
-    flight = Flight()
-    origin: tuple[float, float, float] | None = None
-    start_s: float | None = None
-    for time_s, data in records:
-        for message in codec.decode(data):
-            kind = message.get_type()
-            if kind == "GPS_GLOBAL_ORIGIN":
-                origin = (message.latitude * 1e-7, message.longitude * 1e-7,
-                          message.altitude * 1e-3)  # fmt: skip
-            if kind == "GLOBAL_POSITION_INT" and (message.lat or message.lon):
-                here = (message.lat * 1e-7, message.lon * 1e-7, message.alt * 1e-3)
-                origin = origin or here
-                start_s = time_s if start_s is None else start_s
-                north_m, east_m, _ = frames.geodetic_to_ned(*here, origin)
-                flight.time_s.append(time_s - start_s)
-                flight.position_enu_m.append((east_m, north_m, here[2] - origin[2]))
-            elif start_s is not None:
-                _read_other(flight, kind, message, time_s - start_s)
-    if not flight.time_s:
-        raise PlotError(f"{path} holds no GLOBAL_POSITION_INT with a position.")
-    return flight
-
-
-def _read_other(flight: Flight, kind: str, message: Message, time_s: float) -> None:
-    if kind == "BATTERY_STATUS" and message.battery_remaining >= 0:
-        flight.battery.append((time_s, float(message.battery_remaining)))
-    elif kind == "NAMED_VALUE_FLOAT" and message.name == "dist_rem":
-        flight.distance_m.append((time_s, message.value))
-    elif kind == "STATUSTEXT" and message.get_srcComponent() == notes.COMPONENT_ID:
-        goal = notes.parse_goal(message.text)
-        if goal is not None:
-            flight.goals.append((time_s, goal[1]))
-            flight.events.append((time_s, "goal"))
-        else:
-            flight.events.append((time_s, _short(message.text)))
-
-
-def _short(text: str) -> str:
-    """Leave out the goal's id, which a picture has no use for."""
-    words = text.split()
-    return " ".join(words[2:]) if words[:1] == ["goal"] and len(words) > 2 else text
-
-
-def plot_flight(path: Path, picture: Path) -> None:
-    """Draw the recording at ``path`` into the PNG ``picture``.
-
-    Raises:
-        PlotError: the recording cannot be drawn.
-    """
-    flight = read_flight(path)
-    figure = plt.figure(figsize=(13.0, 7.5), layout="constrained")
-    grid = figure.add_gridspec(3, 2, width_ratios=(1.0, 1.15))
-    _draw_track(figure.add_subplot(grid[:, 0]), flight)
+    recording = read_recording(path)
+    figure = plt.figure(figsize=(14.0, 8.0), layout="constrained", facecolor=scene.PAPER)
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.25, 1.0), height_ratios=(1.0, 1.0, 1.0))
+    _draw_view(figure.add_subplot(grid[:2, 0]), ABOVE, recording)
+    _draw_view(figure.add_subplot(grid[2, 0]), scene.side_view(recording), recording)
     altitude = figure.add_subplot(grid[0, 1])
     distance = figure.add_subplot(grid[1, 1], sharex=altitude)
     battery = figure.add_subplot(grid[2, 1], sharex=altitude)
-    _draw_line(altitude, flight, "altitude (m)", flight.time_s,
-               [place[2] for place in flight.position_enu_m])  # fmt: skip
-    _draw_line(distance, flight, "distance remaining (m)", *_columns(flight.distance_m))
-    _draw_line(battery, flight, "battery (%)", *_columns(flight.battery))
-    if flight.battery:
-        low = min(value for _, value in flight.battery)
+    heights = Timeline(tuple(recording.times_s), tuple(recording.positions_enu_m[:, 2]))
+    _draw_line(altitude, recording, "height (m)", heights)
+    _draw_line(distance, recording, "distance remaining (m)", recording.distance_m)
+    _draw_line(battery, recording, "battery (%)", recording.battery_percent)
+    if len(recording.battery_percent):
+        low = min(recording.battery_percent.values)
         battery.set_ylim(max(0.0, min(low - 2.0, 90.0)), 101.0)
-    _name_events(altitude, flight)
+    _name_events(altitude, recording)
     battery.set_xlabel("time since the first position (s)")
-    figure.suptitle(f"Flight recorded in {path.name}")
+    figure.suptitle(f"Flight recorded in {path.name}: {_summary(recording)}", color=scene.INK)
+    if recording.remarks:
+        figure.supxlabel("\n".join(recording.remarks), fontsize=9, color=scene.GOAL)
     figure.savefig(picture, dpi=110)
     plt.close(figure)
+    return recording
 
 
-def _columns(pairs: list[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    return [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+def _summary(recording: Recording) -> str:
+    flown_m = np.hypot(*np.diff(recording.positions_enu_m[:, :2], axis=0).T).sum()
+    parts = [recording.vehicle, f"{recording.duration_s:.0f} s", f"{flown_m:.0f} m over ground"]
+    replans = max(recording.replans.values, default=0)
+    if replans:
+        parts.append(f"{replans} replans")
+    return ", ".join(parts)
 
 
-def _draw_track(axes: Axes, flight: Flight) -> None:
-    axes.plot(
-        [place[0] for place in flight.position_enu_m],
-        [place[1] for place in flight.position_enu_m],
-        color=_TRACK_COLOUR,
-        label="track",
-    )
-    axes.plot(*flight.position_enu_m[0][:2], "o", color=_TRACK_COLOUR, label="start")
-    for number, (_, target) in enumerate(flight.goals):
-        axes.plot(*target[:2], "x", color=_GOAL_COLOUR, markersize=10, markeredgewidth=2.5,
-                  label="goal" if number == 0 else None)  # fmt: skip
-        axes.annotate(
-            f"({target[0]:g}, {target[1]:g}, {target[2]:g})",
-            target[:2],
-            textcoords="offset points",
-            xytext=(-8, 12),
-            ha="right",
-        )
+def _draw_view(axes: Axes, view: View, recording: Recording) -> None:
+    low, high = scene.bounds_m(recording, _MARGIN_M)
+    heights_m = (float(low[2]), float(high[2]))
+    if len(recording.obstacles):
+        passed = _all_of(recording.obstacles)
+        scene.draw_obstacles(axes, view, passed, heights_m, scene.GONE)
+        now = recording.obstacles.values[-1]
+        scene.draw_obstacles(axes, view, now, heights_m, scene.OBSTACLE)
+    _draw_plans(axes, view, recording)
+    places = view.points(recording.positions_enu_m)
+    axes.plot(*places, color=scene.TRACK, linewidth=2.0, label="flown")
+    axes.plot(*(part[:1] for part in places), "o", color=scene.TRACK, label="start")
+    _draw_goals(axes, view, recording)
+    view.label(axes)
+    axes.set_title(view.name, color=scene.INK, fontsize=11)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.12)
-    axes.set_xlabel("east (m)")
-    axes.set_ylabel("north (m)")
-    axes.set_title("Seen from above")
+    axes.update_datalim(np.stack(view.points(np.array([low, high])), axis=-1))
+    axes.margins(0.0)
+    axes.autoscale_view()
     axes.grid(alpha=0.3)
-    axes.legend(loc="upper left")
+    if view is ABOVE:
+        axes.legend(loc="best", fontsize=9)
 
 
-def _draw_line(
-    axes: Axes, flight: Flight, label: str, times_s: list[float], values: list[float]
-) -> None:
-    axes.plot(times_s, values, color=_TRACK_COLOUR)
-    for time_s, _ in flight.events:
-        axes.axvline(time_s, color=_EVENT_COLOUR, linewidth=0.8, linestyle=":")
+def _all_of(obstacles: Timeline[Obstacles]) -> Obstacles:
+    """Return everything that was ever in the map, once each."""
+    posts = np.concatenate([held.posts for held in obstacles.values])
+    boxes = np.concatenate([held.boxes for held in obstacles.values])
+    return Obstacles(np.unique(posts.round(2), axis=0), np.unique(boxes.round(2), axis=0))
+
+
+def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
+    plans = recording.plans.values
+    for number, plan in enumerate(plans):
+        newest = number == len(plans) - 1
+        label = "last plan" if newest else "earlier plans" if number == 0 else None
+        colour = scene.PLAN if newest else scene.OLD_PLAN
+        axes.plot(*view.points(plan), "--", color=colour, linewidth=1.4, label=label)
+    for number, time_s in enumerate(replan_times_s(recording)):
+        index = np.searchsorted(recording.times_s, time_s).clip(0, len(recording.times_s) - 1)
+        place = view.points(recording.positions_enu_m[index])
+        axes.plot(*place, "D", color=scene.PLAN, markersize=5,
+                  label="planned anew" if number == 0 else None)  # fmt: skip
+
+
+def replan_times_s(recording: Recording) -> list[float]:
+    """Return when the count of replans rose; each goal counts from 0."""
+    rises, last = [], 0
+    for time_s, count in recording.replans:
+        if count > last:
+            rises.append(time_s)
+        last = count
+    return rises
+
+
+def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
+    targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
+    for number, target in enumerate(targets):
+        x, y = (float(part[0]) for part in view.points((target,)))
+        axes.plot(x, y, "x", color=scene.GOAL, markersize=10, markeredgewidth=2.5,
+                  label="goals" if number == 0 else None)  # fmt: skip
+        if view is ABOVE and number < _TARGETS_NAMED_MAX:
+            place = ", ".join(f"{part:.4g}" for part in target)
+            axes.annotate(f"{number + 1}: ({place})", (x, y), textcoords="offset points",
+                          xytext=(6, 8), fontsize=9, color=scene.GOAL)  # fmt: skip
+
+
+def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[float]) -> None:
+    axes.plot(line.times_s, line.values, color=scene.TRACK)
+    for time_s, _ in recording.status:
+        axes.axvline(time_s, color=scene.FAINT, linewidth=0.8, linestyle=":")
+    for time_s in replan_times_s(recording):
+        axes.axvline(time_s, color=scene.PLAN, linewidth=1.0)
     axes.set_ylabel(label)
+    axes.set_xlim(0.0, max(recording.duration_s, 1.0))
     axes.grid(alpha=0.3)
-    if not values:
+    if not len(line):
         axes.text(0.5, 0.5, "not in this recording", transform=axes.transAxes, ha="center")
 
 
-def _name_events(axes: Axes, flight: Flight) -> None:
+def _name_events(axes: Axes, recording: Recording) -> None:
+    named = [*recording.status]
+    named += [(time_s, "planned anew") for time_s in replan_times_s(recording)]
+    named += [(time_s, "goal") for time_s, _ in recording.goals]
     last_s = -1e9
-    for time_s, text in flight.events:
+    for time_s, text in sorted(named):
         # Events of one moment would be printed over each other; the first names them.
-        if time_s - last_s < 0.02 * flight.time_s[-1]:
+        if time_s - last_s < _APART * recording.duration_s:
             continue
         last_s = time_s
         axes.annotate(
@@ -183,9 +167,10 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the command line of the plot."""
     parser = argparse.ArgumentParser(
         prog="python -m drone_navigation.flight_plot",
-        description="Draw a flight that the navigation server recorded.",
+        description="Draw the flight in a tlog: of navigation_server --tlog, QGroundControl, "
+        "MAVProxy or Mission Planner.",
     )
-    parser.add_argument("log", type=Path, help="tlog that navigation_server --tlog wrote")
+    parser.add_argument("log", type=Path, help="the tlog")
     parser.add_argument("-o", "--output", type=Path, help="picture (default: beside the log)")
     return parser
 
@@ -195,10 +180,15 @@ def main(args: list[str] | None = None) -> int:
     options = make_parser().parse_args(args)
     picture: Path = options.output or options.log.with_suffix(".png")
     try:
-        plot_flight(options.log, picture)
-    except PlotError as error:
+        recording = plot_flight(options.log, picture)
+    except RecordingError as error:
         print(f"flight_plot: {error}", file=sys.stderr)
         return EXIT_FAILED
+    except OSError as error:
+        print(f"flight_plot: cannot write {picture}: {error.strerror}.", file=sys.stderr)
+        return EXIT_FAILED
+    for remark in recording.remarks:
+        print(remark)
     print(f"Drawn in {picture}")
     return EXIT_OK
 

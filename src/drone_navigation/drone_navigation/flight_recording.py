@@ -1,0 +1,227 @@
+"""What a tlog tells about a flight: the same for pictures and films, whoever recorded it.
+
+The messages go through the code that flies (``mavlink_vehicle.state.reduce`` and the map
+frame), so a recording shows what the server knew at the time. A recording of the server has
+notes, too (:mod:`drone_navigation.notes`): goals, plans, progress. What a recording of
+another program lacks is said in :attr:`Recording.remarks`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drone_navigation import notes
+from drone_navigation.map_frame import MapFrame
+from drone_navigation.recorded_frames import Frame, FromFirstPosition, LocalOnly
+from drone_navigation.recorded_notes import Goal, NotesReader
+from drone_navigation.requests import MapPose
+from drone_navigation.timeline import Timeline
+from mavlink_vehicle.codec import Codec, Message, mavlink
+from mavlink_vehicle.errors import LinkError
+from mavlink_vehicle.io.tlog import TlogReader
+from mavlink_vehicle.profiles import profile_for
+from mavlink_vehicle.state import VehicleState, reduce
+from navigation_core.geometry import Vector3
+from navigation_core.obstacles import Obstacles
+
+_POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
+# System and component of an autopilot.
+_Source = tuple[int, int]
+_Stamped = tuple[float, Message]
+
+
+class RecordingError(ValueError):
+    """The recording tells no flight; the sentence says why."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One vehicle's flight. Times are seconds since its first position; lengths metres.
+
+    Attributes:
+        vehicle: for people: "ArduPilot copter, system 1".
+        remarks: sentences: what is not in the recording, and what was chosen.
+        times_s: shape (N,), of the positions.
+        positions_enu_m: shape (N, 3), in the map frame.
+        yaws_enu_rad: shape (N,).
+        speeds_m_s: shape (N,), over the ground.
+        goals: as they were accepted.
+        plans: the way to be flown, as it was planned each time.
+        replans: how often the way was planned anew because of obstacles.
+        distance_m: way that remains.
+        time_left_s: estimated time that remains.
+        battery_percent: from 0 to 100.
+        status: what the server's goal does, or that it ended; without notes, the mode.
+        texts: what the vehicle said.
+        obstacles: what the map held, as the sensors told.
+    """
+
+    vehicle: str
+    remarks: tuple[str, ...]
+    times_s: NDArray[np.float64]
+    positions_enu_m: NDArray[np.float64]
+    yaws_enu_rad: NDArray[np.float64]
+    speeds_m_s: NDArray[np.float64]
+    goals: Timeline[Goal] = Timeline()
+    plans: Timeline[tuple[Vector3, ...]] = Timeline()
+    replans: Timeline[int] = Timeline()
+    distance_m: Timeline[float] = Timeline()
+    time_left_s: Timeline[float] = Timeline()
+    battery_percent: Timeline[float] = Timeline()
+    status: Timeline[str] = Timeline()
+    texts: Timeline[str] = Timeline()
+    obstacles: Timeline[Obstacles] = Timeline()
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last position."""
+        return float(self.times_s[-1])
+
+
+def read_recording(path: Path) -> Recording:
+    """Read the flight of the first vehicle in a tlog that tells a position.
+
+    Raises:
+        RecordingError: there is no such file, or no position in it.
+    """
+    try:
+        records = list(TlogReader(path))
+    except LinkError as error:
+        raise RecordingError(str(error)) from error
+    codec = Codec(source_system=255, source_component=190)
+    messages = [(time_s, message) for time_s, data in records for message in codec.decode(data)]
+    vehicle, others = _choose(messages)
+    if vehicle is None:
+        raise RecordingError(f"{path} holds no position of a vehicle.")
+    for frame, remark in (
+        (MapFrame(), ""),
+        (FromFirstPosition(), "The map's origin is not in it: drawn from the first position."),
+        (LocalOnly(), "No global position is in it: drawn in the vehicle's local frame."),
+    ):
+        reader = _Reader(vehicle, frame)
+        for time_s, message in messages:
+            reader.take(time_s, message)
+        if reader.poses:
+            return reader.recording([others, remark])
+    raise RecordingError(f"{path} holds no position of system {vehicle[0]} that is valid.")
+
+
+def _choose(messages: Sequence[_Stamped]) -> tuple[_Source | None, str]:
+    """Return the first autopilot that tells a position, and a sentence about the others."""
+    autopilots: set[_Source] = set()
+    placed: dict[_Source, None] = {}
+    for _, message in messages:
+        source = (message.get_srcSystem(), message.get_srcComponent())
+        kind = message.get_type()
+        if kind == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+            autopilots.add(source)
+        elif kind == "LOCAL_POSITION_NED" or (
+            kind == "GLOBAL_POSITION_INT" and (message.lat or message.lon)
+        ):
+            placed.setdefault(source)
+    candidates = [source for source in placed if source in autopilots] or list(placed)
+    if not candidates:
+        return None, ""
+    chosen = candidates[0]
+    systems = sorted({system for system, _ in candidates} - {chosen[0]})
+    if not systems:
+        return chosen, ""
+    listed = ", ".join(str(system) for system in systems)
+    return chosen, f"System {chosen[0]} is drawn; this recording has system {listed}, too."
+
+
+class _Reader:
+    """Follows one vehicle through a recording."""
+
+    def __init__(self, vehicle: _Source, frame: Frame) -> None:
+        self.poses: list[tuple[float, MapPose, float]] = []
+        self._state = VehicleState(system_id=vehicle[0], component_id=vehicle[1])
+        self._frame = frame
+        self._noted = NotesReader()
+        self._battery: list[tuple[float, float]] = []
+        self._modes: list[tuple[float, str]] = []
+        self._texts: list[tuple[float, str]] = []
+        self._start_s: float | None = None
+        self._time_s = 0.0
+
+    def take(self, unix_s: float, message: Message) -> None:
+        """Take in the next message of the recording."""
+        if self._start_s is not None:
+            # A clock that was set while recording must not turn a picture round.
+            self._time_s = max(self._time_s, unix_s - self._start_s)
+        if message.get_srcComponent() == notes.COMPONENT_ID:
+            if self._start_s is not None:
+                self._noted.take(self._time_s, message)
+            return
+        before = self._state
+        self._state = state = reduce(before, message, self._time_s)
+        if state is before:
+            return
+        self._frame.update(state)
+        if message.get_type() in _POSITIONS:
+            self._take_position(unix_s, message.get_type())
+        self._take_rest(before, state)
+
+    def _take_position(self, unix_s: float, kind: str) -> None:
+        state = self._state
+        if kind != _POSITIONS[0] and state.global_position is not None:
+            return
+        pose = self._frame.pose(state)
+        if pose is None:
+            return
+        if self._start_s is None:
+            self._start_s = unix_s
+        velocity_ned_m_s = (0.0, 0.0, 0.0)
+        if state.global_position is not None:
+            velocity_ned_m_s = state.global_position.velocity_ned_m_s
+        elif state.local_position is not None:
+            velocity_ned_m_s = state.local_position.velocity_ned_m_s
+        self.poses.append((self._time_s, pose, math.hypot(*velocity_ned_m_s[:2])))
+
+    def _take_rest(self, before: VehicleState, state: VehicleState) -> None:
+        if state.battery is not before.battery and state.battery is not None:
+            if state.battery.remaining is not None:
+                self._battery.append((self._time_s, 100.0 * state.battery.remaining))
+        if state.last_heartbeat_s is not None and (
+            state.custom_mode != before.custom_mode or not self._modes
+        ):
+            profile = profile_for(state.autopilot, state.vehicle_type)
+            self._modes.append((self._time_s, profile.mode_name(state.custom_mode)))
+        if state.texts.count != before.texts.count and state.status_texts:
+            self._texts.append((self._time_s, state.status_texts[-1].text))
+
+    def recording(self, remarks: Sequence[str]) -> Recording:
+        """Return what was read; there must be a pose."""
+        noted, state = self._noted, self._state
+        profile = profile_for(state.autopilot, state.vehicle_type)
+        status = noted.status or [(time_s, f"mode {name}") for time_s, name in self._modes]
+        return Recording(
+            vehicle=f"{profile.name}, system {state.system_id}",
+            remarks=tuple(remark for remark in [*remarks, *self._lacking()] if remark),
+            times_s=np.array([time_s for time_s, _, _ in self.poses]),
+            positions_enu_m=np.array([pose.position_enu_m for _, pose, _ in self.poses]),
+            yaws_enu_rad=np.array([pose.yaw_enu_rad for _, pose, _ in self.poses]),
+            speeds_m_s=np.array([speed for _, _, speed in self.poses]),
+            goals=Timeline.of(noted.goals),
+            plans=Timeline.of(noted.plans),
+            replans=Timeline.of(noted.replans),
+            distance_m=Timeline.of(noted.distance_m),
+            time_left_s=Timeline.of(noted.time_left_s),
+            battery_percent=Timeline.of(self._battery),
+            status=Timeline.of(status),
+            texts=Timeline.of(self._texts),
+        )
+
+    def _lacking(self) -> list[str]:
+        lacking = []
+        if not self._noted.status:
+            lacking.append("goals, plans and distances (navigation_server --tlog notes them)")
+        if not self._battery:
+            lacking.append("the battery")
+        return [f"Not in this recording: {', '.join(lacking)}."] if lacking else []
