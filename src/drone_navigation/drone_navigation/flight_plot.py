@@ -105,21 +105,11 @@ def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
         label = "last plan" if newest else "earlier plans" if number == 0 else None
         colour = scene.PLAN if newest else scene.OLD_PLAN
         axes.plot(*view.points(plan), "--", color=colour, linewidth=1.4, label=label)
-    for number, time_s in enumerate(replan_times_s(recording)):
+    for number, time_s in enumerate(scene.replan_times_s(recording)):
         index = np.searchsorted(recording.times_s, time_s).clip(0, len(recording.times_s) - 1)
         place = view.points(recording.positions_enu_m[index])
         axes.plot(*place, "D", color=scene.PLAN, markersize=5,
                   label="planned anew" if number == 0 else None)  # fmt: skip
-
-
-def replan_times_s(recording: Recording) -> list[float]:
-    """Return when the count of replans rose; each goal counts from 0."""
-    rises, last = [], 0
-    for time_s, count in recording.replans:
-        if count > last:
-            rises.append(time_s)
-        last = count
-    return rises
 
 
 def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
@@ -138,7 +128,7 @@ def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[floa
     axes.plot(line.times_s, line.values, color=scene.TRACK)
     for time_s, _ in recording.status:
         axes.axvline(time_s, color=scene.FAINT, linewidth=0.8, linestyle=":")
-    for time_s in replan_times_s(recording):
+    for time_s in scene.replan_times_s(recording):
         axes.axvline(time_s, color=scene.PLAN, linewidth=1.0)
     axes.set_ylabel(label)
     axes.set_xlim(0.0, max(recording.duration_s, 1.0))
@@ -149,7 +139,7 @@ def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[floa
 
 def _name_events(axes: Axes, recording: Recording) -> None:
     named = [*recording.status]
-    named += [(time_s, "planned anew") for time_s in replan_times_s(recording)]
+    named += [(time_s, "planned anew") for time_s in scene.replan_times_s(recording)]
     named += [(time_s, "goal") for time_s, _ in recording.goals]
     last_s = -1e9
     for time_s, text in sorted(named):

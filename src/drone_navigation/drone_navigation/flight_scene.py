@@ -24,6 +24,8 @@ OLD_PLAN = "#b9bcc2"
 GOAL = "#c0392b"
 OBSTACLE = "#56606e"
 GONE = "#d3d6db"
+NEW = "#e8452c"
+GOOD = "#3a9a5b"
 _CORNERS = 12
 _AXES = ("east", "north", "height")
 
@@ -90,6 +92,17 @@ def bounds_m(recording: Recording, margin_m: float) -> tuple[Array, Array]:
     return everything.min(axis=0) - margin_m, everything.max(axis=0) + margin_m
 
 
+def fitted(low: Array, high: Array, view: View, ratio: float) -> tuple[float, float, float, float]:
+    """Return left, right, bottom and top so that a frame of a width-to-height ratio fits."""
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    x, y = half[view.across], half[view.upward]
+    x, y = max(x, y * ratio), max(y, x / ratio)
+    across, upward = middle[view.across], middle[view.upward]
+    # The ground stays at the lower edge: what is under it is of no interest.
+    bottom = low[2] if view.upward == 2 else upward - y
+    return across - x, across + x, bottom, bottom + 2.0 * y
+
+
 def draw_obstacles(
     axes: Axes, view: View, obstacles: Obstacles, heights_m: tuple[float, float], colour: str
 ) -> PolyCollection:
@@ -101,6 +114,16 @@ def draw_obstacles(
     )
     axes.add_collection(shapes, autolim=False)
     return shapes
+
+
+def replan_times_s(recording: Recording) -> list[float]:
+    """Return when the count of replans rose; each goal counts from 0."""
+    rises, last = [], 0
+    for time_s, count in recording.replans:
+        if count > last:
+            rises.append(time_s)
+        last = count
+    return rises
 
 
 def _circles(posts: Array) -> list[Array]:

@@ -1,0 +1,138 @@
+"""The numbers beside a film of a flight: distance, time, speed, battery, status."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.text import Text
+
+from drone_navigation import flight_scene as scene
+from drone_navigation.flight_recording import Recording
+from drone_navigation.timeline import Timeline
+
+_FRAME = (0.725, 0.0, 0.255, 1.0)
+_WIDTH = 0.98
+_BAR_HEIGHT = 0.014
+_LOW_BATTERY_PERCENT = 25.0
+# How long the status line speaks of a replan or a new goal (seconds of the flight).
+_NEWS_S = 2.0
+_UNKNOWN = "–"
+
+
+class Panel:
+    """Draws the numbers of a recording."""
+
+    def __init__(self, figure: Figure, recording: Recording, speedup: float) -> None:
+        """Add what never changes to ``figure``."""
+        self._recording, self._speedup = recording, speedup
+        self._replan_times_s = scene.replan_times_s(recording)
+        figure.text(0.045, 0.95, recording.vehicle, fontsize=10, color=scene.INK, weight="bold")
+        self._axes = axes = figure.add_axes(_FRAME)
+        axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+        axes.axis("off")
+        self._time = self._text(0.0, 0.95, "", 10, "bold")
+        self._numbers: list[Text] = []
+        rows = ("distance left", "time left", "speed", "height", "planned anew", "goal")
+        for number, name in enumerate(rows):
+            x, y = 0.5 * (number % 2), 0.83 - 0.135 * (number // 2)
+            axes.text(x, y + 0.045, name, fontsize=7, color=scene.FAINT)
+            self._numbers.append(self._text(x, y, "", 14, "bold"))
+        self._progress = self._bar(0.435, "way", scene.TRACK)
+        self._battery = self._bar(0.355, "battery", scene.GOOD)
+        self._percent = self._text(_WIDTH, 0.355 + 0.028, "", 7, "normal")
+        self._percent.set_ha("right")
+        self._status = self._text(0.0, 0.27, "", 9, "bold")
+        self._legend()
+        self._line = figure.text(0.045, 0.028, "", fontsize=8.5, color=scene.INK, animated=True)
+
+    def _text(self, x: float, y: float, text: str, size: float, weight: str) -> Text:
+        return self._axes.text(
+            x, y, text, fontsize=size, color=scene.INK, weight=weight, animated=True
+        )
+
+    def _bar(self, y: float, name: str, colour: str) -> Rectangle:
+        self._axes.text(0.0, y + 0.028, name, fontsize=7, color=scene.FAINT)
+        self._axes.add_patch(Rectangle((0.0, y), _WIDTH, _BAR_HEIGHT, color=scene.GONE))
+        bar = Rectangle((0.0, y), 0.0, _BAR_HEIGHT, color=colour, animated=True)
+        self._axes.add_patch(bar)
+        return bar
+
+    def _legend(self) -> None:
+        rows = (
+            (scene.TRACK, "flown"),
+            (scene.PLAN, "the way that is planned"),
+            (scene.FAINT, "the way as it was before"),
+            (scene.NEW, "obstacle, just discovered"),
+            (scene.OBSTACLE, "obstacle, known"),
+            (scene.GONE, "no longer there"),
+        )
+        for number, (colour, name) in enumerate(rows):
+            y = 0.225 - 0.032 * number
+            self._axes.add_patch(Rectangle((0.0, y), 0.06, 0.012, color=colour))
+            self._axes.text(0.09, y - 0.002, name, fontsize=6.5, color=scene.FAINT)
+
+    def show(self, time_s: float) -> list[Artist]:
+        """Set everything as it was at a time, and return what is to be drawn."""
+        recording = self._recording
+        index = max(int(np.searchsorted(recording.times_s, time_s, "right")) - 1, 0)
+        self._time.set_text(f"{time_s:5.1f} s   × {self._speedup:g}")
+        replans = sum(at_s <= time_s for at_s in self._replan_times_s)
+        goals = recording.goals.count(time_s)
+        for text, value in zip(
+            self._numbers,
+            (
+                _number(recording.distance_m, time_s, "m"),
+                _number(recording.time_left_s, time_s, "s"),
+                f"{recording.speeds_m_s[index]:.1f} m/s",
+                f"{recording.positions_enu_m[index, 2]:.1f} m",
+                f"{replans} ×",
+                f"{goals}" if goals else _UNKNOWN,
+            ),
+            strict=True,
+        ):
+            text.set_text(value)
+        self._progress.set_width(_WIDTH * self._share_done(time_s))
+        percent = recording.battery_percent.at(time_s)
+        self._battery.set_width(_WIDTH * (percent or 0.0) / 100.0)
+        self._battery.set_color(
+            scene.GOAL if (percent or 0.0) < _LOW_BATTERY_PERCENT else scene.GOOD
+        )
+        self._percent.set_text(_UNKNOWN if percent is None else f"{percent:.0f} %")
+        self._show_status(time_s)
+        return [self._time, *self._numbers, self._progress, self._battery, self._percent,
+                self._status, self._line]  # fmt: skip
+
+    def _share_done(self, time_s: float) -> float:
+        recording = self._recording
+        left_m = recording.distance_m.at(time_s)
+        begun = recording.goals.count(time_s)
+        if left_m is None or not begun:
+            return 0.0
+        since = recording.distance_m.count(recording.goals.times_s[begun - 1])
+        until = recording.distance_m.count(time_s)
+        longest_m = max(recording.distance_m.values[since:until], default=left_m)
+        return 1.0 - left_m / longest_m if longest_m > 0.0 else 1.0
+
+    def _show_status(self, time_s: float) -> None:
+        status = self._recording.status.at(time_s) or ""
+        self._status.set_text("")
+        bad = "BLOCKED" in status or (
+            status.startswith("ended") and "SUCCESS" not in status
+        )
+        words = [status]
+        if any(0.0 <= time_s - at_s <= _NEWS_S for at_s in self._replan_times_s):
+            words.append("in the way: planned anew")
+        if any(0.0 <= time_s - at_s <= _NEWS_S for at_s in self._recording.goals.times_s[1:]):
+            words.append("another goal was sent in flight")
+        said = self._recording.texts.count(time_s)
+        if said and time_s - self._recording.texts.times_s[said - 1] <= 2.0 * _NEWS_S:
+            words.append(f"“{self._recording.texts.values[said - 1]}”")
+        self._line.set_text("   ·   ".join(word for word in words if word))
+        self._line.set_color(scene.GOAL if bad else scene.INK)
+
+
+def _number(line: Timeline[float], time_s: float, unit: str) -> str:
+    value = line.at(time_s)
+    return _UNKNOWN if value is None else f"{value:.1f} {unit}"

@@ -1,0 +1,227 @@
+"""One picture of a recorded flight for each moment: the frames of its film."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from numpy.typing import NDArray
+
+from drone_navigation import flight_scene as scene
+from drone_navigation.film_panel import Panel
+from drone_navigation.flight_recording import Recording
+from drone_navigation.flight_scene import ABOVE, Array, View
+from navigation_core.obstacles import NOTHING, Obstacles
+
+mpl.use("Agg")
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+
+Picture = NDArray[np.uint8]
+
+SIZE_PX = (1280, 720)
+_DPI = 160
+_MARGIN_M = 2.5
+# Left, bottom, width and height, as shares of the picture.
+_ABOVE_FRAME = (0.045, 0.33, 0.655, 0.575)
+_SIDE_FRAME = (0.045, 0.105, 0.655, 0.165)
+# How long an old way fades, a new obstacle glows (seconds of the flight).
+_FADE_S = 5.0
+_GLOW_S = 1.5
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Which moments of a flight are shown.
+
+    Attributes:
+        begin_s: first moment.
+        end_s: last moment.
+        speedup: how much faster than the flight was.
+        frames_hz: pictures per second of the film.
+    """
+
+    begin_s: float
+    end_s: float
+    speedup: float
+    frames_hz: float
+
+    def times_s(self) -> Array:
+        """Return the moments."""
+        step_s = self.speedup / self.frames_hz
+        return np.append(np.arange(self.begin_s, self.end_s, step_s), self.end_s)
+
+
+def make_pace(recording: Recording, film_s: float, frames_hz: float) -> Pace:
+    """Return a pace that shows all of interest in about ``film_s``, never slower than it was."""
+    times_s = recording.goals.times_s or recording.status.times_s
+    begin_s = max((times_s[0] if times_s else 0.0) - 0.5, 0.0)
+    end_s = recording.duration_s
+    if recording.goals and len(recording.status):
+        end_s = min(end_s, recording.status.times_s[-1] + 1.0)
+    speedup = max(np.ceil(2.0 * (end_s - begin_s) / film_s) / 2.0, 1.0)
+    return Pace(begin_s, max(end_s, begin_s), float(speedup), frames_hz)
+
+
+class Film:
+    """Draws the moments of a recording.
+
+    What never changes is drawn once; for each moment only the rest is drawn over a copy.
+    """
+
+    def __init__(self, recording: Recording, speedup: float) -> None:
+        """Prepare the pictures of ``recording``."""
+        self._recording = recording
+        width, height = (pixels / _DPI for pixels in SIZE_PX)
+        self._figure = Figure(figsize=(width, height), dpi=_DPI, facecolor=scene.PAPER)
+        self._canvas = FigureCanvasAgg(self._figure)
+        side = scene.side_view(recording)
+        self._stages = [
+            _Stage(self._figure.add_axes(_ABOVE_FRAME), ABOVE, recording),
+            _Stage(self._figure.add_axes(_SIDE_FRAME), side, recording),
+        ]
+        self._panel = Panel(self._figure, recording, speedup)
+        self._memory = _Memory()
+        self._canvas.draw()
+        self._background = self._canvas.copy_from_bbox(self._figure.bbox)
+
+    def pictures(self, pace: Pace) -> Iterator[Picture]:
+        """Yield a picture, shape (height, width, 3), for each moment."""
+        for time_s in pace.times_s():
+            self._canvas.restore_region(self._background)
+            self._memory.update(self._recording.obstacles.at(time_s) or NOTHING, time_s)
+            changing: list[Artist] = []
+            for stage in self._stages:
+                changing += stage.show(time_s, self._memory)
+            changing += self._panel.show(time_s)
+            for artist in changing:
+                self._figure.draw_artist(artist)
+            yield np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+
+class _Memory:
+    """Since when each obstacle has been known, and what was there before."""
+
+    def __init__(self) -> None:
+        self.known = NOTHING
+        self.gone = NOTHING
+        self.since_s: Array = np.empty(0)
+        self._first_s: dict[bytes, float] = {}
+        self._rows: dict[bytes, Array] = {}
+
+    def update(self, obstacles: Obstacles, time_s: float) -> None:
+        """Take in what the map holds now."""
+        if obstacles is not self.known:
+            self.known = obstacles
+            rows = [*obstacles.posts, *obstacles.boxes]
+            keys = [row.round(1).tobytes() for row in rows]
+            for key, row in zip(keys, rows, strict=True):
+                self._first_s.setdefault(key, time_s)
+                self._rows.setdefault(key, row)
+            held = set(keys)
+            left = [row for key, row in self._rows.items() if key not in held and len(row) == 5]
+            self.gone = Obstacles(np.array(left).reshape(-1, 5))
+            self.since_s = np.array([self._first_s[key] for key in keys])
+
+
+class _Stage:
+    """One view of the flight: what moves in it."""
+
+    def __init__(self, axes: Axes, view: View, recording: Recording) -> None:
+        self._axes, self._view, self._recording = axes, view, recording
+        low, high = scene.bounds_m(recording, _MARGIN_M)
+        low[2] = min(low[2] + _MARGIN_M, 0.0)
+        frame = axes.get_position()
+        ratio = frame.width * SIZE_PX[0] / (frame.height * SIZE_PX[1])
+        left, right, bottom, top = scene.fitted(low, high, view, ratio)
+        self._heights_m = (bottom, top) if view.upward == 2 else (float(low[2]), float(high[2]))
+        axes.set(xlim=(left, right), ylim=(bottom, top), facecolor="white")
+        _decorate(axes, view)
+        self._places = np.stack(view.points(recording.positions_enu_m), axis=-1)
+        self._gone = self._shapes(scene.GONE, 0.6)
+        self._known = self._shapes(scene.OBSTACLE, 1.0 if view is ABOVE else 0.3)
+        self._old = [self._line("-", scene.FAINT, 1.6) for _ in range(3)]
+        (self._plan,) = axes.plot([], [], "-", color=scene.PLAN, linewidth=2.0, animated=True)
+        (self._track,) = axes.plot([], [], "-", color=scene.TRACK, linewidth=2.2, animated=True)
+        (self._anew,) = axes.plot([], [], "D", color=scene.PLAN, markersize=4.5, animated=True)
+        (self._goals,) = axes.plot([], [], "x", color=scene.GOAL, markersize=8,
+                                   markeredgewidth=2.2, animated=True)  # fmt: skip
+        (self._vehicle,) = axes.plot([], [], color=scene.INK, markersize=11, animated=True)
+
+    def _shapes(self, colour: str, alpha: float) -> PolyCollection:
+        shapes = scene.draw_obstacles(
+            self._axes, self._view, NOTHING, self._heights_m, colour
+        )
+        shapes.set(animated=True, alpha=alpha)
+        return shapes
+
+    def _line(self, style: str, colour: str, width: float) -> Artist:
+        (line,) = self._axes.plot([], [], style, color=colour, linewidth=width, animated=True)
+        return line
+
+    def show(self, time_s: float, memory: _Memory) -> list[Artist]:
+        """Set everything as it was at a time, and return what is to be drawn."""
+        recording = self._recording
+        count = max(int(np.searchsorted(recording.times_s, time_s, "right")), 1)
+        self._track.set_data(*self._places[:count].T)
+        self._show_obstacles(time_s, memory)
+        self._show_plans(time_s)
+        begun = recording.goals.count(time_s)
+        targets = [t for goal in recording.goals.values[:begun] for t in goal.targets_enu_m]
+        self._goals.set_data(*self._view.points(tuple(targets)))
+        anew = [at_s for at_s in scene.replan_times_s(recording) if at_s <= time_s]
+        where = np.searchsorted(recording.times_s, anew).clip(0, len(self._places) - 1)
+        self._anew.set_data(*self._places[where].T)
+        self._vehicle.set_data(*self._places[count - 1 : count].T)
+        if self._view is ABOVE:
+            turn_deg = np.degrees(recording.yaws_enu_rad[count - 1]) - 90.0
+            self._vehicle.set_marker(_arrow(turn_deg))
+        else:
+            self._vehicle.set(marker="o", markersize=6)
+        return [self._gone, self._known, *self._old, self._plan, self._track, self._anew,
+                self._goals, self._vehicle]  # fmt: skip
+
+    def _show_obstacles(self, time_s: float, memory: _Memory) -> None:
+        self._known.set_verts(self._view.shapes(memory.known, self._heights_m))
+        self._gone.set_verts(self._view.shapes(memory.gone, self._heights_m))
+        share = np.clip((time_s - memory.since_s) / _GLOW_S, 0.0, 1.0)[:, None]
+        new, old = np.array(to_rgba(scene.NEW)), np.array(to_rgba(scene.OBSTACLE))
+        self._known.set_facecolors((1.0 - share) * new + share * old)
+        if self._view is not ABOVE:
+            self._known.set_alpha(0.3)
+
+    def _show_plans(self, time_s: float) -> None:
+        plans = self._recording.plans
+        count = plans.count(time_s)
+        self._plan.set_data(*self._view.points(plans.values[count - 1] if count else ()))
+        for back, line in enumerate(self._old, start=1):
+            index = count - 1 - back
+            if index < 0:
+                line.set(visible=False)
+                continue
+            age_s = time_s - plans.times_s[index + 1]
+            line.set_data(*self._view.points(plans.values[index]))
+            line.set(visible=True, alpha=float(np.clip(1.0 - age_s / _FADE_S, 0.0, 1.0)))
+
+
+def _decorate(axes: Axes, view: View) -> None:
+    axes.tick_params(labelsize=6, length=2, colors=scene.FAINT, pad=2)
+    for spine in axes.spines.values():
+        spine.set_color(scene.GONE)
+    axes.grid(color=scene.GONE, alpha=0.5, linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.set_title(f"{view.name} (m)", fontsize=7, color=scene.FAINT, loc="left", pad=3)
+
+
+def _arrow(turn_deg: float) -> NDArray[np.float64]:
+    """Return the outline of a vehicle whose nose is turned from north, counter-clockwise."""
+    outline = np.array([(0.0, 1.0), (-0.7, -0.8), (0.0, -0.4), (0.7, -0.8), (0.0, 1.0)])
+    turn = np.radians(turn_deg)
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return np.asarray(outline @ np.array([(cosine, sine), (-sine, cosine)]))
