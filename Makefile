@@ -3,13 +3,13 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test bench lint lock clean distclean
+.PHONY: help setup build demo demo-rover demo-video plot test bench lint lock clean distclean
 
 # Put before a command that needs the environment.
 ENTER := source ./setup.bash &&
 
 help: ## Show this list
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/\1\t\2/' | \
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/\1\t\2/' | \
 		while IFS=$$'\t' read -r name what; do printf 'make %-10s %s\n' "$$name" "$$what"; done
 
 setup: ## Set up .venv and build the workspace (PYTHON=python3.12 chooses the interpreter)
@@ -19,6 +19,13 @@ build: setup ## The same as setup
 
 demo: setup ## Fly to (10, 5, 2) in the simulator; leaves out/demo/
 	@$(ENTER) python -m drone_navigation.demo
+
+demo-video: setup ## Make out/demo/flight.mp4 and .gif of the demo's recording (LOG=other.tlog)
+	@$(ENTER) python -m drone_navigation.flight_video $(LOG)
+
+plot: setup ## Draw the flight in any tlog: make plot LOG=my.tlog (draws my.png)
+	@test -n "$(LOG)" || { echo "Say which: make plot LOG=my.tlog" >&2; exit 2; }
+	@$(ENTER) python -m drone_navigation.flight_plot "$(LOG)"
 
 test: setup ## Run the whole test suite
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache

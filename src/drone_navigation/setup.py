@@ -21,7 +21,7 @@ setup(
         (f"share/{PACKAGE}/launch", sorted(map(str, Path("launch").glob("*.py")))),
     ],
     python_requires=">=3.10",
-    install_requires=["numpy", "PyYAML", "jsonschema", "rich", "matplotlib"],
+    install_requires=["numpy", "PyYAML", "jsonschema", "rich", "matplotlib", "pillow"],
     zip_safe=False,
     entry_points={
         "console_scripts": [

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from drone_navigation import notes
-from drone_navigation.flight_plot import PlotError, plot_flight, read_flight
+from drone_navigation.flight_recording import read_recording
 from drone_navigation.processes import Process
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
@@ -35,20 +35,10 @@ def test_the_demo_flies_records_and_draws(tmp_path: Path) -> None:
     assert seen[("SET_POSITION_TARGET_LOCAL_NED", 191)] > 50  # to it
     assert seen[("STATUSTEXT", notes.COMPONENT_ID)] > 3  # what ROS saw
 
-    flight = read_flight(out / "flight.tlog")
-    assert [target for _, target in flight.goals] == [(10.0, 5.0, 2.0)]
-    assert flight.events[-1][1] == "ended SUCCESS"
-    assert flight.distance_m[0][1] > 10.0
-    assert flight.distance_m[-1][1] < 0.5
-    assert flight.battery
-
-
-@pytest.mark.parametrize("content", [None, b"", b"not a log at all" * 100])
-def test_a_recording_that_cannot_be_drawn_gives_a_sentence(
-    tmp_path: Path, content: bytes | None
-) -> None:
-    log = tmp_path / "flight.tlog"
-    if content is not None:
-        log.write_bytes(content)
-    with pytest.raises(PlotError, match=r"flight\.tlog"):
-        plot_flight(log, tmp_path / "flight.png")
+    flight = read_recording(out / "flight.tlog")
+    assert [goal.targets_enu_m for goal in flight.goals.values] == [((10.0, 5.0, 2.0),)]
+    assert flight.status.values[-1] == "ended SUCCESS"
+    assert flight.distance_m.values[0] > 10.0
+    assert flight.distance_m.values[-1] < 0.5
+    assert len(flight.battery_percent)
+    assert not flight.remarks

@@ -13,6 +13,7 @@ import pytest
 from drone_navigation.configuration import PARAMETERS
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.flight_plot import make_parser as plot_parser
+from drone_navigation.flight_video import make_parser as video_parser
 from drone_navigation.navigation_client import make_parser as client_parser
 from drone_navigation.server_options import make_parser as server_parser
 from mavlink_sitl.options import make_parser as simulator_parser
@@ -34,6 +35,7 @@ PROGRAMS: dict[str, Callable[[], ArgumentParser]] = {
     "python -m mavlink_sitl": simulator_parser,
     "python -m drone_navigation.demo": demo_parser,
     "python -m drone_navigation.flight_plot": plot_parser,
+    "python -m drone_navigation.flight_video": video_parser,
 }
 
 

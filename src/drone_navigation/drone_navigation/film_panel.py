@@ -12,9 +12,9 @@ from drone_navigation import flight_scene as scene
 from drone_navigation.flight_recording import Recording
 from drone_navigation.timeline import Timeline
 
-_FRAME = (0.725, 0.0, 0.255, 1.0)
-_WIDTH = 0.98
-_BAR_HEIGHT = 0.014
+_FRAME = (0.605, 0.115, 0.38, 0.49)
+_WIDTH = 1.0
+_BAR_HEIGHT = 0.03
 _LOW_BATTERY_PERCENT = 25.0
 # How long the status line speaks of a replan or a new goal (seconds of the flight).
 _NEWS_S = 2.0
@@ -28,24 +28,24 @@ class Panel:
         """Add what never changes to ``figure``."""
         self._recording, self._speedup = recording, speedup
         self._replan_times_s = scene.replan_times_s(recording)
-        figure.text(0.045, 0.95, recording.vehicle, fontsize=10, color=scene.INK, weight="bold")
+        figure.text(0.036, 0.955, recording.vehicle, fontsize=10, color=scene.INK, weight="bold")
         self._axes = axes = figure.add_axes(_FRAME)
         axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
         axes.axis("off")
-        self._time = self._text(0.0, 0.95, "", 10, "bold")
         self._numbers: list[Text] = []
-        rows = ("distance left", "time left", "speed", "height", "planned anew", "goal")
+        rows = ("distance left", "time left", "speed", "height", "goal", "planned anew")
         for number, name in enumerate(rows):
-            x, y = 0.5 * (number % 2), 0.83 - 0.135 * (number // 2)
-            axes.text(x, y + 0.045, name, fontsize=7, color=scene.FAINT)
+            x, y = 0.35 * (number % 3), 0.83 - 0.24 * (number // 3)
+            axes.text(x, y + 0.115, name, fontsize=7, color=scene.FAINT)
             self._numbers.append(self._text(x, y, "", 14, "bold"))
-        self._progress = self._bar(0.435, "way", scene.TRACK)
-        self._battery = self._bar(0.355, "battery", scene.GOOD)
-        self._percent = self._text(_WIDTH, 0.355 + 0.028, "", 7, "normal")
-        self._percent.set_ha("right")
-        self._status = self._text(0.0, 0.27, "", 9, "bold")
+        self._progress = self._bar(0.43, "way", scene.TRACK)
+        self._battery = self._bar(0.30, "battery", scene.GOOD)
+        self._percent = self._text(_WIDTH, 0.35, "", 7, "normal")
+        self._percent.set_horizontalalignment("right")
         self._legend()
-        self._line = figure.text(0.045, 0.028, "", fontsize=8.5, color=scene.INK, animated=True)
+        self._time = figure.text(0.985, 0.955, "", fontsize=10, color=scene.INK, weight="bold",
+                                 ha="right", animated=True)  # fmt: skip
+        self._line = figure.text(0.036, 0.03, "", fontsize=9, color=scene.INK, animated=True)
 
     def _text(self, x: float, y: float, text: str, size: float, weight: str) -> Text:
         return self._axes.text(
@@ -53,7 +53,7 @@ class Panel:
         )
 
     def _bar(self, y: float, name: str, colour: str) -> Rectangle:
-        self._axes.text(0.0, y + 0.028, name, fontsize=7, color=scene.FAINT)
+        self._axes.text(0.0, y + 0.05, name, fontsize=7, color=scene.FAINT)
         self._axes.add_patch(Rectangle((0.0, y), _WIDTH, _BAR_HEIGHT, color=scene.GONE))
         bar = Rectangle((0.0, y), 0.0, _BAR_HEIGHT, color=colour, animated=True)
         self._axes.add_patch(bar)
@@ -69,9 +69,9 @@ class Panel:
             (scene.GONE, "no longer there"),
         )
         for number, (colour, name) in enumerate(rows):
-            y = 0.225 - 0.032 * number
-            self._axes.add_patch(Rectangle((0.0, y), 0.06, 0.012, color=colour))
-            self._axes.text(0.09, y - 0.002, name, fontsize=6.5, color=scene.FAINT)
+            x, y = 0.52 * (number // 3), 0.16 - 0.075 * (number % 3)
+            self._axes.add_patch(Rectangle((x, y), 0.05, 0.028, color=colour))
+            self._axes.text(x + 0.075, y - 0.004, name, fontsize=6.5, color=scene.FAINT)
 
     def show(self, time_s: float) -> list[Artist]:
         """Set everything as it was at a time, and return what is to be drawn."""
@@ -87,8 +87,8 @@ class Panel:
                 _number(recording.time_left_s, time_s, "s"),
                 f"{recording.speeds_m_s[index]:.1f} m/s",
                 f"{recording.positions_enu_m[index, 2]:.1f} m",
-                f"{replans} ×",
                 f"{goals}" if goals else _UNKNOWN,
+                f"{replans} ×",
             ),
             strict=True,
         ):
@@ -102,7 +102,7 @@ class Panel:
         self._percent.set_text(_UNKNOWN if percent is None else f"{percent:.0f} %")
         self._show_status(time_s)
         return [self._time, *self._numbers, self._progress, self._battery, self._percent,
-                self._status, self._line]  # fmt: skip
+                self._line]  # fmt: skip
 
     def _share_done(self, time_s: float) -> float:
         recording = self._recording
@@ -117,10 +117,7 @@ class Panel:
 
     def _show_status(self, time_s: float) -> None:
         status = self._recording.status.at(time_s) or ""
-        self._status.set_text("")
-        bad = "BLOCKED" in status or (
-            status.startswith("ended") and "SUCCESS" not in status
-        )
+        bad = "BLOCKED" in status or (status.startswith("ended") and "SUCCESS" not in status)
         words = [status]
         if any(0.0 <= time_s - at_s <= _NEWS_S for at_s in self._replan_times_s):
             words.append("in the way: planned anew")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -22,6 +23,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.path import Path as Outline
 
 Picture = NDArray[np.uint8]
 
@@ -29,8 +32,8 @@ SIZE_PX = (1280, 720)
 _DPI = 160
 _MARGIN_M = 2.5
 # Left, bottom, width and height, as shares of the picture.
-_ABOVE_FRAME = (0.045, 0.33, 0.655, 0.575)
-_SIDE_FRAME = (0.045, 0.105, 0.655, 0.165)
+_ABOVE_FRAME = (0.036, 0.115, 0.53, 0.79)
+_SIDE_FRAME = (0.605, 0.655, 0.38, 0.25)
 # How long an old way fades, a new obstacle glows (seconds of the flight).
 _FADE_S = 5.0
 _GLOW_S = 1.5
@@ -80,7 +83,9 @@ class Film:
         self._recording = recording
         width, height = (pixels / _DPI for pixels in SIZE_PX)
         self._figure = Figure(figsize=(width, height), dpi=_DPI, facecolor=scene.PAPER)
-        self._canvas = FigureCanvasAgg(self._figure)
+        # Untyped in matplotlib.
+        canvas: Any = FigureCanvasAgg(self._figure)
+        self._canvas = canvas
         side = scene.side_view(recording)
         self._stages = [
             _Stage(self._figure.add_axes(_ABOVE_FRAME), ABOVE, recording),
@@ -88,8 +93,8 @@ class Film:
         ]
         self._panel = Panel(self._figure, recording, speedup)
         self._memory = _Memory()
-        self._canvas.draw()
-        self._background = self._canvas.copy_from_bbox(self._figure.bbox)
+        canvas.draw()
+        self._background = canvas.copy_from_bbox(self._figure.bbox)
 
     def pictures(self, pace: Pace) -> Iterator[Picture]:
         """Yield a picture, shape (height, width, 3), for each moment."""
@@ -155,13 +160,11 @@ class _Stage:
         (self._vehicle,) = axes.plot([], [], color=scene.INK, markersize=11, animated=True)
 
     def _shapes(self, colour: str, alpha: float) -> PolyCollection:
-        shapes = scene.draw_obstacles(
-            self._axes, self._view, NOTHING, self._heights_m, colour
-        )
+        shapes = scene.draw_obstacles(self._axes, self._view, NOTHING, self._heights_m, colour)
         shapes.set(animated=True, alpha=alpha)
         return shapes
 
-    def _line(self, style: str, colour: str, width: float) -> Artist:
+    def _line(self, style: str, colour: str, width: float) -> Line2D:
         (line,) = self._axes.plot([], [], style, color=colour, linewidth=width, animated=True)
         return line
 
@@ -192,7 +195,7 @@ class _Stage:
         self._gone.set_verts(self._view.shapes(memory.gone, self._heights_m))
         share = np.clip((time_s - memory.since_s) / _GLOW_S, 0.0, 1.0)[:, None]
         new, old = np.array(to_rgba(scene.NEW)), np.array(to_rgba(scene.OBSTACLE))
-        self._known.set_facecolors((1.0 - share) * new + share * old)
+        self._known.set_facecolor((1.0 - share) * new + share * old)
         if self._view is not ABOVE:
             self._known.set_alpha(0.3)
 
@@ -219,9 +222,9 @@ def _decorate(axes: Axes, view: View) -> None:
     axes.set_title(f"{view.name} (m)", fontsize=7, color=scene.FAINT, loc="left", pad=3)
 
 
-def _arrow(turn_deg: float) -> NDArray[np.float64]:
+def _arrow(turn_deg: float) -> Outline:
     """Return the outline of a vehicle whose nose is turned from north, counter-clockwise."""
     outline = np.array([(0.0, 1.0), (-0.7, -0.8), (0.0, -0.4), (0.7, -0.8), (0.0, 1.0)])
     turn = np.radians(turn_deg)
     cosine, sine = np.cos(turn), np.sin(turn)
-    return np.asarray(outline @ np.array([(cosine, sine), (-sine, cosine)]))
+    return Outline(outline @ np.array([(cosine, sine), (-sine, cosine)]))

@@ -68,15 +68,15 @@ class Recording:
     positions_enu_m: NDArray[np.float64]
     yaws_enu_rad: NDArray[np.float64]
     speeds_m_s: NDArray[np.float64]
-    goals: Timeline[Goal] = Timeline()
-    plans: Timeline[tuple[Vector3, ...]] = Timeline()
-    replans: Timeline[int] = Timeline()
-    distance_m: Timeline[float] = Timeline()
-    time_left_s: Timeline[float] = Timeline()
-    battery_percent: Timeline[float] = Timeline()
-    status: Timeline[str] = Timeline()
-    texts: Timeline[str] = Timeline()
-    obstacles: Timeline[Obstacles] = Timeline()
+    goals: Timeline[Goal]
+    plans: Timeline[tuple[Vector3, ...]]
+    replans: Timeline[int]
+    distance_m: Timeline[float]
+    time_left_s: Timeline[float]
+    battery_percent: Timeline[float]
+    status: Timeline[str]
+    texts: Timeline[str]
+    obstacles: Timeline[Obstacles]
 
     @property
     def duration_s(self) -> float:
@@ -185,9 +185,9 @@ class _Reader:
         self.poses.append((self._time_s, pose, math.hypot(*velocity_ned_m_s[:2])))
 
     def _take_rest(self, before: VehicleState, state: VehicleState) -> None:
-        if state.battery is not before.battery and state.battery is not None:
-            if state.battery.remaining is not None:
-                self._battery.append((self._time_s, 100.0 * state.battery.remaining))
+        battery = state.battery
+        if battery is not None and battery is not before.battery and battery.remaining is not None:
+            self._battery.append((self._time_s, 100.0 * battery.remaining))
         if state.last_heartbeat_s is not None and (
             state.custom_mode != before.custom_mode or not self._modes
         ):
@@ -216,6 +216,7 @@ class _Reader:
             battery_percent=Timeline.of(self._battery),
             status=Timeline.of(status),
             texts=Timeline.of(self._texts),
+            obstacles=Timeline(),
         )
 
     def _lacking(self) -> list[str]:

@@ -26,6 +26,7 @@ OBSTACLE = "#56606e"
 GONE = "#d3d6db"
 NEW = "#e8452c"
 GOOD = "#3a9a5b"
+COLOURS = (INK, FAINT, TRACK, PLAN, GOAL, OBSTACLE, GONE, NEW, GOOD)
 _CORNERS = 12
 _AXES = ("east", "north", "height")
 

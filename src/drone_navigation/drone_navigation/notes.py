@@ -31,7 +31,10 @@ def text(words: str) -> Message:
 
 
 def goal_accepted(short_id: str, target_enu_m: Vector3) -> Message:
-    """Return the note of an accepted goal, which :func:`parse_goal` reads back."""
+    """Return the note of an accepted goal, which :func:`parse_goal` reads back.
+
+    A route has one for each of its waypoints, in order.
+    """
     x, y, z = target_enu_m
     return text(f"goal {short_id} to {x:.2f} {y:.2f} {z:.2f}")
 

@@ -64,7 +64,9 @@ class Reporter:
         if goal.target_enu_m is None:
             self.note(notes.text(f"goal {goal.short_id} {goal.description}"))
         else:
-            self.note(notes.goal_accepted(goal.short_id, goal.target_enu_m))
+            route = (goal.target_enu_m,) if goal.plan is None else goal.plan.targets_enu_m
+            for target in route:
+                self.note(notes.goal_accepted(goal.short_id, target))
         for warning in goal.notes:
             self.log(LogLevel.WARN, f"Goal {goal.short_id}: {warning}")
 
