@@ -1,0 +1,136 @@
+"""What range sensors have seen, as obstacles: evidence gathers, fades, and rolls with the vehicle.
+
+The map is a square window of columns about the vehicle. A scanner that turns in a plane knows
+nothing of heights: what it hits is taken to be endless upwards and downwards, until rays are
+seen to go over or under it, which brings its top down or its bottom up. A cloud of points
+knows heights, and what it hits reaches one cell up and down. A ray that goes through at the
+height of the hits is evidence against them, so what has moved away frees its place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from navigation_core.columns import Columns, Indices
+from navigation_core.geometry import Vector3
+from navigation_core.obstacles import Array, Obstacles
+from navigation_core.rays import Fan, RayScan, cloud_fan, scan_fan, scan_hits, scan_ranges_m
+
+__all__ = ["ObstacleMap", "RayScan"]
+
+# What is hit no higher than this above the ground is the ground: an attitude that is wrong by a
+# degree moves a hit at 30 m by half a metre. Never more than half way up to the sensor: one
+# that is close to the ground sees its obstacles close to the ground, too.
+_GROUND_M = 0.5
+
+
+class ObstacleMap:
+    """Obstacles about a vehicle, from what its range sensors see; see the module.
+
+    Readings for which no attitude and position are known must be kept from it.
+    """
+
+    def __init__(
+        self, size_m: float = 80.0, cell_m: float = 0.25, own_radius_m: float = 0.5
+    ) -> None:
+        """Start without obstacles, about the origin.
+
+        Args:
+            size_m: side of the window; what is outside is not kept.
+            cell_m: side of a column.
+            own_radius_m: hits nearer to the sensor than this are the vehicle itself.
+        """
+        self._columns = Columns(size_m, cell_m)
+        self._own_radius_m = own_radius_m
+        self._obstacles = Obstacles()
+        self._version = self._columns.version
+
+    def clear(self) -> None:
+        """Forget all obstacles."""
+        self._columns.clear()
+
+    def recentre(self, position_enu_m: Vector3) -> None:
+        """Roll the window to be about the vehicle; what leaves it is forgotten."""
+        self._columns.recentre(position_enu_m[0], position_enu_m[1])
+
+    def obstacles(self) -> Obstacles:
+        """Return the obstacles: the same object as before while nothing has changed."""
+        if self._version != self._columns.version:
+            self._version = self._columns.version
+            self._obstacles = Obstacles(self._columns.posts())
+        return self._obstacles
+
+    def integrate(self, scan: RayScan, ground_enu_m: float | None) -> None:
+        """Take in a scan, or a single beam.
+
+        Args:
+            scan: the reading. Beams within 30 deg of straight up or down are left out.
+            ground_enu_m: map z of the ground below the vehicle. None if it is not known, and
+                for what drives: its scanner looks along the ground.
+        """
+        ranges = scan_ranges_m(scan, self._own_radius_m)
+        points, shares = scan_hits(scan, ranges, 0.7 * self._columns.cell_m)
+        lowest = _lowest_m(scan.origin_enu_m, ground_enu_m)
+        # Only a ray that descends meets the ground.
+        stands = (points[:, 2] > lowest) | (points[:, 2] >= scan.origin_enu_m[2])
+        fan = scan_fan(scan, ranges)
+        self._take_in(
+            fan, scan.origin_enu_m, points[stands], shares[stands], lowest, extent_m=math.inf
+        )
+
+    def integrate_points(
+        self, origin_enu_m: Vector3, points_enu_m: Array, ground_enu_m: float | None
+    ) -> None:
+        """Take in a cloud of points.
+
+        Args:
+            origin_enu_m: where the sensor is in the map frame.
+            points_enu_m: what it has hit, in the map frame, shape (N, 3). Rows that are not
+                finite, and what is nearer than the vehicle's own radius, are left out.
+            ground_enu_m: map z of the ground below the vehicle; None if it is not known, and
+                then the ground is an obstacle, too.
+        """
+        points = np.asarray(points_enu_m, dtype=np.float64).reshape(-1, 3)
+        offsets = points - np.array(origin_enu_m)
+        # NaN is not above anything, and infinity is nowhere.
+        away = np.sqrt((offsets * offsets).sum(axis=1))
+        outside = (away > self._own_radius_m) & np.isfinite(away)
+        points, offsets = points[outside], offsets[outside]
+        lowest = _lowest_m(origin_enu_m, ground_enu_m)
+        points = points[points[:, 2] > lowest]
+        fan, cell_m = cloud_fan(offsets), self._columns.cell_m
+        self._take_in(fan, origin_enu_m, points, np.ones(len(points)), lowest, extent_m=cell_m)
+
+    def _take_in(
+        self,
+        fan: Fan,
+        origin_enu_m: Vector3,
+        points: Array,
+        shares: Array,
+        lowest_m: float,
+        *,
+        extent_m: float,
+    ) -> None:
+        columns, inside = self._columns.find(points)
+        hit = self._columns.hit(columns[inside], points[inside, 2], shares[inside], extent_m)
+        self._carve(fan, origin_enu_m, lowest_m, hit)
+
+    def _carve(self, fan: Fan, origin_enu_m: Vector3, lowest_m: float, hit: Indices) -> None:
+        known = self._columns.known()
+        if not len(known) or not len(fan.bearings_rad):
+            return
+        offsets = self._columns.centres_m(known) - np.array(origin_enu_m[:2])
+        above, seen = fan.passes(offsets, self._columns.cell_m)
+        heights = above + origin_enu_m[2]
+        # A ray that is lower than the ground has met it without telling.
+        seen &= (heights > lowest_m) | (above >= 0.0)
+        self._columns.pass_by(known, heights, seen, hit)
+
+
+def _lowest_m(origin_enu_m: Vector3, ground_enu_m: float | None) -> float:
+    """Return the height up to which things are the ground."""
+    if ground_enu_m is None:
+        return -math.inf
+    return ground_enu_m + min(_GROUND_M, 0.5 * max(origin_enu_m[2] - ground_enu_m, 0.0))

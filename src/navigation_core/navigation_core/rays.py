@@ -1,0 +1,216 @@
+"""What a scan or a cloud of points says: where something was hit, and which way was free.
+
+A scanner that turns about its upright axis gives one ray for each bearing, a cloud has many
+above each other. Both become a fan: for each bearing the rays by their slope, each free as far
+as it goes. A column of the map then looks up the rays of its own bearing, which costs nothing
+for the empty space between, and leaves out no column between two rays.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from navigation_core.geometry import Vector3
+
+__all__ = ["Fan", "RayScan", "cloud_fan", "scan_fan", "scan_hits", "scan_ranges_m"]
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+# A ray steeper than this says what is above or below the vehicle, not what is beside it: it has
+# no bearing to speak of, and a range finder that looks down finds the ground.
+_STEEP_SLOPE = math.tan(math.radians(60.0))
+# A sector wider than this is a narrow beam with its neighbours missing (four or eight sensors
+# about a vehicle), or a sonar, which hears least at its edges: only the core says anything.
+_HALF_ANGLE_MAX_RAD = math.radians(5.0)
+# A sector's range is that of the nearest thing in it, somewhere on the arc. So near its middle
+# all of the arc is taken to be hit. Farther away only this much to each side of the middle is,
+# and that counts for no more than one ray that goes through: enough to find a post, and to leave
+# open a gap between two of them. The arc narrows as the vehicle comes nearer, and what it does
+# not hold any more is seen to be free.
+_ARC_M = 0.5
+_ARC_SHARE = 0.5
+# Two neighbours that hit at about the same distance, as shares of it and at least in metres,
+# have hit one surface: the arc between them is hit however long it is.
+_SAME_SURFACE = 0.1
+_SAME_SURFACE_M = 0.75
+_HALF_DIAGONAL = math.sqrt(0.5)
+# Bearings and slopes into which a cloud is sorted, finer than a vehicle is wide within 25 m.
+_CLOUD_STEP_RAD = math.radians(2.0)
+
+
+@dataclass(frozen=True)
+class RayScan:
+    """One turn, sector or beam of a range sensor that looks about itself, or one way.
+
+    Attributes:
+        origin_enu_m: where the sensor is in the map frame, shape (3,).
+        directions_enu: unit vectors along the middles of the beams, shape (N, 3), in the map
+            frame: the attitude of vehicle and sensor is in them. No two have the same bearing.
+        ranges_m: along them, shape (N,). Infinity, or more than the reach: nothing is there.
+            NaN: no reading, which tells nothing.
+        range_min_m: what is nearer is no reading: the sensor does not see it rightly.
+        range_max_m: the reach.
+        half_angle_rad: half of what a beam or sector is wide; the range is that of the nearest
+            thing in there.
+    """
+
+    origin_enu_m: Vector3
+    directions_enu: Array
+    ranges_m: Array
+    range_min_m: float
+    range_max_m: float
+    half_angle_rad: float
+
+
+@dataclass(frozen=True)
+class Fan:
+    """Free ways from a point.
+
+    Attributes:
+        bearings_rad: ascending, counter-clockwise from east, shape (B,).
+        half_angle_rad: how far to each side of its bearing a ray is free.
+        slopes: rise per metre of way in the plane, shape (B, K).
+        free_m: how far it is free in the plane, shape (B, K); 0 where there is no ray.
+    """
+
+    bearings_rad: Array
+    half_angle_rad: float
+    slopes: Array
+    free_m: Array
+
+    def passes(self, offsets_m: Array, cell_m: float) -> tuple[Array, Mask]:
+        """Return the rays that go through columns and beyond.
+
+        Args:
+            offsets_m: east and north from the origin to the columns, shape (N, 2).
+            cell_m: side of a column.
+
+        Returns:
+            How far above the origin the rays are there, and whether there is such a ray, both
+            of shape (N, K).
+        """
+        away = np.hypot(offsets_m[:, 0], offsets_m[:, 1])
+        bearing = np.arctan2(offsets_m[:, 1], offsets_m[:, 0])
+        ray, aside = _nearest_bearing(self.bearings_rad, bearing)
+        # A beam frees each column that it touches, as it would fill each that it hits.
+        width = self.half_angle_rad + _HALF_DIAGONAL * cell_m / np.maximum(away, cell_m)
+        # What was hit may be in the next column already: a diagonal is left to it.
+        beyond = self.free_m[ray] - 1.5 * cell_m
+        seen = (aside <= width)[:, None] & (away[:, None] < beyond)
+        return away[:, None] * self.slopes[ray], np.asarray(seen)
+
+
+def scan_fan(scan: RayScan, ranges_m: Array) -> Fan:
+    """Return the free ways of a scan.
+
+    Args:
+        scan: the scan.
+        ranges_m: its ranges as :func:`scan_ranges_m` gives them.
+    """
+    bearing, slope, level = _polar(scan.directions_enu)
+    order = np.argsort(bearing)
+    order = order[~np.isnan(ranges_m[order])]
+    free = np.minimum(ranges_m[order], scan.range_max_m) * level[order]
+    half = min(scan.half_angle_rad, _HALF_ANGLE_MAX_RAD)
+    return Fan(bearing[order], half, slope[order, None], free[:, None])
+
+
+def scan_ranges_m(scan: RayScan, own_radius_m: float) -> Array:
+    """Return the ranges, NaN for all that tell nothing, infinity for all that hit nothing.
+
+    Args:
+        scan: the scan.
+        own_radius_m: what is nearer than this is the vehicle itself.
+    """
+    ranges = np.array(scan.ranges_m, dtype=np.float64)
+    directions = np.asarray(scan.directions_enu, dtype=np.float64)
+    slope = _polar(directions)[1]
+    tells = ranges >= max(scan.range_min_m, own_radius_m)
+    tells &= np.isfinite(directions).all(axis=1) & (np.abs(slope) < _STEEP_SLOPE)
+    ranges[ranges > scan.range_max_m] = np.inf
+    ranges[~tells] = np.nan
+    return ranges
+
+
+def scan_hits(scan: RayScan, ranges_m: Array, step_m: float) -> tuple[Array, Array]:
+    """Return points on the arcs that were hit, shape (M, 3), in the map frame.
+
+    And how much of a hit each of them is, from 0 to 1, shape (M,).
+
+    Args:
+        scan: the scan.
+        ranges_m: its ranges as :func:`scan_ranges_m` gives them.
+        step_m: how far apart points on an arc are at most.
+    """
+    bearing, slope, level = _polar(scan.directions_enu)
+    order = np.argsort(bearing)
+    order = order[np.isfinite(ranges_m[order])]
+    away, bearing = (ranges_m * level)[order], bearing[order]
+    half = min(scan.half_angle_rad, _HALF_ANGLE_MAX_RAD)
+    lone = np.minimum(half, _ARC_M / np.maximum(away, _ARC_M))
+    surface = [_goes_on(away, bearing, half, side) for side in (1, -1)]
+    right, left = (np.where(goes_on, half, lone) for goes_on in surface)
+    steps = math.ceil(float((away * (left + right)).max(initial=0.0)) / step_m) + 1
+    aside = (right + left)[:, None] * np.linspace(0.0, 1.0, steps) - right[:, None]
+    points = np.empty((len(order), steps, 3))
+    points[..., 0] = away[:, None] * np.cos(bearing[:, None] + aside)
+    points[..., 1] = away[:, None] * np.sin(bearing[:, None] + aside)
+    points[..., 2] = (away * slope[order])[:, None]
+    sure = np.where(aside < 0.0, surface[0][:, None], surface[1][:, None])
+    sure |= np.abs(aside) * away[:, None] <= step_m
+    shares = np.where(sure, 1.0, _ARC_SHARE)
+    return np.asarray(points.reshape(-1, 3) + scan.origin_enu_m), shares.ravel()
+
+
+def cloud_fan(offsets_m: Array) -> Fan:
+    """Return the free ways to points, as offsets from the sensor, shape (N, 3).
+
+    They are sorted by bearing and slope, and the nearest point ends each.
+    """
+    bearing, slope, _ = _polar(offsets_m)
+    away = np.hypot(offsets_m[:, 0], offsets_m[:, 1])
+    steep = math.atan(_STEEP_SLOPE)
+    bearings, layers = round(math.tau / _CLOUD_STEP_RAD), round(2.0 * steep / _CLOUD_STEP_RAD)
+    beside = np.abs(slope) < _STEEP_SLOPE
+    row = ((bearing[beside] + math.pi) / _CLOUD_STEP_RAD).astype(np.intp) % bearings
+    layer = ((np.arctan(slope[beside]) + steep) / _CLOUD_STEP_RAD).astype(np.intp)
+    free = np.full((bearings, layers), np.inf)
+    np.minimum.at(free, (row, np.minimum(layer, layers - 1)), away[beside])
+    free[np.isinf(free)] = 0.0
+    middles = (np.arange(layers) + 0.5) * _CLOUD_STEP_RAD - steep
+    return Fan(
+        np.asarray((np.arange(bearings) + 0.5) * _CLOUD_STEP_RAD - math.pi),
+        0.5 * _CLOUD_STEP_RAD,
+        np.tile(np.tan(middles), (bearings, 1)),
+        free,
+    )
+
+
+def _polar(directions: Array) -> tuple[Array, Array, Array]:
+    """Return bearing, rise per metre in the plane, and length in the plane; each (N,)."""
+    level = np.hypot(directions[:, 0], directions[:, 1])
+    rise = directions[:, 2] / np.maximum(level, 1e-9)
+    return np.arctan2(directions[:, 1], directions[:, 0]), rise, level
+
+
+def _nearest_bearing(bearings: Array, bearing: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return the nearest of ascending bearings to others, and how far aside it is."""
+    around = np.concatenate([bearings[-1:] - math.tau, bearings, bearings[:1] + math.tau])
+    after = np.clip(np.searchsorted(around, bearing), 1, len(around) - 1)
+    nearer = after - (bearing - around[after - 1] < around[after] - bearing)
+    return (nearer - 1) % len(bearings), np.abs(around[nearer] - bearing)
+
+
+def _goes_on(away: Array, bearing: Array, half_rad: float, side: int) -> Mask:
+    """Whether the ray before (1) or after (-1) each touches it and has hit the same surface."""
+    aside = np.abs(np.roll(bearing, side) - bearing)
+    aside = np.minimum(aside, math.tau - aside)
+    touches = (aside > 0.0) & (aside <= 2.5 * half_rad)
+    near = np.maximum(_SAME_SURFACE * away, _SAME_SURFACE_M)
+    return np.asarray(touches & (np.abs(np.roll(away, side) - away) <= near))
