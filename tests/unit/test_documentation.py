@@ -6,15 +6,19 @@ import re
 import shlex
 from argparse import ArgumentParser
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
+from drone_navigation import client_events, client_options
+from drone_navigation.client_keys import Key
+from drone_navigation.client_options import make_parser as client_parser
 from drone_navigation.configuration import PARAMETERS
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.flight_plot import make_parser as plot_parser
 from drone_navigation.flight_video import make_parser as video_parser
-from drone_navigation.navigation_client import make_parser as client_parser
 from drone_navigation.server_options import make_parser as server_parser
 from mavlink_sitl.options import make_parser as simulator_parser
 from navigation_core.outcomes import OutcomeCode
@@ -122,6 +126,20 @@ def test_every_parameter_is_documented_with_its_default() -> None:
         for spec in PARAMETERS
     }
     assert rows == expected
+
+
+def test_every_option_key_exit_code_and_event_of_the_client_is_documented() -> None:
+    page = (ROOT / "docs/client.md").read_text("utf-8")
+    for action in client_parser()._actions:
+        if action.dest not in ("help", "plain"):
+            assert f"`{action.option_strings[0]}" in page, action.dest
+    for key in Key:
+        assert f"`{key.value}`" in page, key
+    for name in (name for name in dir(client_options) if name.startswith("EXIT_")):
+        assert f"\n| {getattr(client_options, name)} | " in page, name
+    for kind in (*get_args(client_events.Event), client_events.Telemetry):
+        (row,) = re.findall(rf"^\| `{kind.name}` \| (.*) \|$", page, re.MULTILINE)
+        assert re.findall(r"`(\w+)`", row) == [field.name for field in fields(kind)]
 
 
 def test_every_code_and_status_is_documented_and_a_constant_of_an_action() -> None:

@@ -12,6 +12,7 @@ from custom_interfaces.msg import Waypoint
 from drone_navigation.names import ACTION_NAME, WAYPOINTS_ACTION_NAME
 from drone_navigation.plan_files import Route, read_plan, read_waypoints
 from drone_navigation.requests import AltitudeReference, WaypointRequest
+from navigation_core.geometry import Vector3
 
 _FRAMES = {
     AltitudeReference.AMSL: Waypoint.FRAME_GEODETIC_AMSL,
@@ -30,6 +31,7 @@ class Errand:
         goal: what is sent.
         description: for people: "goal (1, 2, 3) m in frame map".
         notes: sentences that are shown before.
+        waypoints: how many the route has; 0 for a point.
     """
 
     action: Any
@@ -37,6 +39,7 @@ class Errand:
     goal: Any
     description: str
     notes: tuple[str, ...] = ()
+    waypoints: int = 0
 
 
 def make_errand(options: argparse.Namespace) -> Errand:
@@ -49,19 +52,22 @@ def make_errand(options: argparse.Namespace) -> Errand:
         return _route(read_plan(options.plan), options)
     if options.waypoints is not None:
         return _route(read_waypoints(options.waypoints), options)
-    goal = make_goal(options)
-    position = goal.target_pose.pose.position
-    frame = goal.target_pose.header.frame_id or "map"
-    place = f"goal ({position.x:g}, {position.y:g}, {position.z:g}) m in frame {frame}"
+    return make_point_errand(options, options.goal)
+
+
+def make_point_errand(options: argparse.Namespace, position_m: Vector3) -> Errand:
+    """Return a flight to a point, in the frame of the command line and with all it says."""
+    x, y, z = position_m
+    goal = _point(options, position_m)
+    place = f"goal ({x:g}, {y:g}, {z:g}) m in frame {options.frame or 'map'}"
     return Errand(Navigate, ACTION_NAME, goal, place)
 
 
-def make_goal(options: argparse.Namespace) -> Navigate.Goal:
-    """Return the goal of a flight to a point."""
+def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:
     goal = Navigate.Goal()
     goal.target_pose.header.frame_id = options.frame
     position, orientation = goal.target_pose.pose.position, goal.target_pose.pose.orientation
-    position.x, position.y, position.z = options.goal
+    position.x, position.y, position.z = position_m
     if options.yaw is None:
         orientation.x = orientation.y = orientation.z = orientation.w = 0.0
     else:
@@ -81,7 +87,14 @@ def _route(route: Route, options: argparse.Namespace) -> Errand:
     goal.avoid_obstacles = options.avoid
     way = "as a mission" if options.mission else "by setpoints"
     description = f"a route of {len(route.waypoints)} waypoints, {way}"
-    return Errand(NavigateWaypoints, WAYPOINTS_ACTION_NAME, goal, description, route.notes)
+    return Errand(
+        NavigateWaypoints,
+        WAYPOINTS_ACTION_NAME,
+        goal,
+        description,
+        route.notes,
+        len(route.waypoints),
+    )
 
 
 def _message(waypoint: WaypointRequest) -> Waypoint:

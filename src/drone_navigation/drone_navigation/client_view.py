@@ -1,154 +1,158 @@
-"""What the navigation client shows: a live view on a terminal, plain lines elsewhere."""
+"""What the navigation client shows: a live view on a terminal, plain lines or JSON elsewhere."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import os
 from typing import Protocol
 
-from rich.console import Console, Group
-from rich.live import Live
-from rich.progress_bar import ProgressBar
-from rich.table import Table
-from rich.text import Text
+from rich.console import Console
+
+from drone_navigation.client_events import Event, Telemetry, as_json
+from drone_navigation.client_keys import HINT
+from drone_navigation.client_live import LiveView
+from navigation_core.geometry import Vector3
 
 _PLAIN_PERIOD_S = 1.0
-_BAR_WIDTH = 40
-
-
-@dataclass(frozen=True)
-class Telemetry:
-    """One feedback, in numbers that people read.
-
-    Attributes:
-        position_enu_m: position in the map frame; NaN when unknown.
-        distance_m: distance remaining.
-        time_s: time remaining.
-        battery_percent: 0 to 100; NaN when unknown.
-        status: the server's ``current_status``.
-    """
-
-    position_enu_m: tuple[float, float, float]
-    distance_m: float
-    time_s: float
-    battery_percent: float
-    status: str
 
 
 class View(Protocol):
-    """Shows a goal's way."""
+    """Shows a goal's way. All times are in seconds since the first goal was accepted."""
 
-    def note(self, text: str, *, bad: bool = False) -> None:
-        """Show one line that stays."""
+    def tell(self, event: Event, t_s: float) -> None:
+        """Show what happened; it stays."""
 
-    def show(self, telemetry: Telemetry, elapsed_s: float) -> None:
+    def show(self, telemetry: Telemetry, t_s: float) -> None:
         """Show a feedback."""
+
+    def prompt(self, label: str, typed: str | None) -> None:
+        """Show the prompt for another goal with what was typed; None for no prompt."""
+
+    def tick(self, t_s: float) -> None:
+        """Show that time goes on."""
 
     def close(self) -> None:
         """Leave the terminal as it was."""
 
 
 class PlainView:
-    """One line a second and one for each change of status; for pipes and log files."""
+    """One line a second and one for each change; for pipes and log files."""
 
-    def __init__(self, console: Console) -> None:
-        """Write to ``console``."""
+    def __init__(self, console: Console, *, keys: bool = False) -> None:
+        """Write to ``console``, and what the keys are if there are any."""
         self._console = console
-        self._status = ""
+        self._shown: tuple[object, ...] = ()
         self._next_s = 0.0
+        self._prompt = ""
+        if keys:
+            self._print(f"Keys: {HINT}")
 
-    def note(self, text: str, *, bad: bool = False) -> None:
+    def tell(self, event: Event, t_s: float) -> None:
         """Print a line."""
-        self._console.print(text, highlight=False, markup=False, soft_wrap=True)
+        if event.sentence:
+            self._print(event.sentence)
 
-    def show(self, telemetry: Telemetry, elapsed_s: float) -> None:
-        """Print the feedback if it is time or if the status changed."""
-        if telemetry.status == self._status and elapsed_s < self._next_s:
+    def show(self, telemetry: Telemetry, t_s: float) -> None:
+        """Print the feedback if it is time or if something changed."""
+        shown = (telemetry.goal, telemetry.status, telemetry.replans, telemetry.waypoint)
+        if self._prompt or (shown == self._shown and t_s < self._next_s):
             return
-        self._status = telemetry.status
-        self._next_s = elapsed_s + _PLAIN_PERIOD_S
-        self.note(f"{elapsed_s:6.1f} s  {_summary(telemetry)}")
+        self._shown = shown
+        self._next_s = t_s + _PLAIN_PERIOD_S
+        self._print(f"{t_s:6.1f} s  {_summary(telemetry)}")
+
+    def prompt(self, label: str, typed: str | None) -> None:
+        """Print what is typed; feedback waits until the prompt is gone."""
+        if typed is not None:
+            line = f"{label}{typed}"
+            if line != self._prompt:
+                blank = " " * len(self._prompt)
+                self._console.out(f"\r{blank}\r{line}", end="", highlight=False)
+                self._prompt = line
+        elif self._prompt:
+            self._print("")
+            self._prompt = ""
+
+    def tick(self, t_s: float) -> None:
+        """Nothing to redraw."""
 
     def close(self) -> None:
         """Nothing to restore."""
 
+    def _print(self, text: str) -> None:
+        self._console.print(text, highlight=False, markup=False, soft_wrap=True)
 
-class LiveView:
-    """A block at the bottom of the terminal that is redrawn in place."""
+
+class JsonView:
+    """One JSON object a line, for scripts; :func:`client_events.as_json` has its members."""
 
     def __init__(self, console: Console) -> None:
-        """Start drawing on ``console``."""
+        """Write to ``console``."""
         self._console = console
-        self._start_distance_m = 0.0
-        self._live = Live(console=console, refresh_per_second=10, transient=False)
-        self._live.start()
 
-    def note(self, text: str, *, bad: bool = False) -> None:
-        """Print a line above the block."""
-        self._live.console.print(Text(text, style="bold red" if bad else "bold"))
+    def tell(self, event: Event, t_s: float) -> None:
+        """Print an event."""
+        self._print(as_json(event, t_s))
 
-    def show(self, telemetry: Telemetry, elapsed_s: float) -> None:
-        """Redraw the block."""
-        if telemetry.distance_m > self._start_distance_m:
-            self._start_distance_m = telemetry.distance_m
-        self._live.update(self._block(telemetry, elapsed_s))
+    def show(self, telemetry: Telemetry, t_s: float) -> None:
+        """Print a feedback: each one."""
+        self._print(as_json(telemetry, t_s))
+
+    def prompt(self, label: str, typed: str | None) -> None:
+        """Scripts type nothing."""
+
+    def tick(self, t_s: float) -> None:
+        """Nothing to redraw."""
 
     def close(self) -> None:
-        """Stop drawing."""
-        self._live.stop()
+        """Nothing to restore."""
 
-    def _block(self, telemetry: Telemetry, elapsed_s: float) -> Group:
-        whole_m = max(self._start_distance_m, 1e-6)
-        done = min(max(1.0 - telemetry.distance_m / whole_m, 0.0), 1.0)
-        table = Table.grid(padding=(0, 2))
-        table.add_row("status", Text(telemetry.status, style=_status_style(telemetry.status)))
-        table.add_row(
-            "progress",
-            ProgressBar(total=1.0, completed=done, width=_BAR_WIDTH),
-            Text(f"{telemetry.distance_m:.1f} m left"),
-        )
-        table.add_row("position", Text(_position(telemetry)))
-        table.add_row("time", Text(f"{elapsed_s:.0f} s, about {telemetry.time_s:.0f} s left"))
-        if math.isfinite(telemetry.battery_percent):
-            table.add_row(
-                "battery",
-                ProgressBar(
-                    total=100.0,
-                    completed=telemetry.battery_percent,
-                    width=_BAR_WIDTH,
-                    complete_style="green" if telemetry.battery_percent > 25.0 else "red",
-                    finished_style="green",
-                ),
-                Text(f"{telemetry.battery_percent:.0f} %"),
-            )
-        else:
-            table.add_row("battery", Text("unknown"))
-        return Group(table)
+    def _print(self, text: str) -> None:
+        self._console.out(text, highlight=False)
 
 
-def make_view(*, plain: bool) -> View:
-    """Return the live view on a terminal and the plain one elsewhere."""
-    console = Console(stderr=False)
-    return PlainView(console) if plain or not console.is_terminal else LiveView(console)
+class _PatientConsole(Console):
+    """Goes quiet when nobody reads any longer; the goal is followed to its end all the same."""
+
+    def on_broken_pipe(self) -> None:
+        """Send the rest nowhere, where Console would end the program."""
+        self.quiet = True
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.file.fileno())
+        os.close(nowhere)
 
 
-def _status_style(status: str) -> str:
-    if status in ("LINK_LOST", "HOLDING"):
-        return "bold red"
-    return "yellow" if status == "CANCELLING" else "bold green"
+def make_view(*, plain: bool, json: bool, keys: bool) -> View:
+    """Return JSON if asked for, else the live view on a terminal, and plain lines elsewhere.
 
-
-def _position(telemetry: Telemetry) -> str:
-    x, y, z = telemetry.position_enu_m
-    if not math.isfinite(x):
-        return "unknown"
-    return f"east {x:.2f}  north {y:.2f}  up {z:.2f} m"
+    Args:
+        plain: plain lines on a terminal, too.
+        json: JSON wherever it goes.
+        keys: whether somebody can press keys.
+    """
+    console = _PatientConsole()
+    if json:
+        return JsonView(console)
+    if plain or not console.is_terminal or console.is_dumb_terminal:
+        return PlainView(console, keys=keys)
+    return LiveView(console, keys=keys)
 
 
 def _summary(telemetry: Telemetry) -> str:
     battery = telemetry.battery_percent
-    battery_text = f"{battery:.0f} %" if math.isfinite(battery) else "unknown"
-    return (
-        f"{telemetry.status:<10}  {_position(telemetry)}  {telemetry.distance_m:.2f} m left, "
-        f"about {telemetry.time_s:.1f} s, battery {battery_text}"
-    )
+    place = _position(telemetry.position_enu_m)
+    parts = [
+        f"{telemetry.status:<10}  {place}  {telemetry.distance_left_m:.2f} m left",
+        f"about {telemetry.time_left_s:.1f} s",
+        f"battery {battery:.0f} %" if math.isfinite(battery) else "battery unknown",
+    ]
+    if telemetry.waypoint is not None:
+        parts.append(f"waypoint {telemetry.waypoint} of {telemetry.waypoints}")
+    if telemetry.replans:
+        parts.append(f"replans {telemetry.replans}")
+    return ", ".join(parts)
+
+
+def _position(position_enu_m: Vector3) -> str:
+    x, y, z = position_enu_m
+    return f"east {x:.2f}  north {y:.2f}  up {z:.2f} m" if math.isfinite(x) else "place unknown"

@@ -1,0 +1,185 @@
+"""What the navigation client has to tell: for people a sentence, for scripts an object."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, TypeAlias
+
+from navigation_core.geometry import Vector3
+
+
+@dataclass(frozen=True)
+class Said:
+    """A remark."""
+
+    name: ClassVar[str] = "said"
+    text: str
+    bad: bool = False
+
+    @property
+    def sentence(self) -> str:
+        """The remark."""
+        return self.text
+
+
+@dataclass(frozen=True)
+class Sending:
+    """A goal goes to the server.
+
+    Attributes:
+        goal: its number, counted from 1.
+        action: name of the action.
+        description: "goal (1, 2, 3) m in frame map".
+    """
+
+    name: ClassVar[str] = "sending"
+    bad: ClassVar[bool] = False
+    goal: int
+    action: str
+    description: str
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        return f"Sending {self.description}"
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """The server took a goal; ``id`` is the one that the server names in its messages."""
+
+    name: ClassVar[str] = "accepted"
+    bad: ClassVar[bool] = False
+    goal: int
+    id: str
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        return "Goal accepted" if self.goal == 1 else f"Goal {self.goal} accepted"
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """The server refused a goal; ``message`` is "CODE: sentence", ``code`` may be empty."""
+
+    name: ClassVar[str] = "rejected"
+    bad: ClassVar[bool] = True
+    goal: int
+    code: str
+    message: str
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        return f"Goal rejected: {self.message}"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A goal came to its end.
+
+    Attributes:
+        goal: its number.
+        state: "SUCCEEDED", "CANCELED" or "ABORTED".
+        code: what ``message`` begins with.
+        message: "CODE: sentence".
+        replaced: whether a later goal of this client took its place.
+        position_enu_m: last position in frame map; NaN when unknown.
+        elapsed_s: from acceptance to the end.
+        error_m: distance to the target; NaN when unknown.
+        waypoints_reached: of a route, all laps counted; None for a point.
+    """
+
+    name: ClassVar[str] = "ended"
+    goal: int
+    state: str
+    code: str
+    message: str
+    replaced: bool
+    position_enu_m: Vector3
+    elapsed_s: float
+    error_m: float = math.nan
+    waypoints_reached: int | None = None
+
+    @property
+    def bad(self) -> bool:
+        """Whether it is neither a success nor what this client's user asked for."""
+        return self.state != "SUCCEEDED" and not self.replaced
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        if self.replaced:
+            # Its message names the other goal by an id that nobody can read.
+            return f"Goal {self.goal} ended as {self.code} after {self.elapsed_s:.1f} s"
+        x, y, z = self.position_enu_m
+        place = f", at ({x:.2f}, {y:.2f}, {z:.2f}) m" if math.isfinite(x) else ""
+        error = f", {self.error_m:.2f} m from the target" if math.isfinite(self.error_m) else ""
+        return f"{self.message} ({self.elapsed_s:.1f} s{place}{error})"
+
+
+@dataclass(frozen=True)
+class Exit:
+    """The client is done, with this exit code."""
+
+    name: ClassVar[str] = "exit"
+    bad: ClassVar[bool] = False
+    code: int
+
+    @property
+    def sentence(self) -> str:
+        """Nothing: people have read the end of the goal."""
+        return ""
+
+
+Event: TypeAlias = Said | Sending | Accepted | Rejected | Ended | Exit
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """One feedback, in numbers that people read.
+
+    Attributes:
+        goal: number of the goal, counted from 1.
+        status: the server's ``current_status``.
+        position_enu_m: position in the map frame; NaN when unknown.
+        distance_left_m: along the way that is planned.
+        time_left_s: by the trajectory being flown.
+        battery_percent: 0 to 100; NaN when unknown.
+        replans: how often the way was planned anew because of obstacles.
+        waypoint: of a route, the current one, counted from 1; None for a point.
+        waypoints: how many the route has; None for a point.
+        lap: of a route, counted from 1; None for a point.
+    """
+
+    name: ClassVar[str] = "feedback"
+    goal: int
+    status: str
+    position_enu_m: Vector3
+    distance_left_m: float
+    time_left_s: float
+    battery_percent: float
+    replans: int = 0
+    waypoint: int | None = None
+    waypoints: int | None = None
+    lap: int | None = None
+
+
+def as_json(what: Event | Telemetry, t_s: float) -> str:
+    """Return one line of JSON: ``event``, ``t_s``, and the fields; what is unknown is null.
+
+    Args:
+        what: an event or a feedback.
+        t_s: seconds since the first goal was accepted.
+    """
+    members = {"event": what.name, "t_s": round(t_s, 3)} | asdict(what)
+    return json.dumps({key: _plain(value) for key, value in members.items()}, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return [_plain(part) for part in value] if isinstance(value, tuple) else value

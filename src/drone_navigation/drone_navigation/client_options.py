@@ -1,0 +1,149 @@
+"""The command line of ``navigation_client``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+from drone_navigation.client_updates import Update, UpdateError, parse_update
+from drone_navigation.route_requests import LAPS_MAX
+
+EXIT_SUCCESS = 0
+EXIT_ABORTED = 1
+EXIT_USAGE = 2
+EXIT_REJECTED = 3
+EXIT_CANCELED = 4
+EXIT_NO_SERVER = 5
+
+_DESCRIPTION = """\
+Send one goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show its
+progress and wait for its end. Ctrl-C cancels the goal and waits for the vehicle to stop; a
+second one stops waiting. Keys on a terminal: p pauses, r resumes, g asks for another goal,
+which replaces the one in flight, c cancels, ? helps.
+"""
+_EPILOG = """\
+examples:
+  navigation_client --goal 10 5 2 --avoid
+  navigation_client --goal 10 5 2 --update "t=8: 5 5 2" --update "t=15: 0 0 2"
+  navigation_client --plan my.plan --speed 3
+  navigation_client --goal 10 5 2 --json | jq 'select(.event == "ended")'
+
+exit codes:
+  0  succeeded
+  1  aborted, or not waited for (a second Ctrl-C)
+  2  the command line or a file is wrong; nothing was sent
+  3  the goal was rejected, or one of --update was
+  4  canceled
+  5  there is no server, or it went away
+With --update and g it is the end of the last goal that counts.
+"""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the command line of ``navigation_client``."""
+    parser = argparse.ArgumentParser(
+        prog="navigation_client",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_goal(parser)
+    _add_course(parser)
+    output = parser.add_mutually_exclusive_group()
+    output.add_argument("--plain", action="store_true", help="plain lines even on a terminal")
+    output.add_argument(
+        "--json",
+        action="store_true",
+        help="for scripts: one JSON object a line, and nothing else, on standard output",
+    )
+    return parser
+
+
+def _add_goal(parser: argparse.ArgumentParser) -> None:
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--goal",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        default=(10.0, 5.0, 2.0),
+        help="target in metres (default: 10 5 2)",
+    )
+    what.add_argument(
+        "--plan", type=Path, metavar="FILE", help="fly the route of a QGroundControl .plan file"
+    )
+    what.add_argument(
+        "--waypoints", type=Path, metavar="FILE", help="fly the route of a QGC WPL 110 file"
+    )
+    parser.add_argument(
+        "--mission", action="store_true", help="have the vehicle fly a file's route as its mission"
+    )
+    parser.add_argument(
+        "--laps", type=int, default=1, metavar="N", help="how often a file's route is flown"
+    )
+    parser.add_argument(
+        "--frame", default="map", help="frame of the target: map (ENU, default) or base_link (FLU)"
+    )
+    parser.add_argument(
+        "--yaw",
+        type=float,
+        metavar="DEG",
+        help="heading at the target, counter-clockwise from east; "
+        "default: face the direction of travel",
+    )
+    parser.add_argument(
+        "--speed", type=float, default=0.0, metavar="M_S", help="max_speed (default: the server's)"
+    )
+    parser.add_argument("--avoid", action="store_true", help="ask for obstacle avoidance")
+
+
+def _add_course(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--update",
+        action="append",
+        type=_update,
+        default=[],
+        metavar='"t=S: X Y Z"',
+        help="S seconds after the first goal was accepted, replace the goal in flight; if that "
+        "one has arrived already, go on. May be repeated",
+    )
+    parser.add_argument(
+        "--cancel-after",
+        type=float,
+        default=math.inf,
+        metavar="S",
+        help="cancel S seconds after the first goal was accepted",
+    )
+    parser.add_argument(
+        "--server-timeout",
+        type=float,
+        default=10.0,
+        metavar="S",
+        help="longest wait for the server (default: 10)",
+    )
+
+
+def parse_options(arguments: list[str]) -> argparse.Namespace:
+    """Return the options; what is wrong ends the program with a sentence and EXIT_USAGE."""
+    parser = make_parser()
+    options = parser.parse_args(arguments)
+    if not 0 <= options.laps <= LAPS_MAX:
+        parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
+    if options.mission and options.plan is None and options.waypoints is None:
+        parser.error("--mission is for a route; give --plan or --waypoints, too.")
+    for name, value in (
+        ("--cancel-after", options.cancel_after),
+        ("--server-timeout", options.server_timeout),
+    ):
+        if not value >= 0.0:
+            parser.error(f"{name} is {value:g}; give a number of seconds, 0 or more.")
+    options.update.sort(key=lambda update: update.at_s)
+    return options
+
+
+def _update(text: str) -> Update:
+    try:
+        return parse_update(text)
+    except UpdateError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

@@ -1,0 +1,219 @@
+"""The navigation client's work: follow its goals, and do what keys and signals ask."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import deque
+from collections.abc import Callable
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from drone_navigation.client_course import Course
+from drone_navigation.client_errands import Errand, make_point_errand
+from drone_navigation.client_events import Exit
+from drone_navigation.client_goals import RESPONSE_TIMEOUT_S
+from drone_navigation.client_keys import HELP, Key, Keyboard, Keys, Pressed
+from drone_navigation.client_options import (
+    EXIT_ABORTED,
+    EXIT_CANCELED,
+    EXIT_NO_SERVER,
+    EXIT_SUCCESS,
+)
+from drone_navigation.client_updates import Update, UpdateError, parse_point
+from drone_navigation.client_view import View
+from drone_navigation.names import SERVER_NODE_NAME
+
+_SPIN_S = 0.05
+# The reason of an earlier refusal is latched; it must not be taken for that of the goal to come.
+_LATCHED_S = 0.2
+
+
+class NavigationClient:
+    """Sends a goal and those that follow it, and shows their way."""
+
+    def __init__(
+        self,
+        node: Node,
+        view: View,
+        errand: Errand,
+        options: argparse.Namespace,
+        keyboard: Keyboard | None,
+    ) -> None:
+        """Prepare on ``node``.
+
+        Args:
+            node: the client's own.
+            view: what shows it all.
+            errand: the first goal.
+            options: the command line.
+            keyboard: where keys come from, if from anywhere.
+        """
+        self._view = view
+        self._errand = errand
+        self._options = options
+        self._keyboard = keyboard
+        self._keys = Keys()
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+        self._course = Course(node, view, errand)
+        self._services = {
+            key: node.create_client(Trigger, f"{SERVER_NODE_NAME}/{key.name.lower()}")
+            for key in (Key.PAUSE, Key.RESUME)
+        }
+        self._calls: list[tuple[Future, float]] = []
+        self._updates: deque[Update] = deque(options.update)
+        self._interrupts = 0
+        self._cancelling = False
+
+    def interrupt(self) -> None:
+        """Cancel the goal (first call) or give up waiting (second call)."""
+        self._interrupts += 1
+
+    def run(self) -> int:
+        """Send the first goal, follow it and all that come after it to their end.
+
+        Returns:
+            The exit code.
+        """
+        code = self._run()
+        self._course.tell(Exit(code))
+        return code
+
+    def _run(self) -> int:
+        course = self._course
+        if not self._wait(course.server_is_ready, self._options.server_timeout):
+            return self._without_server()
+        self._wait(lambda: bool(course.rejections), _LATCHED_S)
+        for note in self._errand.notes:
+            course.say(note)
+        course.send(self._errand)
+        code = None
+        while code is None:
+            self._executor.spin_once(timeout_sec=_SPIN_S)
+            code = self._step(time.monotonic())
+        return code
+
+    def _without_server(self) -> int:
+        if self._interrupts:
+            self._course.say("Interrupted; no goal was sent.", bad=True)
+            return EXIT_CANCELED
+        self._course.say(
+            f"No server offers {self._errand.name}; start navigation_server, in the same ROS "
+            "domain.",
+            bad=True,
+        )
+        return EXIT_NO_SERVER
+
+    def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() >= deadline or self._interrupts:
+                return False
+            self._executor.spin_once(timeout_sec=_SPIN_S)
+        return True
+
+    def _step(self, now_s: float) -> int | None:
+        """Do what is due; return the exit code when all is over."""
+        course = self._course
+        self._take_keys(now_s)
+        self._take_answers(now_s)
+        course.look(now_s)
+        if self._interrupts or course.t_s(now_s) >= self._options.cancel_after:
+            self._start_cancelling()
+        if self._cancelling:
+            course.cancel(now_s)
+        elif self._updates and course.t_s(now_s) >= self._updates[0].at_s:
+            self._update()
+        self._view.tick(course.t_s(now_s))
+        if self._interrupts > 1 and course.under_way:
+            course.say("Not waiting any longer; the goal may still be active.", bad=True)
+            return EXIT_ABORTED
+        if course.server_is_gone(now_s):
+            course.say(
+                "The server is gone; what the vehicle does now is its own failsafe's business "
+                "(docs/navigate.md).",
+                bad=True,
+            )
+            return EXIT_NO_SERVER
+        return None if course.under_way or self._goes_on() else self._end()
+
+    # --- goals ---------------------------------------------------------------------------
+
+    def _start_cancelling(self) -> None:
+        if self._cancelling:
+            return
+        self._cancelling = True
+        if self._course.under_way:
+            self._course.say("Cancelling; waiting for the vehicle to stop")
+
+    def _update(self) -> None:
+        # One after the other: the order in which the server takes them is the order that counts.
+        if not self._course.unanswered:
+            update = self._updates.popleft()
+            self._course.send(make_point_errand(self._options, update.position_m))
+
+    def _goes_on(self) -> bool:
+        """Whether there is more to come after a goal that has arrived."""
+        return bool(self._updates) and self._course.code == EXIT_SUCCESS and not self._cancelling
+
+    def _end(self) -> int:
+        for update in self._updates:
+            x, y, z = update.position_m
+            self._course.say(f"Not sent: goal ({x:g}, {y:g}, {z:g}) at {update.at_s:g} s")
+        if self._updates and self._course.code == EXIT_SUCCESS:
+            return EXIT_CANCELED
+        return self._course.exit_code
+
+    # --- keys ----------------------------------------------------------------------------
+
+    def _take_keys(self, now_s: float) -> None:
+        if self._keyboard is None:
+            return
+        for pressed in self._keys.feed(self._keyboard.read()):
+            self._obey(pressed, now_s)
+        self._view.prompt(f"x y z in {self._options.frame or 'map'}: ", self._keys.typed)
+
+    def _obey(self, pressed: Pressed, now_s: float) -> None:
+        if pressed.key is Key.HELP:
+            self._course.say(HELP)
+        elif pressed.key is Key.CANCEL:
+            self._start_cancelling()
+        elif pressed.key is Key.GOAL:
+            self._send_typed(pressed.line)
+        else:
+            self._call(pressed.key, now_s)
+
+    def _send_typed(self, line: str) -> None:
+        if self._cancelling:
+            self._course.say("Not sent: the goal is being cancelled.", bad=True)
+            return
+        try:
+            position_m = parse_point(line)
+        except UpdateError as error:
+            self._course.say(str(error), bad=True)
+            self._keys.typed = line  # to be put right
+            return
+        self._course.send(make_point_errand(self._options, position_m), typed=True)
+
+    def _call(self, key: Key, now_s: float) -> None:
+        service = self._services[key]
+        if service.service_is_ready():
+            self._calls.append((service.call_async(Trigger.Request()), now_s))
+        else:
+            self._course.say(f"The server offers no {key.name.lower()}.", bad=True)
+
+    def _take_answers(self, now_s: float) -> None:
+        for call in list(self._calls):
+            future, called_s = call
+            if future.done():
+                answer = future.result()
+                self._course.say(answer.message, bad=not answer.success)
+            elif now_s - called_s > RESPONSE_TIMEOUT_S:
+                self._course.say("The server did not answer.", bad=True)
+            else:
+                continue
+            self._calls.remove(call)

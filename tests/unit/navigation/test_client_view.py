@@ -1,0 +1,247 @@
+"""What navigation_client shows: on a terminal, in a pipe, to a script."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+
+import pytest
+from rich.console import Console
+
+from drone_navigation.client_events import (
+    Accepted,
+    Ended,
+    Event,
+    Exit,
+    Rejected,
+    Said,
+    Sending,
+    Telemetry,
+)
+from drone_navigation.client_live import LiveView
+from drone_navigation.client_view import JsonView, PlainView, View
+
+UNKNOWN = (math.nan, math.nan, math.nan)
+SENDING = Sending(1, "navigate_to_waypoint", "goal (10, 5, 2) m in frame map")
+
+
+def telemetry(
+    distance_left_m: float = 6.0,
+    status: str = "NAVIGATING",
+    goal: int = 1,
+    replans: int = 0,
+    waypoint: int | None = None,
+) -> Telemetry:
+    return Telemetry(
+        goal=goal,
+        status=status,
+        position_enu_m=(1.0, 2.0, 3.0),
+        distance_left_m=distance_left_m,
+        time_left_s=72.0,
+        battery_percent=87.0,
+        replans=replans,
+        waypoint=waypoint,
+        waypoints=None if waypoint is None else 3,
+        lap=None if waypoint is None else 1,
+    )
+
+
+def ended(state: str = "SUCCEEDED", code: str = "SUCCESS", *, replaced: bool = False) -> Ended:
+    return Ended(1, state, code, f"{code}: So it was.", replaced, (1.0, 2.0, 3.0), 9.5, 0.04)
+
+
+def console(width: int = 100, *, terminal: bool = True, colour: bool = True) -> Console:
+    return Console(
+        file=io.StringIO(),
+        width=width,
+        height=24,
+        force_terminal=terminal,
+        no_color=not colour,
+        color_system="standard" if terminal else None,
+        legacy_windows=False,
+    )
+
+
+def printed(where: Console) -> str:
+    assert isinstance(where.file, io.StringIO)
+    return where.file.getvalue()
+
+
+def block(width: int, *feedback: Telemetry, t_s: float = 5.0) -> list[str]:
+    """Return the lines that the live view draws last."""
+    view = LiveView(console(width), keys=True)
+    view.tell(SENDING, 0.0)
+    for one in feedback:
+        view.show(one, t_s)
+    view.close()
+    paper = Console(file=io.StringIO(), width=width)
+    paper.print(view._live.get_renderable())
+    return printed(paper).splitlines()
+
+
+def test_the_block_has_status_place_way_battery_and_time() -> None:
+    text = "\n".join(block(100, telemetry(10.0), telemetry(2.5, replans=2)))
+    for words in (
+        "NAVIGATING  1: goal (10, 5, 2) m in frame map",
+        "east 1.00  north 2.00  up 3.00 m",
+        "replans 2",
+        "75 %  2.5 m left",
+        "87 %",
+        "0:05, ETA in 1:12",
+    ):
+        assert words in text
+
+
+@pytest.mark.parametrize("width", [20, 40, 60, 80, 200])
+def test_every_line_of_the_block_fits_the_terminal(width: int) -> None:
+    lines = block(width, telemetry(10.0, "LINK_LOST", waypoint=2))
+    assert len(lines) == 5
+    assert all(len(line) <= width for line in lines)
+    assert "LINK_LOST" in lines[0]
+
+
+def test_a_route_tells_its_waypoint() -> None:
+    assert "waypoint 2 of 3" in block(100, telemetry(waypoint=2))[0]
+
+
+def test_the_way_of_a_new_goal_begins_at_nothing() -> None:
+    lines = block(100, telemetry(10.0), telemetry(1.0), telemetry(4.0, goal=2))
+    assert "  0 %  4.0 m left" in "\n".join(lines)
+
+
+def test_a_longer_way_takes_the_bar_back_and_never_below_nothing() -> None:
+    assert " 0 %  20.0 m left" in "\n".join(block(100, telemetry(10.0), telemetry(20.0)))
+
+
+def test_what_is_unknown_is_said() -> None:
+    unknown = Telemetry(1, "PREPARING", UNKNOWN, math.nan, math.nan, math.nan)
+    text = "\n".join(block(100, unknown))
+    assert text.count("unknown") == 2
+    assert "ETA in ?" in text
+    assert "nan %" not in text
+
+
+def test_silence_is_shown_and_the_end_is_not_taken_for_silence() -> None:
+    where = console()
+    view = LiveView(where)
+    view.show(telemetry(), 1.0)
+    view.tick(9.0)
+    assert "no feedback for 8 s" in printed(where)
+    view.tell(ended(), 10.0)
+    view.tick(60.0)
+    view.close()
+    assert "no feedback for 5" not in printed(where)
+    assert "\x1b[1;37;42m SUCCESS " in printed(where)
+
+
+@pytest.mark.parametrize(
+    ("status", "style"),
+    [("NAVIGATING", "1;32"), ("BLOCKED", "1;30;43"), ("LINK_LOST", "1;37;41"), ("PAUSED", "1;33")],
+)
+def test_the_status_has_its_colour(status: str, style: str) -> None:
+    where = console()
+    view = LiveView(where)
+    view.show(telemetry(status=status), 1.0)
+    view.close()
+    assert f"\x1b[{style}m {status} " in printed(where)
+
+
+def test_no_color_is_respected() -> None:
+    where = console(colour=False)
+    view = LiveView(where, keys=True)
+    view.show(telemetry(status="BLOCKED"), 1.0)
+    view.close()
+    assert "BLOCKED" in printed(where)
+    for colour in ("33m", "43m", "32m", "36m"):
+        assert colour not in printed(where)
+
+
+def test_the_prompt_stands_where_the_keys_were_and_goes_again() -> None:
+    where = console()
+    view = LiveView(where, keys=True)
+    view.show(telemetry(), 1.0)
+    view.prompt("x y z in map: ", "5 5")
+    prompted = printed(where)
+    assert "x y z in map:" in prompted
+    assert "5 5" in prompted
+    view.prompt("x y z in map: ", None)
+    assert "p pause" in printed(where)[len(prompted) :]
+    view.close()
+
+
+def test_plain_lines_come_once_a_second_and_with_each_change() -> None:
+    where = console(40, terminal=False)
+    view = PlainView(where)
+    for t_s, shown in (
+        (0.0, telemetry(9.0)),
+        (0.5, telemetry(8.0)),
+        (0.6, telemetry(7.9, "BLOCKED")),
+        (0.7, telemetry(7.8, "BLOCKED", replans=1)),
+        (0.8, telemetry(7.7, "BLOCKED", replans=1)),
+        (1.8, telemetry(7.6, "BLOCKED", replans=1)),
+        (1.9, telemetry(7.6, "BLOCKED", goal=2)),
+    ):
+        view.show(shown, t_s)
+    lines = printed(where).splitlines()
+    assert [line.split()[0] for line in lines] == ["0.0", "0.6", "0.7", "1.8", "1.9"]
+    assert "replans 1" in lines[2]
+    assert "\x1b" not in printed(where)
+
+
+def test_feedback_does_not_write_into_a_plain_prompt() -> None:
+    where = console(terminal=False)
+    view = PlainView(where, keys=True)
+    for typed in ("", "5", "5 5", "5 5", "5"):
+        view.prompt("x y z: ", typed)
+        view.show(telemetry(), 1.0)
+    assert printed(where).splitlines()[-1].endswith("x y z: 5")
+    view.prompt("x y z: ", None)
+    view.show(telemetry(), 1.0)
+    assert "NAVIGATING" in printed(where).splitlines()[-1]
+
+
+EVENTS: tuple[Event, ...] = (
+    Said("A remark"),
+    SENDING,
+    Accepted(1, "ab"),
+    Rejected(2, "BUSY", "BUSY: No."),
+    ended("ABORTED", "PREEMPTED", replaced=True),
+    ended(),
+    Exit(0),
+)
+
+
+@pytest.mark.parametrize("make", [LiveView, PlainView])
+def test_people_read_each_event_but_the_exit(make: type[LiveView] | type[PlainView]) -> None:
+    where = console(200, terminal=make is LiveView, colour=False)
+    view: View = make(where)
+    for event in EVENTS:
+        view.tell(event, 1.0)
+    view.close()
+    for words in (
+        "A remark",
+        "Sending goal (10, 5, 2) m in frame map",
+        "Goal accepted",
+        "Goal rejected: BUSY: No.",
+        "Goal 1 ended as PREEMPTED after 9.5 s",
+        "SUCCESS: So it was. (9.5 s, at (1.00, 2.00, 3.00) m, 0.04 m from the target)",
+    ):
+        assert words in printed(where)
+
+
+def test_json_is_an_object_a_line_and_what_is_unknown_is_null() -> None:
+    where = console(20, terminal=False)  # too narrow for anything but unbroken lines
+    view = JsonView(where)
+    for event in EVENTS:
+        view.tell(event, 1.23456)
+    view.show(Telemetry(1, "PREPARING", UNKNOWN, math.inf, 3.0, math.nan), 2.0)
+    objects = [json.loads(line) for line in printed(where).splitlines()]
+    names = ["said", "sending", "accepted", "rejected", "ended", "ended", "exit", "feedback"]
+    assert [each["event"] for each in objects] == names
+    assert objects[0] == {"event": "said", "t_s": 1.235, "text": "A remark", "bad": False}
+    assert objects[4]["replaced"]
+    assert objects[5]["position_enu_m"] == [1.0, 2.0, 3.0]
+    assert objects[7]["position_enu_m"] == [None, None, None]
+    assert objects[7]["distance_left_m"] is objects[7]["battery_percent"] is None
+    assert objects[7]["waypoint"] is None
