@@ -215,7 +215,7 @@ class Environment:
         return range_finder.measure(sensor, self._seen[1][index], seed)
 
     def _look(self, sensor: RangeSensor) -> Array:
-        """The truth for all vehicles, shape (N, 73): along `range_finder.BODY_RAYS`."""
+        """The truth for all vehicles, shape (N, 361): along `range_finder.BODY_RAYS`."""
         physics = self._physics
         self._shapes.move_to(self._tick * DT_S)
         motions = np.array([physics.motion(lane, truth=True) for lane in range(physics.count)])

@@ -18,10 +18,15 @@ from mavlink_sitl.world.model import RangeSensor
 SECTORS = 72
 MOUNT_M = 0.2
 """The scanner is so far above the vehicle's own place, which is that of its feet or wheels"""
-_ANGLES = np.arange(SECTORS) * (math.tau / SECTORS)
-_BEAMS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(SECTORS)])
-BODY_RAYS = np.vstack([_BEAMS, [0.0, 0.0, 1.0]])
-"""Forward, right, down: the sectors clockwise from the nose, and the beam downwards"""
+BEAMS = 5
+"""In each sector, a degree apart and about its middle: the sector tells the nearest hit, as
+drivers of scanners do, so that a post between two middles is not lost"""
+_COUNT = SECTORS * BEAMS
+_ANGLES = (np.arange(_COUNT) - BEAMS // 2) * (math.tau / _COUNT)
+BODY_RAYS = np.vstack(
+    [np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(_COUNT)]), [0.0, 0.0, 1.0]]
+)
+"""Forward, right, down: the beams of the first sector, the next clockwise, ..., and one down"""
 
 Array = NDArray[np.float64]
 
@@ -46,13 +51,13 @@ def measure(sensor: RangeSensor, along_m: Array, seed: str) -> RangeReading:
 
     Args:
         sensor: its reach and noise.
-        along_m: shape (73,), the truth along BODY_RAYS.
+        along_m: shape (361,), the truth along BODY_RAYS.
         seed: of this reading's noise.
     """
-    noisy = along_m
+    noisy = np.append(along_m[:-1].reshape(SECTORS, BEAMS).min(axis=1), along_m[-1])
     if sensor.noise_m:
         generator = random.Random(seed)
-        noisy = along_m + np.array([generator.gauss(0.0, sensor.noise_m) for _ in along_m])
+        noisy += [generator.gauss(0.0, sensor.noise_m) for _ in noisy]
     around = np.maximum(noisy[:-1], 0.0)
     around = np.where(around <= sensor.reach_m, around, np.inf)
     down_m = max(float(noisy[-1]) - MOUNT_M, 0.0)

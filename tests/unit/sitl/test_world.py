@@ -257,6 +257,17 @@ def test_who_drives_sees_what_stands_around_and_no_hill(kind: str) -> None:
     assert seen.down_m == pytest.approx(0.0, abs=1e-3)
 
 
+def test_a_sector_tells_the_nearest_of_what_is_in_it() -> None:
+    """A post that stands between the middles of two sectors is not lost."""
+    bearing = math.radians(7.0)
+    place = (12.0 * math.cos(bearing), 12.0 * math.sin(bearing))
+    world = World(obstacles=(Obstacle("post", place, radius_m=0.1),), range_sensor=EXACT)
+    seen = Simulation([VehicleConfig(heading_deg=0.0)], world=world).vehicles[0].look_around()
+    assert seen is not None
+    assert seen.sectors_m[1] == pytest.approx(11.9)
+    assert sum(map(math.isfinite, seen.sectors_m)) == 1
+
+
 def test_a_moving_obstacle_is_seen_where_it_is() -> None:
     path = Way(((20.0, 0.0), (4.0, 0.0)), 2.0)
     lorry = Obstacle("lorry", (20.0, 0.0), radius_m=1.0, path=path)
