@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from navigation_core.geometry import Vector3, add, limit_norm, norm, scale, subtract
+from navigation_core.obstacles import NOTHING, Obstacles
 from navigation_core.tasks.base import (
     Fly,
     Intent,
@@ -41,6 +42,8 @@ class PointMass:
         velocity: map velocity in metres per second.
         yaw: heading in radians.
         wind: velocity that the air moves it with while it flies.
+        obstacles: what is told to be in the way.
+        obstacles_age_s: for how long the sensor has been silent.
         results: how an operation ends, if not ACHIEVED.
         delays: how long an operation takes, in seconds.
     """
@@ -55,6 +58,8 @@ class PointMass:
     position_known: bool = True
     position_age_s: float = 0.0
     wind: Vector3 = (0.0, 0.0, 0.0)
+    obstacles: Obstacles = NOTHING
+    obstacles_age_s: float = 0.0
     speed_max_m_s: float = 12.0
     acceleration_max_m_s2: float = 6.0
     obeys: bool = True
@@ -82,6 +87,8 @@ class PointMass:
             position_age_s=self.position_age_s if self.position_known else math.inf,
             connected=self.connected,
             operation=self._report,
+            obstacles=self.obstacles,
+            obstacles_age_s=self.obstacles_age_s,
         )
 
     def obey(self, intent: Intent) -> None:

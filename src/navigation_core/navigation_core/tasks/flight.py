@@ -10,13 +10,16 @@ from navigation_core.geometry import (
     distance,
     horizontal_norm,
     subtract,
+    wrap_angle,
 )
 from navigation_core.limits import Limits
 from navigation_core.routes import RoutePoint, plan_route
-from navigation_core.tasks.base import Observation, Setpoint
+from navigation_core.tasks.avoidance import AvoidanceConfig
+from navigation_core.tasks.base import COPTER, Observation, Setpoint, Traits
 from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.way import NoWay, Way, WayPlanner
 from navigation_core.trajectory import plan_stop, plan_to
 
 # A setpoint this many times the greatest tracking error away is no start for a new flight.
@@ -44,6 +47,8 @@ class Flight:
         config: GotoConfig,
         predecessor: KinematicState | None,
         predecessor_yaw: float | None,
+        avoidance: AvoidanceConfig | None = None,
+        traits: Traits = COPTER,
     ) -> None:
         """Prepare.
 
@@ -52,6 +57,8 @@ class Flight:
             config: how to go there.
             predecessor: state of the setpoint that was sent last, by whomever.
             predecessor_yaw: yaw of that setpoint.
+            avoidance: how to keep away from obstacles; None to fly straight.
+            traits: what the vehicle can do.
         """
         self.limits = cruise_limits(config.limits, goal.max_speed_m_s)
         self.carrot: Carrot | None = None
@@ -69,6 +76,11 @@ class Flight:
         self._via: tuple[RoutePoint, ...] = ()
         self._via_yaw: tuple[float | None, ...] = ()
         self._passed_s: tuple[float, ...] = ()
+        # The way around obstacles that is flown, and why there is none.
+        self.way: Way | None = None
+        self.no_way = ""
+        self._leads_to_goal = False
+        self.ways = None if avoidance is None else WayPlanner(avoidance, traits, self.limits)
 
     @property
     def passed(self) -> int:
@@ -94,17 +106,41 @@ class Flight:
         self._goal = goal
         self._yaw_goal = goal.yaw_enu_rad
 
+    @property
+    def points(self) -> tuple[RoutePoint, ...]:
+        """The points that are still ahead of the carrot; the last is the goal."""
+        return self._points[self.passed :] or self._points[-1:]
+
+    @property
+    def _points(self) -> tuple[RoutePoint, ...]:
+        return self._via or (RoutePoint(self._goal.position_enu_m, 0.0, self.limits),)
+
     def plan_to_goal(self, observation: Observation) -> None:
         """Plan the flight to the goal; there is no carrot if nothing is known to begin with.
+
+        If obstacles leave no way, ``no_way`` says why, and the vehicle is stopped.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
+        before, held = self.commanded, self.carrot
         self.carrot = None
+        self.no_way = ""
         if not self._choose_start(observation):
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
+        if self.ways is not None:
+            way = self.find_way(observation)
+            if isinstance(way, Way):
+                self.take(way)
+                return
+            self.no_way = way.reason
+            if held is not None and not self._leads_to_goal and self.commanded is before:
+                self.carrot = held
+            else:
+                self.plan_stop(observation)
+            return
         if self._yaw_goal is None:
             self._yaw_goal = self._yaw_of_travel(self.commanded.position_enu_m, self.commanded_yaw)
         if self._via:
@@ -116,13 +152,56 @@ class Flight:
         self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self._yaw_goal)
         self.path_enu_m = trajectory.path_enu_m
 
+    def preview(self, position_enu_m: Vector3, observation: Observation) -> Way | None:
+        """Return the way around obstacles as it would be from a place; None without one."""
+        if self.ways is None:
+            return None
+        yaw = observation.yaw_enu_rad or 0.0
+        start = KinematicState(position_enu_m)
+        way = self.ways.plan(start, yaw, self._points, observation.obstacles)
+        return way if isinstance(way, Way) else None
+
+    def find_way(self, observation: Observation, under_way: bool = False) -> Way | NoWay:
+        """Look for a way around obstacles, from the last setpoint on.
+
+        Args:
+            observation: what is known; there must have been a setpoint.
+            under_way: whether the points that were passed are left out.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        assert self.ways is not None
+        assert self.commanded is not None
+        points = self.points if under_way else self._points
+        yaw = observation.yaw_enu_rad or 0.0
+        return self.ways.plan(self.commanded, yaw, points, observation.obstacles)
+
+    def take(self, way: Way, leads_to_goal: bool = True) -> None:
+        """Fly a way that begins at the last setpoint.
+
+        Args:
+            way: what to fly.
+            leads_to_goal: whether it goes through the points that are left, or elsewhere.
+        """
+        assert self.commanded_yaw is not None
+        self._passed_s = ()
+        if leads_to_goal:
+            gone = len(self._points) - len(way.passed_s)
+            self._passed_s = (-math.inf,) * gone + way.passed_s
+            self.path_enu_m = way.trajectory.path_enu_m
+        self.carrot = Carrot(way.trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
+        self.way = way
+        self._leads_to_goal = leads_to_goal
+
     def plan_stop(self, observation: Observation) -> None:
         """Plan a brake; there is no carrot if nothing is known to begin with.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        self.carrot = None
+        self.carrot = self.way = None
+        self._leads_to_goal = False
         self._passed_s = ()
         if not self._choose_start(observation):
             return
@@ -145,14 +224,21 @@ class Flight:
 
     def _yaw_on_route(self, carrot: Carrot) -> float:
         """Return the yaw of the leg that the carrot is on, or its direction of travel."""
-        leg = min(self.passed, len(self._via_yaw) - 1)
-        yaw = self._via_yaw[leg]
-        if yaw is not None:
+        yaws = self._via_yaw or (self._goal.yaw_enu_rad,)
+        yaw = yaws[min(self.passed, len(yaws) - 1)]
+        if yaw is not None and (self._via or self._is_time_to_turn(carrot, yaw)):
             return yaw
         east, north, _ = carrot.state.velocity_enu_m_s
         if math.hypot(east, north) < _COURSE_SPEED_M_S:
             return carrot.setpoint.yaw_enu_rad
         return math.atan2(north, east)
+
+    @staticmethod
+    def _is_time_to_turn(carrot: Carrot, yaw_enu_rad: float) -> bool:
+        """Whether to turn to the goal's yaw. Until then the nose, and its sensor, looks ahead."""
+        turn_rad = abs(wrap_angle(yaw_enu_rad - carrot.setpoint.yaw_enu_rad))
+        left_s = carrot.trajectory.duration_s - carrot.time_s
+        return left_s <= turn_rad / carrot.trajectory.limits.yaw_rate_rad_s
 
     def note(self, setpoint: Setpoint) -> None:
         """Remember the setpoint that is sent."""

@@ -1,6 +1,6 @@
 r"""The phases of a flight to a point, and every way from one to the next.
 
-    PREPARING --> ARMING --> TAKING_OFF --> NAVIGATING <--> HOLDING, PAUSED
+    PREPARING --> ARMING --> TAKING_OFF --> NAVIGATING <--> HOLDING, PAUSED, BLOCKED
         \____________________________________^   |
                                                SETTLING --> ENDED
 
@@ -23,6 +23,7 @@ class Phase(Enum):
     SETTLING = auto()
     HOLDING = auto()
     PAUSED = auto()
+    BLOCKED = auto()
     BRAKING = auto()
     DISARMING = auto()
     ENDED = auto()
@@ -38,6 +39,7 @@ class Event(Enum):
     TRAJECTORY_ENDED = auto()
     POSITION_LOST = auto()
     REPLAN = auto()
+    NO_WAY = auto()
     PAUSE = auto()
     STOP_ON_GROUND = auto()
     STOP_IN_AIR = auto()
@@ -77,6 +79,18 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
     (Phase.PAUSED, Event.POSITION_LOST): Phase.HOLDING,
     (Phase.PAUSED, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.DISARMING, Event.STOP_IN_AIR): Phase.BRAKING,
+    # Wherever a flight begins or goes on, obstacles may leave no way.
+    (Phase.PREPARING, Event.NO_WAY): Phase.BLOCKED,
+    (Phase.TAKING_OFF, Event.NO_WAY): Phase.BLOCKED,
+    (Phase.NAVIGATING, Event.NO_WAY): Phase.BLOCKED,
+    (Phase.SETTLING, Event.NO_WAY): Phase.BLOCKED,
+    (Phase.HOLDING, Event.NO_WAY): Phase.BLOCKED,
+    (Phase.PAUSED, Event.NO_WAY): Phase.BLOCKED,
+    (Phase.BLOCKED, Event.NO_WAY): Phase.BLOCKED,
+    (Phase.BLOCKED, Event.REPLAN): Phase.NAVIGATING,
+    (Phase.BLOCKED, Event.POSITION_LOST): Phase.HOLDING,
+    (Phase.BLOCKED, Event.PAUSE): Phase.PAUSED,
+    (Phase.BLOCKED, Event.STOP_IN_AIR): Phase.BRAKING,
 }
 TRANSITIONS.update(
     {(phase, Event.OVER): Phase.ENDED for phase in Phase if phase is not Phase.ENDED}

@@ -6,6 +6,7 @@ from navigation_core.geometry import KinematicState, Vector3, distance, is_finit
 from navigation_core.limits import Limits
 from navigation_core.tasks.base import Observation, Progress, Status, Traits
 from navigation_core.tasks.carrot import Carrot
+from navigation_core.tasks.flight import Flight
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
 from navigation_core.tasks.measurement import is_airborne
@@ -19,6 +20,7 @@ _STATUS = {
     Phase.SETTLING: Status.SETTLING,
     Phase.HOLDING: Status.HOLDING,
     Phase.PAUSED: Status.PAUSED,
+    Phase.BLOCKED: Status.BLOCKED,
     Phase.BRAKING: Status.CANCELLING,
     Phase.DISARMING: Status.CANCELLING,
 }
@@ -40,6 +42,8 @@ class GotoEstimator:
         self._needs_arming = False
         self._takeoff_m = 0.0
         self._leg = (0.0, 0.0)
+        # Whether the leg before the flight goes through all points of a route.
+        self.follows_route = False
         self._last = Progress(Status.PREPARING, 0.0, 0.0)
         self._position_enu_m: Vector3 | None = None
 
@@ -52,8 +56,13 @@ class GotoEstimator:
         height_m = self._goal_enu_m[2] - ground_enu_m
         return min(max(height_m, self._config.takeoff_height_min_m), self._config.takeoff_height_m)
 
-    def start(self, observation: Observation) -> None:
-        """Plan the leg that is flown after the take-off, for its length and duration."""
+    def start(self, observation: Observation, flight: Flight) -> None:
+        """Plan the leg that is flown after the take-off, for its length and duration.
+
+        Args:
+            observation: what is known.
+            flight: plans the way around obstacles, if it is to.
+        """
         position = observation.position_enu_m
         if position is None or not is_finite(position):
             return
@@ -65,6 +74,11 @@ class GotoEstimator:
             self._takeoff_m = self.takeoff_height_m(ground_m)
             position = (position[0], position[1], ground_m + self._takeoff_m)
         try:
+            way = flight.preview(position, observation)
+            if way is not None:
+                self._leg = (way.length_m, way.trajectory.duration_s)
+                self.follows_route = True
+                return
             leg = plan_to(KinematicState(position), self._goal_enu_m, self._limits)
         except TrajectoryError:
             return
@@ -122,7 +136,7 @@ class GotoEstimator:
 
     def _in_flight(self, phase: Phase, elapsed_s: float, carrot: Carrot) -> tuple[float, float]:
         dwell_s = self._config.arrival_dwell_s
-        if phase in (Phase.HOLDING, Phase.PAUSED):
+        if phase in (Phase.HOLDING, Phase.PAUSED, Phase.BLOCKED):
             leg_s = self._last.time_remaining_s
             return self._to_goal_m(), max(leg_s, carrot.time_remaining_s)
         position = self._position_enu_m

@@ -18,9 +18,9 @@ from dataclasses import replace
 from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.routes import RoutePoint
+from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import (
     COPTER,
-    Intent,
     Observation,
     Outcome,
     Progress,
@@ -30,6 +30,7 @@ from navigation_core.tasks.base import (
 from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flight import cruise_limits
 from navigation_core.tasks.goto import Goto
+from navigation_core.tasks.goto_base import Answer
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Event, Phase
 from navigation_core.tasks.waypoint import RouteWaypoint
@@ -40,7 +41,6 @@ __all__ = ["FlyRoute", "RouteError", "RouteWaypoint"]
 # the vehicle, which does not follow exactly.
 _CORNER_SHARE = 0.5
 _BEFORE_FLIGHT = frozenset({Phase.PREPARING, Phase.ARMING, Phase.TAKING_OFF})
-_Answer = Intent | Outcome | None
 
 
 class RouteError(ValueError):
@@ -59,6 +59,7 @@ class FlyRoute(Goto):
         predecessor_yaw: float | None = None,
         predecessor_time_s: float | None = None,
         traits: Traits = COPTER,
+        avoidance: AvoidanceConfig | None = None,
     ) -> None:
         """Prepare.
 
@@ -70,6 +71,7 @@ class FlyRoute(Goto):
             predecessor_yaw: as there.
             predecessor_time_s: as there.
             traits: what the vehicle can do.
+            avoidance: how to keep away from obstacles; None to fly straight.
 
         Raises:
             RouteError: there is no waypoint or no lap.
@@ -85,7 +87,13 @@ class FlyRoute(Goto):
         self._nearest_m = math.inf
         self._planned_from = 0
         super().__init__(
-            self._section_goal(), config, predecessor, predecessor_yaw, predecessor_time_s, traits
+            self._section_goal(),
+            config,
+            predecessor,
+            predecessor_yaw,
+            predecessor_time_s,
+            traits,
+            avoidance,
         )
         self._set_section()
 
@@ -159,7 +167,8 @@ class FlyRoute(Goto):
         self._next += 1
         self._nearest_m = math.inf
 
-    def _arrived(self, error_m: float, observation: Observation, now: float) -> _Answer:
+    def _arrived(self, observation: Observation, now: float) -> Answer:
+        error_m = self._error_m(observation)
         self._tick_off(True)
         if self._next < self._total:
             self._begin_flight(Event.REPLAN, observation, now)
@@ -177,7 +186,8 @@ class FlyRoute(Goto):
         progress = super().progress(observation, now)
         index = min(self._next, self._total - 1)
         more_m, more_s = self._after_section()
-        if self._phase in _BEFORE_FLIGHT and observation.position_enu_m is not None:
+        straight = self._phase in _BEFORE_FLIGHT and not self._estimator.follows_route
+        if straight and observation.position_enu_m is not None:
             detour_m = self._detour_m(observation.position_enu_m)
             more_m += detour_m
             more_s += detour_m / self._config.limits.speed_horizontal_m_s

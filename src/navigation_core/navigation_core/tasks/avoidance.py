@@ -1,0 +1,93 @@
+"""How a goal keeps away from obstacles."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+# Shares of the margin that are kept in flight, and at all. They are nested on purpose: what was
+# planned with the whole margin is not in conflict at once because a sensor sees an edge a little
+# elsewhere, and the brake is the last to act.
+_CONFLICT_SHARE = 0.6
+_BRAKE_SHARE = 0.2
+
+
+class AvoidanceConfigError(ValueError):
+    """A setting of how obstacles are avoided makes no sense."""
+
+
+@dataclass(frozen=True)
+class AvoidanceConfig:
+    """How to keep away from obstacles.
+
+    Attributes:
+        vehicle_radius_m: half of the vehicle's greatest width.
+        margin_m: kept to every obstacle beside that radius when a way is planned.
+        blocked_timeout_s: longest time to wait for a way, or for the sensor.
+        sensor_timeout_s: silence of the sensor after which the vehicle is stopped.
+        heights_m: lowest and highest map z of a way; None for what drives.
+        corner_allowance_m: room for cut corners that is asked for beyond the margin, where
+            there is as much.
+        reaction_s: time before a vehicle begins to brake, the age of a measurement included.
+        retry_s: time between two searches for a way while there is none.
+        elective_s: least time between two looks for a shorter way while the present one is sound.
+        elective_gain: share by which a way must be shorter to be taken instead of a sound one.
+        give_way_reach_m: how far the vehicle goes out of the way of what comes near.
+        horizon_m: how far ahead ways are planned around obstacles; a way that is longer is
+            planned on in flight.
+    """
+
+    vehicle_radius_m: float = 0.5
+    margin_m: float = 1.0
+    blocked_timeout_s: float = 30.0
+    sensor_timeout_s: float = 2.0
+    heights_m: tuple[float, float] | None = None
+    corner_allowance_m: float = 0.5
+    reaction_s: float = 0.3
+    retry_s: float = 0.5
+    elective_s: float = 3.0
+    elective_gain: float = 0.15
+    give_way_reach_m: float = 6.0
+    horizon_m: float = 150.0
+
+    def __post_init__(self) -> None:
+        """Refuse settings that make no sense.
+
+        Raises:
+            AvoidanceConfigError: a number is NaN, infinite or not positive, or the heights are
+                not in order.
+        """
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, tuple) or value is None:
+                continue
+            if not (math.isfinite(value) and value > 0.0):
+                raise AvoidanceConfigError(
+                    f"{field.name} is {value}; give a finite number above 0."
+                )
+        if self.heights_m is not None and not self.heights_m[0] < self.heights_m[1]:
+            low, high = self.heights_m
+            raise AvoidanceConfigError(
+                f"heights_m is {low} m to {high} m; give the lowest height first."
+            )
+
+    @property
+    def plan_clearance_m(self) -> float:
+        """What a way is planned to keep to every obstacle."""
+        return self.vehicle_radius_m + self.margin_m
+
+    @property
+    def flown_clearance_m(self) -> float:
+        """What a whole trajectory must keep to be flown, its first turn and corners included."""
+        return self.vehicle_radius_m + 0.5 * (1.0 + _CONFLICT_SHARE) * self.margin_m
+
+    @property
+    def conflict_clearance_m(self) -> float:
+        """Nearer than this, a way that is being flown is planned anew."""
+        return self.vehicle_radius_m + _CONFLICT_SHARE * self.margin_m
+
+    @property
+    def brake_clearance_m(self) -> float:
+        """Nearer than this, the vehicle is stopped, whatever is planned."""
+        return self.vehicle_radius_m + _BRAKE_SHARE * self.margin_m

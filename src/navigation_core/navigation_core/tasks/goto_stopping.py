@@ -1,0 +1,59 @@
+"""A flight to a point that is brought to a stop: in the air, or on the ground."""
+
+from __future__ import annotations
+
+from navigation_core.geometry import norm
+from navigation_core.tasks.base import Fly, Observation, OperationKind, Outcome, Perform, Wait
+from navigation_core.tasks.goto_base import Answer
+from navigation_core.tasks.goto_departure import GotoDeparture
+from navigation_core.tasks.goto_phases import Event
+from navigation_core.tasks.measurement import is_located, measured_speed
+
+
+class GotoStopping(GotoDeparture):
+    """What comes after the flight, or instead of it."""
+
+    def _brake(self, observation: Observation, now: float) -> Answer:
+        located = is_located(observation, self._config.position_stale_s)
+        if located and (self._flight.is_stale or self._flight.carrot is None):
+            self._flight.plan_stop(observation)
+        self._flight.walk(None)
+        carrot = self._flight.carrot
+        speed_m_s = measured_speed(observation) if located else None
+        commanded = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
+        limit = self._config.stop_speed_m_s
+        slow = speed_m_s is not None and max(speed_m_s, commanded) < limit
+        if self._stopped.holds(slow, now - observation.position_age_s):
+            return self._ended("The vehicle stands still.", observation)
+        timeout_s = self._config.cancel_timeout_s
+        if now - self._phase_since_s > timeout_s:
+            speed = "an unknown speed" if speed_m_s is None else f"{speed_m_s:.2f} m/s"
+            text = f"The vehicle had not stopped after {timeout_s:g} s; it moves at {speed}."
+            return self._ended(text, observation)
+        return Wait() if carrot is None else Fly(carrot.setpoint)
+
+    def _disarm(self, observation: Observation, now: float) -> Answer:
+        assert self._ending is not None
+        holds = not self._armed_for_us and self._operation is not None
+        if self._traits.flies and self._flies(observation) and not holds:
+            self._flight.plan_stop(observation)
+            self._go(Event.STOP_IN_AIR, now)
+            return None
+        if not self._armed_for_us:
+            return self._cut_take_off(observation, now)
+        answer = self._perform(Perform(OperationKind.DISARM), self._ending.code, observation, now)
+        if answer is None:
+            return self._ended("The vehicle is disarmed.", observation)
+        if isinstance(answer, Outcome):
+            return self._ended(f"{answer.message} It may still be armed.", observation)
+        return answer
+
+    def _cut_take_off(self, observation: Observation, now: float) -> Answer:
+        """Stop a take-off of a vehicle that somebody else armed: theirs to disarm."""
+        assert self._ending is not None
+        answer = self._perform(Perform(OperationKind.HOLD), self._ending.code, observation, now)
+        if answer is None:
+            return self._ended("The vehicle holds; who armed it may disarm it.", observation)
+        if isinstance(answer, Outcome):
+            return self._ended(f"{answer.message} It is still armed.", observation)
+        return answer

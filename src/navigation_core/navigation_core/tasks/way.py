@@ -1,0 +1,348 @@
+"""A way through points and around obstacles, as a trajectory that was checked throughout.
+
+The planner's lines become a route whose corners are cut by no more than there is room for.
+Then the whole trajectory is sampled, the turn that it begins with included: it must keep a
+clearance everywhere, and nowhere be so fast that the brake of :mod:`navigation_core.braking`
+would act. Where it does not, that part is flown more slowly and with sharper corners. Where not
+even that helps, the vehicle stops first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from navigation_core.braking import must_brake, stopping_ends
+from navigation_core.conflicts import Samples, clearance_at_m, first_conflict
+from navigation_core.geometry import (
+    ZERO,
+    KinematicState,
+    Vector3,
+    add,
+    distance,
+    norm,
+    scale,
+    unit_between,
+)
+from navigation_core.limits import Limits
+from navigation_core.obstacles import Array, Obstacles
+from navigation_core.planner import NoPath, PlanLimits, plan
+from navigation_core.routes import RoutePoint, plan_route
+from navigation_core.tasks.avoidance import AvoidanceConfig
+from navigation_core.tasks.base import Traits
+from navigation_core.trajectory import Trajectory, plan_stop, plan_to
+
+# Slower than this a vehicle need not stop before it goes another way.
+_SLOW_M_S = 0.3
+# So often a trajectory along the same lines is made gentler.
+_TRIES_MAX = 4
+_SPEED_FACTOR, _CORNER_FACTOR = 0.55, 0.4
+# A corner that is cut by less is a stop; slower than this a flight helps nobody.
+_CORNER_MIN_M, _SPEED_MIN_M_S = 0.08, 0.4
+# Directions and steps in which a clear place is looked for, how many are tried, and what is kept
+# there beyond the clearance.
+_DIRECTIONS, _RING_M, _PLACES_MAX, _AWAY_M = 16, 0.5, 6, 0.2
+# Shares of the corner allowance that are tried, one after the other.
+_ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
+# What drives strays from its way by about this share of its turning radius.
+_STRAY_SHARE = 0.5
+
+
+@dataclass(frozen=True)
+class Way:
+    """What is flown.
+
+    Attributes:
+        trajectory: the motion.
+        passed_s: when each of the points asked for is passed, in trajectory time.
+        samples: the motion, to be checked against obstacles.
+    """
+
+    trajectory: Trajectory
+    passed_s: tuple[float, ...]
+    samples: Samples
+
+    @property
+    def length_m(self) -> float:
+        """Its length."""
+        return self.trajectory.remaining_distance_m(0.0)
+
+
+@dataclass(frozen=True)
+class NoWay:
+    """There is none.
+
+    Attributes:
+        reason: a sentence with the numbers that matter.
+    """
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Via:
+    """A point on the way, and whether it was asked for or is there because of obstacles."""
+
+    point: RoutePoint
+    asked: bool
+
+
+class WayPlanner:
+    """Plans the ways of one goal."""
+
+    def __init__(self, config: AvoidanceConfig, traits: Traits, limits: Limits) -> None:
+        """Prepare.
+
+        Args:
+            config: what to keep clear of.
+            traits: what the vehicle can do.
+            limits: of the flight.
+        """
+        self._config = config
+        self._traits = traits
+        self.braking_limits = limits
+        if not traits.flies:
+            braking_m_s2 = min(limits.acceleration_horizontal_m_s2, traits.braking_m_s2)
+            self.braking_limits = replace(limits, acceleration_horizontal_m_s2=braking_m_s2)
+
+    def plan(
+        self,
+        start: KinematicState,
+        heading_enu_rad: float,
+        points: Sequence[RoutePoint],
+        obstacles: Obstacles,
+    ) -> Way | NoWay:
+        """Return a way from any state by way of points, or why there is none.
+
+        Args:
+            start: state at the beginning, in the map frame.
+            heading_enu_rad: where the nose of what drives points.
+            points: at least one; the last is where the way ends.
+            obstacles: what is in the way.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        nearest = min(points, key=lambda p: self._clearance_m(p.position_enu_m, obstacles))
+        room_m = self._clearance_m(nearest.position_enu_m, obstacles)
+        needed_m = self._config.plan_clearance_m
+        if room_m < needed_m:
+            x, y, z = nearest.position_enu_m
+            return NoWay(
+                f"({x:.1f}, {y:.1f}, {z:.1f}) m is {room_m:.2f} m from an obstacle, where "
+                f"{needed_m:g} m are to be kept."
+            )
+        reason = ""
+        for begin in self._beginnings(start):
+            state = start if begin is None else KinematicState(begin.end_position_enu_m)
+            for extra_m in self._extras_m(room_m - needed_m):
+                lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
+                if isinstance(lines, NoPath):
+                    reason = f"No way that keeps {needed_m:g} m to all obstacles: {lines.reason}"
+                    continue
+                way = self._fly(state, begin, lines, obstacles)
+                if way is not None:
+                    return way
+                reason = (
+                    "A way exists, but none that can be flown from here and keeps "
+                    f"{self._config.flown_clearance_m:g} m to all obstacles."
+                )
+        return NoWay(reason)
+
+    def _clearance_m(self, position_enu_m: Vector3, obstacles: Obstacles) -> float:
+        config = self._config
+        within_m = config.plan_clearance_m + config.corner_allowance_m + self._stray_m
+        return clearance_at_m(position_enu_m, obstacles, within_m)
+
+    @property
+    def _stray_m(self) -> float:
+        return _STRAY_SHARE * self._traits.turning_radius_m
+
+    def _extras_m(self, room_m: float) -> list[float]:
+        """Return what to keep beyond the clearance, as long as the points asked for have it."""
+        extras_m = [
+            self._stray_m + share * self._config.corner_allowance_m for share in _ALLOWANCE_SHARES
+        ]
+        return [extra_m for extra_m in dict.fromkeys((*extras_m, 0.0)) if extra_m <= room_m]
+
+    def _beginnings(self, start: KinematicState) -> list[Trajectory | None]:
+        """Return what a way may begin with: nothing, or a brake if it moves."""
+        if norm(start.velocity_enu_m_s) < _SLOW_M_S:
+            return [None]
+        return [None, plan_stop(start, self.braking_limits)]
+
+    # --- lines ---------------------------------------------------------------------------
+
+    def _lines(
+        self,
+        state: KinematicState,
+        heading_enu_rad: float,
+        points: Sequence[RoutePoint],
+        obstacles: Obstacles,
+        extra_m: float,
+    ) -> list[_Via] | NoPath:
+        """Plan the straight lines from point to point."""
+        limits = PlanLimits(
+            self._config.plan_clearance_m + extra_m,
+            self._config.heights_m if self._traits.flies else None,
+            self._traits.turning_radius_m,
+            heading_enu_rad if self._traits.turning_radius_m > 0.0 else None,
+        )
+        corner_m = min(extra_m, self._config.corner_allowance_m)
+        place, vias = state.position_enu_m, []
+        for point in points:
+            path = plan(place, point.position_enu_m, obstacles, limits)
+            if isinstance(path, NoPath):
+                return path
+            corners = path.points_enu_m[1:-1]
+            vias += [_Via(RoutePoint(corner, corner_m, point.limits), False) for corner in corners]
+            vias.append(_Via(point, True))
+            place = point.position_enu_m
+            limits = replace(limits, heading_enu_rad=None)
+        return vias
+
+    # --- trajectories --------------------------------------------------------------------
+
+    def _fly(
+        self,
+        state: KinematicState,
+        begin: Trajectory | None,
+        vias: list[_Via],
+        obstacles: Obstacles,
+    ) -> Way | None:
+        """Return a trajectory along lines that was found sound; None if none was.
+
+        Args:
+            state: where the lines begin.
+            begin: what comes before, or None.
+            vias: the points of the lines.
+            obstacles: what is in the way.
+        """
+        for _ in range(_TRIES_MAX):
+            route = plan_route(state, [via.point for via in vias])
+            trajectory, before_s = route.trajectory, 0.0
+            if begin is not None:
+                trajectory, before_s = begin.then(trajectory), begin.duration_s
+            samples = Samples.of(trajectory)
+            faults_s = self._faults_s(samples, obstacles)
+            passed_s = [before_s + time_s for time_s in route.passed_s]
+            if not faults_s:
+                asked_s = [t for t, via in zip(passed_s, vias, strict=True) if via.asked]
+                return Way(trajectory, tuple(asked_s), samples)
+            if faults_s[0] < before_s or (faults_s[0] == 0.0 and norm(state.velocity_enu_m_s) > 0):
+                return None
+            gentler = self._gentler(state, vias, np.array(passed_s), trajectory, faults_s)
+            if gentler is None:
+                return None
+            vias = gentler
+        return None
+
+    def _faults_s(self, samples: Samples, obstacles: Obstacles) -> list[float]:
+        """Return when a trajectory is too near to an obstacle, or too fast towards one."""
+        config = self._config
+        near = first_conflict(samples.positions_enu_m, obstacles, config.flown_clearance_m)
+        fast = must_brake(
+            samples, obstacles, self.braking_limits, config.brake_clearance_m, config.reaction_s
+        )
+        indices = [*([] if near is None else [near]), *np.flatnonzero(fast)]
+        return sorted(float(samples.times_s[index]) for index in indices)
+
+    def _gentler(
+        self,
+        state: KinematicState,
+        vias: list[_Via],
+        passed_s: Array,
+        trajectory: Trajectory,
+        faults_s: list[float],
+    ) -> list[_Via] | None:
+        """Return the same lines, to be flown more gently where there were faults."""
+        legs: dict[int, float] = {}
+        for time_s in faults_s:
+            leg = min(int(np.searchsorted(passed_s, time_s)), len(vias) - 1)
+            end = vias[leg].point.position_enu_m
+            left_m = distance(trajectory.sample(time_s).position_enu_m, end)
+            legs[leg] = max(legs.get(leg, 0.0), left_m)
+        gentler = []
+        places = [state.position_enu_m, *(via.point.position_enu_m for via in vias)]
+        for index, (via, place) in enumerate(zip(vias, places, strict=False)):
+            point = via.point
+            if index in legs or index + 1 in legs:
+                point = _sharper(point)
+            if index in legs:
+                slow = _slower(point)
+                if slow is None:
+                    return None
+                gentler += self._fast_part(place, point, legs[index])
+                point = slow
+            gentler.append(replace(via, point=point))
+        return gentler
+
+    def _fast_part(self, begin_enu_m: Vector3, point: RoutePoint, slow_m: float) -> list[_Via]:
+        """Return the point up to which a long line may be flown as it was, if there is one."""
+        length_m = distance(begin_enu_m, point.position_enu_m)
+        course = unit_between(begin_enu_m, point.position_enu_m)
+        if course is None:
+            return []
+        velocity = scale(course, point.limits.along(course).speed_forward_m_s)
+        cruise = Samples.at(KinematicState(ZERO, velocity))
+        brake = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
+        slow_m += float(np.linalg.norm(brake))
+        if length_m < 2.0 * slow_m:
+            return []
+        place = add(point.position_enu_m, scale(course, -slow_m))
+        return [_Via(RoutePoint(place, self._config.corner_allowance_m, point.limits), False)]
+
+    # --- giving way ----------------------------------------------------------------------
+
+    def plan_away(self, start: KinematicState, obstacles: Obstacles) -> Way | None:
+        """Return a way to the nearest clear place; None if there is none within reach.
+
+        What drives has none: it could not leave sideways, and stands better than it turns.
+
+        Args:
+            start: state at the beginning, in the map frame.
+            obstacles: what is in the way.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        if not self._traits.flies:
+            return None
+        needed_m = self._config.plan_clearance_m + _AWAY_M
+        places = self._places(start.position_enu_m)
+        clear = obstacles.clearance_m(places) >= needed_m
+        for x, y, z in places[clear][:_PLACES_MAX]:
+            trajectory = plan_to(start, (float(x), float(y), float(z)), self.braking_limits)
+            samples = Samples.of(trajectory)
+            clearance_m = self._config.conflict_clearance_m
+            if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is None:
+                return Way(trajectory, (trajectory.duration_s,), samples)
+        return None
+
+    def _places(self, here_enu_m: Vector3) -> Array:
+        """Return places about one, the nearest first."""
+        reach_m, low, high = self._config.give_way_reach_m, here_enu_m[2], here_enu_m[2]
+        if self._config.heights_m is not None:
+            low, high = self._config.heights_m
+        angles = np.linspace(0.0, 2.0 * math.pi, _DIRECTIONS, endpoint=False)
+        circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)], axis=1)
+        circle = np.concatenate([circle, [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]])
+        radii_m = np.arange(_RING_M, reach_m + _RING_M, _RING_M)
+        places = np.array(here_enu_m) + (radii_m[:, None, None] * circle).reshape(-1, 3)
+        inside = (places[:, 2] >= low - _RING_M / 2) & (places[:, 2] <= high + _RING_M / 2)
+        return np.asarray(places[inside])
+
+
+def _sharper(point: RoutePoint) -> RoutePoint:
+    corner_m = _CORNER_FACTOR * point.corner_m
+    return replace(point, corner_m=corner_m if corner_m >= _CORNER_MIN_M else 0.0)
+
+
+def _slower(point: RoutePoint) -> RoutePoint | None:
+    speed_m_s = _SPEED_FACTOR * point.limits.speed_horizontal_m_s
+    if speed_m_s < _SPEED_MIN_M_S:
+        return None
+    return replace(point, limits=point.limits.with_speed(speed_m_s))

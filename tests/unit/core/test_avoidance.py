@@ -1,0 +1,344 @@
+"""Flights that keep away from obstacles: blocked, free again, braked, giving way."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import pytest
+
+from navigation_core.geometry import Vector3
+from navigation_core.obstacle_shapes import Box, Cylinder
+from navigation_core.obstacles import NOTHING, Obstacles
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.avoidance import AvoidanceConfig, AvoidanceConfigError
+from navigation_core.tasks.base import Progress, Status
+from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.goto_phases import Phase
+from navigation_core.tasks.route import FlyRoute
+from navigation_core.tasks.waypoint import RouteWaypoint
+from tests.support.point_mass import Flight, PointMass, fly
+
+CONFIG = GotoConfig(may_arm=True)
+AVOIDANCE = AvoidanceConfig(heights_m=(1.0, 20.0))
+TARGET: Vector3 = (30.0, 0.0, 5.0)
+# Nothing leads around or over it.
+WALL = Obstacles.of((Box("wall", (15.0, 0.0), (1.0, 4000.0)),))
+
+
+def hovering() -> PointMass:
+    return PointMass(position=(0.0, 0.0, 5.0), armed=True, in_control=True, airborne=True)
+
+
+def goto(
+    target: Vector3 = TARGET,
+    avoidance: AvoidanceConfig | None = AVOIDANCE,
+    speed: float | None = None,
+) -> Goto:
+    return Goto(GotoGoal(target, None, speed), CONFIG, avoidance=avoidance)
+
+
+def post(x: float, y: float, radius: float = 0.5) -> Obstacles:
+    return Obstacles.of((Cylinder("post", (x, y), radius),))
+
+
+class Watched:
+    """A flight, the truth about its clearance, and what its feedback said."""
+
+    def __init__(self, task: Goto, vehicle: PointMass) -> None:
+        """Prepare."""
+        self.task, self.vehicle = task, vehicle
+        self.told: list[Progress] = []
+        self.nearest_m = math.inf
+
+    def fly(
+        self, change: Callable[[float], None] | None = None, time_max_s: float = 300.0
+    ) -> Flight:
+        """Fly to the end; ``change`` may change the world before each step."""
+
+        def each_step(elapsed_s: float) -> None:
+            if change is not None:
+                change(elapsed_s)
+            vehicle = self.vehicle
+            self.told.append(self.task.progress(vehicle.observe(), vehicle.now))
+            clearance_m = float(vehicle.obstacles.clearance_m(vehicle.position)[0])  # type: ignore[arg-type]
+            self.nearest_m = min(self.nearest_m, clearance_m)
+
+        return fly(self.task, self.vehicle, each_step, time_max_s)
+
+    @property
+    def statuses(self) -> list[Status]:
+        """The statuses in their order, each once."""
+        statuses: list[Status] = []
+        for progress in self.told:
+            if not statuses or statuses[-1] is not progress.status:
+                statuses.append(progress.status)
+        return statuses
+
+
+def when(begin_s: float, vehicle: PointMass, obstacles: Obstacles) -> Callable[[float], None]:
+    """Return what puts obstacles in the way from a time on."""
+
+    def change(elapsed_s: float) -> None:
+        if elapsed_s >= begin_s:
+            vehicle.obstacles = obstacles
+
+    return change
+
+
+# --- without obstacles ---------------------------------------------------------------------
+
+
+def test_without_avoidance_obstacles_are_flown_through() -> None:
+    straight, vehicle = hovering(), hovering()
+    vehicle.obstacles = WALL
+    expected = fly(goto(avoidance=None), straight)
+    flown = fly(goto(avoidance=None), vehicle)
+    assert flown.setpoints == expected.setpoints
+    assert flown.outcome == expected.outcome
+
+
+def test_with_nothing_in_the_way_the_flight_is_the_same() -> None:
+    expected = fly(goto(avoidance=None), hovering())
+    flown = fly(goto(), hovering())
+    assert [fly.setpoint.position_enu_m for _, fly in flown.setpoints] == [
+        fly.setpoint.position_enu_m for _, fly in expected.setpoints
+    ]
+
+
+def test_an_obstacle_beside_the_way_changes_nothing() -> None:
+    vehicle, task = hovering(), goto()
+    vehicle.obstacles = post(15.0, 4.0)
+    watched = Watched(task, vehicle)
+    assert watched.fly().outcome.code is OutcomeCode.SUCCESS
+    assert watched.statuses == [Status.PREPARING, Status.NAVIGATING, Status.SETTLING]
+    assert watched.told[-1].replans == 0
+
+
+# --- blocked --------------------------------------------------------------------------------
+
+
+def test_without_a_way_the_vehicle_stops_says_why_and_gives_up_after_its_time() -> None:
+    vehicle, task = hovering(), goto()
+    watched = Watched(task, vehicle)
+    flight = watched.fly(when(1.0, vehicle, WALL))
+    assert flight.outcome.code is OutcomeCode.NO_PATH
+    assert "no way for 30 s" in flight.outcome.message
+    assert watched.statuses == [Status.PREPARING, Status.NAVIGATING, Status.BLOCKED]
+    assert watched.told[-1].blocked
+    assert vehicle.speed < 0.05
+    assert watched.nearest_m > AVOIDANCE.conflict_clearance_m
+    ended_s = flight.steps[-1][0] - flight.steps[0][0]
+    assert ended_s == pytest.approx(31.0, abs=0.5)
+
+
+def test_a_way_that_opens_up_is_taken() -> None:
+    vehicle, task = hovering(), goto()
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        vehicle.obstacles = WALL if 1.0 <= elapsed_s < 12.0 else NOTHING
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert watched.statuses[-3:] == [Status.BLOCKED, Status.NAVIGATING, Status.SETTLING]
+    assert watched.told[-1].replans == 1
+    assert watched.told[-1].blocked == ""
+
+
+def test_a_goal_on_the_ground_takes_off_and_waits_when_there_is_no_way() -> None:
+    vehicle, task = PointMass(), goto()
+    vehicle.obstacles = WALL
+    assert fly(task, vehicle).outcome.code is OutcomeCode.NO_PATH
+    assert vehicle.position[2] > 1.0
+
+
+def test_a_target_that_is_too_near_to_an_obstacle_says_so() -> None:
+    vehicle, task = hovering(), goto()
+    vehicle.obstacles = post(30.0, 1.7)
+    watched = Watched(task, vehicle)
+    outcome = watched.fly().outcome
+    assert outcome.code is OutcomeCode.NO_PATH
+    assert "1.20 m from an obstacle" in outcome.message
+    assert "1.5 m" in outcome.message
+
+
+def test_who_is_blocked_where_it_was_to_go_has_arrived() -> None:
+    vehicle, task = hovering(), goto()
+    vehicle.obstacles = post(30.0, 1.9)
+    vehicle.position = (29.9, 0.0, 5.0)
+    assert fly(task, vehicle).outcome.code is OutcomeCode.SUCCESS
+
+
+@pytest.mark.parametrize("after_s", [0.0, 0.3, 5.0])
+def test_a_cancel_while_blocked_stops_it(after_s: float) -> None:
+    vehicle, task = hovering(), goto()
+    blocked_s: list[float] = []
+
+    def change(elapsed_s: float) -> None:
+        when(1.0, vehicle, WALL)(elapsed_s)
+        if task.phase is Phase.BLOCKED:
+            blocked_s.append(elapsed_s)
+            if elapsed_s >= blocked_s[0] + after_s:
+                task.cancel(vehicle.now)
+
+    flight = fly(task, vehicle, change)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "stands still" in flight.outcome.message
+
+
+def test_a_pause_while_blocked_stops_the_clock() -> None:
+    vehicle, task = hovering(), goto()
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        when(1.0, vehicle, WALL)(elapsed_s)
+        if 10.0 <= elapsed_s < 60.0:
+            task.pause(vehicle.now)
+        else:
+            task.unpause(vehicle.now)
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.NO_PATH
+    assert watched.statuses[-3:] == [Status.BLOCKED, Status.PAUSED, Status.BLOCKED]
+    assert flight.steps[-1][0] - flight.steps[0][0] == pytest.approx(90.0, abs=1.0)
+
+
+def test_a_lost_position_while_blocked_ends_it_as_anywhere() -> None:
+    vehicle, task = hovering(), goto()
+
+    def change(elapsed_s: float) -> None:
+        when(1.0, vehicle, WALL)(elapsed_s)
+        vehicle.position_known = elapsed_s < 8.0
+
+    assert fly(task, vehicle, change).outcome.code is OutcomeCode.NO_POSITION
+
+
+def test_a_silent_link_while_blocked_is_survived() -> None:
+    vehicle, task = hovering(), goto()
+
+    def change(elapsed_s: float) -> None:
+        vehicle.obstacles = WALL if 1.0 <= elapsed_s < 12.0 else NOTHING
+        vehicle.connected = not 5.0 <= elapsed_s < 7.0
+        if elapsed_s == pytest.approx(7.0):
+            task.resume(vehicle.observe(), vehicle.now)
+
+    assert fly(task, vehicle, change).outcome.code is OutcomeCode.SUCCESS
+
+
+# --- a sensor that is silent ----------------------------------------------------------------
+
+
+def test_without_its_sensor_the_vehicle_stands_and_goes_on_when_that_is_back() -> None:
+    vehicle, task = hovering(), goto()
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        vehicle.obstacles_age_s = max(elapsed_s - 1.0, 0.0) if elapsed_s < 9.0 else 0.1
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    blocked = [progress for progress in watched.told if progress.status is Status.BLOCKED]
+    assert "has been silent for 2." in blocked[1].blocked
+    assert 5.5 < len(blocked) * 0.05 < 7.0
+
+
+def test_a_sensor_that_stays_silent_ends_the_goal() -> None:
+    vehicle, task = hovering(), goto()
+
+    def change(elapsed_s: float) -> None:
+        vehicle.obstacles_age_s = math.inf if elapsed_s > 1.0 else 0.1
+
+    outcome = fly(task, vehicle, change).outcome
+    assert outcome.code is OutcomeCode.NO_OBSTACLE_DATA
+    assert "30 s" in outcome.message
+    assert vehicle.speed < 0.05
+
+
+# --- the brake and giving way ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gap_m", [9.3, 10.0, 12.0])
+def test_what_appears_ahead_at_full_speed_is_not_hit(gap_m: float) -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 5.0))
+    watched = Watched(task, vehicle)
+
+    def change(_elapsed_s: float) -> None:
+        if vehicle.position[0] > 15.0 and vehicle.obstacles is NOTHING:
+            vehicle.obstacles = Obstacles.of(
+                (Box("wall", (vehicle.position[0] + gap_m + 0.5, 0.0), (1.0, 4000.0)),)
+            )
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.NO_PATH
+    assert watched.nearest_m > AVOIDANCE.vehicle_radius_m
+
+
+def test_who_holds_gives_way_to_what_comes_near_and_comes_back() -> None:
+    vehicle, task = hovering(), goto((10.0, 0.0, 5.0))
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        # It comes from the far side at walking speed, stays about the target and leaves again.
+        x = max(10.0, 25.0 - 1.0 * elapsed_s) if elapsed_s < 30.0 else 10.0 + elapsed_s - 30.0
+        vehicle.obstacles = post(x, 0.3)
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert watched.nearest_m > AVOIDANCE.vehicle_radius_m
+
+
+def test_who_is_paused_gives_way_too() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 5.0))
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        if elapsed_s < 40.0:
+            task.pause(vehicle.now)
+        else:
+            task.unpause(vehicle.now)
+        vehicle.obstacles = post(0.4, 20.0 - elapsed_s)
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert watched.nearest_m > AVOIDANCE.vehicle_radius_m
+
+
+# --- routes ---------------------------------------------------------------------------------
+
+
+def test_a_waypoint_inside_an_obstacle_blocks_until_it_is_free() -> None:
+    waypoints = tuple(RouteWaypoint((x, 0.0, 5.0), 1.0) for x in (10.0, 20.0, 30.0))
+    vehicle, task = hovering(), FlyRoute(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        vehicle.obstacles = post(20.0, 0.0) if elapsed_s < 15.0 else NOTHING
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert flight.outcome.message == "Flew 3 of 3 waypoints."
+    assert Status.BLOCKED in watched.statuses
+
+
+# --- the settings ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(AvoidanceConfig)])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_settings_that_make_no_sense_are_refused(field: str, value: float) -> None:
+    given: object = (value, value) if field == "heights_m" else value
+    with pytest.raises(AvoidanceConfigError, match=field):
+        dataclasses.replace(AVOIDANCE, **{field: given})  # type: ignore[arg-type]
+
+
+def test_the_clearances_are_nested() -> None:
+    config = AVOIDANCE
+    assert (
+        config.vehicle_radius_m
+        < config.brake_clearance_m
+        < config.conflict_clearance_m
+        < config.flown_clearance_m
+        < config.plan_clearance_m
+    )
