@@ -143,6 +143,11 @@ class Columns:
     def pass_by(self, columns: Indices, heights_m: Array, seen: Mask, hit: Indices) -> None:
         """Take in rays that have gone through columns.
 
+        One that goes over says that the top is no higher than it: what was hit may reach up to
+        there. One that goes under says that it stands on nothing. Few things hang in the air,
+        and the rays of a vehicle that pitches go under everything that has moved away since it
+        was hit; so it is taken to begin just below its lowest hit.
+
         Args:
             columns: shape (N,), each at most once, all known.
             heights_m: map z of the rays there, shape (N, K).
@@ -155,7 +160,9 @@ class Columns:
         over_m = self._up(np.where(over, heights_m, np.inf).min(axis=1))
         under_m = self._down(np.where(under, heights_m, -np.inf).max(axis=1))
         top = np.minimum(self._top[columns], np.maximum(over_m, self._maybe_top[columns]))
-        bottom = np.maximum(self._bottom[columns], np.minimum(under_m, self._maybe_bottom[columns]))
+        hangs = np.isfinite(np.minimum(under_m, self._maybe_bottom[columns]))
+        hanging_m = self._down(low[:, 0] - _SAME_HEIGHT_M)
+        bottom = np.maximum(self._bottom[columns], np.where(hangs, hanging_m, -np.inf))
         self._maybe_top[columns] = np.minimum(self._maybe_top[columns], over_m)
         self._maybe_bottom[columns] = np.maximum(self._maybe_bottom[columns], under_m)
         self._set_ends(columns, bottom, top)

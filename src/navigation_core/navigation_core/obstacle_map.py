@@ -2,9 +2,10 @@
 
 The map is a square window of columns about the vehicle. A scanner that turns in a plane knows
 nothing of heights: what it hits is taken to be endless upwards and downwards, until rays are
-seen to go over or under it, which brings its top down or its bottom up. A cloud of points
-knows heights, and what it hits reaches one cell up and down. A ray that goes through at the
-height of the hits is evidence against them, so what has moved away frees its place.
+seen to go over it, which brings its top down to them, or under it, which lifts its bottom. A
+cloud of points knows heights, and what it hits reaches one cell up and down. A ray that goes
+through at the height of the hits is evidence against them, so what has moved away frees its
+place.
 """
 
 from __future__ import annotations
@@ -13,17 +14,19 @@ import math
 
 import numpy as np
 
-from navigation_core.columns import Columns, Indices
+from navigation_core.columns import Columns, Indices, Mask
 from navigation_core.geometry import Vector3
 from navigation_core.obstacles import Array, Obstacles
 from navigation_core.rays import Fan, RayScan, cloud_fan, scan_fan, scan_hits, scan_ranges_m
 
 __all__ = ["ObstacleMap", "RayScan"]
 
-# What is hit no higher than this above the ground is the ground: an attitude that is wrong by a
-# degree moves a hit at 30 m by half a metre. Never more than half way up to the sensor: one
-# that is close to the ground sees its obstacles close to the ground, too.
-_GROUND_M = 0.5
+# What is hit no higher than this above the ground, and a share of the way there more, is the
+# ground: it is not even, and an attitude that is wrong by a degree moves a hit at 30 m by half
+# a metre. Never more than half way up to the sensor: one that is close to the ground sees its
+# obstacles close to the ground, too.
+_GROUND_M = 0.3
+_GROUND_PER_M = 0.02
 
 
 class ObstacleMap:
@@ -72,13 +75,10 @@ class ObstacleMap:
         """
         ranges = scan_ranges_m(scan, self._own_radius_m)
         points, shares = scan_hits(scan, ranges, 0.7 * self._columns.cell_m)
-        lowest = _lowest_m(scan.origin_enu_m, ground_enu_m)
-        # Only a ray that descends meets the ground.
-        stands = (points[:, 2] > lowest) | (points[:, 2] >= scan.origin_enu_m[2])
-        fan = scan_fan(scan, ranges)
-        self._take_in(
-            fan, scan.origin_enu_m, points[stands], shares[stands], lowest, extent_m=math.inf
-        )
+        offsets = points - np.array(scan.origin_enu_m)
+        stands = _stands(offsets[:, :2], offsets[:, 2], scan.origin_enu_m, ground_enu_m)
+        hit = self._hit(points[stands], shares[stands], math.inf)
+        self._carve(scan_fan(scan, ranges), scan.origin_enu_m, ground_enu_m, hit)
 
     def integrate_points(
         self, origin_enu_m: Vector3, points_enu_m: Array, ground_enu_m: float | None
@@ -98,39 +98,35 @@ class ObstacleMap:
         away = np.sqrt((offsets * offsets).sum(axis=1))
         outside = (away > self._own_radius_m) & np.isfinite(away)
         points, offsets = points[outside], offsets[outside]
-        lowest = _lowest_m(origin_enu_m, ground_enu_m)
-        points = points[points[:, 2] > lowest]
-        fan, cell_m = cloud_fan(offsets), self._columns.cell_m
-        self._take_in(fan, origin_enu_m, points, np.ones(len(points)), lowest, extent_m=cell_m)
+        stands = points[_stands(offsets[:, :2], offsets[:, 2], origin_enu_m, ground_enu_m)]
+        hit = self._hit(stands, np.ones(len(stands)), self._columns.cell_m)
+        self._carve(cloud_fan(offsets), origin_enu_m, ground_enu_m, hit)
 
-    def _take_in(
-        self,
-        fan: Fan,
-        origin_enu_m: Vector3,
-        points: Array,
-        shares: Array,
-        lowest_m: float,
-        *,
-        extent_m: float,
-    ) -> None:
+    def _hit(self, points: Array, shares: Array, extent_m: float) -> Indices:
         columns, inside = self._columns.find(points)
-        hit = self._columns.hit(columns[inside], points[inside, 2], shares[inside], extent_m)
-        self._carve(fan, origin_enu_m, lowest_m, hit)
+        return self._columns.hit(columns[inside], points[inside, 2], shares[inside], extent_m)
 
-    def _carve(self, fan: Fan, origin_enu_m: Vector3, lowest_m: float, hit: Indices) -> None:
+    def _carve(
+        self, fan: Fan, origin_enu_m: Vector3, ground_enu_m: float | None, hit: Indices
+    ) -> None:
         known = self._columns.known()
         if not len(known) or not len(fan.bearings_rad):
             return
         offsets = self._columns.centres_m(known) - np.array(origin_enu_m[:2])
         above, seen = fan.passes(offsets, self._columns.cell_m)
-        heights = above + origin_enu_m[2]
-        # A ray that is lower than the ground has met it without telling.
-        seen &= (heights > lowest_m) | (above >= 0.0)
-        self._columns.pass_by(known, heights, seen, hit)
+        # A ray that is as low as the ground has met it without telling.
+        seen &= _stands(offsets[:, None], above, origin_enu_m, ground_enu_m)
+        self._columns.pass_by(known, above + origin_enu_m[2], seen, hit)
 
 
-def _lowest_m(origin_enu_m: Vector3, ground_enu_m: float | None) -> float:
-    """Return the height up to which things are the ground."""
+def _stands(
+    offsets_m: Array, above_m: Array, origin_enu_m: Vector3, ground_enu_m: float | None
+) -> Mask:
+    """Whether points east and north of a sensor (..., 2) and above it (...) are no ground."""
     if ground_enu_m is None:
-        return -math.inf
-    return ground_enu_m + min(_GROUND_M, 0.5 * max(origin_enu_m[2] - ground_enu_m, 0.0))
+        return np.ones(above_m.shape, dtype=np.bool_)
+    height_m = max(origin_enu_m[2] - ground_enu_m, 0.0)
+    away = np.hypot(offsets_m[..., 0], offsets_m[..., 1])
+    ground = np.minimum(_GROUND_M + _GROUND_PER_M * away, 0.5 * height_m) - height_m
+    # Only a ray that descends meets the ground.
+    return np.asarray((above_m > ground) | (above_m >= 0.0))
