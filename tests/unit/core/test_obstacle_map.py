@@ -84,7 +84,7 @@ def test_a_gap_of_3_m_between_two_walls_at_15_m_stays_open() -> None:
         seen.integrate(sectors(walls, UP, yaw), 0.0)
     assert seen.obstacles().is_clear((0.0, 0.0, 5.0), (20.0, 0.0, 5.0), 0.6)
     assert not seen.obstacles().is_clear((0.0, 3.0, 5.0), (20.0, 3.0, 5.0), 0.5)
-    for east_m in np.arange(0.0, 10.0, 1.0):
+    for east_m in np.arange(0.0, 10.0, 0.5):
         seen.integrate(sectors(walls, (float(east_m), 0.0, 5.0)), 0.0)
     assert seen.obstacles().is_clear((0.0, 0.0, 5.0), (20.0, 0.0, 5.0), 0.8)
 
