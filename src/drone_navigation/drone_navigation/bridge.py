@@ -14,7 +14,8 @@ import math
 from dataclasses import replace
 
 from drone_navigation import notes
-from drone_navigation.admission import Admitted, Handover, admit
+from drone_navigation.admission import admit
+from drone_navigation.admitted import Admitted, Handover
 from drone_navigation.goal import ActiveGoal, LogLevel, Output
 from drone_navigation.guard import Guard
 from drone_navigation.lifecycle import GoalEvent
@@ -26,6 +27,7 @@ from drone_navigation.observation import (
     vehicle_mode,
     velocity_only,
 )
+from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.operations import STREAMED, begin_operation, begin_upload
 from drone_navigation.parking import Parking
 from drone_navigation.reporting import Reporter
@@ -46,6 +48,7 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
+from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import norm
 from navigation_core.outcomes import OutcomeCode
@@ -80,8 +83,9 @@ class Bridge:
         self._vehicle = vehicle
         self._config = config
         self._map_frame = MapFrame()
+        self._obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
-        self._guard = Guard(vehicle, self._map_frame, config)
+        self._guard = Guard(vehicle, self._map_frame, config, self._obstacles)
         self._goal: ActiveGoal | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
@@ -101,6 +105,11 @@ class Bridge:
     def pose(self) -> MapPose | None:
         """The vehicle's pose in the map frame, or None."""
         return self._map_frame.pose(self._vehicle.state)
+
+    @property
+    def obstacles(self) -> ObstacleFeed:
+        """What is in the way; takes what sensors of ROS see."""
+        return self._obstacles
 
     # --- requests from clients -------------------------------------------------------
 
@@ -202,10 +211,12 @@ class Bridge:
         """Treat goals that come from now on by other settings; the active one keeps its own."""
         self._config = config
         self._guard.configure(config)
+        self._obstacles.configure(config.obstacles)
 
     def start(self, now: float) -> None:
         """Begin to look for the vehicle."""
         self._vehicle.start(now)
+        self._obstacles.start(now)
 
     def receive(self, message: Message, now: float) -> None:
         """Take one MAVLink message."""
@@ -261,8 +272,15 @@ class Bridge:
     # --- goals -------------------------------------------------------------------------
 
     def _admit(self, request: Request, now: float) -> Admitted | Rejection:
+        self._guard.tell_fence()
         admitted = admit(
-            request, self._vehicle, self._map_frame, self._config, self.active_goal_id, now
+            request,
+            self._vehicle,
+            self._map_frame,
+            self._config,
+            self._obstacles,
+            self.active_goal_id,
+            now,
         )
         return admitted if isinstance(admitted, Rejection) else self._guard.check(admitted, now)
 
@@ -428,6 +446,8 @@ class Bridge:
         for event in events:
             if isinstance(event, OperationFinished):
                 self._finish_operation(event, now)
+            elif isinstance(event, RangesMeasured):
+                self._obstacles.take_ranges(event, now)
             elif isinstance(event, ModeChanged):
                 self._change_mode(event, now)
             elif isinstance(event, VehicleRebooted):
@@ -488,7 +508,9 @@ class Bridge:
     # --- progress ------------------------------------------------------------------------
 
     def _observe(self, goal: ActiveGoal, now: float) -> Observation:
-        return observe(self._vehicle, self._map_frame, goal.operation, now, goal.mission)
+        return observe(
+            self._vehicle, self._map_frame, self._obstacles, goal.operation, now, goal.mission
+        )
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:
         progress = goal.progress = goal.task.progress(self._observe(goal, now), now)

@@ -14,7 +14,9 @@ from typing import TypeAlias
 
 import yaml
 
-from drone_navigation.settings import BatteryPolicy, BridgeConfig, SafetyConfig
+from drone_navigation.known_obstacles import KnownObstacles, ObstaclesError, read_obstacles
+from drone_navigation.sensor_pose import SensorPose, SensorPoseError
+from drone_navigation.settings import BatteryPolicy, BridgeConfig, ObstacleConfig, SafetyConfig
 from mavlink_vehicle.vehicle import VehicleConfig
 from navigation_core.safety import FlightVolume
 from navigation_core.tasks.goto import GotoConfig
@@ -222,6 +224,60 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         60.0,
         86400.0,
     ),
+    ParameterSpec(
+        "vehicle_radius_m",
+        0.5,
+        "Half of the vehicle's greatest width; nearer than this it would touch an obstacle.",
+        0.05,
+        20.0,
+    ),
+    ParameterSpec(
+        "obstacle_margin_m",
+        1.0,
+        "Distance that ways are planned to keep between vehicle and obstacles.",
+        0.1,
+        20.0,
+    ),
+    ParameterSpec(
+        "blocked_timeout_s",
+        30.0,
+        "Time without a way through after which a goal ends with NO_PATH, or without obstacle "
+        "data with NO_OBSTACLE_DATA.",
+        1.0,
+        3600.0,
+    ),
+    ParameterSpec(
+        "obstacle_timeout_s",
+        2.0,
+        "Silence of the obstacle sensors after which a vehicle that avoids obstacles is stopped.",
+        0.2,
+        60.0,
+    ),
+    ParameterSpec(
+        "obstacles_file", "", "Path of a YAML file of known obstacles; empty: none are known."
+    ),
+    ParameterSpec(
+        "scan_topic", "", "Topic of a sensor_msgs/LaserScan that sees obstacles; empty: none."
+    ),
+    ParameterSpec(
+        "points_topic", "", "Topic of a sensor_msgs/PointCloud2 that sees obstacles; empty: none."
+    ),
+    ParameterSpec(
+        "sensor_pose",
+        "",
+        "Where the sensor of these topics is on the vehicle: 'x y z roll pitch yaw', metres "
+        "forward, left, up and degrees; empty: at base_link.",
+    ),
+    ParameterSpec(
+        "obstacle_map_size_m",
+        80.0,
+        "Side of the square about the vehicle in which sensed obstacles are remembered.",
+        10.0,
+        400.0,
+    ),
+    ParameterSpec(
+        "obstacle_cell_m", 0.25, "Side of a cell of the map of sensed obstacles.", 0.1, 2.0
+    ),
 )
 
 # Taken once, at the start. All others may change while the server runs; a goal that is being
@@ -236,6 +292,10 @@ FIXED = frozenset(
         "setpoint_rate_hz",
         "position_rate_hz",
         "heartbeat_timeout_s",
+        "scan_topic",
+        "points_topic",
+        "obstacle_map_size_m",
+        "obstacle_cell_m",
     }
 )
 
@@ -421,4 +481,30 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
             battery_reserve=number("battery_reserve"),
             battery_endurance_s=number("battery_endurance_s"),
         ),
+        obstacles=_obstacle_config(number, text),
+    )
+
+
+def _obstacle_config(number: _Number, text: _Text) -> ObstacleConfig:
+    known = KnownObstacles()
+    try:
+        if text("obstacles_file"):
+            known = read_obstacles(Path(text("obstacles_file")).expanduser())
+    except ObstaclesError as error:
+        raise ConfigurationError(f"Parameter obstacles_file: {error}") from error
+    try:
+        pose = SensorPose.parse(text("sensor_pose"))
+    except SensorPoseError as error:
+        raise ConfigurationError(f"Parameter sensor_pose {error}") from error
+    return ObstacleConfig(
+        vehicle_radius_m=number("vehicle_radius_m"),
+        margin_m=number("obstacle_margin_m"),
+        blocked_timeout_s=number("blocked_timeout_s"),
+        sensor_timeout_s=number("obstacle_timeout_s"),
+        known=known,
+        scan_topic=text("scan_topic"),
+        points_topic=text("points_topic"),
+        sensor_pose=pose,
+        map_size_m=number("obstacle_map_size_m"),
+        cell_m=number("obstacle_cell_m"),
     )

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from drone_navigation.admission import Admitted
+from drone_navigation.admitted import Admitted
 from drone_navigation.battery import BatteryReckoning
 from drone_navigation.failsafes import failsafe_code
 from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.goal import ActiveGoal
 from drone_navigation.map_frame import Geodetic, MapFrame
+from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.settings import BatteryPolicy, BridgeConfig
 from drone_navigation.vehicle_fence import areas_of, fence_of, has_areas
 from mavlink_vehicle.events import FailsafeKind
@@ -59,8 +60,15 @@ class _Memory:
 class Guard:
     """Checks goals before they begin, and the vehicle while they run."""
 
-    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig) -> None:
-        """Begin to watch ``vehicle``."""
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        map_frame: MapFrame,
+        config: BridgeConfig,
+        obstacles: ObstacleFeed,
+    ) -> None:
+        """Begin to watch ``vehicle``; its fence is told to ``obstacles``."""
+        self._obstacles = obstacles
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
@@ -90,7 +98,7 @@ class Guard:
         if rejection is not None:
             return rejection
         notes = list(admitted.warnings)
-        fence = self._fence()
+        fence = self.fence()
         if fence is None:
             notes.append(_UNKNOWN_FENCE)
         else:
@@ -132,12 +140,17 @@ class Guard:
             return Rejection(failsafe_code(state.failsafe), text)
         return None
 
-    def _fence(self) -> Fence | None:
+    def fence(self) -> Fence | None:
+        """Return what the vehicle keeps to by itself, None while that is not known."""
         vehicle = self._vehicle
         if vehicle.profile is None:
             return None
         home = self._map_frame.home_enu_m(vehicle.state)
         return fence_of(vehicle.profile, vehicle.parameters, home, self._areas())
+
+    def tell_fence(self) -> None:
+        """Let ways be planned around the boundary of the fence as it is known now."""
+        self._obstacles.use_fence(self.fence(), self._config.safety.fence_margin_m)
 
     def _areas(self) -> tuple[Area, ...]:
         items, origin = self._vehicle.fence_items, self._map_frame.origin
@@ -180,6 +193,7 @@ class Guard:
         if goal.cancel_requested_s is not None or goal.closing is not None:
             return None
         self._next_s = now + _PERIOD_S
+        self.tell_fence()
         outcome = self._watch_failsafe(goal, memory, now)
         if outcome is not None or goal.plan is None:
             return outcome
@@ -222,7 +236,7 @@ class Guard:
         if memory.inside and left_m > _LEFT_M:
             text = f"The vehicle is {left_m:.1f} m outside the flight volume."
             return Rejection(OutcomeCode.OUTSIDE_VOLUME, text)
-        fence = self._fence()
+        fence = self.fence()
         if fence is None or fence == memory.fence:
             return None
         memory.fence = fence

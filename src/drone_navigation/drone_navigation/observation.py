@@ -6,6 +6,7 @@ import math
 
 from drone_navigation.map_frame import MapFrame
 from drone_navigation.mission_plan import MissionTracker
+from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.traits import traits_of
 from mavlink_vehicle import frames
 from mavlink_vehicle.events import LandedState
@@ -47,6 +48,7 @@ def velocity_only(profile: Profile | None) -> bool:
 def observe(
     vehicle: Vehicle,
     map_frame: MapFrame,
+    obstacles: ObstacleFeed,
     operation: OperationReport | None,
     now: float,
     mission: MissionTracker | None = None,
@@ -81,6 +83,8 @@ def observe(
         home_enu_m=map_frame.home_enu_m(state),
         landing=state.landed_state is LandedState.LANDING,
         mission=None if mission is None else mission.report(state),
+        obstacles=obstacles.obstacles,
+        obstacles_age_s=obstacles.age_s(now),
     )
 
 

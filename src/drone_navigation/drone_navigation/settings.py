@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
+from drone_navigation.known_obstacles import KnownObstacles
+from drone_navigation.sensor_pose import SensorPose
 from navigation_core.safety import FlightVolume
 from navigation_core.tasks.goto import GotoConfig
 
@@ -36,6 +38,35 @@ class SafetyConfig:
 
 
 @dataclass(frozen=True)
+class ObstacleConfig:
+    """How obstacles are seen and avoided.
+
+    Attributes:
+        vehicle_radius_m: half of the vehicle's greatest width.
+        margin_m: what ways are planned to keep beyond it.
+        blocked_timeout_s: longest wait for a way, or for a sensor.
+        sensor_timeout_s: silence of a sensor after which the vehicle is stopped.
+        known: what people know.
+        scan_topic: where a LaserScan comes from; empty: none.
+        points_topic: where a PointCloud2 comes from; empty: none.
+        sensor_pose: where the sensor of these is on the vehicle.
+        map_size_m: side of the map of sensed obstacles.
+        cell_m: side of its cells.
+    """
+
+    vehicle_radius_m: float = 0.5
+    margin_m: float = 1.0
+    blocked_timeout_s: float = 30.0
+    sensor_timeout_s: float = 2.0
+    known: KnownObstacles = field(default_factory=KnownObstacles)
+    scan_topic: str = ""
+    points_topic: str = ""
+    sensor_pose: SensorPose = field(default_factory=SensorPose)
+    map_size_m: float = 80.0
+    cell_m: float = 0.25
+
+
+@dataclass(frozen=True)
 class BridgeConfig:
     """How goals are treated.
 
@@ -48,6 +79,7 @@ class BridgeConfig:
         link_lost_abort_s: silence after which an active goal ends.
         speed_max_m_s: highest ground speed ever flown.
         safety: what is watched beside the flight itself.
+        obstacles: how obstacles are seen and avoided.
     """
 
     goto: GotoConfig
@@ -58,3 +90,4 @@ class BridgeConfig:
     link_lost_abort_s: float
     speed_max_m_s: float
     safety: SafetyConfig = SafetyConfig()
+    obstacles: ObstacleConfig = field(default_factory=ObstacleConfig)

@@ -72,7 +72,10 @@ class RangeSource(enum.Enum):
 
 @dataclass(frozen=True)
 class RangesMeasured:
-    """What one message of a range sensor tells. Directions without a reading are left out.
+    """What one message of a range sensor tells.
+
+    Directions of a scan without a reading are left out. A beam without one is there, since its
+    sensor is alive.
 
     Attributes:
         time_s: when it came.
@@ -83,7 +86,8 @@ class RangesMeasured:
         sensor_type: MAV_DISTANCE_SENSOR.
         axes: of the directions.
         directions: unit vectors: forward (or north), right (or east), down.
-        ranges_m: to the nearest thing in each direction; infinity: nothing within reach.
+        ranges_m: to the nearest thing in each direction; infinity: nothing within reach; NaN:
+            nothing is known.
         range_min_m: the least that it can measure.
         range_max_m: its reach.
         width_rad: angle about the vertical that each of the readings stands for; 0: a thin ray,
@@ -187,13 +191,16 @@ def _sectors(step_deg: float, offset_deg: float, count: int) -> tuple[Vector3, .
 
 
 def _beam(message: Message, now: float) -> RangesMeasured:
-    if message.signal_quality == _SIGNAL_INVALID:
-        raise _NoReadingError
     low_m, high_m = _limits_m(message)
     direction = _direction(message)
     distance_cm = message.current_distance
-    if distance_cm == _UNKNOWN_CM or distance_cm < message.min_distance:
-        raise _NoReadingError  # too near to be measured, or what a sensor without an echo says
+    invalid = message.signal_quality == _SIGNAL_INVALID or distance_cm == _UNKNOWN_CM
+    if invalid or distance_cm < message.min_distance:
+        range_m = math.nan  # too near to be measured is also what sensors without an echo say
+    elif distance_cm >= message.max_distance:
+        range_m = math.inf
+    else:
+        range_m = distance_cm / 100.0
     width_rad = message.horizontal_fov
     if not 0.0 < width_rad <= math.tau:
         width_rad = 0.0
@@ -209,8 +216,7 @@ def _beam(message: Message, now: float) -> RangesMeasured:
         sensor_type=message.type,
         axes=RangeAxes.BODY,
         directions=(direction,),
-        # A sensor that sees nothing says its reach, or more.
-        ranges_m=(math.inf if distance_cm >= message.max_distance else distance_cm / 100.0,),
+        ranges_m=(range_m,),
         range_min_m=low_m,
         range_max_m=high_m,
         width_rad=width_rad,

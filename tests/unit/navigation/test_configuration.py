@@ -28,7 +28,9 @@ PROPERTIES = SCHEMA["properties"]["navigation_server"]["properties"]["ros__param
     "properties"
 ]
 CONFIG = ROOT / "bridge_config"
-FILES = sorted(path for path in CONFIG.rglob("*.yaml") if path.parent.name != "worlds")
+FILES = sorted(
+    path for path in CONFIG.rglob("*.yaml") if path.parent.name not in {"worlds", "obstacles"}
+)
 SET_UPS = [
     f"{firmware}_{kind}.yaml"
     for firmware in ("ardupilot", "px4")

@@ -1,0 +1,106 @@
+"""What a goal has become once it is admitted, and what admission looks at. No ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from drone_navigation.flight_plan import FlightPlan
+from drone_navigation.map_frame import MapFrame
+from drone_navigation.obstacle_feed import ObstacleFeed
+from drone_navigation.requests import MapPose
+from drone_navigation.settings import BridgeConfig
+from drone_navigation.traits import traits_of
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
+from navigation_core.tasks.base import Task, Traits
+
+__all__ = ["Admitted", "Handover", "Situation"]
+
+
+class Handover(NamedTuple):
+    """The setpoint that the replaced goal sent last; all None when there was none."""
+
+    commanded: KinematicState | None = None
+    yaw_enu_rad: float | None = None
+    time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """A request that can be worked on.
+
+    Attributes:
+        description: what it aims at, for the log.
+        target_enu_m: where it ends, in the map frame; None when the vehicle decides that.
+        make_task: makes the task, which goes on from a replaced goal's last setpoint.
+        warnings: sentences to tell people, and to add to the final message.
+        plan: the straight ways that are flown; None when the vehicle decides.
+    """
+
+    description: str
+    target_enu_m: Vector3 | None
+    make_task: Callable[[Handover], Task]
+    warnings: tuple[str, ...] = ()
+    plan: FlightPlan | None = None
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What admission looks at, gathered once.
+
+    Attributes:
+        vehicle: the vehicle, which is connected and has a profile.
+        profile: that profile.
+        map_frame: its map frame.
+        pose: its pose in it; None only for what needs no position.
+        config: how goals are treated.
+        obstacles: what is in the way.
+    """
+
+    vehicle: Vehicle
+    profile: Profile
+    map_frame: MapFrame
+    pose: MapPose | None
+    config: BridgeConfig
+    obstacles: ObstacleFeed
+
+    @property
+    def traits(self) -> Traits:
+        """What a vehicle of its kind can do."""
+        return traits_of(self.profile)
+
+    @property
+    def speed_max_m_s(self) -> float:
+        """The highest speed that may be asked for; a plane must fly faster than others."""
+        return self.config.speed_max_m_s if self.traits.hovers else math.inf
+
+    @property
+    def ground_enu_m(self) -> float:
+        """Height of the ground in the map frame."""
+        return self.map_frame.ground_enu_m(self.vehicle.state)
+
+    @property
+    def flies(self) -> bool:
+        """Whether it is armed and in the air, as far as it says."""
+        state = self.vehicle.state
+        return state.armed and state.landed_state not in (
+            LandedState.ON_GROUND,
+            LandedState.UNDEFINED,
+        )
+
+    def may_move(self) -> Rejection | None:
+        """Return why a goal may not set the vehicle off, or None."""
+        if self.vehicle.state.armed or self.config.goto.may_arm:
+            return None
+        return Rejection(
+            OutcomeCode.ARMING_NOT_ALLOWED,
+            "The vehicle is disarmed and the parameter arming is 'never'; arm and take off "
+            "yourself, or set arming to 'auto'.",
+        )

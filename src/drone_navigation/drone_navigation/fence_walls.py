@@ -1,0 +1,93 @@
+"""The boundary of the vehicle's own fence as walls that ways are planned around. No ROS.
+
+A way may come as near to the fence as its targets may (``fence_margin_m``), which is another
+distance than that to an obstacle. So each wall is moved outwards, by the difference.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+from navigation_core.fences import Area, Circle, Fence, Point2
+from navigation_core.obstacles import Box, Cylinder, KnownObstacle
+
+__all__ = ["fence_walls"]
+
+# How far the sides of a polygon may be from the circle that it stands for.
+_SAGITTA_M = 0.5
+_SIDES_MAX = 120
+_NAME = "fence"
+_SHORTEST_M = 1e-3
+
+
+def fence_walls(fence: Fence, shift_m: float) -> tuple[KnownObstacle, ...]:
+    """Return what bounds the places that a fence allows, without end upwards and downwards.
+
+    Args:
+        fence: the vehicle's.
+        shift_m: how far each wall is moved away from the side that is allowed.
+    """
+    walls: list[KnownObstacle] = []
+    for area in fence.areas:
+        if isinstance(area, Circle) and not area.inclusion:
+            radius_m = max(area.radius_m - shift_m, 0.1)
+            walls.append(Cylinder(_NAME, area.centre_enu_m, radius_m))
+        else:
+            walls += _walls(_corners(area), area.inclusion, shift_m, ())
+    for index, area in enumerate(fence.alternatives):
+        others = fence.alternatives[:index] + fence.alternatives[index + 1 :]
+        walls += _walls(_corners(area), True, shift_m, others)
+    return tuple(walls)
+
+
+def _corners(area: Area) -> tuple[Point2, ...]:
+    """Return corners in counter-clockwise order; those of a circle are on it."""
+    if isinstance(area, Circle):
+        share = min(_SAGITTA_M / max(area.radius_m, _SAGITTA_M), 0.5)
+        sides = min(max(math.ceil(math.pi / math.acos(1.0 - share)), 8), _SIDES_MAX)
+        angles = [math.tau * i / sides for i in range(sides)]
+        x, y = area.centre_enu_m
+        return tuple(
+            (x + area.radius_m * math.cos(a), y + area.radius_m * math.sin(a)) for a in angles
+        )
+    corners = area.corners_enu_m
+    turned = corners[1:] + corners[:1]
+    twice = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(corners, turned, strict=True))
+    return corners if twice >= 0.0 else corners[::-1]
+
+
+def _walls(
+    corners: tuple[Point2, ...], inclusion: bool, shift_m: float, others: tuple[Area, ...]
+) -> Iterator[Box]:
+    outwards_m = shift_m if inclusion else -shift_m
+    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+        for a, b in _outside_of(start, end, others):
+            length_m = math.dist(a, b)
+            if length_m < _SHORTEST_M:
+                continue
+            along = (b[0] - a[0]) / length_m, (b[1] - a[1]) / length_m
+            middle = (
+                (a[0] + b[0]) / 2.0 + along[1] * outwards_m,
+                (a[1] + b[1]) / 2.0 - along[0] * outwards_m,
+            )
+            # Moved apart, two walls would leave their corner open.
+            longer_m = length_m + 2.0 * abs(shift_m)
+            yield Box(_NAME, middle, (longer_m, 0.0), math.atan2(along[1], along[0]))
+
+
+def _outside_of(
+    start: Point2, end: Point2, others: tuple[Area, ...]
+) -> Iterator[tuple[Point2, Point2]]:
+    """Yield the pieces of a side that are in none of the other areas of which one is enough."""
+    cuts = {0.0, 1.0}
+    for other in others:
+        cuts |= {share for share in other.crossings(start, end) if 0.0 < share < 1.0}
+
+    def at(share: float) -> Point2:
+        return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+
+    for first, last in itertools.pairwise(sorted(cuts)):
+        if not any(other.contains(at((first + last) / 2.0)) for other in others):
+            yield at(first), at(last)

@@ -1,0 +1,122 @@
+"""What obstacles mean for a goal before it begins. No ROS."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from drone_navigation.admitted import Situation
+from navigation_core.geometry import Vector3
+from navigation_core.obstacles import KnownObstacle, Obstacles
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
+
+__all__ = ["check_obstacles", "heights_m"]
+
+_NO_SENSOR = "No obstacle sensor is heard, so only the known obstacles are avoided."
+_MISSION = "The autopilot flies the mission by itself, so that obstacles are not avoided."
+_PLANE = "The autopilot of a plane leads it by itself, so that obstacles are not avoided."
+_ROUNDING_M = 0.01
+
+
+def check_obstacles(
+    targets_enu_m: tuple[Vector3, ...], avoid: bool, by_mission: bool, situation: Situation
+) -> tuple[str, ...] | Rejection:
+    """Return what to tell about a goal and obstacles, or why it cannot be.
+
+    What sensors have seen may have moved until the vehicle is there, so only known obstacles
+    speak against a target.
+
+    Args:
+        targets_enu_m: where it leads, in the map frame.
+        avoid: whether obstacles are to be avoided.
+        by_mission: whether the autopilot flies it as a mission.
+        situation: what admission looks at.
+    """
+    known = situation.obstacles.known_by_name
+    led_by_autopilot = by_mission or not situation.traits.hovers
+    if avoid and not led_by_autopilot:
+        rejection = _check_targets(targets_enu_m, known, situation)
+        if rejection is not None:
+            return rejection
+        return () if situation.obstacles.has_sensor else (_NO_SENSOR,)
+    notes = (_PLANE if not situation.traits.hovers else _MISSION,) if avoid else ()
+    return notes + _straight(targets_enu_m, known, situation)
+
+
+def _check_targets(
+    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
+) -> Rejection | None:
+    config = situation.config.obstacles
+    kept_m = config.vehicle_radius_m + config.margin_m
+    for target, obstacle in itertools.product(targets_enu_m, known):
+        (away_m,) = Obstacles.of((obstacle,)).clearance_m(np.array([_level(target, situation)]))
+        if away_m < kept_m:
+            where = "inside of" if away_m <= 0.0 else f"{away_m:.2f} m from"
+            return Rejection(
+                OutcomeCode.NO_PATH,
+                f"The target {_told(target)} is {where} the known obstacle {_named(obstacle)}; "
+                f"{kept_m:.2f} m are to be kept (vehicle_radius_m and obstacle_margin_m).",
+            )
+    return None
+
+
+def _straight(
+    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
+) -> tuple[str, ...]:
+    """Return a sentence for each straight way that hits something known."""
+    if situation.pose is None or not known or not targets_enu_m:
+        return ()
+    x, y, z = situation.pose.position_enu_m
+    if situation.traits.flies and not situation.flies:
+        # It climbs where it stands, at least to where it takes off to.
+        rise_m = min(situation.config.goto.takeoff_height_m, targets_enu_m[0][2])
+        z = max(z, situation.ground_enu_m + rise_m)
+    radius_m = situation.config.obstacles.vehicle_radius_m
+    notes = (
+        f"The straight way to {_told(end)} hits the known obstacle {_named(obstacle)}; obstacles "
+        "are not avoided."
+        for start, end in itertools.pairwise([(x, y, z), *targets_enu_m])
+        for obstacle in known
+        if not Obstacles.of((obstacle,)).is_clear(
+            _level(start, situation), _level(end, situation), radius_m
+        )
+    )
+    return tuple(dict.fromkeys(notes))
+
+
+def _level(point: Vector3, situation: Situation) -> Vector3:
+    """Return a point at the height at which known obstacles are for this vehicle."""
+    return point if situation.traits.flies else (point[0], point[1], 0.0)
+
+
+def heights_m(situation: Situation) -> tuple[float, float] | None:
+    """Return the lowest and highest map z of ways: those of the volume and the fence.
+
+    Returns:
+        None for what drives.
+    """
+    if not situation.traits.flies:
+        return None
+    config, ground_m, fence = situation.config, situation.ground_enu_m, situation.obstacles.fence
+    low_m, high_m = config.volume.altitude_min_m, config.volume.altitude_max_m
+    if fence is not None:
+        margin_m = config.safety.fence_margin_m
+        if fence.altitude_min_m is not None:
+            low_m = max(low_m, fence.altitude_min_m + margin_m)
+        if fence.altitude_max_m is not None:
+            high_m = min(high_m, fence.altitude_max_m - margin_m)
+    low_m, high_m = low_m - _ROUNDING_M, max(high_m, low_m) + _ROUNDING_M
+    return ground_m + low_m, ground_m + high_m
+
+
+def _named(obstacle: KnownObstacle) -> str:
+    x, y = obstacle.centre_enu_m
+    top = "" if math.isinf(obstacle.top_m) else f", {obstacle.top_m:.1f} m high"
+    return f"'{obstacle.name}' at ({x:.1f}, {y:.1f}) m{top}"
+
+
+def _told(point: Vector3) -> str:
+    return f"({point[0]:.1f}, {point[1]:.1f}, {point[2]:.1f}) m"

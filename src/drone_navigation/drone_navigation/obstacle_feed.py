@@ -1,0 +1,295 @@
+"""Everything that tells about obstacles, brought together in the map frame. No ROS.
+
+Sensors of the vehicle (MAVLink) and of ROS feed an obstacle map; known obstacles and the
+boundary of the vehicle's fence are joined to what it holds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drone_navigation.fence_walls import fence_walls
+from drone_navigation.map_frame import Geodetic, MapFrame
+from drone_navigation.sensor_pose import Carrier, carrier_at
+from drone_navigation.settings import ObstacleConfig
+from drone_navigation.traits import traits_of
+from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.fences import Fence
+from navigation_core.geometry import Vector3
+from navigation_core.obstacle_map import ObstacleMap, RayScan
+from navigation_core.obstacles import NOTHING, KnownObstacle, Obstacles
+
+__all__ = ["LASER_SCAN", "POINT_CLOUD", "ObstacleFeed", "SensorPoints", "SensorScan"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+LASER_SCAN, POINT_CLOUD = "LaserScan", "PointCloud2"
+# A beam that looks further down than this is meant for the ground (sine of 30 degrees).
+_DOWNWARDS = 0.5
+# What drives passes below what begins this high above its base, and over what ends lower.
+_HEADROOM_M = 2.0
+_ORIGIN_MOVED_M = 0.1
+_ROUNDING_M = 0.01
+
+
+@dataclass(frozen=True)
+class SensorScan:
+    """A scan in the axes of its sensor: forward, left, up; or in the map frame, from its origin.
+
+    Attributes:
+        in_map: whether directions are those of the map frame, seen from the map origin.
+        directions: unit vectors, shape (N, 3).
+        ranges_m: shape (N,); infinity: nothing within reach; NaN: no reading.
+        range_min_m: the least that it can measure.
+        range_max_m: its reach.
+        half_angle_rad: half of what each reading is wide.
+    """
+
+    in_map: bool
+    directions: Array
+    ranges_m: Array
+    range_min_m: float
+    range_max_m: float
+    half_angle_rad: float
+
+
+@dataclass(frozen=True)
+class SensorPoints:
+    """A cloud of points in the axes of its sensor (forward, left, up), or in the map frame.
+
+    Attributes:
+        in_map: whether points are in the map frame.
+        points_m: shape (N, 3).
+    """
+
+    in_map: bool
+    points_m: Array
+
+
+class ObstacleFeed:
+    """Knows what is in the way of one vehicle; see the module."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
+        """Start knowing only what is configured."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._config = config
+        self._map = ObstacleMap(config.map_size_m, config.cell_m, config.vehicle_radius_m)
+        self._origin: Geodetic | None = None
+        self._heard_s: dict[str, float] = {}
+        self._scans_until_s = -math.inf
+        self._known: tuple[KnownObstacle, ...] = ()
+        self._known_key: object = None
+        self._known_table = NOTHING
+        self._fence: Fence | None = None
+        self._fence_key: object = None
+        self._fence_table = NOTHING
+        self._sensed_from = self._sensed_table = NOTHING
+        self._joined_from: tuple[Obstacles, ...] = ()
+        self._joined = NOTHING
+
+    def start(self, now: float) -> None:
+        """Count the silence of what is configured from now on."""
+        for topic, kind in (
+            (self._config.scan_topic, LASER_SCAN),
+            (self._config.points_topic, POINT_CLOUD),
+        ):
+            if topic:
+                self._heard_s.setdefault(kind, now)
+
+    def configure(self, config: ObstacleConfig) -> None:
+        """Go on with other settings; the size and the cells of the map stay as they are."""
+        self._config = config
+
+    # --- what is known ---------------------------------------------------------------
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Everything in the way: the same object until something about it is new."""
+        parts = (self.known, self.sensed, self._fence_table)
+        if len(self._joined_from) != len(parts) or any(
+            old is not new for old, new in zip(self._joined_from, parts, strict=True)
+        ):
+            self._joined_from = parts
+            self._joined = parts[0].joined(parts[1]).joined(parts[2])
+        return self._joined
+
+    @property
+    def known(self) -> Obstacles:
+        """Those from the file, as tables."""
+        self._place_known()
+        return self._known_table
+
+    @property
+    def known_by_name(self) -> tuple[KnownObstacle, ...]:
+        """Those from the file."""
+        self._place_known()
+        return self._known
+
+    @property
+    def sensed(self) -> Obstacles:
+        """Those that sensors have seen."""
+        sensed = self._map.obstacles()
+        if sensed is not self._sensed_from:
+            self._sensed_from = sensed
+            self._sensed_table = _endless(sensed) if self._drives else sensed
+        return self._sensed_table
+
+    @property
+    def has_sensor(self) -> bool:
+        """Whether one was ever heard, or is configured."""
+        return bool(self._heard_s)
+
+    def ages_s(self, now: float) -> dict[str, float]:
+        """Return how long ago each kind of sensor told something, by its name."""
+        return {kind: now - heard_s for kind, heard_s in self._heard_s.items()}
+
+    def age_s(self, now: float) -> float:
+        """Return how long the most silent kind of sensor has been silent; 0 without any."""
+        return max(self.ages_s(now).values(), default=0.0)
+
+    @property
+    def fence(self) -> Fence | None:
+        """The vehicle's own fence, as far as it is known."""
+        return self._fence
+
+    def use_fence(self, fence: Fence | None, margin_m: float) -> None:
+        """Take the boundary of the vehicle's fence for walls.
+
+        Args:
+            fence: the vehicle's.
+            margin_m: how near to it targets may be, and so ways, too.
+        """
+        shift_m = self._config.vehicle_radius_m + self._config.margin_m - margin_m + _ROUNDING_M
+        if fence is self._fence and shift_m == self._fence_key:
+            return
+        if fence != self._fence or shift_m != self._fence_key:
+            walls = () if fence is None else fence_walls(fence, shift_m)
+            self._fence_table = Obstacles.of(walls)
+        self._fence, self._fence_key = fence, shift_m
+
+    def _place_known(self) -> None:
+        """Put the known obstacles where the map origin and the kind of vehicle want them."""
+        known, origin = self._config.known, self._map_frame.origin
+        key = (known, origin if known.needs_origin else None, self._drives)
+        if key == self._known_key:
+            return
+        self._known_key = key
+        if known.needs_origin and origin is None:
+            self._known, self._known_table = (), NOTHING
+            return
+        placed = known.placed(self._map_frame.enu)
+        if self._drives:
+            # Its height is that of the ground, which a map of heights above the origin has not.
+            placed = tuple(
+                replace(obstacle, bottom_m=-math.inf, top_m=math.inf)
+                for obstacle in placed
+                if obstacle.bottom_m < _HEADROOM_M
+            )
+        self._known, self._known_table = placed, Obstacles.of(placed)
+
+    @property
+    def _drives(self) -> bool:
+        profile = self._vehicle.profile
+        return profile is not None and not traits_of(profile).flies
+
+    # --- what sensors tell -----------------------------------------------------------
+
+    def take_ranges(self, measured: RangesMeasured, now: float) -> None:
+        """Take what a sensor of the vehicle measured."""
+        directions = np.array(measured.directions, dtype=np.float64)
+        beam = measured.source is RangeSource.DISTANCE_SENSOR
+        if beam and abs(directions[0, 2]) > _DOWNWARDS:
+            return
+        carrier = self._hear(measured.source.value, now)
+        if carrier is None:
+            return
+        if not beam:
+            self._scans_until_s = now + self._config.sensor_timeout_s
+        elif now < self._scans_until_s:
+            return  # a scan says the same, and finer: beams are often the nearest of many sectors
+        turned = {
+            RangeAxes.BODY: carrier.from_body,
+            RangeAxes.LEVEL: carrier.from_level,
+            RangeAxes.NORTH: carrier.from_north,
+        }[measured.axes]
+        scan = RayScan(
+            carrier.position_enu_m,
+            directions @ turned.T,
+            np.array(measured.ranges_m, dtype=np.float64),
+            measured.range_min_m,
+            measured.range_max_m,
+            0.5 * measured.width_rad,
+        )
+        self._map.integrate(scan, self._ground_m())
+
+    def take_scan(self, scan: SensorScan, now: float) -> None:
+        """Take a scan from ROS."""
+        carrier = self._hear(LASER_SCAN, now)
+        if carrier is None:
+            return
+        origin, turned = self._mounted(carrier)
+        if scan.in_map:
+            origin, turned = (0.0, 0.0, 0.0), np.eye(3)
+        rays = RayScan(
+            origin,
+            scan.directions @ turned.T,
+            scan.ranges_m,
+            scan.range_min_m,
+            scan.range_max_m,
+            scan.half_angle_rad,
+        )
+        self._map.integrate(rays, self._ground_m())
+
+    def take_points(self, cloud: SensorPoints, now: float) -> None:
+        """Take a cloud of points from ROS."""
+        carrier = self._hear(POINT_CLOUD, now)
+        if carrier is None:
+            return
+        origin, turned = self._mounted(carrier)
+        if cloud.in_map:
+            points = cloud.points_m - (0.0, 0.0, carrier.height_m - carrier.position_enu_m[2])
+        else:
+            points = cloud.points_m @ turned.T + np.array(origin)
+        ground_m = self._ground_m()
+        if ground_m is None:
+            ground_m = carrier.position_enu_m[2]
+            points = points[points[:, 2] < ground_m + _HEADROOM_M]
+        self._map.integrate_points(origin, points, ground_m)
+
+    def _hear(self, kind: str, now: float) -> Carrier | None:
+        """Return where the vehicle is, if that is known, with the map about it."""
+        state, origin = self._vehicle.state, self._map_frame.origin
+        carrier = carrier_at(state, self._map_frame, self._drives, now)
+        if carrier is None or origin is None:
+            return None
+        before = self._origin or origin
+        if origin != before and math.hypot(*self._map_frame.enu(before)) > _ORIGIN_MOVED_M:
+            self._map.clear()
+        self._origin = origin
+        self._heard_s[kind] = now
+        self._map.recentre(carrier.position_enu_m)
+        return carrier
+
+    def _mounted(self, carrier: Carrier) -> tuple[Vector3, Array]:
+        """Return where the sensor of the topics is, and what turns its axes into the map's."""
+        pose = self._config.sensor_pose
+        offset = carrier.from_flu @ np.array(pose.position_flu_m)
+        x, y, z = (carrier.position_enu_m + offset).tolist()
+        return (x, y, z), np.asarray(carrier.from_flu @ pose.to_body())
+
+    def _ground_m(self) -> float | None:
+        return None if self._drives else self._map_frame.ground_enu_m(self._vehicle.state)
+
+
+def _endless(obstacles: Obstacles) -> Obstacles:
+    posts, boxes = obstacles.posts.copy(), obstacles.boxes.copy()
+    for table in (posts, boxes):
+        table[:, -2], table[:, -1] = -math.inf, math.inf
+    return Obstacles(posts, boxes)
