@@ -110,6 +110,13 @@ class Course:
         """Show a remark."""
         self.tell(Said(text, bad))
 
+    def numbered(self, text: str) -> str:
+        """Return a sentence of the server with this client's numbers instead of long ids."""
+        for goal in self._goals:
+            if goal.id:
+                text = text.replace(goal.id, str(goal.number))
+        return text
+
     def tell(self, event: Event) -> None:
         """Show an event."""
         self._view.tell(event, self.t_s(time.monotonic()))

@@ -117,7 +117,9 @@ class Ended:
             return f"Goal {self.goal} ended as {self.code} after {self.elapsed_s:.1f} s"
         x, y, z = self.position_enu_m
         place = f", at ({x:.2f}, {y:.2f}, {z:.2f}) m" if math.isfinite(x) else ""
-        error = f", {self.error_m:.2f} m from the target" if math.isfinite(self.error_m) else ""
+        error = ""
+        if self.bad and math.isfinite(self.error_m):  # a success says it itself
+            error = f", {self.error_m:.2f} m from the target"
         return f"{self.message} ({self.elapsed_s:.1f} s{place}{error})"
 
 

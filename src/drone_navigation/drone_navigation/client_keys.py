@@ -14,6 +14,7 @@ from enum import Enum
 from typing import IO, Any
 
 HINT = "p pause  r resume  g new goal  c cancel  ? help"
+HINT_SHORT = "keys: p r g c ?"
 HELP = (
     "p: the vehicle stops and waits. r: it goes on. g: type another goal, which replaces this one "
     "in flight. c: cancel and wait for the stop; so does Ctrl-C, and a second Ctrl-C stops waiting."

@@ -5,32 +5,36 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Console, Group
 from rich.live import Live
-from rich.progress_bar import ProgressBar
-from rich.table import Table
+from rich.style import Style
 from rich.text import Text
 
 from drone_navigation.client_events import Ended, Event, Sending, Telemetry
-from drone_navigation.client_keys import HINT
+from drone_navigation.client_keys import HINT, HINT_SHORT
 
 _PERIOD_S = 0.1
-_BAR_MAX = 40
-# What a line needs beside its bar.
-_BESIDE_BAR = 34
-_BAR_MIN = 5
+# Below this width the lines have no labels.
+_LABELS_WIDTH = 60
+_LABEL_WIDTH = 10
+_BAR_MIN, _BAR_MAX = 5, 40
+# What stands beside a bar: " 100 %  12345.6 m left".
+_BESIDE_BAR = 23
 _BATTERY_LOW_PERCENT = 25.0
 # A server sends several a second; this long without one is worth a word.
 _SILENCE_S = 3.0
 
+_SUCCESS, _CANCELLING = "SUCCESS", "CANCELLING"
+# All that is not named here is a step on the way to NAVIGATING.
 _STATUS_STYLES = {
-    "NAVIGATING": "bold green",
-    "SETTLING": "bold green",
-    "SUCCESS": "bold white on green",
-    "PAUSED": "bold yellow",
-    "CANCELLING": "bold yellow",
-    "BLOCKED": "bold black on yellow",
-    "HOLDING": "bold red",
+    "NAVIGATING": "bold black on green",
+    "SETTLING": "bold black on green",
+    _SUCCESS: "bold black on green",
+    "PAUSED": "bold black on yellow",
+    _CANCELLING: "bold black on yellow",
+    "CANCELED": "bold black on yellow",
+    "BLOCKED": "bold yellow on red",
+    "HOLDING": "bold white on red",
     "LINK_LOST": "bold white on red",
 }
 
@@ -69,9 +73,12 @@ class LiveView:
 
     def show(self, telemetry: Telemetry, t_s: float) -> None:
         """Redraw the block with a feedback."""
-        before, self._telemetry = self._telemetry, telemetry
+        before = self._telemetry
         if before is None or telemetry.goal != before.goal:
             self._whole_m = 0.0
+        elif telemetry.status == _CANCELLING:  # its way ends where it stops, which is no progress
+            telemetry = replace(telemetry, distance_left_m=before.distance_left_m)
+        self._telemetry = telemetry
         self._whole_m = max(self._whole_m, telemetry.distance_left_m)
         self._heard_s = t_s
         if before is None or telemetry.status != before.status:
@@ -97,87 +104,92 @@ class LiveView:
 
     def _draw(self, t_s: float) -> None:
         self._drawn_s = t_s
-        self._live.update(Group(*self._lines(t_s)), refresh=True)
+        lines = self._lines(t_s)
+        for line in lines:
+            line.no_wrap, line.overflow = True, "ellipsis"
+        self._live.update(Group(*lines), refresh=True)
 
-    def _lines(self, t_s: float) -> list[RenderableType]:
-        lines: list[RenderableType] = []
-        if self._telemetry is not None:
-            lines.append(_heading(self._telemetry, self._goals.get(self._telemetry.goal, "")))
-            lines.append(self._table(self._telemetry, t_s))
+    def _lines(self, t_s: float) -> list[Text]:
+        telemetry = self._telemetry
+        lines = [Text()] if telemetry is None else self._numbers(telemetry, t_s)
         if self._typed is not None:
             prompt = Text(self._label, style="bold cyan")
-            prompt.append(self._typed, style="bold")
-            prompt.append("▏")
-            prompt.append("  Enter: fly there  Esc: don't", style="dim")
-            lines.append(_line(prompt))
+            prompt.append(f"{self._typed}▏", style="bold not dim")
+            prompt.append("  Enter: fly there  Esc: don't", style="not bold dim")
+            lines.append(prompt)
         elif self._keys:
-            lines.append(_line(Text(HINT, style="dim")))
+            hint = HINT if len(HINT) <= self._console.width else HINT_SHORT
+            lines.append(Text(hint, style="dim"))
         return lines
 
-    def _table(self, telemetry: Telemetry, t_s: float) -> Table:
-        table = Table.grid(padding=(0, 2))
-        for _ in range(3):
-            table.add_column(no_wrap=True, overflow="ellipsis")
-        width = min(max(self._console.width - _BESIDE_BAR, _BAR_MIN), _BAR_MAX)
-        left_m, whole_m = telemetry.distance_left_m, max(self._whole_m, 1e-6)
-        done = min(max(1.0 - left_m / whole_m, 0.0), 1.0) if math.isfinite(left_m) else 0.0
-        replans = Text(
-            f"replans {telemetry.replans}", style="yellow" if telemetry.replans else "dim"
-        )
-        table.add_row(Text("position", style="dim"), _place(telemetry), replans)
-        table.add_row(
-            Text("way", style="dim"),
-            ProgressBar(total=1.0, completed=done, width=width),
-            f"{100.0 * done:3.0f} %  {left_m:.1f} m left",
-        )
+    def _numbers(self, telemetry: Telemetry, t_s: float) -> list[Text]:
+        x, y, z = (round(part, 2) + 0.0 for part in telemetry.position_enu_m)  # + 0: no "-0.00"
+        known = math.isfinite(x)
         battery = telemetry.battery_percent
-        colour = "green" if battery > _BATTERY_LOW_PERCENT else "red"
-        table.add_row(
-            Text("battery", style="dim"),
-            ProgressBar(
-                total=100.0,
-                completed=battery if math.isfinite(battery) else 0.0,
-                width=width,
-                complete_style=colour,
-                finished_style=colour,
+        charge = battery / 100.0 if math.isfinite(battery) else 0.0
+        left_m, done = telemetry.distance_left_m, self._done(telemetry)
+        left = f"{left_m:.1f}" if math.isfinite(left_m) else "?"
+        time = Text(f"{_clock(t_s)}, ETA in {_clock(telemetry.time_left_s)}")
+        if telemetry.replans:
+            time.append(f"  replans {telemetry.replans}", style="bold yellow")
+        if t_s - self._heard_s > _SILENCE_S:
+            time.append(f"  no feedback for {t_s - self._heard_s:.0f} s", style="bold red")
+        return [
+            Text(),
+            _heading(telemetry, self._goals.get(telemetry.goal, "")),
+            self._line(
+                "position", f"east {x:.2f}  north {y:.2f}  up {z:.2f} m" if known else "unknown"
             ),
-            f"{battery:3.0f} %" if math.isfinite(battery) else "unknown",
-        )
-        silent_s = t_s - self._heard_s
-        table.add_row(
-            Text("time", style="dim"),
-            f"{_clock(t_s)}, ETA in {_clock(telemetry.time_left_s)}",
-            Text(f"no feedback for {silent_s:.0f} s", style="bold red")
-            if silent_s > _SILENCE_S
-            else "",
-        )
-        return table
+            self._line("way", self._bar(done, "cyan"), f"{_percent(done)}  {left} m left"),
+            self._line(
+                "battery",
+                self._bar(charge, "green" if battery > _BATTERY_LOW_PERCENT else "red"),
+                _percent(charge) if math.isfinite(battery) else " unknown",
+            ),
+            self._line("time", time),
+        ]
+
+    def _done(self, telemetry: Telemetry) -> float:
+        """Return how much of the way is done; it goes back when the way gets longer."""
+        if telemetry.status == _SUCCESS:
+            return 1.0
+        done = 1.0 - telemetry.distance_left_m / max(self._whole_m, 1e-6)
+        return min(max(done, 0.0), 1.0) if math.isfinite(done) else 0.0
+
+    @property
+    def _labels(self) -> bool:
+        return self._console.width >= _LABELS_WIDTH
+
+    def _line(self, label: str, *parts: str | Text) -> Text:
+        if self._labels:
+            return Text.assemble((f"{label:<{_LABEL_WIDTH}}", "dim"), *parts)
+        return Text.assemble(*parts)
+
+    def _bar(self, part: float, colour: str) -> Text:
+        """Return a bar that can be read without colours, too."""
+        beside = _BESIDE_BAR + (_LABEL_WIDTH if self._labels else 0)
+        width = min(max(self._console.width - beside, _BAR_MIN), _BAR_MAX)
+        full = math.floor(part * width)
+        return Text.assemble(("━" * full, Style(color=colour)), ("╌" * (width - full), "dim"))
 
 
 def _heading(telemetry: Telemetry, goal: str) -> Text:
-    text = Text(f" {telemetry.status} ", style=_STATUS_STYLES.get(telemetry.status, "bold cyan"))
-    line = Text.assemble(text, f" {telemetry.goal}: {goal}")
+    style = _STATUS_STYLES.get(telemetry.status, "bold black on cyan")
+    line = Text.assemble((f" {telemetry.status} ", style), f" {telemetry.goal}: {goal}")
     if telemetry.waypoint is not None:
         line.append(f", waypoint {telemetry.waypoint} of {telemetry.waypoints}")
         line.append(f", lap {telemetry.lap}" if telemetry.lap != 1 else "")
-    return _line(line)
-
-
-def _place(telemetry: Telemetry) -> Text:
-    x, y, z = telemetry.position_enu_m
-    text = f"east {x:.2f}  north {y:.2f}  up {z:.2f} m" if math.isfinite(x) else "unknown"
-    return Text(text)
-
-
-def _line(text: Text) -> Text:
-    text.no_wrap, text.overflow = True, "ellipsis"
-    return text
+    return line
 
 
 def _style_of(event: Event) -> str:
     if isinstance(event, Ended):
         return "yellow" if event.replaced else "bold green"
     return "bold"
+
+
+def _percent(part: float) -> str:
+    return f" {100.0 * part:3.0f} %"
 
 
 def _clock(seconds: float) -> str:

@@ -211,7 +211,7 @@ class NavigationClient:
             future, called_s = call
             if future.done():
                 answer = future.result()
-                self._course.say(answer.message, bad=not answer.success)
+                self._course.say(self._course.numbered(answer.message), bad=not answer.success)
             elif now_s - called_s > RESPONSE_TIMEOUT_S:
                 self._course.say("The server did not answer.", bad=True)
             else:

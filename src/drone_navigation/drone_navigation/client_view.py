@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
+import sys
 from typing import Protocol
 
 from rich.console import Console
@@ -50,6 +52,7 @@ class PlainView:
     def tell(self, event: Event, t_s: float) -> None:
         """Print a line."""
         if event.sentence:
+            self._leave_prompt()
             self._print(event.sentence)
 
     def show(self, telemetry: Telemetry, t_s: float) -> None:
@@ -69,7 +72,11 @@ class PlainView:
                 blank = " " * len(self._prompt)
                 self._console.out(f"\r{blank}\r{line}", end="", highlight=False)
                 self._prompt = line
-        elif self._prompt:
+        else:
+            self._leave_prompt()
+
+    def _leave_prompt(self) -> None:
+        if self._prompt:
             self._print("")
             self._prompt = ""
 
@@ -130,6 +137,8 @@ def make_view(*, plain: bool, json: bool, keys: bool) -> View:
         json: JSON wherever it goes.
         keys: whether somebody can press keys.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that can't draw a bar is no reason
     console = _PatientConsole()
     if json:
         return JsonView(console)

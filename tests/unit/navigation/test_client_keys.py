@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from drone_navigation.client_keys import HELP, HINT, Key, Keyboard, Keys, Pressed
+from drone_navigation.client_keys import HELP, HINT, HINT_SHORT, Key, Keyboard, Keys, Pressed
 
 
 def fed(keys: Keys, *reads: str) -> list[Pressed]:
@@ -26,6 +26,7 @@ def test_each_key_asks_for_its_thing_in_either_case(typed: str) -> None:
 def test_every_key_is_named_in_the_hint_and_explained_or_leads_to_the_explanation() -> None:
     for key in Key:
         assert f"{key.value} " in HINT
+        assert f" {key.value}" in HINT_SHORT
         assert key is Key.HELP or f"{key.value}: " in HELP
     assert fed(Keys(), "q") == [Pressed(Key.HELP)]
 
