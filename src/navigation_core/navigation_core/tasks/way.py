@@ -9,11 +9,14 @@ even that helps, the vehicle stops first.
 
 from __future__ import annotations
 
+import bisect
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 
 import numpy as np
+from numpy.typing import NDArray
 
 from navigation_core.braking import must_brake, stopping_ends
 from navigation_core.conflicts import Samples, clearance_at_m, first_conflict
@@ -30,7 +33,7 @@ from navigation_core.geometry import (
 from navigation_core.limits import Limits
 from navigation_core.obstacles import Array, Obstacles
 from navigation_core.planner import NoPath, PlanLimits, plan
-from navigation_core.routes import RoutePoint, plan_route
+from navigation_core.routes import RoutePoint, RouteTrajectory, plan_route
 from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import Traits
 from navigation_core.trajectory import Trajectory, plan_stop, plan_to
@@ -90,6 +93,13 @@ class _Via:
     asked: bool
 
 
+class _Fault(Enum):
+    """Where a trajectory could not be made sound."""
+
+    BEGINNING = auto()
+    LATER = auto()
+
+
 class WayPlanner:
     """Plans the ways of one goal."""
 
@@ -135,8 +145,8 @@ class WayPlanner:
                 f"({x:.1f}, {y:.1f}, {z:.1f}) m is {room_m:.2f} m from an obstacle, where "
                 f"{needed_m:g} m are to be kept."
             )
-        reason = ""
-        for begin in self._beginnings(start):
+        reason = "The vehicle has to stop first."
+        for begin in self._beginnings(start, obstacles):
             state = start if begin is None else KinematicState(begin.end_position_enu_m)
             for extra_m in self._extras_m(room_m - needed_m):
                 lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
@@ -144,12 +154,14 @@ class WayPlanner:
                     reason = f"No way that keeps {needed_m:g} m to all obstacles: {lines.reason}"
                     continue
                 way = self._fly(state, begin, lines, obstacles)
-                if way is not None:
+                if isinstance(way, Way):
                     return way
                 reason = (
                     "A way exists, but none that can be flown from here and keeps "
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
                 )
+                if way is _Fault.BEGINNING:
+                    break  # Other lines begin with about the same turn.
         return NoWay(reason)
 
     def _clearance_m(self, position_enu_m: Vector3, obstacles: Obstacles) -> float:
@@ -168,11 +180,26 @@ class WayPlanner:
         ]
         return [extra_m for extra_m in dict.fromkeys((*extras_m, 0.0)) if extra_m <= room_m]
 
-    def _beginnings(self, start: KinematicState) -> list[Trajectory | None]:
+    def _beginnings(
+        self, start: KinematicState, obstacles: Obstacles
+    ) -> Iterator[Trajectory | None]:
         """Return what a way may begin with: nothing, or a brake if it moves."""
         if norm(start.velocity_enu_m_s) < _SLOW_M_S:
-            return [None]
-        return [None, plan_stop(start, self.braking_limits)]
+            yield None
+            return
+        if not self._acts(Samples.at(start), obstacles)[0]:
+            yield None
+        stop = plan_stop(start, self.braking_limits)
+        braked = Samples.of(stop).positions_enu_m
+        if first_conflict(braked, obstacles, self._config.flown_clearance_m) is None:
+            yield stop
+
+    def _acts(self, motion: Samples, obstacles: Obstacles) -> NDArray[np.bool_]:
+        """Return when the brake would act."""
+        config = self._config
+        return must_brake(
+            motion, obstacles, self.braking_limits, config.brake_clearance_m, config.reaction_s
+        )
 
     # --- lines ---------------------------------------------------------------------------
 
@@ -212,8 +239,8 @@ class WayPlanner:
         begin: Trajectory | None,
         vias: list[_Via],
         obstacles: Obstacles,
-    ) -> Way | None:
-        """Return a trajectory along lines that was found sound; None if none was.
+    ) -> Way | _Fault:
+        """Return a trajectory along lines that was found sound, or where none was.
 
         Args:
             state: where the lines begin.
@@ -223,47 +250,39 @@ class WayPlanner:
         """
         for _ in range(_TRIES_MAX):
             route = plan_route(state, [via.point for via in vias])
-            trajectory, before_s = route.trajectory, 0.0
-            if begin is not None:
-                trajectory, before_s = begin.then(trajectory), begin.duration_s
-            samples = Samples.of(trajectory)
+            samples = Samples.of(route.trajectory)
             faults_s = self._faults_s(samples, obstacles)
-            passed_s = [before_s + time_s for time_s in route.passed_s]
             if not faults_s:
-                asked_s = [t for t, via in zip(passed_s, vias, strict=True) if via.asked]
-                return Way(trajectory, tuple(asked_s), samples)
-            if faults_s[0] < before_s or (faults_s[0] == 0.0 and norm(state.velocity_enu_m_s) > 0):
-                return None
-            gentler = self._gentler(state, vias, np.array(passed_s), trajectory, faults_s)
+                return _joined(begin, route, vias)
+            gentler = self._gentler(state, vias, route, faults_s)
             if gentler is None:
-                return None
+                break
             vias = gentler
-        return None
+        led_in_s = 0.5 * route.passed_s[0]
+        moves = norm(state.velocity_enu_m_s) >= _SLOW_M_S
+        return _Fault.BEGINNING if moves and faults_s[0] < led_in_s else _Fault.LATER
 
     def _faults_s(self, samples: Samples, obstacles: Obstacles) -> list[float]:
         """Return when a trajectory is too near to an obstacle, or too fast towards one."""
-        config = self._config
-        near = first_conflict(samples.positions_enu_m, obstacles, config.flown_clearance_m)
-        fast = must_brake(
-            samples, obstacles, self.braking_limits, config.brake_clearance_m, config.reaction_s
-        )
-        indices = [*([] if near is None else [near]), *np.flatnonzero(fast)]
+        clearance_m = self._config.flown_clearance_m
+        near = first_conflict(samples.positions_enu_m, obstacles, clearance_m)
+        fast = np.flatnonzero(self._acts(samples, obstacles))
+        indices = [*([] if near is None else [near]), *fast]
         return sorted(float(samples.times_s[index]) for index in indices)
 
     def _gentler(
         self,
         state: KinematicState,
         vias: list[_Via],
-        passed_s: Array,
-        trajectory: Trajectory,
+        route: RouteTrajectory,
         faults_s: list[float],
     ) -> list[_Via] | None:
         """Return the same lines, to be flown more gently where there were faults."""
         legs: dict[int, float] = {}
         for time_s in faults_s:
-            leg = min(int(np.searchsorted(passed_s, time_s)), len(vias) - 1)
+            leg = min(bisect.bisect_left(route.passed_s, time_s), len(vias) - 1)
             end = vias[leg].point.position_enu_m
-            left_m = distance(trajectory.sample(time_s).position_enu_m, end)
+            left_m = distance(route.trajectory.sample(time_s).position_enu_m, end)
             legs[leg] = max(legs.get(leg, 0.0), left_m)
         gentler = []
         places = [state.position_enu_m, *(via.point.position_enu_m for via in vias)]
@@ -334,6 +353,15 @@ class WayPlanner:
         places = np.array(here_enu_m) + (radii_m[:, None, None] * circle).reshape(-1, 3)
         inside = (places[:, 2] >= low - _RING_M / 2) & (places[:, 2] <= high + _RING_M / 2)
         return np.asarray(places[inside])
+
+
+def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[_Via]) -> Way:
+    """Return the way of a route, and of what comes before it."""
+    trajectory, before_s = route.trajectory, 0.0
+    if begin is not None:
+        trajectory, before_s = begin.then(trajectory), begin.duration_s
+    passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
+    return Way(trajectory, tuple(passed_s), Samples.of(trajectory))
 
 
 def _sharper(point: RoutePoint) -> RoutePoint:
