@@ -41,7 +41,7 @@ from navigation_core.trajectory import Trajectory, plan_stop, plan_to
 # Slower than this a vehicle need not stop before it goes another way.
 _SLOW_M_S = 0.3
 # So often a trajectory along the same lines is made gentler.
-_TRIES_MAX = 4
+_TRIES_MAX = 3
 _SPEED_FACTOR, _CORNER_FACTOR = 0.55, 0.4
 # A corner that is cut by less is a stop; slower than this a flight helps nobody.
 _CORNER_MIN_M, _SPEED_MIN_M_S = 0.08, 0.4
@@ -184,11 +184,10 @@ class WayPlanner:
         self, start: KinematicState, obstacles: Obstacles
     ) -> Iterator[Trajectory | None]:
         """Return what a way may begin with: nothing, or a brake if it moves."""
-        if norm(start.velocity_enu_m_s) < _SLOW_M_S:
-            yield None
-            return
         if not self._acts(Samples.at(start), obstacles)[0]:
             yield None
+        if norm(start.velocity_enu_m_s) < _SLOW_M_S:
+            return
         stop = plan_stop(start, self.braking_limits)
         braked = Samples.of(stop).positions_enu_m
         if first_conflict(braked, obstacles, self._config.flown_clearance_m) is None:
@@ -373,4 +372,5 @@ def _slower(point: RoutePoint) -> RoutePoint | None:
     speed_m_s = _SPEED_FACTOR * point.limits.speed_horizontal_m_s
     if speed_m_s < _SPEED_MIN_M_S:
         return None
-    return replace(point, limits=point.limits.with_speed(speed_m_s))
+    # All else stays: a gentler acceleration would make the turns only wider.
+    return replace(point, limits=replace(point.limits, speed_horizontal_m_s=speed_m_s))
