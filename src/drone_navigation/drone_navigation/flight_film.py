@@ -20,8 +20,7 @@ mpl.use("Agg")
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgba
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.path import Path as Outline
@@ -30,7 +29,7 @@ Picture = NDArray[np.uint8]
 
 SIZE_PX = (1280, 720)
 _DPI = 160
-_MARGIN_M = 2.5
+_MARGIN_M = 4.0
 # Left, bottom, width and height, as shares of the picture.
 _ABOVE_FRAME = (0.036, 0.115, 0.53, 0.79)
 _SIDE_FRAME = (0.605, 0.655, 0.38, 0.25)
@@ -149,8 +148,9 @@ class _Stage:
         axes.set(xlim=(left, right), ylim=(bottom, top), facecolor="white")
         _decorate(axes, view)
         self._places = np.stack(view.points(recording.positions_enu_m), axis=-1)
-        self._gone = self._shapes(scene.GONE, 0.6)
-        self._known = self._shapes(scene.OBSTACLE, 1.0 if view is ABOVE else 0.3)
+        self._gone, self._known = scene.draw_obstacles(axes), scene.draw_obstacles(axes)
+        for shapes in (self._gone, self._known):
+            shapes.set(animated=True)
         self._old = [self._line("-", scene.FAINT, 1.6) for _ in range(3)]
         (self._plan,) = axes.plot([], [], "-", color=scene.PLAN, linewidth=2.0, animated=True)
         (self._track,) = axes.plot([], [], "-", color=scene.TRACK, linewidth=2.2, animated=True)
@@ -158,11 +158,6 @@ class _Stage:
         (self._goals,) = axes.plot([], [], "x", color=scene.GOAL, markersize=8,
                                    markeredgewidth=2.2, animated=True)  # fmt: skip
         (self._vehicle,) = axes.plot([], [], color=scene.INK, markersize=11, animated=True)
-
-    def _shapes(self, colour: str, alpha: float) -> PolyCollection:
-        shapes = scene.draw_obstacles(self._axes, self._view, NOTHING, self._heights_m, colour)
-        shapes.set(animated=True, alpha=alpha)
-        return shapes
 
     def _line(self, style: str, colour: str, width: float) -> Line2D:
         (line,) = self._axes.plot([], [], style, color=colour, linewidth=width, animated=True)
@@ -191,13 +186,14 @@ class _Stage:
                 self._goals, self._vehicle]  # fmt: skip
 
     def _show_obstacles(self, time_s: float, memory: _Memory) -> None:
-        self._known.set_verts(self._view.shapes(memory.known, self._heights_m))
-        self._gone.set_verts(self._view.shapes(memory.gone, self._heights_m))
         share = np.clip((time_s - memory.since_s) / _GLOW_S, 0.0, 1.0)[:, None]
-        new, old = np.array(to_rgba(scene.NEW)), np.array(to_rgba(scene.OBSTACLE))
-        self._known.set_facecolor((1.0 - share) * new + share * old)
-        if self._view is not ABOVE:
-            self._known.set_alpha(0.3)
+        colours = (1.0 - share) * _rgb(scene.NEW) + share * _rgb(scene.OBSTACLE)
+        for shapes, obstacles, rgb in (
+            (self._gone, memory.gone, _rgb(scene.GONE)),
+            (self._known, memory.known, colours),
+        ):
+            way = self._recording.positions_enu_m
+            scene.show_obstacles(shapes, self._view, obstacles, self._heights_m, rgb, way)
 
     def _show_plans(self, time_s: float) -> None:
         plans = self._recording.plans
@@ -211,6 +207,10 @@ class _Stage:
             age_s = time_s - plans.times_s[index + 1]
             line.set_data(*self._view.points(plans.values[index]))
             line.set(visible=True, alpha=float(np.clip(1.0 - age_s / _FADE_S, 0.0, 1.0)))
+
+
+def _rgb(colour: str) -> Array:
+    return np.array(to_rgb(colour))
 
 
 def _decorate(axes: Axes, view: View) -> None:

@@ -18,12 +18,13 @@ from navigation_core.obstacles import Obstacles
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 
 EXIT_OK = 0
 EXIT_FAILED = 1
-_MARGIN_M = 2.0
+_MARGIN_M = 4.0
 # Events that are nearer than this to each other (share of the flight) share a name.
-_APART = 0.02
+_APART = 0.035
 _TARGETS_NAMED_MAX = 12
 
 
@@ -71,10 +72,12 @@ def _draw_view(axes: Axes, view: View, recording: Recording) -> None:
     low, high = scene.bounds_m(recording, _MARGIN_M)
     heights_m = (float(low[2]), float(high[2]))
     if len(recording.obstacles):
-        passed = _all_of(recording.obstacles)
-        scene.draw_obstacles(axes, view, passed, heights_m, scene.GONE)
-        now = recording.obstacles.values[-1]
-        scene.draw_obstacles(axes, view, now, heights_m, scene.OBSTACLE)
+        passed, now = _all_of(recording.obstacles), recording.obstacles.values[-1]
+        for obstacles, colour in ((passed, scene.GONE), (now, scene.OBSTACLE)):
+            scene.show_obstacles(
+                scene.draw_obstacles(axes), view, obstacles, heights_m,
+                np.array(to_rgb(colour)), recording.positions_enu_m,
+            )  # fmt: skip
     _draw_plans(axes, view, recording)
     places = view.points(recording.positions_enu_m)
     axes.plot(*places, color=scene.TRACK, linewidth=2.0, label="flown")

@@ -1,7 +1,7 @@
 """What a tlog tells about a flight: the same for pictures and films, whoever recorded it.
 
-The messages go through the code that flies (``mavlink_vehicle.state.reduce`` and the map
-frame), so a recording shows what the server knew at the time. A recording of the server has
+The messages go through the code that flies (the vehicle, the map frame, the obstacle
+map), so a recording shows what the server knew at the time. A recording of the server has
 notes, too (:mod:`drone_navigation.notes`): goals, plans, progress. What a recording of
 another program lacks is said in :attr:`Recording.remarks`.
 """
@@ -18,18 +18,24 @@ from numpy.typing import NDArray
 
 from drone_navigation import notes
 from drone_navigation.map_frame import MapFrame
+from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.recorded_frames import Frame, FromFirstPosition, LocalOnly
 from drone_navigation.recorded_notes import Goal, NotesReader
 from drone_navigation.requests import MapPose
+from drone_navigation.settings import ObstacleConfig
 from drone_navigation.timeline import Timeline
 from mavlink_vehicle.codec import Codec, Message, mavlink
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.tlog import TlogReader
-from mavlink_vehicle.profiles import profile_for
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.ranges import RangesMeasured
+from mavlink_vehicle.vehicle import Vehicle
+from mavlink_vehicle.vehicle_config import VehicleConfig
+from mavlink_vehicle.vehicle_state import VehicleState
 from navigation_core.geometry import Vector3
-from navigation_core.obstacles import Obstacles
+from navigation_core.obstacles import NOTHING, Obstacles
 
+# How often what the map holds is kept: enough for a film.
+_LOOK_PERIOD_S = 0.2
 _POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
 # System and component of an autopilot.
 _Source = tuple[int, int]
@@ -141,8 +147,15 @@ class _Reader:
 
     def __init__(self, vehicle: _Source, frame: Frame) -> None:
         self.poses: list[tuple[float, MapPose, float]] = []
-        self._state = VehicleState(system_id=vehicle[0], component_id=vehicle[1])
+        self._vehicle = Vehicle(
+            VehicleConfig(target_system=vehicle[0], target_component=vehicle[1])
+        )
         self._frame = frame
+        # What sensors see is placed in the server's own map frame.
+        self._feed: ObstacleFeed | None = None
+        if isinstance(frame, MapFrame):
+            self._feed = ObstacleFeed(self._vehicle, frame, ObstacleConfig())
+        self._obstacles: list[tuple[float, Obstacles]] = []
         self._noted = NotesReader()
         self._battery: list[tuple[float, float]] = []
         self._modes: list[tuple[float, str]] = []
@@ -159,8 +172,11 @@ class _Reader:
             if self._start_s is not None:
                 self._noted.take(self._time_s, message)
             return
-        before = self._state
-        self._state = state = reduce(before, message, self._time_s)
+        before = self._vehicle.state
+        self._vehicle.receive(message, self._time_s)
+        state = self._vehicle.state
+        self._vehicle.messages_to_send()
+        self._take_events()
         if state is before:
             return
         self._frame.update(state)
@@ -169,7 +185,7 @@ class _Reader:
         self._take_rest(before, state)
 
     def _take_position(self, unix_s: float, kind: str) -> None:
-        state = self._state
+        state = self._vehicle.state
         if kind != _POSITIONS[0] and state.global_position is not None:
             return
         pose = self._frame.pose(state)
@@ -184,6 +200,17 @@ class _Reader:
             velocity_ned_m_s = state.local_position.velocity_ned_m_s
         self.poses.append((self._time_s, pose, math.hypot(*velocity_ned_m_s[:2])))
 
+    def _take_events(self) -> None:
+        while (event := self._vehicle.next_event()) is not None:
+            if self._feed is not None and isinstance(event, RangesMeasured):
+                self._feed.take_ranges(event, self._time_s)
+        if self._feed is None or self._start_s is None:
+            return
+        seen, shown = self._feed.sensed, self._obstacles
+        latest = shown[-1] if shown else (-math.inf, NOTHING)
+        if seen is not latest[1] and self._time_s - latest[0] >= _LOOK_PERIOD_S:
+            shown.append((self._time_s, seen))
+
     def _take_rest(self, before: VehicleState, state: VehicleState) -> None:
         battery = state.battery
         if battery is not None and battery is not before.battery and battery.remaining is not None:
@@ -191,18 +218,17 @@ class _Reader:
         if state.last_heartbeat_s is not None and (
             state.custom_mode != before.custom_mode or not self._modes
         ):
-            profile = profile_for(state.autopilot, state.vehicle_type)
-            self._modes.append((self._time_s, profile.mode_name(state.custom_mode)))
+            self._modes.append((self._time_s, self._vehicle.mode_name))
         if state.texts.count != before.texts.count and state.status_texts:
             self._texts.append((self._time_s, state.status_texts[-1].text))
 
     def recording(self, remarks: Sequence[str]) -> Recording:
         """Return what was read; there must be a pose."""
-        noted, state = self._noted, self._state
-        profile = profile_for(state.autopilot, state.vehicle_type)
+        noted, profile = self._noted, self._vehicle.profile
+        name = "vehicle" if profile is None else profile.name
         status = noted.status or [(time_s, f"mode {name}") for time_s, name in self._modes]
         return Recording(
-            vehicle=f"{profile.name}, system {state.system_id}",
+            vehicle=f"{name}, system {self._vehicle.state.system_id}",
             remarks=tuple(remark for remark in [*remarks, *self._lacking()] if remark),
             times_s=np.array([time_s for time_s, _, _ in self.poses]),
             positions_enu_m=np.array([pose.position_enu_m for _, pose, _ in self.poses]),
@@ -216,7 +242,7 @@ class _Reader:
             battery_percent=Timeline.of(self._battery),
             status=Timeline.of(status),
             texts=Timeline.of(self._texts),
-            obstacles=Timeline(),
+            obstacles=Timeline.of(self._obstacles),
         )
 
     def _lacking(self) -> list[str]:

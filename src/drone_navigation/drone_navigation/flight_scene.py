@@ -27,7 +27,11 @@ GONE = "#d3d6db"
 NEW = "#e8452c"
 GOOD = "#3a9a5b"
 COLOURS = (INK, FAINT, TRACK, PLAN, GOAL, OBSTACLE, GONE, NEW, GOOD)
-_CORNERS = 12
+_CORNERS = 24
+_COLUMN_MAX_M = 0.3
+# What is this near to the way is shown from the side, too; how finely the way is looked at.
+_BESIDE_M = 3.0
+_WAY_POINTS = 200
 _AXES = ("east", "north", "height")
 
 
@@ -58,7 +62,7 @@ class View:
             heights_m: lowest and highest map z of the picture, for what has no end there.
         """
         if self.upward == 1:
-            return [*_circles(obstacles.posts), *_turned_boxes(obstacles.boxes)]
+            return [*_round_ones(obstacles.posts), *_turned_boxes(obstacles.boxes)]
         posts, boxes = obstacles.posts, obstacles.boxes
         turn = np.abs(np.stack([np.cos(boxes[:, 4]), np.sin(boxes[:, 4])]))
         along, aside = turn if self.across == 0 else turn[::-1]
@@ -104,17 +108,48 @@ def fitted(low: Array, high: Array, view: View, ratio: float) -> tuple[float, fl
     return across - x, across + x, bottom, bottom + 2.0 * y
 
 
-def draw_obstacles(
-    axes: Axes, view: View, obstacles: Obstacles, heights_m: tuple[float, float], colour: str
-) -> PolyCollection:
-    """Add obstacles to a picture, and return what may be changed later."""
-    # From the side one stands before the other, so what lies behind must shine through.
-    alpha = 1.0 if view.upward == 1 else 0.25
-    shapes = PolyCollection(
-        view.shapes(obstacles, heights_m), facecolors=colour, edgecolors="none", alpha=alpha
-    )
+def draw_obstacles(axes: Axes) -> PolyCollection:
+    """Add room for obstacles to a picture; :func:`show_obstacles` fills it."""
+    shapes = PolyCollection([], edgecolors="none")
     axes.add_collection(shapes, autolim=False)
     return shapes
+
+
+def show_obstacles(
+    shapes: PolyCollection,
+    view: View,
+    obstacles: Obstacles,
+    heights_m: tuple[float, float],
+    colours: Array,
+    way_enu_m: Array,
+) -> None:
+    """Show obstacles.
+
+    Args:
+        shapes: of :func:`draw_obstacles`.
+        view: from where.
+        obstacles: in the map frame.
+        heights_m: lowest and highest map z of the picture.
+        colours: red, green and blue, shape (3,), or (N, 3) for one each.
+        way_enu_m: the way that is flown, shape (K, 3). From the side everything is seen at once,
+            so what is far from the way is only hinted at.
+    """
+    opacity = np.ones(len(obstacles))
+    if view.upward != 1:
+        opacity = np.where(_far_m(obstacles, way_enu_m) < _BESIDE_M, 0.35, 0.04)
+    rgb = np.broadcast_to(colours, (len(obstacles), 3))
+    shapes.set_verts(view.shapes(obstacles, heights_m))
+    # matplotlib takes rows of red, green, blue and opacity; its stubs do not know.
+    shapes.set_facecolor(np.column_stack([rgb, opacity]))  # type: ignore[arg-type]
+
+
+def _far_m(obstacles: Obstacles, way_enu_m: Array) -> Array:
+    """Return how far obstacles are from a way, about."""
+    way = way_enu_m[:: max(len(way_enu_m) // _WAY_POINTS, 1), :2]
+    middles = np.concatenate([obstacles.posts[:, :2], obstacles.boxes[:, :2]])
+    reach = np.concatenate([obstacles.posts[:, 2], np.hypot(*obstacles.boxes[:, 2:4].T)])
+    offsets = middles[:, None] - way
+    return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1) - reach)
 
 
 def replan_times_s(recording: Recording) -> list[float]:
@@ -127,10 +162,18 @@ def replan_times_s(recording: Recording) -> list[float]:
     return rises
 
 
-def _circles(posts: Array) -> list[Array]:
-    angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
-    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return list(posts[:, None, :2] + posts[:, 2, None, None] * ring)
+def _round_ones(posts: Array) -> list[Array]:
+    # The columns of the obstacle map come as the posts around them: drawn as the squares they are.
+    small = posts[:, 2] < _COLUMN_MAX_M
+    outlines: list[Array] = [np.empty(0)] * len(posts)
+    for chosen, corners, start in ((small, 4, 0.25 * np.pi), (~small, _CORNERS, 0.0)):
+        angle = start + np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        table = posts[chosen]
+        shapes = table[:, None, :2] + table[:, 2, None, None] * ring
+        for index, shape in zip(np.flatnonzero(chosen), shapes, strict=True):
+            outlines[index] = shape
+    return outlines
 
 
 def _turned_boxes(boxes: Array) -> list[Array]:

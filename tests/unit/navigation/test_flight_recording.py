@@ -149,6 +149,35 @@ def test_a_clock_that_is_set_back_while_recording_turns_nothing_round(tmp_path: 
     assert (np.diff(recording.times_s) >= 0.0).all()
 
 
+def test_what_sensors_told_is_placed_in_the_map_as_it_was_at_the_time(tmp_path: Path) -> None:
+    origin = make("GPS_GLOBAL_ORIGIN", latitude=450_000_000, longitude=80_000_000, altitude=100_000)
+    messages: list[tuple[float, Message]] = [(0.0, heartbeat()), (0.0, with_source(origin, 1, 1))]
+    for i in range(60):
+        time_s, boot_ms = 0.1 * i, 100 * i
+        turned = make(
+            "ATTITUDE", time_boot_ms=boot_ms, roll=0.0, pitch=0.0, yaw=math.pi / 2, rollspeed=0.0,
+            pitchspeed=0.0, yawspeed=0.0,
+        )  # fmt: skip
+        # Five metres ahead, which is east, from the third second to the fourth.
+        ahead_cm = 500 if 30 <= i < 40 else 1001
+        scan = make(
+            "OBSTACLE_DISTANCE", time_usec=boot_ms * 1000, sensor_type=0, increment=5,
+            distances=[ahead_cm] + [1001] * 71, min_distance=20, max_distance=1000,
+            increment_f=5.0, angle_offset=0.0, frame=mavlink.MAV_FRAME_BODY_FRD,
+        )  # fmt: skip
+        place = (globally(0.0, boot_ms), local(0.0, 0.0, -2.0, boot_ms))
+        told = (*place, with_source(turned, 1, 1), with_source(scan, 1, 1))
+        messages.extend((time_s, message) for message in told)
+    recording = read_recording(write(tmp_path / "a.tlog", messages))
+    seen = recording.obstacles
+    assert not len(seen.at(2.5) or ())
+    held = seen.at(3.9)
+    assert held is not None
+    assert np.abs(held.posts[:, 0] - 5.0).max() < 0.6
+    assert np.abs(held.posts[:, 1]).max() < 0.6
+    assert not len(seen.at(5.9) or ())
+
+
 @pytest.mark.parametrize("content", [None, b"", b"not a log at all" * 100])
 def test_what_is_no_recording_of_a_flight_gives_a_sentence(
     tmp_path: Path, content: bytes | None
