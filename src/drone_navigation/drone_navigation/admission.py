@@ -7,7 +7,7 @@ from dataclasses import replace
 from drone_navigation.admitted import Admitted, Handover, Situation
 from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.map_frame import MapFrame
-from drone_navigation.obstacle_admission import check_obstacles
+from drone_navigation.obstacle_admission import avoidance_of, check_obstacles
 from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.requests import (
     LandRequest,
@@ -132,7 +132,7 @@ def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Reje
     warnings = check_obstacles((goal.position_enu_m,), request.avoid_obstacles, False, situation)
     if isinstance(warnings, Rejection):
         return warnings
-    return _goto(goal, config.goto, situation, warnings)
+    return _goto(goal, config.goto, situation, warnings, request.avoid_obstacles)
 
 
 def _take_off(request: TakeoffRequest, situation: Situation) -> Admitted | Rejection:
@@ -162,7 +162,11 @@ def _take_off(request: TakeoffRequest, situation: Situation) -> Admitted | Rejec
 
 
 def _goto(
-    goal: GotoGoal, config: GotoConfig, situation: Situation, warnings: tuple[str, ...] = ()
+    goal: GotoGoal,
+    config: GotoConfig,
+    situation: Situation,
+    warnings: tuple[str, ...] = (),
+    avoid: bool = False,
 ) -> Admitted | Rejection:
     traits = situation.traits
     if not traits.hovers:
@@ -176,6 +180,8 @@ def _goto(
     x, y, z = goal.position_enu_m
     speed_m_s = goal.max_speed_m_s or config.limits.speed_horizontal_m_s
 
+    avoidance = avoidance_of(avoid, situation)
+
     def make_task(handover: Handover) -> Task:
         return Goto(
             goal,
@@ -184,6 +190,7 @@ def _goto(
             predecessor_yaw=handover.yaw_enu_rad,
             predecessor_time_s=handover.time_s,
             traits=traits,
+            avoidance=avoidance,
         )
 
     return Admitted(

@@ -12,8 +12,9 @@ from navigation_core.geometry import Vector3
 from navigation_core.obstacles import KnownObstacle, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
+from navigation_core.tasks.avoidance import AvoidanceConfig
 
-__all__ = ["check_obstacles", "heights_m"]
+__all__ = ["avoidance_of", "check_obstacles"]
 
 _NO_SENSOR = "No obstacle sensor is heard, so only the known obstacles are avoided."
 _MISSION = "The autopilot flies the mission by itself, so that obstacles are not avoided."
@@ -92,12 +93,27 @@ def _level(point: Vector3, situation: Situation) -> Vector3:
     return point if situation.traits.flies else (point[0], point[1], 0.0)
 
 
-def heights_m(situation: Situation) -> tuple[float, float] | None:
-    """Return the lowest and highest map z of ways: those of the volume and the fence.
+def avoidance_of(avoid: bool, situation: Situation) -> AvoidanceConfig | None:
+    """Return how a task that flies by setpoints keeps away from obstacles.
 
-    Returns:
-        None for what drives.
+    Args:
+        avoid: whether obstacles are to be avoided; if not, there is nothing to return.
+        situation: what admission looks at.
     """
+    if not avoid:
+        return None
+    config = situation.config.obstacles
+    return AvoidanceConfig(
+        vehicle_radius_m=config.vehicle_radius_m,
+        margin_m=config.margin_m,
+        blocked_timeout_s=config.blocked_timeout_s,
+        sensor_timeout_s=config.sensor_timeout_s,
+        heights_m=_heights_m(situation),
+    )
+
+
+def _heights_m(situation: Situation) -> tuple[float, float] | None:
+    """Return the lowest and highest map z of ways; None for what drives."""
     if not situation.traits.flies:
         return None
     config, ground_m, fence = situation.config, situation.ground_enu_m, situation.obstacles.fence

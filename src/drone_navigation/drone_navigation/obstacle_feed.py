@@ -264,7 +264,11 @@ class ObstacleFeed:
         self._map.integrate_points(origin, points, ground_m)
 
     def _hear(self, kind: str, now: float) -> Carrier | None:
-        """Return where the vehicle is, if that is known, with the map about it."""
+        """Return where the vehicle is, if that is known, with the map about it.
+
+        From the first reading on, only what can be placed counts as heard.
+        """
+        self._heard_s.setdefault(kind, now)
         state, origin = self._vehicle.state, self._map_frame.origin
         carrier = carrier_at(state, self._map_frame, self._drives, now)
         if carrier is None or origin is None:

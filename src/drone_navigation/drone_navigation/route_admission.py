@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drone_navigation.admitted import Admitted, Handover, Situation
 from drone_navigation.flight_plan import FlightPlan
-from drone_navigation.obstacle_admission import check_obstacles
+from drone_navigation.obstacle_admission import avoidance_of, check_obstacles
 from drone_navigation.requests import WaypointsRequest
 from drone_navigation.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
 from navigation_core.geometry import horizontal_norm
@@ -64,6 +64,8 @@ def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | R
     if not traits.hovers:
         return admit_plane(waypoints, laps, situation, warnings)
 
+    avoidance = avoidance_of(request.avoid_obstacles, situation)
+
     def make_task(handover: Handover) -> Task:
         return FlyRoute(
             waypoints,
@@ -73,6 +75,7 @@ def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | R
             predecessor_yaw=handover.yaw_enu_rad,
             predecessor_time_s=handover.time_s,
             traits=traits,
+            avoidance=avoidance,
         )
 
     return Admitted(

@@ -186,17 +186,20 @@ class TestScansOfTheVehicle:
             )
         )
         assert len(flight.feed.obstacles) == 0
-        assert not flight.feed.has_sensor
+        assert flight.feed.has_sensor
+        assert flight.feed.age_s(flight.now + 1.0) == pytest.approx(1.0)
 
     def test_nothing_is_taken_while_the_pose_is_stale(self) -> None:
         flight = Flight()
+        flight.beam(20.0, times=1)
         flight.now += 0.6
         flight.say(
             flight.autopilot(
                 "DISTANCE_SENSOR", current_distance=500, min_distance=20, max_distance=2000
             )
         )
-        assert not flight.feed.has_sensor
+        assert len(flight.feed.obstacles) == 0
+        assert flight.feed.age_s(flight.now) == pytest.approx(0.6)
 
     def test_what_is_seen_no_more_goes_away(self) -> None:
         flight = Flight()
