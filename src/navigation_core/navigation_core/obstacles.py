@@ -167,17 +167,35 @@ class Obstacles:
         Returns:
             Shape (N,).
         """
+        clear = np.ones(len(starts_enu_m), dtype=np.bool_)
+        clear[self.hits(starts_enu_m, ends_enu_m, clearance_m)[0]] = False
+        return clear
+
+    def hits(
+        self, starts_enu_m: Array, ends_enu_m: Array, clearance_m: float
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return which straight lines come nearer than a clearance to which obstacles.
+
+        Args:
+            starts_enu_m: shape (N, 3).
+            ends_enu_m: shape (N, 3).
+            clearance_m: that is to be kept.
+
+        Returns:
+            Rows of the lines, and of the obstacles, posts first; both of shape (K,).
+        """
         starts = np.asarray(starts_enu_m, dtype=np.float64).reshape(-1, 3)
         ends = np.asarray(ends_enu_m, dtype=np.float64).reshape(-1, 3)
-        clear = np.ones(len(starts), dtype=np.bool_)
         step = max(_PAIRS_MAX // max(len(self), 1), 1)
+        lines = [np.empty(0, dtype=np.intp)]
+        obstacles = [np.empty(0, dtype=np.intp)]
         for i in range(0, len(starts), step):
             group = slice(i, i + step)
             line, obstacle = self._may_meet(starts[group], ends[group], clearance_m)
-            if len(line):
-                hit = self._hits(starts[i + line], ends[i + line], obstacle, clearance_m)
-                clear[i + line[hit]] = False
-        return clear
+            hit = self._hits(starts[i + line], ends[i + line], obstacle, clearance_m)
+            lines.append(i + line[hit])
+            obstacles.append(obstacle[hit])
+        return np.concatenate(lines), np.concatenate(obstacles)
 
     def _may_meet(
         self, starts: Array, ends: Array, clearance_m: float
@@ -192,8 +210,15 @@ class Obstacles:
         gap2 += np.multiply(north, north, out=north)
         reach *= reach
         # What is not further away, rather than what is nearer: with NaN nothing is clear.
-        pairs = np.nonzero(~(gap2 > reach))
-        return pairs[0], pairs[1]
+        line, obstacle = np.nonzero(~(gap2 > reach))
+        # Long lines have wide circles: what is far aside is left out too.
+        along = span[line]
+        offset_east = self._east_m[obstacle] - middle[line, 0]
+        offset_north = self._north_m[obstacle] - middle[line, 1]
+        length = np.maximum(np.hypot(along[:, 0], along[:, 1]), _ROUNDING_M)
+        aside = np.abs(along[:, 0] * offset_north - along[:, 1] * offset_east) / length
+        near = ~(aside > self._reach_m[obstacle] + clearance_m)
+        return line[near], obstacle[near]
 
     def _hits(
         self, starts: Array, ends: Array, which: NDArray[np.intp], clearance_m: float
