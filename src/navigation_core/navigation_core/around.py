@@ -1,21 +1,28 @@
-"""The way around obstacles between two points that are clear of them."""
+"""The way around, over or under obstacles between two points that are clear of them."""
 
 from __future__ import annotations
 
-import itertools
+import math
 
 import numpy as np
 
 from navigation_core.obstacles import Array, Obstacles
 from navigation_core.roadmap import build_net
-from navigation_core.shortcuts import pulled_tight
-from navigation_core.ways import shortest_way
+from navigation_core.shortcuts import pulled_tight, with_fewer_corners
+from navigation_core.tangents import tangent_way
+from navigation_core.ways import CLIMB_COST, shortest_way, way_cost_m
 
 __all__ = ["around"]
 
-# Levels at which a net of ways is laid, at most: each takes up to a quarter of the time.
-_LEVELS_MAX = 4
+# Levels over or under what is in the way that are looked at.
+_OVER = 2
+_UNDER = 1
 _OVER_M = 0.01
+# Where to rise if it is not clear right above an end: directions, and how many clearances aside.
+_DIRECTIONS = 16
+_ASIDE = np.array([1.0, 2.0, 4.0, 7.0, 12.0])
+# A difference of heights below this needs no way at either of them.
+_LEVEL_M = 0.5
 
 
 def around(
@@ -27,6 +34,10 @@ def around(
 ) -> Array | None:
     """Return the points of a short way, shape (N, 3); None if there is none.
 
+    A way around what is in the way between the two heights is looked for first, then ways at
+    other heights, up above the start and down above the goal. If there is none of them, a net
+    of ways at all these heights has the last word.
+
     Args:
         start_enu_m: with the clearance.
         goal_enu_m: with the clearance.
@@ -34,47 +45,102 @@ def around(
         clearance_m: that every line of the way keeps.
         heights_m: lowest and highest map z; None stays in the plane of the start.
     """
-    nets = []
     ends = np.array([start_enu_m, goal_enu_m])
-    for height in levels(start_enu_m, goal_enu_m, obstacles, clearance_m, heights_m):
+    low, high = sorted((float(start_enu_m[2]), float(goal_enu_m[2])))
+    beside = obstacles.between(low - clearance_m, high + clearance_m)
+    best = _beside(ends, beside, clearance_m)
+    others = [] if heights_m is None else _other_levels(beside, clearance_m, heights_m, low, high)
+    for height in others:
+        if best is None or _least_cost_m(ends, height) < way_cost_m(best):
+            way = _at_level(ends, height, obstacles, clearance_m)
+            if way is not None and (best is None or way_cost_m(way) < way_cost_m(best)):
+                best = way
+    if best is not None:
+        return with_fewer_corners(best, obstacles, clearance_m)
+    nets = []
+    for height in sorted({float(start_enu_m[2]), float(goal_enu_m[2]), *others}):
         level = obstacles.between(height - clearance_m, height + clearance_m)
         nets.append(build_net(level, height, ends[:, :2], clearance_m))
-    way = shortest_way(nets, ends, obstacles, clearance_m)
-    return None if way is None else pulled_tight(way, obstacles, clearance_m)
+    found = shortest_way(nets, ends, obstacles, clearance_m)
+    return None if found is None else pulled_tight(found, obstacles, clearance_m)
 
 
-def levels(
-    start_enu_m: Array,
-    goal_enu_m: Array,
-    obstacles: Obstacles,
+def _beside(ends: Array, beside: Obstacles, clearance_m: float) -> Array | None:
+    """Return a way around all that is between two heights, its height changing evenly."""
+    plane = ends * (1.0, 1.0, 0.0)
+    way = tangent_way(plane[0], plane[1], _endless(beside), clearance_m)
+    if way is None:
+        return None
+    lines = np.diff(way, axis=0)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(lines[:, 0], lines[:, 1]))])
+    way[:, 2] = ends[0, 2] + (ends[1, 2] - ends[0, 2]) * along / max(along[-1], 1e-9)
+    way[-1] = ends[1]
+    return way
+
+
+def _at_level(
+    ends: Array, height_m: float, obstacles: Obstacles, clearance_m: float
+) -> Array | None:
+    """Return a way at another height, straight up or down to it near both ends, pulled tight."""
+    columns = [_column(end, height_m, obstacles, clearance_m) for end in ends]
+    if columns[0] is None or columns[1] is None:
+        return None
+    level = obstacles.between(height_m - clearance_m, height_m + clearance_m)
+    way = tangent_way(columns[0][1], columns[1][1], level, clearance_m)
+    if way is None:
+        return None
+    way = np.concatenate([ends[:1], columns[0], way[1:-1], columns[1][::-1], ends[1:]])
+    return pulled_tight(way, obstacles, clearance_m)
+
+
+def _column(end: Array, height_m: float, obstacles: Obstacles, clearance_m: float) -> Array | None:
+    """Return the foot and the head of the nearest clear upright line to a height, shape (2, 3)."""
+    angle = math.tau * np.arange(_DIRECTIONS) / _DIRECTIONS
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_DIRECTIONS)])
+    aside = (clearance_m * _ASIDE[:, None, None] * ring).reshape(-1, 3)
+    feet = end + np.concatenate([np.zeros((1, 3)), aside])
+    heads = feet * (1.0, 1.0, 0.0) + (0.0, 0.0, height_m)
+    clear = np.flatnonzero(obstacles.are_clear(feet, heads, clearance_m))
+    for row in clear[:_DIRECTIONS]:
+        if obstacles.are_clear(end[None], feet[row][None], clearance_m)[0]:
+            return np.stack([feet[row], heads[row]])
+    return None
+
+
+def _least_cost_m(ends: Array, height_m: float) -> float:
+    """Return what a way at a height costs at least."""
+    east, north, up = ends[1] - ends[0]
+    climb = max(abs(height_m - ends[:, 2]).sum() - abs(up), 0.0) + abs(up)
+    return math.sqrt(east**2 + north**2 + (CLIMB_COST * climb) ** 2)
+
+
+def _endless(obstacles: Obstacles) -> Obstacles:
+    """Return the same obstacles without top and bottom."""
+    posts, boxes = obstacles.posts.copy(), obstacles.boxes.copy()
+    for table in (posts, boxes):
+        table[:, -2:] = (-np.inf, np.inf)
+    return Obstacles(posts, boxes)
+
+
+def _other_levels(
+    beside: Obstacles,
     clearance_m: float,
-    heights_m: tuple[float, float] | None,
+    heights_m: tuple[float, float],
+    low_m: float,
+    high_m: float,
 ) -> list[float]:
-    """Return the heights at which to look for a way, sorted.
-
-    They are the heights of both ends, and those just over the tops or under the bottoms of what
-    is in the way. Where the same obstacles are in the way at two heights, one of them is enough.
-    """
-    begin, end = float(start_enu_m[2]), float(goal_enu_m[2])
-    if heights_m is None:
-        return [begin]
-    low, high = heights_m
-    beside = obstacles.between(min(begin, end) - clearance_m, max(begin, end) + clearance_m)
+    """Return the heights of the ends, and those just over or under what is in the way."""
     tops = np.concatenate([beside.posts[:, 4], beside.boxes[:, 6]]) + clearance_m + _OVER_M
     bottoms = np.concatenate([beside.posts[:, 3], beside.boxes[:, 5]]) - clearance_m - _OVER_M
-    over = _picked(tops[(tops <= high) & (tops > min(begin, end))])
-    under = _picked(-bottoms[(bottoms >= low) & (bottoms < max(begin, end))])
-    wanted = [min(max(begin, low), high), end, *over, *(-height for height in under)]
-    chosen: dict[tuple[bytes, bytes], float] = {}
-    for height in wanted:
-        level = obstacles.between(height - clearance_m, height + clearance_m)
-        chosen.setdefault((level.posts.tobytes(), level.boxes.tobytes()), height)
-    return sorted(itertools.islice(chosen.values(), _LEVELS_MAX))
+    over = np.unique(tops[(tops <= heights_m[1]) & (tops > low_m)])
+    under = np.unique(bottoms[(bottoms >= heights_m[0]) & (bottoms < high_m)])
+    ends = [high_m, low_m] if high_m - low_m > _LEVEL_M else []
+    return [*ends, *_spread(over, _OVER), *_spread(under[::-1], _UNDER)]
 
 
-def _picked(heights: Array) -> list[float]:
-    """Return the highest and a middle one."""
-    if not len(heights):
-        return []
-    ordered = np.sort(heights)
-    return [float(ordered[-1]), float(ordered[len(ordered) // 2])]
+def _spread(heights: Array, count: int) -> list[float]:
+    """Return so many of some heights at most, the last and others at even shares."""
+    if len(heights) <= count:
+        return [float(height) for height in heights]
+    rows = (np.arange(1, count + 1) * len(heights)) // count - 1
+    return [float(heights[row]) for row in rows]

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from navigation_core.obstacles import Array, Obstacles
-from navigation_core.ways import cost_m
+from navigation_core.ways import cost_m, way_cost_m
 
-__all__ = ["pulled_tight"]
+__all__ = ["pulled_tight", "with_fewer_corners"]
 
 _ROUNDS = 6
 # How far a corner is drawn towards the line between its neighbours, as shares.
-_SHARES = np.array([1.0, 0.7, 0.45, 0.25, 0.12, 0.05, 0.02])
+_SHARES = np.array([0.9, 0.6, 0.35, 0.2, 0.1, 0.04, 0.015])
 # A corner that can't be drawn by more than this stays.
 _TINY_M = 0.005
 _POINTS_MAX = 64
+# Two corners become one if it turns by no more than this, and it takes no more than this share
+# of the clearance longer.
+_TURN_MAX_RAD = math.radians(50.0)
+_LONGER_SHARE = 0.06
 
 
 def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
@@ -33,7 +39,7 @@ def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
             break
         drawn = _drawn(way, nearby, clearance_m)
         shorter = _skipped(drawn, nearby, clearance_m)
-        before, after = (float(cost_m(np.diff(w, axis=0)).sum()) for w in (way, shorter))
+        before, after = way_cost_m(way), way_cost_m(shorter)
         way = shorter
         if before - after < 0.001 * before:
             break
@@ -48,7 +54,7 @@ def _skipped(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
         _skipped_forward(way, obstacles, clearance_m),
         _skipped_forward(way[::-1], obstacles, clearance_m)[::-1],
     )
-    return min(ways, key=lambda w: float(cost_m(np.diff(w, axis=0)).sum()))
+    return min(ways, key=way_cost_m)
 
 
 def _skipped_forward(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
@@ -70,17 +76,71 @@ def _drawn(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
         if not len(corners):
             continue
         before, corner, after = way[corners - 1], way[corners], way[corners + 1]
-        chord = after - before
-        length2 = np.maximum((chord * chord).sum(axis=1), 1e-12)
-        share = np.clip(((corner - before) * chord).sum(axis=1) / length2, 0.0, 1.0)
-        step = before + share[:, None] * chord - corner
-        candidates = corner[:, None] + _SHARES[:, None] * step[:, None]
+        candidates = _candidates(before, corner, after)
+        times = candidates.shape[1]
         flat = candidates.reshape(-1, 3)
-        times = len(_SHARES)
-        clear = obstacles.are_clear(np.repeat(before, times, axis=0), flat, clearance_m)
-        clear &= obstacles.are_clear(flat, np.repeat(after, times, axis=0), clearance_m)
-        clear = clear.reshape(-1, times)
-        best = clear.argmax(axis=1)
-        moved = clear.any(axis=1)
+        starts, ends = np.repeat(before, times, axis=0), np.repeat(after, times, axis=0)
+        costs = cost_m(flat - starts) + cost_m(ends - flat)
+        better = (
+            costs < np.repeat(cost_m(corner - before) + cost_m(after - corner), times) - _TINY_M
+        )
+        better[better] = obstacles.are_clear(starts[better], flat[better], clearance_m)
+        better[better] = obstacles.are_clear(flat[better], ends[better], clearance_m)
+        costs = np.where(better, costs, np.inf).reshape(-1, times)
+        best = costs.argmin(axis=1)
+        moved = np.isfinite(costs.min(axis=1))
         way[corners[moved]] = candidates[moved, best[moved]]
     return way
+
+
+def _candidates(before: Array, corner: Array, after: Array) -> Array:
+    """Return places for corners nearer to the lines between their neighbours, shape (N, C, 3).
+
+    They are on the way to the nearest point of that line, and to both neighbours.
+    """
+    chord = after - before
+    length2 = np.maximum((chord * chord).sum(axis=1), 1e-12)
+    share = np.clip(((corner - before) * chord).sum(axis=1) / length2, 0.0, 1.0)
+    nearest = before + share[:, None] * chord
+    return np.concatenate(
+        [
+            corner[:, None] + _SHARES[:, None] * (to - corner)[:, None]
+            for to in (nearest, before, after)
+        ],
+        axis=1,
+    )
+
+
+def with_fewer_corners(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    """Join corners that follow each other closely, as about the end of a wall.
+
+    A vehicle is slower on many short lines than on few longer ones.
+    """
+    row = 1
+    while row < len(way) - 2:
+        joined = _joined(way[row - 1 : row + 3])
+        if joined is not None:
+            starts = np.array([way[row - 1], joined])
+            ends = np.array([joined, way[row + 2]])
+            if obstacles.are_clear(starts, ends, clearance_m).all() and (
+                way_cost_m(np.array([way[row - 1], joined, way[row + 2]]))
+                < way_cost_m(way[row - 1 : row + 3]) + _LONGER_SHARE * clearance_m
+            ):
+                way = np.concatenate([way[:row], joined[None], way[row + 2 :]])
+                continue
+        row += 1
+    return way
+
+
+def _joined(points: Array) -> Array | None:
+    """Return where the first and the last of three lines meet, seen from above."""
+    before, after = points[1] - points[0], points[2] - points[3]
+    cross = before[0] * after[1] - before[1] * after[0]
+    turn = math.atan2(cross, -(before[0] * after[0] + before[1] * after[1]))
+    if not 1e-6 < abs(turn) <= _TURN_MAX_RAD:
+        return None
+    gap = points[3] - points[0]
+    share = (gap[0] * after[1] - gap[1] * after[0]) / cross
+    meeting = points[0] + share * before
+    meeting[2] = 0.5 * (points[1, 2] + points[2, 2])
+    return meeting if share >= 1.0 else None

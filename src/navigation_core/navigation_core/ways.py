@@ -13,7 +13,7 @@ from navigation_core.obstacles import Array, Obstacles
 from navigation_core.roadmap import Net
 from navigation_core.shapes import Indices
 
-__all__ = ["CLIMB_COST", "cost_m", "shortest_way"]
+__all__ = ["CLIMB_COST", "cost_m", "shortest_way", "way_cost_m"]
 
 # A metre up or down takes about as long as so many metres along.
 CLIMB_COST = 2.5
@@ -32,6 +32,11 @@ def cost_m(lines: Array) -> Array:
     """
     east, north, up = lines[..., 0], lines[..., 1], lines[..., 2] * CLIMB_COST
     return np.asarray(np.sqrt(east * east + north * north + up * up))
+
+
+def way_cost_m(way: Array) -> float:
+    """Return what a way costs, shape (N, 3): the sum over its lines."""
+    return float(cost_m(np.diff(way, axis=0)).sum())
 
 
 @dataclass
