@@ -83,6 +83,17 @@ def test_the_client_says_when_there_is_no_server() -> None:
     assert "start navigation_server" in lonely.text
 
 
+def test_ctrl_c_ends_the_wait_for_a_server() -> None:
+    lonely = Process("client", [*CLIENT, "--server-timeout", "60"], ros_environment(new_domain()))
+    try:
+        lonely.wait_for("Waiting for a server", 30.0)
+        lonely.signal(signal.SIGINT)
+        assert lonely.wait(10.0) == 4
+    finally:
+        lonely.stop()
+    assert "Interrupted; no goal was sent." in lonely.text
+
+
 def test_the_client_shows_a_flight_and_exits_with_0(flight: Flight) -> None:
     shown = client(flight, "--goal", "3", "2", "2", "--speed", "2")
     assert shown.wait(60.0) == 0, shown.text

@@ -7,6 +7,7 @@ import os
 import pty
 import re
 import select
+import signal
 import struct
 import subprocess
 import sys
@@ -14,6 +15,8 @@ import termios
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+import psutil
 
 # The child makes the terminal its own before it becomes the program: Ctrl-C is a signal then.
 _LAUNCH = (
@@ -71,6 +74,17 @@ class Terminal:
                 raise AssertionError(f"'{fragment}' did not come. Printed:\n{self.text}")
             self._read(0.05)
         self._waited = self.text.index(fragment, self._waited) + len(fragment)
+
+    def wait_for_stop(self, timeout_s: float) -> None:
+        """Wait until the program has been stopped, as by Ctrl-Z."""
+        deadline = time.monotonic() + timeout_s
+        while psutil.Process(self._child.pid).status() != psutil.STATUS_STOPPED:
+            assert time.monotonic() < deadline, f"It does not stop. Printed:\n{self.text}"
+            self._read(0.05)
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to the program."""
+        self._child.send_signal(number)
 
     def wait(self, timeout_s: float) -> int:
         """Wait for the program's end; return its exit code."""

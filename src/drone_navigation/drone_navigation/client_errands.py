@@ -59,7 +59,9 @@ def make_point_errand(options: argparse.Namespace, position_m: Vector3) -> Erran
     """Return a flight to a point, in the frame of the command line and with all it says."""
     x, y, z = position_m
     goal = _point(options, position_m)
-    place = f"goal ({x:g}, {y:g}, {z:g}) m in frame {options.frame or 'map'}"
+    # Ten digits: a latitude to the centimetre.
+    unit = "" if options.frame == Navigate.Goal.FRAME_WGS84 else " m"
+    place = f"goal ({x:.10g}, {y:.10g}, {z:.10g}){unit} in frame {options.frame or 'map'}"
     return Errand(Navigate, ACTION_NAME, goal, place)
 
 

@@ -53,8 +53,7 @@ class LiveView:
         self._telemetry: Telemetry | None = None
         self._heard_s = 0.0
         self._drawn_s = -math.inf
-        self._live = Live(console=console, auto_refresh=False, transient=False)
-        self._live.start()
+        self.open()
 
     def tell(self, event: Event, t_s: float) -> None:
         """Print a line above the block."""
@@ -98,9 +97,16 @@ class LiveView:
 
     def close(self) -> None:
         """Stop drawing; the last numbers stay, the keys don't."""
-        self._keys, self._typed = False, None
+        keys, typed, self._keys, self._typed = self._keys, self._typed, False, None
         self._draw(self._drawn_s)
         self._live.stop()
+        self._keys, self._typed = keys, typed
+
+    def open(self) -> None:
+        """Draw again."""
+        self._live = Live(console=self._console, auto_refresh=False, transient=False)
+        self._live.start()
+        self._draw(self._drawn_s)
 
     def _draw(self, t_s: float) -> None:
         self._drawn_s = t_s

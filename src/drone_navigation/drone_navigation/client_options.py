@@ -83,7 +83,10 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         "--laps", type=int, default=1, metavar="N", help="how often a file's route is flown"
     )
     parser.add_argument(
-        "--frame", default="map", help="frame of the target: map (ENU, default) or base_link (FLU)"
+        "--frame",
+        default="map",
+        help="frame of the target: map (ENU, default), base_link (FLU), "
+        "or wgs84 (latitude, longitude, metres above sea level)",
     )
     parser.add_argument(
         "--yaw",

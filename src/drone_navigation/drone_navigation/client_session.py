@@ -28,6 +28,8 @@ from drone_navigation.client_view import View
 from drone_navigation.names import SERVER_NODE_NAME
 
 _SPIN_S = 0.05
+# Two processes that run already find each other in less.
+_SOON_S = 2.0
 # The reason of an earlier refusal is latched; it must not be taken for that of the goal to come.
 _LATCHED_S = 0.2
 
@@ -67,7 +69,9 @@ class NavigationClient:
         self._calls: list[tuple[Future, float]] = []
         self._updates: deque[Update] = deque(options.update)
         self._interrupts = 0
+        self._interrupted = False
         self._cancelling = False
+        self._waiting = False
 
     def interrupt(self) -> None:
         """Cancel the goal (first call) or give up waiting (second call)."""
@@ -85,6 +89,8 @@ class NavigationClient:
 
     def _run(self) -> int:
         course = self._course
+        if not self._wait(course.server_is_ready, min(_SOON_S, self._options.server_timeout)):
+            course.say("Waiting for a server")
         if not self._wait(course.server_is_ready, self._options.server_timeout):
             return self._without_server()
         self._wait(lambda: bool(course.rejections), _LATCHED_S)
@@ -122,13 +128,18 @@ class NavigationClient:
         self._take_keys(now_s)
         self._take_answers(now_s)
         course.look(now_s)
-        if self._interrupts or course.t_s(now_s) >= self._options.cancel_after:
+        self._take_interrupts()
+        if course.t_s(now_s) >= self._options.cancel_after:
             self._start_cancelling()
         if self._cancelling:
             course.cancel(now_s)
         elif self._updates and course.t_s(now_s) >= self._updates[0].at_s:
             self._update()
         self._view.tick(course.t_s(now_s))
+        return self._verdict(now_s)
+
+    def _verdict(self, now_s: float) -> int | None:
+        course = self._course
         if self._interrupts > 1 and course.under_way:
             course.say("Not waiting any longer; the goal may still be active.", bad=True)
             return EXIT_ABORTED
@@ -140,6 +151,13 @@ class NavigationClient:
             )
             return EXIT_NO_SERVER
         return None if course.under_way or self._goes_on() else self._end()
+
+    def _take_interrupts(self) -> None:
+        if self._interrupts and not self._interrupted:
+            self._interrupted = True
+            if self._cancelling:
+                self._course.say("Cancelling already; another Ctrl-C stops waiting")
+            self._start_cancelling()
 
     # --- goals ---------------------------------------------------------------------------
 
@@ -153,12 +171,17 @@ class NavigationClient:
     def _update(self) -> None:
         # One after the other: the order in which the server takes them is the order that counts.
         if not self._course.unanswered:
+            self._waiting = False
             update = self._updates.popleft()
             self._course.send(make_point_errand(self._options, update.position_m))
 
     def _goes_on(self) -> bool:
         """Whether there is more to come after a goal that has arrived."""
-        return bool(self._updates) and self._course.code == EXIT_SUCCESS and not self._cancelling
+        more = bool(self._updates) and self._course.code == EXIT_SUCCESS and not self._cancelling
+        if more and not self._waiting:
+            self._waiting = True
+            self._course.say(f"The next goal is due at {self._updates[0].at_s:g} s")
+        return more
 
     def _end(self) -> int:
         for update in self._updates:

@@ -36,6 +36,9 @@ class View(Protocol):
     def close(self) -> None:
         """Leave the terminal as it was."""
 
+    def open(self) -> None:
+        """Go on after a close."""
+
 
 class PlainView:
     """One line a second and one for each change; for pipes and log files."""
@@ -86,6 +89,9 @@ class PlainView:
     def close(self) -> None:
         """Nothing to restore."""
 
+    def open(self) -> None:
+        """Nothing to prepare."""
+
     def _print(self, text: str) -> None:
         self._console.print(text, highlight=False, markup=False, soft_wrap=True)
 
@@ -113,6 +119,9 @@ class JsonView:
 
     def close(self) -> None:
         """Nothing to restore."""
+
+    def open(self) -> None:
+        """Nothing to prepare."""
 
     def _print(self, text: str) -> None:
         self._console.out(text, highlight=False)

@@ -59,8 +59,10 @@ def _handle_signals(client: NavigationClient, view: View, keyboard: Keyboard | N
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         assert keyboard is not None
+        view.close()
         with keyboard.returned():
             os.kill(os.getpid(), signal.SIGSTOP)
+        view.open()
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupt)
