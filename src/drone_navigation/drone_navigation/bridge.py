@@ -48,7 +48,7 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
-from mavlink_vehicle.ranges import RangesMeasured
+from mavlink_vehicle.ranges import RangesMeasured, RangesRefused
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import norm
 from navigation_core.outcomes import OutcomeCode
@@ -500,6 +500,8 @@ class Bridge:
             report.log(LogLevel.WARN if severe else LogLevel.INFO, f"Vehicle says: {event.text}")
         elif isinstance(event, VehicleDiscovered):
             report.log(LogLevel.INFO, f"Found vehicle {event.system_id}, {event.profile_name}")
+        elif isinstance(event, RangesRefused):
+            report.log(LogLevel.WARN, event.reason)
         elif isinstance(event, HeartbeatLost):
             report.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):

@@ -41,6 +41,7 @@ from drone_navigation.goal import (
 )
 from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.parameters import declare_parameters, follow_changes
+from drone_navigation.sensor_topics import SensorTopics
 from drone_navigation.server_options import make_parser, overrides
 from drone_navigation.service_servers import ServiceServers
 from drone_navigation.topics import Topics
@@ -242,6 +243,7 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
     )
     services = ServiceServers(node, bridge, driver, clock)
     application.attach(node, server, services, Topics(node, bridge, codec.statistics))
+    SensorTopics(node, bridge.obstacles, driver, clock, config.bridge.obstacles)
     executor = MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS)
     executor.add_node(node)
     spinner = threading.Thread(

@@ -146,6 +146,11 @@ class ObstacleFeed:
         """Whether one was ever heard, or is configured."""
         return bool(self._heard_s)
 
+    @property
+    def timeout_s(self) -> float:
+        """Silence from which on a sensor counts as lost."""
+        return self._config.sensor_timeout_s
+
     def ages_s(self, now: float) -> dict[str, float]:
         """Return how long ago each kind of sensor told something, by its name."""
         return {kind: now - heard_s for kind, heard_s in self._heard_s.items()}

@@ -181,6 +181,28 @@ def diagnostic(bridge: Bridge, health: LinkHealth, hardware_id: str) -> Diagnost
     return message
 
 
+def obstacle_diagnostic(bridge: Bridge, hardware_id: str, now: float) -> DiagnosticStatus:
+    """Return how well obstacles are seen."""
+    feed = bridge.obstacles
+    message = DiagnosticStatus()
+    message.name = "navigation_server: obstacle sensors"
+    message.hardware_id = hardware_id
+    age_s = feed.age_s(now)
+    if not feed.has_sensor:
+        message.level, message.message = DiagnosticStatus.OK, "No obstacle sensor is heard"
+    elif age_s > feed.timeout_s:
+        message.level = DiagnosticStatus.STALE
+        message.message = f"An obstacle sensor has been silent for {age_s:.1f} s"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Obstacles are seen"
+    values = {f"{kind} age": f"{age_s:.1f} s" for kind, age_s in feed.ages_s(now).items()}
+    values["known obstacles"] = str(len(feed.known))
+    values["sensed obstacles"] = str(len(feed.sensed))
+    values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
+    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return message
+
+
 def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
     if not bridge.vehicle.discovered:
         return DiagnosticStatus.ERROR, "No autopilot was heard yet"

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
 
 from custom_interfaces.msg import GoalEvent, VehicleStatus
 from drone_navigation import telemetry_messages as messages
@@ -18,6 +19,7 @@ from drone_navigation.bridge import Bridge
 from drone_navigation.convert import pose_stamped
 from drone_navigation.goal import GoalHappened, PlanChanged
 from drone_navigation.link_health import LinkHealth
+from drone_navigation.obstacle_markers import ObstacleMarkers
 from mavlink_vehicle.codec import CodecStatistics
 from mavlink_vehicle.state import VehicleState
 
@@ -68,6 +70,9 @@ class Topics:
         self._vehicle_status = node.create_publisher(VehicleStatus, "~/vehicle_status", LATCHED_QOS)
         self._goal_events = node.create_publisher(GoalEvent, "~/goal_events", STREAM_QOS)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", STREAM_QOS)
+        self._obstacles = ObstacleMarkers(
+            node.create_publisher(MarkerArray, "~/obstacles", LATCHED_QOS), bridge
+        )
         self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
 
     def publish_rejection(self, text: str) -> None:
@@ -101,6 +106,7 @@ class Topics:
             return
         self._seen = state
         stamp = self._stamp()
+        self._obstacles.update(stamp, now)
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, stamp)
         if before is None or state.gps is not before.gps:
@@ -136,7 +142,11 @@ class Topics:
         message = DiagnosticArray()
         message.header.stamp = stamp
         system_id = vehicle.state.system_id
-        message.status = [messages.diagnostic(self._bridge, self._health, f"system {system_id}")]
+        hardware = f"system {system_id}"
+        message.status = [
+            messages.diagnostic(self._bridge, self._health, hardware),
+            messages.obstacle_diagnostic(self._bridge, hardware, now),
+        ]
         self._diagnostics.publish(message)
 
     def _stamp(self) -> Any:

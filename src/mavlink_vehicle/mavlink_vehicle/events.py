@@ -9,7 +9,7 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from mavlink_vehicle.ranges import RangesMeasured
+from mavlink_vehicle.ranges import RangesMeasured, RangesRefused
 
 
 class OperationKind(enum.Enum):
@@ -215,4 +215,5 @@ VehicleEvent: TypeAlias = (
     | StreamClosed
     | OperationFinished
     | RangesMeasured
+    | RangesRefused
 )

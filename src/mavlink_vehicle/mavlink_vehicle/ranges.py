@@ -21,7 +21,14 @@ from functools import cache, lru_cache
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.frames import Vector3
 
-__all__ = ["RANGE_MESSAGES", "RangeAxes", "RangeReader", "RangeSource", "RangesMeasured"]
+__all__ = [
+    "RANGE_MESSAGES",
+    "RangeAxes",
+    "RangeReader",
+    "RangeSource",
+    "RangesMeasured",
+    "RangesRefused",
+]
 
 _SCAN = mavlink.MAVLink_obstacle_distance_message
 _BEAM = mavlink.MAVLink_distance_sensor_message
@@ -36,6 +43,8 @@ _UNIT_TOLERANCE = 0.1
 _PROXIMITY_ID = 10
 _PROXIMITY_WIDTH_RAD = math.radians(45.0)
 _EIGHTHS = 8
+# Garbage is different each time.
+_REASONS_MAX = 20
 
 
 class RangeAxes(enum.Enum):
@@ -110,20 +119,26 @@ class RangesMeasured:
     deviation_m: float | None = None
 
 
+@dataclass(frozen=True)
+class RangesRefused:
+    """A message of a range sensor makes no sense; told once for each kind of mistake."""
+
+    reason: str
+
+
 class RangeReader:
-    """Reads the two messages; counts what makes no sense, and keeps the reasons.
+    """Reads the two messages; counts what makes no sense.
 
     Attributes:
         ignored: messages that told nothing.
-        reasons: why, one sentence for each kind of mistake, in the order of appearance.
     """
 
     def __init__(self) -> None:
         """Start with nothing ignored."""
         self.ignored = 0
-        self.reasons: dict[str, None] = {}
+        self._reasons: set[str] = set()
 
-    def read(self, message: Message, now: float) -> RangesMeasured | None:
+    def read(self, message: Message, now: float) -> RangesMeasured | RangesRefused | None:
         """Return what a message of `RANGE_MESSAGES` tells, None for nothing at all."""
         try:
             return _scan(message, now) if message.__class__ is _SCAN else _beam(message, now)
@@ -131,7 +146,10 @@ class RangeReader:
             self.ignored += 1
             if error.args:
                 who = f"{message.get_type()} of component {message._header.srcComponent}"
-                self.reasons.setdefault(f"{who} is ignored: {error}.")
+                reason = f"{who} is ignored: {error}."
+                if reason not in self._reasons and len(self._reasons) < _REASONS_MAX:
+                    self._reasons.add(reason)
+                    return RangesRefused(reason)
             return None
 
 

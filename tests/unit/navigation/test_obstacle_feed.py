@@ -338,8 +338,9 @@ class TestScansAndCloudsOfRos:
     def test_a_rover_sees_what_stands_on_the_ground_at_whatever_height_its_gps_puts_it(
         self,
     ) -> None:
-        flight = Flight(vehicle_type=mavlink.MAV_TYPE_GROUND_ROVER)
-        cloud = np.array([[5.0, 0.0, 0.5], [8.0, 0.0, 0.0], [0.0, 6.0, 4.0]])
+        mounted = ObstacleConfig(sensor_pose=SensorPose.parse("0 0 0.4 0 0 0"))
+        flight = Flight(mounted, vehicle_type=mavlink.MAV_TYPE_GROUND_ROVER)
+        cloud = np.array([[5.0, 0.0, 0.1], [8.0, 0.0, -0.4], [0.0, 6.0, 4.0]])
         self.take_points(flight, SensorPoints(False, cloud))
         assert flight.sees(0.0, 5.0, -3.0)
         assert flight.sees(0.0, 5.0, 30.0)

@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Message, make, mavlink
-from mavlink_vehicle.ranges import RangeAxes, RangeReader, RangesMeasured, RangeSource
+from mavlink_vehicle.ranges import (
+    RangeAxes,
+    RangeReader,
+    RangesMeasured,
+    RangeSource,
+    RangesRefused,
+)
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 
@@ -47,16 +53,17 @@ def beam(**fields: object) -> Message:
 
 def read(message: Message) -> RangesMeasured:
     measured = RangeReader().read(message, 1.0)
-    assert measured is not None
+    assert isinstance(measured, RangesMeasured)
     return measured
 
 
 def refusal(message: Message) -> str:
     """Why a message is ignored; empty when there is nothing to say about it."""
     reader = RangeReader()
-    assert reader.read(message, 1.0) is None
+    told = reader.read(message, 1.0)
     assert reader.ignored == 1
-    return " ".join(reader.reasons)
+    assert not isinstance(told, RangesMeasured)
+    return "" if told is None else told.reason
 
 
 def bearing_deg(measured: RangesMeasured, index: int = 0) -> float:
@@ -115,11 +122,11 @@ class TestObstacleDistance:
 
     def test_another_frame_is_refused_and_the_reason_given_once(self) -> None:
         reader = RangeReader()
-        for _ in range(3):
-            assert reader.read(scan(frame=mavlink.MAV_FRAME_LOCAL_ENU), 1.0) is None
+        told = [reader.read(scan(frame=mavlink.MAV_FRAME_LOCAL_ENU), 1.0) for _ in range(3)]
         assert reader.ignored == 3
-        (reason,) = reader.reasons
-        assert "frame 4" in reason
+        assert isinstance(told[0], RangesRefused)
+        assert "frame 4" in told[0].reason
+        assert told[1:] == [None, None]
 
     def test_a_reach_below_the_least_distance_is_refused(self) -> None:
         assert "max_distance of 10 cm" in refusal(scan(max_distance=10))
@@ -274,8 +281,8 @@ def check(message: Message) -> None:
     (message,) = AutopilotMessages()._decoder.decode(AutopilotMessages()._encoder.encode(message))
     reader = RangeReader()
     measured = reader.read(message, 1.0)
-    assert (measured is None) == (reader.ignored == 1)
-    if measured is not None:
+    assert isinstance(measured, RangesMeasured) == (reader.ignored == 0)
+    if isinstance(measured, RangesMeasured):
         assert len(measured.directions) == len(measured.ranges_m) > 0
         for direction in measured.directions:
             assert math.hypot(*direction) == pytest.approx(1.0, abs=1e-4)
