@@ -174,6 +174,10 @@ class Flight:
         """Hear a topic from now on."""
         self._node.create_subscription(kind, topic, callback, qos)
 
+    def advertise(self, kind: Any, topic: str, qos: Any) -> Any:
+        """Return a publisher of the test's own."""
+        return self._node.create_publisher(kind, topic, qos)
+
     def call(self, name: str) -> Trigger.Response:
         """Call one of the server's own services."""
         service = self._node.create_client(Trigger, f"{SERVER_NODE_NAME}/{name}")
