@@ -110,6 +110,7 @@ def fly(
     start, goal = world.start_enu_m, world.goal_enu_m
     height_m = goal[2] if config.vehicle == "copter" else 0.0
     target = (goal[0] - start[0], goal[1] - start[1], height_m)
+    flight.run_for(1.0)  # until the first scan is in
     begun_s = flight.now
     goal_id = flight.start(flight.request(*target, avoid=True))
     while not flight.ends(goal_id) and flight.now - begun_s < TIMEOUT_S:
