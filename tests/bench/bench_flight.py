@@ -1,0 +1,214 @@
+"""Flights without obstacles: how long they take, how they arrive, and what they say about it.
+
+Bridge and simulated vehicle fly seeded goals, one after the other, from 5 to 80 m away and at
+different speeds. The reference of a flight's time is the least in which a point may move there
+from rest to rest on a straight line, by Ruckig on one axis, with the limits of speed, acceleration
+and jerk that the server flies with. The time counts from the first moment under way, so without
+what a firmware takes to hand over control, to the arrival; the second for which the vehicle must
+stay there to have arrived comes after that.
+"""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import random
+import statistics
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import ruckig
+
+from drone_navigation.goal import GoalFeedback
+from mavlink_sitl.config import VehicleConfig
+from navigation_core.geometry import Vector3, distance, dot, subtract, unit_between
+from navigation_core.limits import Limits
+from navigation_core.tasks.base import Status
+from tests.support.simulated_flight import SimulatedFlight
+
+GOALS = 20
+DRIVES = 10
+FLIGHT_GOAL, ETA_GOAL = 1.10, 0.10
+_SEED = 11
+_STAYS_S = 3.0
+"""For so long after its end a flight is watched for overshoot"""
+_DISTANCES_M = (5.0, 80.0)
+_SPEEDS_M_S = (0.0, 2.0, 4.0, 8.0)
+_WITHIN_M = 60.0
+_HEIGHTS_M = (3.0, 25.0)
+
+
+@dataclass(frozen=True)
+class Flight:
+    """One goal and how it was flown.
+
+    Attributes:
+        way_m: from where it began to the goal.
+        flown_s: time from the first moment under way to the arrival.
+        least_s: what the limits allow.
+        beyond_m: how far it truly got beyond the goal, along the way to it.
+        off_m: how far it truly was from the goal when it had arrived.
+        eta_error: of the time that it said was left at half way, as a share of what was left.
+    """
+
+    way_m: float
+    flown_s: float
+    least_s: float
+    beyond_m: float
+    off_m: float
+    eta_error: float
+
+
+def measures() -> list[dict[str, Any]]:
+    """Fly all goals with each vehicle."""
+    vehicles = {
+        "ArduPilot copter": VehicleConfig(ready_after_s=1.0),
+        "PX4 copter": VehicleConfig(autopilot="px4", ready_after_s=1.0),
+        "ArduPilot rover": VehicleConfig(vehicle="rover", ready_after_s=1.0),
+    }
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(mp_context=context) as pool:
+        flown = dict(zip(vehicles, pool.map(fly_goals, vehicles.values()), strict=True))
+    rows: list[dict[str, Any]] = []
+    for name, flights in flown.items():
+        rows += _rows(name, flights, judged="copter" in name)
+    return rows
+
+
+def fly_goals(vehicle: VehicleConfig) -> list[Flight]:
+    """Fly one goal after the other."""
+    flight = SimulatedFlight(simulated=vehicle).ready()
+    drives = vehicle.vehicle == "rover"
+    if not drives:
+        flight.fly_up()
+    rng = random.Random(_SEED)
+    return [_fly(flight, *_next(rng, flight, drives)) for _ in range(DRIVES if drives else GOALS)]
+
+
+def _next(rng: random.Random, flight: SimulatedFlight, drives: bool) -> tuple[Vector3, float]:
+    """Choose a goal and its greatest speed."""
+    (east, north, _), _ = flight.truth()
+    while True:
+        away, bearing = rng.uniform(*_DISTANCES_M), rng.uniform(-math.pi, math.pi)
+        up = 0.0 if drives else rng.uniform(*_HEIGHTS_M)
+        goal = (east + away * math.cos(bearing), north + away * math.sin(bearing), up)
+        if max(abs(goal[0]), abs(goal[1])) < _WITHIN_M:
+            return goal, rng.choice(_SPEEDS_M_S[:3] if drives else _SPEEDS_M_S)
+
+
+def _fly(flight: SimulatedFlight, goal: Vector3, speed_m_s: float) -> Flight:
+    goal_id = flight.send(*goal, speed_m_s)
+    pose = flight.bridge.pose
+    assert pose is not None
+    start = pose.position_enu_m
+    along = unit_between(start, goal)
+    assert along is not None
+    end_s = off_m = math.inf
+    beyond_m = 0.0
+    while flight.now < end_s + _STAYS_S:
+        flight.tick()
+        at = flight.truth()[0]
+        beyond_m = max(beyond_m, dot(subtract(at, goal), along))
+        if math.isinf(end_s) and flight.ends(goal_id):
+            (end,) = flight.ends(goal_id)
+            assert end.code.value == "SUCCESS", end.message
+            end_s, off_m = flight.now, distance(at, goal)
+    told = [(t, item) for t, item in flight.outputs if isinstance(item, GoalFeedback)]
+    told = [(t, item) for t, item in told if item.goal_id == goal_id]
+    config = flight.config.bridge.goto
+    began_s = next(t for t, item in told if item.status is Status.NAVIGATING)
+    limits = config.limits.with_speed(speed_m_s)
+    return Flight(
+        distance(start, goal),
+        end_s - config.arrival_dwell_s - began_s,
+        least_time_s(start, goal, limits),
+        beyond_m,
+        off_m,
+        _eta_error(told, began_s, end_s),
+    )
+
+
+def least_time_s(start: Vector3, goal: Vector3, limits: Limits) -> float:
+    """Return the least time from rest to rest on a straight line."""
+    along = unit_between(start, goal)
+    assert along is not None
+    axis = limits.along(along)
+    request = ruckig.InputParameter(1)
+    request.target_position = [distance(start, goal)]
+    request.max_velocity = [axis.speed_forward_m_s]
+    request.max_acceleration = [axis.acceleration_m_s2]
+    request.max_jerk = [axis.jerk_m_s3]
+    trajectory = ruckig.Trajectory(1)
+    result = ruckig.Ruckig(1).calculate(request, trajectory)
+    assert result == ruckig.Result.Working, result
+    return float(trajectory.duration)
+
+
+def _eta_error(told: list[tuple[float, GoalFeedback]], began_s: float, end_s: float) -> float:
+    """How far off the time left was when half of the way was left, as a share."""
+    under_way = [(t, item) for t, item in told if t >= began_s]
+    whole_m = under_way[0][1].distance_remaining_m
+    at_s, half = next(
+        (t, item) for t, item in under_way if item.distance_remaining_m <= 0.5 * whole_m
+    )
+    return abs(half.time_remaining_s - (end_s - at_s)) / (end_s - at_s)
+
+
+def _rows(name: str, flights: list[Flight], *, judged: bool) -> list[dict[str, Any]]:
+    """Make rows; what is not judged is for information."""
+    slower = [flight.flown_s / flight.least_s for flight in flights]
+    radius_m = SimulatedFlight().config.bridge.goto.arrival_radius_m
+    beyond_m = max(flight.beyond_m for flight in flights)
+    eta_error = statistics.median(flight.eta_error for flight in flights)
+    typical = statistics.median_low(slower)
+    at = flights[slower.index(typical)]
+
+    def row(
+        what: str, value: float, unit: str, reference: tuple[str, float], goal: str, met: bool
+    ) -> dict[str, Any]:
+        return {
+            "name": f"{name}: {what}",
+            "value": value,
+            "unit": unit,
+            "reference": reference[0],
+            "reference_value": reference[1],
+            "ratio": value / reference[1],
+            "goal": goal if judged else "for information",
+            "met": met or not judged,
+        }
+
+    return [
+        row(
+            f"time of {len(flights)} flights",
+            sum(flight.flown_s for flight in flights),
+            "s",
+            ("least that the limits allow", sum(flight.least_s for flight in flights)),
+            f"<= {FLIGHT_GOAL:g} x",
+            sum(f.flown_s for f in flights) <= FLIGHT_GOAL * sum(f.least_s for f in flights),
+        ),
+        row(
+            "time of the typical flight",
+            at.flown_s,
+            "s",
+            ("least that the limits allow", at.least_s),
+            f"<= {FLIGHT_GOAL:g} x",
+            typical <= FLIGHT_GOAL,
+        ),
+        row(
+            "farthest beyond a goal",
+            beyond_m,
+            "m",
+            ("radius of arrival", radius_m),
+            "<= 1 x",
+            beyond_m <= radius_m,
+        ),
+        row(
+            "error of the ETA at half way, median",
+            100.0 * eta_error,
+            "%",
+            ("time left", 100.0),
+            f"< {100.0 * ETA_GOAL:g} %",
+            eta_error < ETA_GOAL,
+        ),
+    ]
