@@ -206,6 +206,10 @@ class Vehicle(VehicleMissions):
             )
         if self._stream.is_open:
             self._check_interlock(profile)
+        if profile.acceleration_is_push:
+            if self.in_control_mode and self.state.armed:
+                self._drag.learn(self.state.attitude, self.state.local_position)
+            setpoint = self._drag.added_to(setpoint)
         self._stream.offer(
             setpoint,
             now,

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Mapping
 
 from mavlink_vehicle.codec import Message, mavlink, with_source
+from mavlink_vehicle.drag import Drag
 from mavlink_vehicle.events import (
     ArmedChanged,
     HeartbeatLost,
@@ -103,6 +104,7 @@ class VehicleCore:
             lambda: not isinstance(self._slot.pending, MissionOperation),
         )
         self._stream = SetpointStream()
+        self._drag = Drag()
         self._order = SequenceOrder()
         self._mode_place = self._beat_place = -1
         self._failsafes = FailsafeWatch()

@@ -107,6 +107,8 @@ class Profile:
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
         setpoint_form: what is streamed; what else a setpoint gives is left out.
+        acceleration_is_push: whether a setpoint's acceleration is a push of the motors, from which
+            the drag takes its part, not the acceleration that is to come of it.
         setpoints_while_disarmed: whether setpoints may be sent to a disarmed vehicle. A rover
             keeps such a setpoint and drives off when it is armed.
         setpoints_outside_control_mode: whether the stream must run before the control mode is
@@ -147,6 +149,7 @@ class Profile:
     speed_command: SpeedCommand | None = None
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE
+    acceleration_is_push: bool = False
     setpoints_while_disarmed: bool = False
     setpoints_outside_control_mode: bool = False
     setpoints_before_takeoff: bool = False

@@ -110,6 +110,7 @@ COPTER = replace(
     # nothing at all is "invalid" and counts as a lost stream.
     setpoint_motions=frozenset({_P, _V, _A, _P | _V, _P | _A, _V | _A, _P | _V | _A}),
     setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+    acceleration_is_push=True,
     # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
     setpoints_before_takeoff=True,
 )
