@@ -33,9 +33,9 @@ class AvoidanceConfig:
         retry_s: time between two searches for a way while there is none.
         elective_s: least time between two looks for a shorter way while the present one is sound.
         elective_gain: share by which a way must be shorter to be taken instead of a sound one.
+        emergency_factor: so much harder than a flight's own limits may what flies brake and give
+            way when those limits would not do.
         give_way_reach_m: how far the vehicle goes out of the way of what comes near.
-        horizon_m: how far ahead ways are planned around obstacles; a way that is longer is
-            planned on in flight.
     """
 
     vehicle_radius_m: float = 0.5
@@ -48,8 +48,8 @@ class AvoidanceConfig:
     retry_s: float = 0.5
     elective_s: float = 3.0
     elective_gain: float = 0.15
+    emergency_factor: float = 2.0
     give_way_reach_m: float = 6.0
-    horizon_m: float = 150.0
 
     def __post_init__(self) -> None:
         """Refuse settings that make no sense.

@@ -207,12 +207,12 @@ class Flight:
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
-        self.carrot = Carrot(
-            plan_stop(self.commanded, self.limits),
-            self._config,
-            self.commanded_yaw,
-            self.commanded_yaw,
-        )
+        if self.ways is None:
+            trajectory = plan_stop(self.commanded, self.limits)
+        else:
+            self.way = self.ways.stop(self.commanded, observation.obstacles)
+            trajectory = self.way.trajectory
+        self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
 
     def walk(self, position_enu_m: Vector3 | None) -> None:
         """Let the carrot walk on by the time of this step."""

@@ -113,10 +113,14 @@ class WayPlanner:
         """
         self._config = config
         self._traits = traits
-        self.braking_limits = limits
-        if not traits.flies:
+        self._limits = limits
+        if traits.flies:
+            self.braking_limits = limits
+            self.emergency_limits = _harder(limits, config.emergency_factor)
+        else:
             braking_m_s2 = min(limits.acceleration_horizontal_m_s2, traits.braking_m_s2)
             self.braking_limits = replace(limits, acceleration_horizontal_m_s2=braking_m_s2)
+            self.emergency_limits = limits
 
     def plan(
         self,
@@ -313,6 +317,24 @@ class WayPlanner:
         place = add(point.position_enu_m, scale(course, -slow_m))
         return [_Via(RoutePoint(place, self._config.corner_allowance_m, point.limits), False)]
 
+    def stop(self, start: KinematicState, obstacles: Obstacles) -> Way:
+        """Return the way of a brake: an emergency's if the usual one leads too near to something.
+
+        Args:
+            start: state at the beginning, in the map frame.
+            obstacles: what is in the way.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        trajectory = plan_stop(start, self._limits)
+        samples = Samples.of(trajectory)
+        clearance_m = self._config.conflict_clearance_m
+        if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is not None:
+            trajectory = plan_stop(start, self.emergency_limits)
+            samples = Samples.of(trajectory)
+        return Way(trajectory, (), samples)
+
     # --- giving way ----------------------------------------------------------------------
 
     def plan_away(self, start: KinematicState, obstacles: Obstacles) -> Way | None:
@@ -333,7 +355,7 @@ class WayPlanner:
         places = self._places(start.position_enu_m)
         clear = obstacles.clearance_m(places) >= needed_m
         for x, y, z in places[clear][:_PLACES_MAX]:
-            trajectory = plan_to(start, (float(x), float(y), float(z)), self.braking_limits)
+            trajectory = plan_to(start, (float(x), float(y), float(z)), self.emergency_limits)
             samples = Samples.of(trajectory)
             clearance_m = self._config.conflict_clearance_m
             if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is None:
@@ -361,6 +383,15 @@ def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[_Via]) 
         trajectory, before_s = begin.then(trajectory), begin.duration_s
     passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
     return Way(trajectory, tuple(passed_s), Samples.of(trajectory))
+
+
+def _harder(limits: Limits, factor: float) -> Limits:
+    """Return limits with more acceleration, built up and taken away the sooner."""
+    return replace(
+        limits,
+        acceleration_horizontal_m_s2=factor * limits.acceleration_horizontal_m_s2,
+        jerk_m_s3=factor * factor * limits.jerk_m_s3,
+    )
 
 
 def _sharper(point: RoutePoint) -> RoutePoint:
