@@ -10,6 +10,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from custom_interfaces.action import Navigate
+from custom_interfaces.msg import GoalEvent
 from drone_navigation.client_errands import Errand
 from drone_navigation.client_events import (
     Accepted,
@@ -30,7 +31,7 @@ from drone_navigation.client_options import (
 )
 from drone_navigation.client_view import View
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
-from drone_navigation.topics import LATCHED_QOS
+from drone_navigation.topics import LATCHED_QOS, STREAM_QOS
 
 # After this long without feedback the client asks whether the server is still there.
 _SILENCE_S = 5.0
@@ -63,6 +64,9 @@ class Course:
             f"{SERVER_NODE_NAME}/last_rejection",
             lambda message: self.rejections.append(message.data),
             LATCHED_QOS,
+        )
+        node.create_subscription(
+            GoalEvent, f"{SERVER_NODE_NAME}/goal_events", self._on_goal_event, STREAM_QOS
         )
         self._goals: list[SentGoal] = []
         self._sent = 0
@@ -189,6 +193,12 @@ class Course:
             self.code = code
         elif not goal.typed:
             self._update_failed = True
+
+    def _on_goal_event(self, happened: GoalEvent) -> None:
+        if happened.event != GoalEvent.STATUS or not happened.message:
+            return
+        if any(goal.id == happened.goal_id for goal in self._goals):
+            self.say(f"{happened.what}: {happened.message}", bad=True)
 
     def _on_feedback(self, goal: SentGoal, telemetry: Telemetry) -> None:
         self._heard_s = time.monotonic()

@@ -29,7 +29,7 @@ from drone_navigation.names import SERVER_NODE_NAME
 
 _SPIN_S = 0.05
 # Two processes that run already find each other in less.
-_SOON_S = 2.0
+_SOON_S = 3.0
 # The reason of an earlier refusal is latched; it must not be taken for that of the goal to come.
 _LATCHED_S = 0.2
 

@@ -75,9 +75,10 @@ class Reporter:
         if progress.status is goal.status:
             return
         goal.status = progress.status
-        self._happened(goal.goal_id, "STATUS", progress.status.value, "")
+        self._happened(goal.goal_id, "STATUS", progress.status.value, progress.blocked)
         text = f"{goal.short_id} {progress.status.value}"
-        self.log(LogLevel.INFO, f"Goal {text}")
+        why = f": {progress.blocked}" if progress.blocked else ""
+        self.log(LogLevel.INFO, f"Goal {text}{why}")
         self.note(notes.text(f"goal {text}"))
 
     def feedback(self, goal: ActiveGoal, progress: Progress, now: float) -> None:
