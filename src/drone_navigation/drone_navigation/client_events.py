@@ -107,7 +107,7 @@ class Ended:
     @property
     def bad(self) -> bool:
         """Whether it is neither a success nor what this client's user asked for."""
-        return self.state != "SUCCEEDED" and not self.replaced
+        return self.state == "ABORTED" and not self.replaced
 
     @property
     def sentence(self) -> str:
@@ -118,7 +118,7 @@ class Ended:
         x, y, z = self.position_enu_m
         place = f", at ({x:.2f}, {y:.2f}, {z:.2f}) m" if math.isfinite(x) else ""
         error = ""
-        if self.bad and math.isfinite(self.error_m):  # a success says it itself
+        if self.state != "SUCCEEDED" and math.isfinite(self.error_m):  # a success says it itself
             error = f", {self.error_m:.2f} m from the target"
         return f"{self.message} ({self.elapsed_s:.1f} s{place}{error})"
 

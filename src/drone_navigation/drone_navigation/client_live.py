@@ -25,6 +25,7 @@ _BATTERY_LOW_PERCENT = 25.0
 _SILENCE_S = 3.0
 
 _SUCCESS, _CANCELLING = "SUCCESS", "CANCELLING"
+_FAILED = "bold white on red"
 # All that is not named here is a step on the way to NAVIGATING.
 _STATUS_STYLES = {
     "NAVIGATING": "bold black on green",
@@ -34,8 +35,8 @@ _STATUS_STYLES = {
     _CANCELLING: "bold black on yellow",
     "CANCELED": "bold black on yellow",
     "BLOCKED": "bold yellow on red",
-    "HOLDING": "bold white on red",
-    "LINK_LOST": "bold white on red",
+    "HOLDING": _FAILED,
+    "LINK_LOST": _FAILED,
 }
 
 
@@ -51,6 +52,7 @@ class LiveView:
         self._label = ""
         self._typed: str | None = None
         self._telemetry: Telemetry | None = None
+        self._failed = False
         self._heard_s = 0.0
         self._drawn_s = -math.inf
         self.open()
@@ -68,6 +70,7 @@ class LiveView:
     def _show_end(self, ended: Ended) -> None:
         if self._telemetry is not None and self._telemetry.goal == ended.goal:
             self._telemetry = replace(self._telemetry, status=ended.code)
+            self._failed = ended.bad
             self._heard_s = math.inf  # nothing more is to come
 
     def show(self, telemetry: Telemetry, t_s: float) -> None:
@@ -77,7 +80,7 @@ class LiveView:
             self._whole_m = 0.0
         elif telemetry.status == _CANCELLING:  # its way ends where it stops, which is no progress
             telemetry = replace(telemetry, distance_left_m=before.distance_left_m)
-        self._telemetry = telemetry
+        self._telemetry, self._failed = telemetry, False
         self._whole_m = max(self._whole_m, telemetry.distance_left_m)
         self._heard_s = t_s
         if before is None or telemetry.status != before.status:
@@ -142,7 +145,7 @@ class LiveView:
             time.append(f"  no feedback for {t_s - self._heard_s:.0f} s", style="bold red")
         return [
             Text(),
-            _heading(telemetry, self._goals.get(telemetry.goal, "")),
+            self._heading(telemetry),
             self._line(
                 "position", f"east {x:.2f}  north {y:.2f}  up {z:.2f} m" if known else "unknown"
             ),
@@ -154,6 +157,17 @@ class LiveView:
             ),
             self._line("time", time),
         ]
+
+    def _heading(self, telemetry: Telemetry) -> Text:
+        style = _STATUS_STYLES.get(telemetry.status, "bold black on cyan")
+        line = Text.assemble(
+            (f" {telemetry.status} ", _FAILED if self._failed else style),
+            f" {telemetry.goal}: {self._goals.get(telemetry.goal, '')}",
+        )
+        if telemetry.waypoint is not None:
+            line.append(f", waypoint {telemetry.waypoint} of {telemetry.waypoints}")
+            line.append(f", lap {telemetry.lap}" if telemetry.lap != 1 else "")
+        return line
 
     def _done(self, telemetry: Telemetry) -> float:
         """Return how much of the way is done; it goes back when the way gets longer."""
@@ -179,18 +193,9 @@ class LiveView:
         return Text.assemble(("━" * full, Style(color=colour)), ("╌" * (width - full), "dim"))
 
 
-def _heading(telemetry: Telemetry, goal: str) -> Text:
-    style = _STATUS_STYLES.get(telemetry.status, "bold black on cyan")
-    line = Text.assemble((f" {telemetry.status} ", style), f" {telemetry.goal}: {goal}")
-    if telemetry.waypoint is not None:
-        line.append(f", waypoint {telemetry.waypoint} of {telemetry.waypoints}")
-        line.append(f", lap {telemetry.lap}" if telemetry.lap != 1 else "")
-    return line
-
-
 def _style_of(event: Event) -> str:
     if isinstance(event, Ended):
-        return "yellow" if event.replaced else "bold green"
+        return "bold green" if event.state == "SUCCEEDED" else "yellow"
     return "bold"
 
 

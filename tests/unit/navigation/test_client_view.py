@@ -154,6 +154,23 @@ def test_the_status_has_its_colour(status: str, style: str) -> None:
     assert f"\x1b[{style}m {status} " in printed(where)
 
 
+@pytest.mark.parametrize(
+    ("state", "code", "style"),
+    [
+        ("SUCCEEDED", "SUCCESS", "1;30;42"),
+        ("CANCELED", "CANCELED", "1;30;43"),
+        ("ABORTED", "NO_PATH", "1;37;41"),
+    ],
+)
+def test_an_end_takes_the_place_of_the_status(state: str, code: str, style: str) -> None:
+    where = console()
+    view = LiveView(where)
+    view.show(telemetry(), 1.0)
+    view.tell(ended(state, code), 2.0)
+    view.close()
+    assert f"\x1b[{style}m {code} " in printed(where)
+
+
 def test_no_color_is_respected() -> None:
     where = console(colour=False)
     view = LiveView(where, keys=True)
