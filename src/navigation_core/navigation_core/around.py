@@ -31,6 +31,8 @@ def around(
     obstacles: Obstacles,
     clearance_m: float,
     heights_m: tuple[float, float] | None,
+    *,
+    few_corners: bool = True,
 ) -> Array | None:
     """Return the points of a short way, shape (N, 3); None if there is none.
 
@@ -44,6 +46,7 @@ def around(
         obstacles: all that count.
         clearance_m: that every line of the way keeps.
         heights_m: lowest and highest map z; None stays in the plane of the start.
+        few_corners: rather have few corners than the most gentle ones.
     """
     ends = np.array([start_enu_m, goal_enu_m])
     low, high = sorted((float(start_enu_m[2]), float(goal_enu_m[2])))
@@ -55,10 +58,18 @@ def around(
             way = _at_level(ends, height, obstacles, clearance_m)
             if way is not None and (best is None or way_cost_m(way) < way_cost_m(best)):
                 best = way
-    if best is not None:
-        return with_fewer_corners(best, obstacles, clearance_m)
+    if best is None:
+        best = _through_net(ends, sorted({low, high, *others}), obstacles, clearance_m)
+    if best is None or not few_corners:
+        return best
+    return with_fewer_corners(best, obstacles, clearance_m)
+
+
+def _through_net(
+    ends: Array, heights_m: list[float], obstacles: Obstacles, clearance_m: float
+) -> Array | None:
     nets = []
-    for height in sorted({float(start_enu_m[2]), float(goal_enu_m[2]), *others}):
+    for height in heights_m:
         level = obstacles.between(height - clearance_m, height + clearance_m)
         nets.append(build_net(level, height, ends[:, :2], clearance_m))
     found = shortest_way(nets, ends, obstacles, clearance_m)

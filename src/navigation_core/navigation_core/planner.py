@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeGuard
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from navigation_core.around import around
 from navigation_core.geometry import Vector3, distance
 from navigation_core.leading_out import way_out
 from navigation_core.obstacles import Array, Obstacles
+from navigation_core.turning import drivable_way, has_room_to_turn
 
 __all__ = ["NoPath", "Path", "PlanLimits", "plan"]
 
@@ -80,30 +83,80 @@ def plan(
     reason = _unreachable(goal_enu_m, obstacles, limits)
     if reason is not None:
         return NoPath(reason)
-    if obstacles.is_clear(start_enu_m, goal_enu_m, clearance_m):
+    turns = limits.turning_radius_m > 0.0 and limits.heights_m is None
+    if not turns and obstacles.is_clear(start_enu_m, goal_enu_m, clearance_m):
         return Path((start_enu_m, goal_enu_m))
-    lead_in: list[Array] = []
     start, goal = np.array(start_enu_m), np.array(goal_enu_m)
-    has_m = float(obstacles.clearance_m(start[None])[0])
-    if has_m < clearance_m:
-        lead_in = [start]
-        out = way_out(start, goal, obstacles, clearance_m, limits.heights_m)
-        if out is None:
-            return NoPath(
-                f"The start is {has_m:.2f} m from an obstacle and no straight line leads out to "
-                f"the clearance of {clearance_m:.2f} m without coming nearer."
-            )
-        start = out
-    way = around(start, goal, obstacles, clearance_m, limits.heights_m)
-    if way is None:
+    begin = _beginning(start, goal, obstacles, limits)
+    if isinstance(begin, NoPath):
+        return begin
+    way = around(begin[-1], goal, obstacles, clearance_m, limits.heights_m)
+    if not _is_clear(way, obstacles, clearance_m):
         return NoPath(
             f"No way to {_told(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "
             f"{len(obstacles)} obstacles: it is walled in, or every gap is narrower than "
             f"{2.0 * clearance_m:.2f} m."
         )
-    corners = [*lead_in, *way][1:-1]
+    if turns:
+        heading_rad = limits.heading_enu_rad if len(begin) == 1 else None
+        way = _driven(way, heading_rad, obstacles, limits)
+        if not _is_clear(way, obstacles, clearance_m):
+            return NoPath(
+                f"There are ways to {_told(goal_enu_m)}, but there is no room to turn with a "
+                f"radius of {limits.turning_radius_m:.2f} m."
+            )
+    corners = np.concatenate([begin[:-1], way])[1:-1]
     points = [(float(p[0]), float(p[1]), float(p[2])) for p in corners]
     return Path((start_enu_m, *points, goal_enu_m))
+
+
+def _is_clear(way: Array | None, obstacles: Obstacles, clearance_m: float) -> TypeGuard[Array]:
+    """Whether there is a way, and each of its lines is clear: the last word, whoever found it."""
+    return way is not None and bool(obstacles.are_clear(way[:-1], way[1:], clearance_m).all())
+
+
+def _beginning(
+    start: Array, goal: Array, obstacles: Obstacles, limits: PlanLimits
+) -> Array | NoPath:
+    """Return the start, and what leads out from too near to an obstacle, shape (1 or 2, 3)."""
+    has_m = float(obstacles.clearance_m(start[None])[0])
+    if has_m >= limits.clearance_m:
+        return start[None]
+    out = way_out(start, goal, obstacles, limits.clearance_m, limits.heights_m)
+    if out is None:
+        return NoPath(
+            f"The start is {has_m:.2f} m from an obstacle and no straight line leads out to "
+            f"the clearance of {limits.clearance_m:.2f} m without coming nearer."
+        )
+    return np.array([start, out])
+
+
+def _driven(
+    way: Array, heading_rad: float | None, obstacles: Obstacles, limits: PlanLimits
+) -> Array | None:
+    """Return a way that turns no tighter than allowed, as near to a shortest way as there is.
+
+    About an outline with a clearance of at least the radius there is always room to turn, so a
+    way with that clearance is the next best.
+    """
+    radius_m = limits.turning_radius_m
+    wide_m = max(limits.clearance_m, radius_m)
+    for clearance_m, few_corners in ((limits.clearance_m, True), (wide_m, False)):
+        way_from = partial(_way_in_plane, way[-1], obstacles, clearance_m, few_corners=few_corners)
+        found = way if few_corners else way_from(way[0])
+        if found is not None and heading_rad is not None:
+            found = drivable_way(
+                found, heading_rad, way_from, obstacles, limits.clearance_m, radius_m
+            )
+        if found is not None and has_room_to_turn(found, obstacles, limits.clearance_m, radius_m):
+            return found
+    return None
+
+
+def _way_in_plane(
+    goal: Array, obstacles: Obstacles, clearance_m: float, place: Array, *, few_corners: bool
+) -> Array | None:
+    return around(place, goal, obstacles, clearance_m, None, few_corners=few_corners)
 
 
 def _unreachable(goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits) -> str | None:

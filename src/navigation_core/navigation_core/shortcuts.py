@@ -14,6 +14,8 @@ __all__ = ["pulled_tight", "with_fewer_corners"]
 _ROUNDS = 6
 # How far a corner is drawn towards the line between its neighbours, as shares.
 _SHARES = np.array([0.9, 0.6, 0.35, 0.2, 0.1, 0.04, 0.015])
+# Where a corner is cut off, as shares of the lines beside it; less than half of both.
+_CUTS = np.array([0.49, 0.35, 0.2, 0.1, 0.05])
 # A corner that can't be drawn by more than this stays.
 _TINY_M = 0.005
 _POINTS_MAX = 64
@@ -37,7 +39,7 @@ def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     for _ in range(_ROUNDS):
         if len(way) == 2:
             break
-        drawn = _drawn(way, nearby, clearance_m)
+        drawn = _drawn(_split(way, nearby, clearance_m), nearby, clearance_m)
         shorter = _skipped(drawn, nearby, clearance_m)
         before, after = way_cost_m(way), way_cost_m(shorter)
         way = shorter
@@ -91,6 +93,23 @@ def _drawn(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
         moved = np.isfinite(costs.min(axis=1))
         way[corners[moved]] = candidates[moved, best[moved]]
     return way
+
+
+def _split(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    """Cut corners off: two points on the lines beside a corner take its place where it can be."""
+    corner = way[1:-1]
+    shares = _CUTS[:, None]
+    before = corner[:, None] + shares * (way[:-2] - corner)[:, None]
+    after = corner[:, None] + shares * (way[2:] - corner)[:, None]
+    flat = obstacles.are_clear(before.reshape(-1, 3), after.reshape(-1, 3), clearance_m)
+    clear = flat.reshape(-1, len(_CUTS))
+    best = np.where(clear.any(axis=1), clear.argmax(axis=1), -1)
+    parts = [way[:1]]
+    for row, column in enumerate(best):
+        cut = column >= 0
+        here = (before[row, column], after[row, column]) if cut else (corner[row],)
+        parts.append(np.array(here))
+    return np.concatenate([*parts, way[-1:]])
 
 
 def _candidates(before: Array, corner: Array, after: Array) -> Array:

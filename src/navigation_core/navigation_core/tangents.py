@@ -23,9 +23,11 @@ from navigation_core.shapes import Indices, Shapes
 __all__ = ["tangent_way"]
 
 _CORNERS = 16
-# Beyond this number the net of ways is quicker.
+# Beyond these numbers the net of ways is quicker: of obstacles, of times that some are taken
+# in, and of lines.
 _SHAPES_MAX = 80
 _ROUNDS_MAX = 40
+_LINES_MAX = 7500
 # A line along a polygon must not be nearer than the clearance by rounding.
 _ROOM = 1.0 + 1e-6
 
@@ -53,7 +55,7 @@ def tangent_way(
         if not len(obstacles):
             return way
         new = np.unique(obstacles)
-        if len(new) + search.taken > _SHAPES_MAX:
+        if len(new) + search.taken > _SHAPES_MAX or search.looked_at > _LINES_MAX:
             return None
         search.take(new)
     return None
@@ -68,6 +70,7 @@ class _Search:
         self._clearance_m = clearance_m
         self._height = start[2]
         self._rows = np.empty(0, dtype=np.intp)
+        self.looked_at = 0
         # For each point: where it is, and where its neighbours on its polygon are. The start
         # and the goal are polygons of one point.
         self._points = np.array([start[:2], goal[:2]])
@@ -109,6 +112,7 @@ class _Search:
         self._sound[:first] &= self._are_sound(new, places[:first])
         self._sound[first:] = self._are_sound(taken, places[first:])
         begins, ends = self._touching(first)
+        self.looked_at += len(begins)
         clear = taken.are_clear(places[begins], places[ends], self._clearance_m)
         self._begins = np.concatenate([self._begins, begins[clear]])
         self._ends = np.concatenate([self._ends, ends[clear]])
