@@ -198,7 +198,7 @@ def _goto(
         goal.position_enu_m,
         make_task,
         warnings,
-        FlightPlan((goal.position_enu_m,), (speed_m_s,)),
+        FlightPlan((goal.position_enu_m,), (speed_m_s,), straight=avoidance is None),
     )
 
 

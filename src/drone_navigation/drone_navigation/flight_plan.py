@@ -17,12 +17,15 @@ class FlightPlan:
         speeds_m_s: ground speed on the way to each.
         laps: how often they are flown.
         hold_s: time of standing still in one lap.
+        straight: whether it is flown in straight lines; otherwise ways are found around obstacles
+            and along the fence.
     """
 
     targets_enu_m: tuple[Vector3, ...]
     speeds_m_s: tuple[float, ...]
     laps: int = 1
     hold_s: float = 0.0
+    straight: bool = True
 
     def duration_s(self, start_enu_m: Vector3) -> float:
         """Return the time of the flight from a place, without that of starting and stopping."""

@@ -22,7 +22,7 @@ from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.health import arming_faults, estimator_faults
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_core.fences import Area, Fence, check_route
+from navigation_core.fences import Area, Fence, check_route, check_targets
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import Outcome
@@ -105,7 +105,7 @@ class Guard:
             plan, margin_m = admitted.plan, self._config.safety.fence_margin_m
             if self._vehicle.profile is not None:
                 margin_m += circle_max_m(self._vehicle.profile.circle_radius_m)
-            rejection = self._check_fence(fence, plan.targets_enu_m, margin_m, plan.laps > 1)
+            rejection = self._check_fence(fence, plan, 0, margin_m, plan.laps > 1)
             if rejection is not None:
                 return rejection
             if self._areas_unknown():
@@ -150,7 +150,10 @@ class Guard:
 
     def tell_fence(self) -> None:
         """Let ways be planned around the boundary of the fence as it is known now."""
-        self._obstacles.use_fence(self.fence(), self._config.safety.fence_margin_m)
+        fence, here = self.fence(), self._here()
+        # Who is outside must be able to come back in.
+        inside = fence is None or here is None or fence.allows(here[:2])
+        self._obstacles.use_fence(fence, self._config.safety.fence_margin_m, inside)
 
     def _areas(self) -> tuple[Area, ...]:
         items, origin = self._vehicle.fence_items, self._map_frame.origin
@@ -168,14 +171,21 @@ class Guard:
         return has_areas(vehicle.profile, vehicle.parameters)
 
     def _check_fence(
-        self, fence: Fence, targets_enu_m: tuple[Vector3, ...], margin_m: float, closed: bool
+        self, fence: Fence, plan: FlightPlan, first: int, margin_m: float, closed: bool
     ) -> Rejection | None:
-        """Check the ways from the vehicle through targets; ``closed`` leads back to the first."""
+        """Check the ways from the vehicle through the targets from the ``first`` on.
+
+        ``closed`` leads back to the first of these. Where ways are found around obstacles, they
+        are found inside of the fence, too, so that only the targets are checked.
+        """
         here = self._here()
         if here is None:
             return None
         ground_enu_m = self._map_frame.ground_enu_m(self._vehicle.state)
-        return check_route(fence, here, targets_enu_m, ground_enu_m, margin_m, closed)
+        targets = plan.targets_enu_m[first:]
+        if plan.straight:
+            return check_route(fence, here, targets, ground_enu_m, margin_m, closed)
+        return check_targets(fence, targets, ground_enu_m, margin_m)
 
     def _here(self) -> Vector3 | None:
         pose = self._map_frame.pose(self._vehicle.state)
@@ -243,7 +253,7 @@ class Guard:
         route = None if goal.progress is None else goal.progress.route
         again = plan.laps > 1 and (route is None or route.lap < plan.laps - 1)
         first = 0 if route is None or again else route.current
-        rejection = self._check_fence(fence, plan.targets_enu_m[first:], 0.0, again)
+        rejection = self._check_fence(fence, plan, first, 0.0, again)
         if rejection is None:
             return None
         return Rejection(rejection.code, f"The vehicle's fence was changed: {rejection.message}")

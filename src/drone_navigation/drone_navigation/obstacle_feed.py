@@ -18,6 +18,7 @@ from drone_navigation.map_frame import Geodetic, MapFrame
 from drone_navigation.sensor_pose import Carrier, carrier_at
 from drone_navigation.settings import ObstacleConfig
 from drone_navigation.traits import traits_of
+from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.fences import Fence
@@ -82,6 +83,7 @@ class ObstacleFeed:
         self._config = config
         self._map = ObstacleMap(config.map_size_m, config.cell_m, config.vehicle_radius_m)
         self._origin: Geodetic | None = None
+        self._stood_m: float | None = None
         self._heard_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
         self._known: tuple[KnownObstacle, ...] = ()
@@ -164,20 +166,21 @@ class ObstacleFeed:
         """The vehicle's own fence, as far as it is known."""
         return self._fence
 
-    def use_fence(self, fence: Fence | None, margin_m: float) -> None:
+    def use_fence(self, fence: Fence | None, margin_m: float, inside: bool = True) -> None:
         """Take the boundary of the vehicle's fence for walls.
 
         Args:
             fence: the vehicle's.
             margin_m: how near to it targets may be, and so ways, too.
+            inside: whether the vehicle is inside of it; if not, there are no walls.
         """
         shift_m = self._config.vehicle_radius_m + self._config.margin_m - margin_m + _ROUNDING_M
-        if fence is self._fence and shift_m == self._fence_key:
+        key = (fence, shift_m, inside)
+        if key == self._fence_key:
             return
-        if fence != self._fence or shift_m != self._fence_key:
-            walls = () if fence is None else fence_walls(fence, shift_m)
-            self._fence_table = Obstacles.of(walls)
-        self._fence, self._fence_key = fence, shift_m
+        self._fence, self._fence_key = fence, key
+        walls = () if fence is None or not inside else fence_walls(fence, shift_m)
+        self._fence_table = Obstacles.of(walls)
 
     def _place_known(self) -> None:
         """Put the known obstacles where the map origin and the kind of vehicle want them."""
@@ -281,8 +284,11 @@ class ObstacleFeed:
         before = self._origin or origin
         if origin != before and math.hypot(*self._map_frame.enu(before)) > _ORIGIN_MOVED_M:
             self._map.clear()
+            self._stood_m = None
         self._origin = origin
         self._heard_s[kind] = now
+        if state.landed_state is LandedState.ON_GROUND:
+            self._stood_m = carrier.height_m
         self._map.recentre(carrier.position_enu_m)
         return carrier
 
@@ -294,7 +300,16 @@ class ObstacleFeed:
         return (x, y, z), np.asarray(carrier.from_flu @ pose.to_body())
 
     def _ground_m(self) -> float | None:
-        return None if self._drives else self._map_frame.ground_enu_m(self._vehicle.state)
+        """Return the map z of the ground, None for what drives.
+
+        It is where the vehicle stood last. The home of a PX4 moves, by a metre in a minute
+        (observed), so that it is the second choice.
+        """
+        if self._drives:
+            return None
+        if self._stood_m is not None:
+            return self._stood_m
+        return self._map_frame.ground_enu_m(self._vehicle.state)
 
 
 def _endless(obstacles: Obstacles) -> Obstacles:

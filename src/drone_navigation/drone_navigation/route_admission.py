@@ -83,16 +83,19 @@ def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | R
         waypoints[-1].position_enu_m,
         make_task,
         warnings,
-        _plan(waypoints, laps, config.goto.limits.speed_horizontal_m_s),
+        _plan(waypoints, laps, config.goto.limits.speed_horizontal_m_s, avoidance is None),
     )
 
 
-def _plan(waypoints: tuple[RouteWaypoint, ...], laps: int, speed_m_s: float) -> FlightPlan:
+def _plan(
+    waypoints: tuple[RouteWaypoint, ...], laps: int, speed_m_s: float, straight: bool = True
+) -> FlightPlan:
     return FlightPlan(
         tuple(waypoint.position_enu_m for waypoint in waypoints),
         tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in waypoints),
         laps,
         sum(waypoint.hold_time_s for waypoint in waypoints),
+        straight,
     )
 
 

@@ -213,6 +213,17 @@ class Fence:
         return None
 
 
+def check_targets(
+    fence: Fence, targets_enu_m: Sequence[Vector3], home_z_enu_m: float, margin_m: float = 0.0
+) -> Rejection | None:
+    """Say why targets do not keep to the fence; the arguments are those of `check_route`."""
+    for index, target in enumerate(targets_enu_m):
+        rejection = fence.check_target(target, home_z_enu_m, margin_m)
+        if rejection is not None:
+            return _named(rejection, index) if len(targets_enu_m) > 1 else rejection
+    return None
+
+
 def check_route(
     fence: Fence,
     start_enu_m: Vector3,
@@ -234,15 +245,13 @@ def check_route(
         margin_m: how far inside of every boundary targets must be.
         closed: whether the last is followed by the first again.
     """
-    several = len(targets_enu_m) > 1
-    for index, target in enumerate(targets_enu_m):
-        rejection = fence.check_target(target, home_z_enu_m, margin_m)
-        if rejection is not None:
-            return _named(rejection, index) if several else rejection
+    rejection = check_targets(fence, targets_enu_m, home_z_enu_m, margin_m)
+    if rejection is not None:
+        return rejection
     points = list(targets_enu_m)
     if fence.allows(start_enu_m[:2]):
         points.insert(0, start_enu_m)
-    if closed and several:
+    if closed and len(targets_enu_m) > 1:
         points.append(targets_enu_m[0])
     for start, end in itertools.pairwise(points):
         rejection = fence.check_way(start, end)

@@ -429,6 +429,8 @@ class TestTheFence:
         flight.feed.use_fence(fence, 1.0)
         assert flight.away_m(19.0, 0.0) == pytest.approx(2.0, abs=0.02)
         assert flight.away_m(19.0, 0.0) >= 2.0
+        flight.feed.use_fence(fence, 1.0, inside=False)
+        assert len(flight.feed.obstacles) == 0
         flight.feed.use_fence(None, 1.0)
         assert len(flight.feed.obstacles) == 0
 

@@ -1,0 +1,229 @@
+"""Obstacles as the bridge learns of them, against the simulator's truth."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drone_navigation.goal import LogLine
+from drone_navigation.requests import WaypointRequest, WaypointsRequest
+from mavlink_sitl.autopilot.plans import PlanItem
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.world.model import Obstacle, RangeSensor, World
+from mavlink_sitl.world.shapes import Shapes
+from navigation_core.outcomes import OutcomeCode
+from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.missions import item
+from tests.support.simulated_flight import SimulatedFlight
+
+REACH_M = 10.0
+THINGS = (
+    Obstacle("oak", (10.0, 6.0), radius_m=0.6, top_m=14.0),
+    Obstacle("pine", (18.0, -5.0), radius_m=0.4, top_m=20.0),
+    Obstacle("shed", (22.0, 7.0), size_m=(6.0, 4.0), yaw_rad=0.5, top_m=9.0),
+    Obstacle("wall", (32.0, 0.0), size_m=(0.3, 20.0), top_m=9.0),
+)
+NO_SENSOR = "No obstacle sensor is heard, so only the known obstacles are avoided."
+TREE = "{kind: cylinder, name: tree, at_m: [10, 0], radius_m: 1, height_m: 30}"
+
+
+def kind_of(vehicle: str, autopilot: str = "ardupilot") -> VehicleConfig:
+    return VehicleConfig(ready_after_s=1.0, vehicle=vehicle, autopilot=autopilot)
+
+
+def knowing(folder: Path, obstacles: str, vehicle: str = "copter") -> SimulatedFlight:
+    """A vehicle in an empty world whose server is told of obstacles."""
+    path = folder / "obstacles.yaml"
+    path.write_text(f"obstacles: [{obstacles}]", encoding="utf-8")
+    return SimulatedFlight(simulated=kind_of(vehicle), obstacles_file=str(path)).ready()
+
+
+def log(flight: SimulatedFlight) -> str:
+    return "\n".join(line.text for line in flight.all(LogLine))
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "autopilot"), [("copter", "ardupilot"), ("copter", "px4"), ("rover", "ardupilot")]
+)
+def test_the_map_shows_obstacles_where_they_truly_are_while_the_vehicle_flies_and_turns(
+    vehicle: str, autopilot: str
+) -> None:
+    world = World(obstacles=THINGS, range_sensor=RangeSensor(reach_m=REACH_M, noise_m=0.03))
+    flight = SimulatedFlight(simulated=kind_of(vehicle, autopilot), world=world).ready()
+    shapes = Shapes(THINGS)
+    height_m = 4.0 if vehicle == "copter" else 0.0
+    turned = (0.0, 0.0, math.sin(1.25), math.cos(1.25))
+    goal = flight.start(flight.request(0.0, 24.0, height_m, 3.0, orientation=turned))
+    seen: set[str] = set()
+    wrong_m: list[float] = []
+    while not flight.ends(goal):
+        flight.run_for(1.0)
+        posts = flight.bridge.obstacles.sensed.posts
+        if not len(posts):
+            continue
+        level = np.column_stack([posts[:, 1], posts[:, 0], np.full(len(posts), -height_m)])
+        gaps = shapes.gaps(level)
+        wrong_m += gaps.min(axis=1).tolist()
+        seen |= {
+            name for name, gap in zip(shapes.names, gaps.min(axis=0), strict=True) if gap < 0.5
+        }
+    assert seen == {thing.name for thing in THINGS}
+    assert np.percentile(wrong_m, 95) < 0.5
+    # A sector tells the nearest in 5 degrees: at 10 m that may be half a metre aside.
+    assert max(wrong_m) < 0.5 + REACH_M * math.radians(2.5)
+
+
+def test_a_goal_flies_around_what_only_the_sensor_knows() -> None:
+    world = World(obstacles=THINGS, range_sensor=RangeSensor(reach_m=20.0, noise_m=0.03))
+    flight = SimulatedFlight(world=world).ready()
+    flight.run_for(1.0)
+    goal = flight.start(flight.request(9.0, 16.0, 4.0, avoid=True))  # the oak is in the way
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert NO_SENSOR not in end.message
+    assert not flight.ground_truth.collided
+    assert not flight.ground_truth.hits
+
+
+def test_a_goal_flies_around_what_is_known_and_says_that_no_sensor_is_heard(
+    tmp_path: Path,
+) -> None:
+    flight = knowing(tmp_path, TREE)
+    flight.fly_up()
+    goal = flight.start(flight.request(20.0, 0.0, 3.0, avoid=True))
+    nearest_m = math.inf
+    while not flight.ends(goal):
+        flight.run_for(0.1)
+        (x, y, _), _ = flight.truth()
+        nearest_m = min(nearest_m, math.hypot(x - 10.0, y) - 1.0)
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert NO_SENSOR in end.message
+    assert NO_SENSOR in log(flight)
+    assert nearest_m > 0.5
+
+
+def test_without_avoidance_it_flies_straight_and_says_what_that_hits(tmp_path: Path) -> None:
+    flight = knowing(tmp_path, TREE)
+    flight.fly_up()
+    words = "The straight way to (20.0, 0.0, 3.0) m hits the known obstacle 'tree' at (10.0, 0.0) m"
+    goal = flight.start(flight.request(20.0, 0.0, 3.0))
+    aside_m = 0.0
+    while not flight.ends(goal):
+        flight.run_for(0.1)
+        aside_m = max(aside_m, abs(flight.truth()[0][1]))
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.SUCCESS
+    assert words in end.message
+    assert words in log(flight)
+    assert aside_m < 0.5
+
+
+def test_a_way_above_a_known_obstacle_hits_nothing(tmp_path: Path) -> None:
+    flight = knowing(tmp_path, "{kind: cylinder, at_m: [10, 0], radius_m: 1, height_m: 2}")
+    flight.fly_up()
+    end = flight.run_to_end(flight.send(20.0, 0.0, 3.0))
+    assert "hits" not in end.message
+
+
+@pytest.mark.parametrize(
+    ("target", "where"), [((10.0, 0.0, 3.0), "inside of"), ((12.0, 0.0, 3.0), "1.00 m from")]
+)
+def test_a_target_within_the_clearance_of_something_known_is_refused(
+    tmp_path: Path, target: tuple[float, float, float], where: str
+) -> None:
+    flight = knowing(tmp_path, TREE)
+    refused = flight.check(flight.request(*target, avoid=True))
+    assert refused is not None
+    assert refused.code is OutcomeCode.NO_PATH
+    assert f"is {where} the known obstacle 'tree' at (10.0, 0.0) m" in refused.message
+    assert flight.check(flight.request(*target)) is None
+    waypoints = (WaypointRequest((0.0, 5.0, 3.0)), WaypointRequest(target))
+    refused = flight.check(WaypointsRequest(waypoints, avoid_obstacles=True))
+    assert refused is not None
+    assert refused.code is OutcomeCode.NO_PATH
+
+
+def test_a_target_where_only_a_sensor_has_seen_something_is_accepted() -> None:
+    world = World(obstacles=THINGS, range_sensor=RangeSensor())
+    flight = SimulatedFlight(world=world).ready()
+    flight.run_for(2.0)
+    assert flight.bridge.obstacles.sensed.clearance_m(np.array([[6.0, 10.0, 3.0]]))[0] < 1.0
+    assert flight.check(flight.request(6.0, 10.0, 3.0, avoid=True)) is None
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "by_mission", "words"),
+    [("plane", False, "autopilot of a plane leads it"), ("copter", True, "flies the mission by")],
+)
+def test_what_the_autopilot_flies_by_itself_avoids_nothing_and_says_so(
+    tmp_path: Path, vehicle: str, by_mission: bool, words: str
+) -> None:
+    flight = knowing(tmp_path, TREE, vehicle)
+    waypoints = (WaypointRequest((0.0, 50.0, 29.0)), WaypointRequest((20.0, -50.0, 29.0)))
+    flight.start(WaypointsRequest(waypoints, by_mission=by_mission, avoid_obstacles=True))
+    flight.run_for(0.5)
+    assert words in log(flight)
+    assert "hits the known obstacle 'tree'" in log(flight)
+
+
+def test_a_rover_drives_around_what_is_known_however_high_its_gps_puts_it(tmp_path: Path) -> None:
+    flight = knowing(tmp_path, TREE.replace("height_m: 30", "height_m: 0.5"), "rover")
+    goal = flight.start(flight.request(20.0, 0.0, 0.0, avoid=True))
+    nearest_m = math.inf
+    while not flight.ends(goal):
+        flight.run_for(0.1)
+        (x, y, _), _ = flight.truth()
+        nearest_m = min(nearest_m, math.hypot(x - 10.0, y) - 1.0)
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert nearest_m > 0.5
+
+
+def test_a_way_that_is_found_stays_inside_of_the_fence() -> None:
+    flight = SimulatedFlight(simulated=kind_of("copter"))
+    vehicle = flight.simulation.vehicles[0]
+    vehicle.parameters.set("FENCE_ENABLE", 1.0)
+    vehicle.parameters.set("FENCE_TYPE", 4.0)
+    # An L about the start: its inner corner is at (10, 10), north and east.
+    corners = [
+        (-10.0, -10.0),
+        (-10.0, 40.0),
+        (10.0, 40.0),
+        (10.0, 10.0),
+        (40.0, 10.0),
+        (40.0, -10.0),
+    ]
+    places = [item(north_m=n, east_m=e) for n, e in corners]
+    fence = [
+        PlanItem(5001, 0, (float(len(places)), 0.0, 0.0, 0.0), place.x, place.y) for place in places
+    ]
+    vehicle.copter.plans.fence.replace(fence)
+    flight.ready()
+    flight.run_until(lambda: flight.vehicle.fence_items is not None, 20.0)
+    first = flight.run_to_end(flight.send(0.0, 30.0, 5.0))
+    assert first.code is OutcomeCode.SUCCESS, first.message
+    across = flight.request(30.0, 0.0, 5.0)
+    refused = flight.check(across)
+    assert refused is not None
+    assert refused.code is OutcomeCode.OUTSIDE_FENCE
+    goal = flight.start(flight.request(30.0, 0.0, 5.0, avoid=True))
+    while not flight.ends(goal):
+        flight.run_for(0.1)
+        (east, north, _), _ = flight.truth()
+        assert not (east > 10.0 and north > 10.0), "outside of the fence"
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+
+
+def test_a_message_that_makes_no_sense_is_told_once() -> None:
+    flight = SimulatedFlight(world=World(obstacles=THINGS)).ready()
+    companion = AutopilotMessages(component_id=195)
+    for _ in range(3):
+        message = companion("OBSTACLE_DISTANCE", frame=4, distances=[500] * 72, increment=5)
+        flight.bridge.receive(message, flight.now)
+    flight.tick()
+    assert log(flight).count("OBSTACLE_DISTANCE of component 195 is ignored: its frame 4") == 1
