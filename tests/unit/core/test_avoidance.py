@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
 
 import pytest
 
-from navigation_core.geometry import Vector3
+from navigation_core.geometry import Vector3, distance
 from navigation_core.obstacle_shapes import Box, Cylinder
 from navigation_core.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.avoidance import AvoidanceConfig, AvoidanceConfigError
-from navigation_core.tasks.base import Progress, Status
+from navigation_core.tasks.base import Progress, Status, Traits
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
 from navigation_core.tasks.route import FlyRoute
@@ -311,6 +312,80 @@ def test_who_is_paused_gives_way_too() -> None:
     assert watched.nearest_m > AVOIDANCE.vehicle_radius_m
 
 
+# --- detours --------------------------------------------------------------------------------
+
+# Across the straight way, with a free way round either end.
+FENCE = Obstacles.of((Box("fence", (15.0, 1.0), (0.2, 16.0)),))
+
+
+def test_what_is_seen_in_time_is_flown_around_without_a_stop() -> None:
+    vehicle, task = hovering(), goto((40.0, 0.0, 5.0))
+    watched = Watched(task, vehicle)
+    flight = watched.fly(when(2.0, vehicle, post(22.0, 0.0, 2.0)))
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert watched.statuses == [Status.PREPARING, Status.NAVIGATING, Status.SETTLING]
+    assert watched.told[-1].replans == 1
+    assert watched.nearest_m > AVOIDANCE.conflict_clearance_m
+    speeds = [math.hypot(*o.velocity_enu_m_s) for t, o, _ in flight.steps if o.velocity_enu_m_s]
+    assert min(speeds[60:-60]) > 1.0
+
+
+def test_distance_and_time_are_those_of_the_way_before_the_take_off_too() -> None:
+    vehicle, task = PointMass(), goto()
+    vehicle.obstacles = FENCE
+    watched = Watched(task, vehicle)
+    flight = watched.fly()
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    flown_m = sum(
+        distance(a.position_enu_m, b.position_enu_m)
+        for (_, a, _), (_, b, _) in itertools.pairwise(flight.steps)
+        if a.position_enu_m and b.position_enu_m
+    )
+    assert watched.told[0].distance_remaining_m == pytest.approx(flown_m, rel=0.05)
+    took_s = flight.steps[-1][0] - flight.steps[0][0]
+    assert watched.told[0].time_remaining_s == pytest.approx(took_s, rel=0.3)
+
+
+def test_a_way_that_has_become_clearly_shorter_is_taken() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 5.0))
+    vehicle.obstacles = Obstacles.of((Box("wide", (40.0, 0.0), (0.2, 60.0)),))
+    watched = Watched(task, vehicle)
+    flight = watched.fly(when(6.0, vehicle, NOTHING))
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert watched.told[-1].replans == 1
+    assert max(abs(o.position_enu_m[1]) for _, o, _ in flight.steps if o.position_enu_m) < 28.0
+
+
+def test_it_does_not_flap_between_two_sides() -> None:
+    vehicle, task = hovering(), goto((50.0, 0.0, 5.0))
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        # What the sensor makes of a post moves by some centimetres with every look.
+        wobble_m = 0.1 * math.sin(7.0 * elapsed_s)
+        vehicle.obstacles = post(25.0, wobble_m, 3.0)
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert watched.told[-1].replans <= 1
+    sides = {
+        math.copysign(1.0, o.position_enu_m[1])
+        for _, o, _ in flight.steps
+        if o.position_enu_m and abs(o.position_enu_m[1]) > 0.5
+    }
+    assert len(sides) == 1
+
+
+def test_a_car_keeps_clear_of_a_wall_that_it_drives_around() -> None:
+    vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
+    rover = Traits("rover", flies=False, lands_itself=False, turning_radius_m=0.9)
+    avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
+    task = Goto(GotoGoal((30.0, 0.0, 0.0), None, 2.0), CONFIG, traits=rover, avoidance=avoidance)
+    watched = Watched(task, vehicle)
+    assert watched.fly(when(1.0, vehicle, FENCE)).outcome.code is OutcomeCode.SUCCESS
+    assert watched.nearest_m > AVOIDANCE.brake_clearance_m
+
+
 # --- routes ---------------------------------------------------------------------------------
 
 
@@ -326,6 +401,30 @@ def test_a_waypoint_inside_an_obstacle_blocks_until_it_is_free() -> None:
     assert flight.outcome.code is OutcomeCode.SUCCESS
     assert flight.outcome.message == "Flew 3 of 3 waypoints."
     assert Status.BLOCKED in watched.statuses
+
+
+def test_the_waypoints_of_a_route_are_reached_around_obstacles() -> None:
+    waypoints = tuple(
+        RouteWaypoint(place, 1.0)
+        for place in ((20.0, 0.0, 5.0), (20.0, 20.0, 5.0), (0.0, 20.0, 5.0))
+    )
+    vehicle, task = hovering(), FlyRoute(waypoints, 2, CONFIG, avoidance=AVOIDANCE)
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        known = [(10.0, 0.5), (20.5, 10.0)] + [(10.0, 20.0)] * (elapsed_s > 8.0)
+        if len(known) != len(vehicle.obstacles):
+            vehicle.obstacles = Obstacles.of(
+                tuple(Cylinder(f"post {k}", place, 1.0) for k, place in enumerate(known))
+            )
+
+    flight = watched.fly(change)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert flight.outcome.message == "Flew 6 of 6 waypoints."
+    assert watched.nearest_m > AVOIDANCE.conflict_clearance_m
+    routes = [progress.route for progress in watched.told if progress.route]
+    reached = [route.reached for route in routes]
+    assert reached == sorted(reached)
 
 
 # --- the settings ---------------------------------------------------------------------------
