@@ -337,20 +337,23 @@ def free_grid(
     high = np.maximum((middles + reach).max(axis=0, initial=-np.inf), ends.max(axis=0)) + rim
     shape = np.ceil((high - low) / cell_m).astype(int) + 1
     free = np.ones(shape, dtype=bool)
-    height = start_enu_m[2]
     for row in range(len(level)):
-        one = (
-            Obstacles(level.posts[row : row + 1])
-            if row < len(level.posts)
-            else Obstacles(None, level.boxes[row - len(level.posts)][None])
-        )
-        first = np.maximum(
-            ((middles[row] - reach[row] - clearance_m - low) / cell_m).astype(int), 0
-        )
-        last = ((middles[row] + reach[row] + clearance_m - low) / cell_m).astype(int) + 2
+        within = reach[row] + clearance_m
+        first = np.maximum(((middles[row] - within - low) / cell_m).astype(int), 0)
+        last = ((middles[row] + within - low) / cell_m).astype(int) + 2
         east, north = (low[k] + cell_m * (np.arange(first[k], last[k]) + 0.5) for k in (0, 1))
-        grid = np.stack(np.meshgrid(east, north, indexing="ij"), axis=-1).reshape(-1, 2)
-        points = np.column_stack([grid, np.full(len(grid), height)])
-        clear = one.clearance_m(points) >= clearance_m
-        free[first[0] : last[0], first[1] : last[1]] &= clear.reshape(len(east), len(north))
+        gap = _gap_m(level, row, east[:, None] - middles[row, 0], north - middles[row, 1])
+        free[first[0] : last[0], first[1] : last[1]] &= gap >= clearance_m
     return free, low
+
+
+def _gap_m(
+    level: Obstacles, row: int, east: NDArray[np.float64], north: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how far places are from an outline, seen from its middle."""
+    if row < len(level.posts):
+        return np.asarray(np.hypot(east, north) - level.posts[row, 2])
+    half_x, half_y, yaw = level.boxes[row - len(level.posts), 2:5]
+    x = np.abs(east * math.cos(yaw) + north * math.sin(yaw)) - half_x
+    y = np.abs(north * math.cos(yaw) - east * math.sin(yaw)) - half_y
+    return np.asarray(np.hypot(np.maximum(x, 0.0), np.maximum(y, 0.0)))

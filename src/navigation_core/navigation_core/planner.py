@@ -13,9 +13,12 @@ from navigation_core.around import around
 from navigation_core.geometry import Vector3, distance
 from navigation_core.leading_out import way_out
 from navigation_core.obstacles import Array, Obstacles
+from navigation_core.shapes import Shapes
 from navigation_core.turning import drivable_way, has_room_to_turn
 
 __all__ = ["NoPath", "Path", "PlanLimits", "plan"]
+
+_TINY_M = 1e-6
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,9 @@ def _unreachable(goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits) 
     if has_m >= limits.clearance_m:
         return None
     if has_m <= 0.0:
-        return f"The goal {_told(goal_enu_m)} is inside of an obstacle."
+        level = obstacles.between(goal_enu_m[2] - _TINY_M, goal_enu_m[2] + _TINY_M)
+        depth_m = Shapes(level).depth_m(np.array(goal_enu_m[:2]))
+        return f"The goal {_told(goal_enu_m)} is inside of an obstacle, by {depth_m:.2f} m."
     return (
         f"The goal {_told(goal_enu_m)} is {has_m:.2f} m from an obstacle; "
         f"{limits.clearance_m:.2f} m are to be kept."

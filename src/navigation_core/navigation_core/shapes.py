@@ -65,6 +65,18 @@ class Shapes:
         north = (x * axis[:, 1] + y * axis[:, 0]) * scale
         return reach - self.radius_m[of], np.column_stack([east, north])
 
+    def depth_m(self, point_m: Array) -> float:
+        """Return how far a point is within the outline of any shape, at most; 0 if in none."""
+        if not len(self):
+            return 0.0
+        offset = point_m - self.middle_m
+        x = offset[:, 0] * self.axis[:, 0] + offset[:, 1] * self.axis[:, 1]
+        y = offset[:, 1] * self.axis[:, 0] - offset[:, 0] * self.axis[:, 1]
+        in_post = self.radius_m - np.hypot(x, y)
+        in_box = np.minimum(self.half_m[:, 0] - np.abs(x), self.half_m[:, 1] - np.abs(y))
+        depth = np.where(self.radius_m > 0.0, in_post, in_box)
+        return max(float(depth.max()), 0.0)
+
     def sampled(self, spacing_m: float) -> tuple[Array, Indices]:
         """Return points along the outlines, and whose they are.
 
