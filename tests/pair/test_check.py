@@ -12,7 +12,8 @@ import yaml
 from drone_navigation.check import Checker
 from drone_navigation.check_report import Report, Verdict, make_report
 from drone_navigation.check_view import as_json, plain_lines
-from drone_navigation.configuration import ParameterValue, make_config
+from drone_navigation.configuration import make_config
+from drone_navigation.parameter_table import ParameterValue
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 

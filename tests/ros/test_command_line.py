@@ -38,9 +38,11 @@ def test_help_and_usage(command: list[str]) -> None:
         (["--ros-args", "-p", "no_such_parameter:=1"], "no_such_parameter"),
         (["--ros-args", "-p", "setpoint_rate_hz:=0.1"], "setpoint_rate_hz"),
         (["--ros-args", "-p", "on_new_goal:=maybe"], "on_new_goal"),
+        (["--ros-args", "-p", "obstacles_file:=no/such/obstacles.yaml"], "no/such/obstacles.yaml"),
+        (["--ros-args", "-p", "sensor_pose:=there"], "x y z roll pitch yaw"),
         (["--config", "no/such/file.yaml"], "no/such/file.yaml"),
     ],
-    ids=["link", "unknown", "range", "choice", "file"],
+    ids=["link", "unknown", "range", "choice", "obstacles", "sensor pose", "file"],
 )
 def test_a_bad_set_up_is_one_sentence_and_exit_code_2(arguments: list[str], sentence: str) -> None:
     server = Process("server", [*SERVER, *arguments], ros_environment(new_domain()))

@@ -10,13 +10,8 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from drone_navigation.configuration import (
-    FIXED,
-    PARAMETERS,
-    ConfigurationError,
-    ServerConfig,
-    make_config,
-)
+from drone_navigation.configuration import ConfigurationError, ServerConfig, make_config
+from drone_navigation.parameter_table import FIXED, PARAMETERS
 from drone_navigation.parameters import declare_parameters, follow_changes
 from tests.support.ros_flight import new_domain
 

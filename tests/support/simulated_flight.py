@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import ParameterValue, make_config
+from drone_navigation.configuration import make_config
 from drone_navigation.goal import (
     GoalFeedback,
     GoalFinished,
@@ -15,6 +15,7 @@ from drone_navigation.goal import (
     LogLine,
     ServiceDone,
 )
+from drone_navigation.parameter_table import ParameterValue
 from drone_navigation.requests import NavigateRequest, Request
 from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from drone_navigation.configuration import ParameterValue
+from drone_navigation.parameter_table import ParameterValue
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import Obstacle, Path, RangeSensor
 from mavlink_sitl.world.model import World as SimulatedWorld

@@ -15,10 +15,10 @@ import pytest
 from drone_navigation import client_events, client_options
 from drone_navigation.client_keys import Key
 from drone_navigation.client_options import make_parser as client_parser
-from drone_navigation.configuration import PARAMETERS
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.flight_plot import make_parser as plot_parser
 from drone_navigation.flight_video import make_parser as video_parser
+from drone_navigation.parameter_table import PARAMETERS
 from drone_navigation.server_options import make_parser as server_parser
 from mavlink_sitl.options import make_parser as simulator_parser
 from navigation_core.outcomes import OutcomeCode

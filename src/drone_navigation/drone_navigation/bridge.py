@@ -38,17 +38,13 @@ from drone_navigation.takeover import Takeover
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
-    HeartbeatLost,
-    HeartbeatRegained,
     ModeChanged,
     OperationFinished,
     OperationResult,
-    StatusTextReceived,
-    VehicleDiscovered,
     VehicleEvent,
     VehicleRebooted,
 )
-from mavlink_vehicle.ranges import RangesMeasured, RangesRefused
+from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import norm
 from navigation_core.outcomes import OutcomeCode
@@ -69,7 +65,6 @@ __all__ = ["Bridge", "BridgeConfig"]
 
 # MAV_STATE (common.xml): what a restarted autopilot says first.
 _MAV_STATE_BOOT = 1
-_MAV_SEVERITY_WARNING = 4
 _OF_ONE_MISSION = frozenset(
     {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
 )
@@ -454,7 +449,7 @@ class Bridge:
                 self._report.log(LogLevel.WARN, "The autopilot restarted")
                 self._give_up_restarted(now)
             else:
-                self._tell(event)
+                self._report.vehicle(event)
 
     def _finish_operation(self, event: OperationFinished, now: float) -> None:
         parked, served = self._parking.finish(event), self._desk.finish(event)
@@ -492,20 +487,6 @@ class Bridge:
     def _give_up_restarted(self, now: float) -> None:
         text = "The autopilot restarted while the goal was active; look at the vehicle."
         self._abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)
-
-    def _tell(self, event: VehicleEvent) -> None:
-        report = self._report
-        if isinstance(event, StatusTextReceived):
-            severe = event.severity <= _MAV_SEVERITY_WARNING
-            report.log(LogLevel.WARN if severe else LogLevel.INFO, f"Vehicle says: {event.text}")
-        elif isinstance(event, VehicleDiscovered):
-            report.log(LogLevel.INFO, f"Found vehicle {event.system_id}, {event.profile_name}")
-        elif isinstance(event, RangesRefused):
-            report.log(LogLevel.WARN, event.reason)
-        elif isinstance(event, HeartbeatLost):
-            report.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
-        elif isinstance(event, HeartbeatRegained):
-            report.log(LogLevel.INFO, "HEARTBEAT is back")
 
     # --- progress ------------------------------------------------------------------------
 

@@ -23,7 +23,6 @@ from drone_navigation.bridge import Bridge
 from drone_navigation.check_command import run_check
 from drone_navigation.configuration import (
     ConfigurationError,
-    ParameterValue,
     ServerConfig,
     make_config,
     read_parameter_file,
@@ -40,6 +39,7 @@ from drone_navigation.goal import (
     ServiceDone,
 )
 from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.parameter_table import ParameterValue
 from drone_navigation.parameters import declare_parameters, follow_changes
 from drone_navigation.sensor_topics import SensorTopics
 from drone_navigation.server_options import make_parser, overrides

@@ -37,6 +37,8 @@ _DOWNWARDS = 0.5
 _HEADROOM_M = 2.0
 _ORIGIN_MOVED_M = 0.1
 _ROUNDING_M = 0.01
+# A cloud takes up to 20 ms; setpoints go out every 50 ms on the same thread.
+_LEAST_PERIOD_S = 0.08
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,7 @@ class ObstacleFeed:
         self._origin: Geodetic | None = None
         self._stood_m: float | None = None
         self._heard_s: dict[str, float] = {}
+        self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
         self._known: tuple[KnownObstacle, ...] = ()
         self._known_key: object = None
@@ -238,8 +241,8 @@ class ObstacleFeed:
         self._map.integrate(scan, self._ground_m())
 
     def take_scan(self, scan: SensorScan, now: float) -> None:
-        """Take a scan from ROS."""
-        carrier = self._hear(LASER_SCAN, now)
+        """Take a scan from ROS, unless it follows another within 0.08 s."""
+        carrier = None if self._is_soon(LASER_SCAN, now) else self._hear(LASER_SCAN, now)
         if carrier is None:
             return
         origin, turned = self._mounted(carrier)
@@ -256,8 +259,8 @@ class ObstacleFeed:
         self._map.integrate(rays, self._ground_m())
 
     def take_points(self, cloud: SensorPoints, now: float) -> None:
-        """Take a cloud of points from ROS."""
-        carrier = self._hear(POINT_CLOUD, now)
+        """Take a cloud of points from ROS, unless it follows another within 0.08 s."""
+        carrier = None if self._is_soon(POINT_CLOUD, now) else self._hear(POINT_CLOUD, now)
         if carrier is None:
             return
         origin, turned = self._mounted(carrier)
@@ -270,6 +273,13 @@ class ObstacleFeed:
             ground_m = carrier.position_enu_m[2]
             points = points[points[:, 2] < ground_m + _HEADROOM_M]
         self._map.integrate_points(origin, points, ground_m)
+
+    def _is_soon(self, kind: str, now: float) -> bool:
+        taken_s = self._taken_s.get(kind, -math.inf)
+        if now - taken_s < _LEAST_PERIOD_S:
+            return True
+        self._taken_s[kind] = now
+        return False
 
     def _hear(self, kind: str, now: float) -> Carrier | None:
         """Return where the vehicle is, if that is known, with the map about it.

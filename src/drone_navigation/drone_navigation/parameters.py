@@ -16,16 +16,8 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from drone_navigation.configuration import (
-    FIXED,
-    PARAMETERS,
-    SPECS,
-    ConfigurationError,
-    ParameterSpec,
-    ParameterValue,
-    ServerConfig,
-    make_config,
-)
+from drone_navigation.configuration import ConfigurationError, ServerConfig, make_config
+from drone_navigation.parameter_table import FIXED, PARAMETERS, SPECS, ParameterSpec, ParameterValue
 
 _IMPLICIT = {"use_sim_time", "start_type_description_service"}
 

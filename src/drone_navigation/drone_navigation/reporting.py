@@ -21,11 +21,21 @@ from drone_navigation.goal import (
 from drone_navigation.lifecycle import GoalState
 from drone_navigation.map_frame import MapFrame
 from mavlink_vehicle.codec import Message
+from mavlink_vehicle.events import (
+    HeartbeatLost,
+    HeartbeatRegained,
+    StatusTextReceived,
+    VehicleDiscovered,
+    VehicleEvent,
+)
+from mavlink_vehicle.ranges import RangesRefused
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
 from navigation_core.tasks.base import Outcome, Progress
+
+_MAV_SEVERITY_WARNING = 4
 
 
 class Reporter:
@@ -157,3 +167,17 @@ class Reporter:
             self.log(LogLevel.INFO, "Position valid: goals can be taken")
         else:
             self.log(LogLevel.WARN, "The vehicle's position is no longer valid")
+
+    def vehicle(self, event: VehicleEvent) -> None:
+        """Tell what happened to the vehicle, as far as people want to know."""
+        if isinstance(event, StatusTextReceived):
+            severe = event.severity <= _MAV_SEVERITY_WARNING
+            self.log(LogLevel.WARN if severe else LogLevel.INFO, f"Vehicle says: {event.text}")
+        elif isinstance(event, VehicleDiscovered):
+            self.log(LogLevel.INFO, f"Found vehicle {event.system_id}, {event.profile_name}")
+        elif isinstance(event, RangesRefused):
+            self.log(LogLevel.WARN, event.reason)
+        elif isinstance(event, HeartbeatLost):
+            self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
+        elif isinstance(event, HeartbeatRegained):
+            self.log(LogLevel.INFO, "HEARTBEAT is back")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 
-from drone_navigation.configuration import PARAMETERS, ParameterValue
+from drone_navigation.parameter_table import PARAMETERS, ParameterValue
 
 
 def make_parser() -> argparse.ArgumentParser:

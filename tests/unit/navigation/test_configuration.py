@@ -11,14 +11,8 @@ import jsonschema
 import pytest
 import yaml
 
-from drone_navigation.configuration import (
-    PARAMETERS,
-    ConfigurationError,
-    ParameterSpec,
-    ParameterValue,
-    check_value,
-    make_config,
-)
+from drone_navigation.configuration import ConfigurationError, check_value, make_config
+from drone_navigation.parameter_table import PARAMETERS, ParameterSpec, ParameterValue
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.links import LinkKind, parse_url
 

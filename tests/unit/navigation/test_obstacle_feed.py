@@ -315,6 +315,13 @@ class TestScansAndCloudsOfRos:
         self.take_scan(flight, ahead(7.0))
         assert flight.sees(-7.2, 0.5)
 
+    def test_a_scanner_that_is_too_fast_is_thinned_out(self) -> None:
+        flight = Flight()
+        flight.feed.take_scan(ahead(7.0), flight.now)
+        for _ in range(10):
+            flight.feed.take_scan(ahead(9.0), flight.now + 0.05)
+        assert not flight.sees(0.0, 9.0)
+
     def test_a_scan_in_the_map_frame_is_taken_as_it_is(self) -> None:
         flight = TurnedFlight(yaw=2.0)
         self.take_scan(flight, ahead(7.0, in_map=True))
