@@ -131,3 +131,16 @@ def test_a_pilot_who_takes_over_is_not_fought(flight: SimulatedFlight) -> None:
     flight.run_for(5.0)
     assert flight.setpoint_times(quiet_from_s) == []
     assert flight.vehicle.mode_name == "AUTO.LAND"
+
+
+def test_a_fast_flight_stops_at_its_goal_and_not_beyond(flight: SimulatedFlight) -> None:
+    flight.fly_up()
+    radius_m = flight.config.bridge.goto.arrival_radius_m
+    for goal in ((30.0, 0.0, 3.0), (30.0, 25.0, 3.0)):
+        start = flight.truth()[0]
+        goal_id, beyond_m = flight.send(*goal, 4.0), 0.0
+        while not flight.ends(goal_id):
+            flight.run_for(0.1)
+            beyond_m = max(beyond_m, math.dist(start, flight.truth()[0]) - math.dist(start, goal))
+        assert flight.ends(goal_id)[0].code.value == "SUCCESS"
+        assert beyond_m < radius_m
