@@ -89,7 +89,8 @@ class Columns:
 
     def known(self) -> Indices:
         """Return the columns with any evidence."""
-        return np.flatnonzero(self._evidence)
+        # A mask first: counting numbers that are not 0 takes several times as long.
+        return np.flatnonzero(self._evidence > 0.0)
 
     def centres_m(self, columns: Indices) -> Array:
         """Return east and north of the middles of columns, shape (N, 2)."""
