@@ -34,9 +34,13 @@ def main() -> None:
         simulator.stop()
     console = Console(record=True, force_terminal=True, width=88, file=io.StringIO())
     show(report, console)
-    svg = console.export_svg(title="navigation_server --check", unique_id="check")
-    # A picture fetches nothing: any monospaced font will do.
-    PICTURE.write_text(re.sub(r"\s*@font-face \{.*?\}", "", svg, flags=re.DOTALL), "utf-8")
+    save_svg(console, "navigation_server --check", PICTURE)
+
+
+def save_svg(console: Console, title: str, picture: Path) -> None:
+    """Write what a console has recorded; the picture fetches nothing: any font will do."""
+    svg = console.export_svg(title=title, unique_id=picture.stem)
+    picture.write_text(re.sub(r"\s*@font-face \{.*?\}", "", svg, flags=re.DOTALL), "utf-8")
 
 
 if __name__ == "__main__":

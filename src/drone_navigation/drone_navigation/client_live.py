@@ -64,8 +64,12 @@ class LiveView:
         if isinstance(event, Ended):
             self._show_end(event)
         if event.sentence:
-            style = "bold red" if event.bad else _style_of(event)
-            self._live.console.print(Text(event.sentence, style=style))
+            self._live.console.print(self.line(event))
+
+    @staticmethod
+    def line(event: Event) -> Text:
+        """Return what stays of an event."""
+        return Text(event.sentence, style="bold red" if event.bad else _style_of(event))
 
     def _show_end(self, ended: Ended) -> None:
         if self._telemetry is not None and self._telemetry.goal == ended.goal:
@@ -113,10 +117,14 @@ class LiveView:
 
     def _draw(self, t_s: float) -> None:
         self._drawn_s = t_s
+        self._live.update(self.block(t_s), refresh=True)
+
+    def block(self, t_s: float) -> Group:
+        """Return what is redrawn, with the numbers of the last feedback."""
         lines = self._lines(t_s)
         for line in lines:
             line.no_wrap, line.overflow = True, "ellipsis"
-        self._live.update(Group(*lines), refresh=True)
+        return Group(*lines)
 
     def _lines(self, t_s: float) -> list[Text]:
         telemetry = self._telemetry

@@ -77,7 +77,7 @@ def block(width: int, *feedback: Telemetry, t_s: float = 5.0) -> list[str]:
         view.show(one, t_s)
     view.close()
     paper = Console(file=io.StringIO(), width=width)
-    paper.print(view._live.get_renderable())
+    paper.print(view.block(t_s))
     return printed(paper).splitlines()
 
 
@@ -97,7 +97,7 @@ def test_the_block_has_status_place_way_battery_and_time() -> None:
 @pytest.mark.parametrize("width", [20, 40, 60, 80, 200])
 def test_every_line_of_the_block_fits_the_terminal(width: int) -> None:
     lines = block(width, telemetry(10.0, "LINK_LOST", waypoint=2))
-    assert len(lines) == 6
+    assert len(lines) == 7
     assert all(len(line) <= width for line in lines)
     assert "LINK_LOST" in lines[1]
     assert "━" in lines[4]

@@ -1,0 +1,84 @@
+"""Draw docs/client.svg: ``python scripts/draw_client.py``, the client in a simulated flight."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, get_args
+
+from draw_check import save_svg
+from rich.console import Console
+
+from drone_navigation import client_events
+from drone_navigation.client_live import LiveView
+from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+
+ROOT = Path(__file__).resolve().parents[1]
+WORLD = ROOT / "bridge_config/worlds/demo.yaml"
+PICTURE = ROOT / "docs/client.svg"
+COMMAND = 'navigation_client --goal 20 0 4 --avoid --update "t=8: 0 18 4"'
+_WIDTH = 88
+_LIMIT_S = 90.0
+_KINDS = {kind.name: kind for kind in get_args(client_events.Event)}
+
+
+def main() -> None:
+    """Fly in a simulated world, and draw what the client showed at one moment."""
+    view_console = Console(width=_WIDTH, force_terminal=True, file=io.StringIO())
+    picture = Console(width=_WIDTH, force_terminal=True, record=True, file=io.StringIO())
+    view = LiveView(view_console, keys=True)
+    flown = list(_flown())
+    moment_s = _moment_s(flown)
+    for members in flown:
+        t_s = members.pop("t_s")
+        if t_s > moment_s:
+            break
+        name = members.pop("event")
+        if name == client_events.Telemetry.name:
+            view.show(client_events.Telemetry(**members), t_s)
+        else:
+            event = _KINDS[name](**members)
+            view.tell(event, t_s)
+            picture.print(view.line(event))
+    picture.print(view.block(moment_s))
+    view.close()
+    save_svg(picture, COMMAND, PICTURE)
+
+
+def _moment_s(flown: list[dict[str, Any]]) -> float:
+    """Return when the last goal's way was being flown, best after it was planned anew."""
+    last = [members for members in flown if members.get("status") == "NAVIGATING"]
+    last = [members for members in last if members["goal"] == last[-1]["goal"]]
+    anew = [members for members in last if members["replans"]] or last
+    return float(anew[len(anew) // 3]["t_s"])
+
+
+def _flown() -> Iterator[dict[str, Any]]:
+    environment = ros_environment(free_domain(os.getpid()))
+    port = free_udp_port()
+    server, simulator = (
+        ["python", "-m", "drone_navigation.navigation_server", "--arming", "auto"],
+        ["python", "-m", "mavlink_sitl", "--world", str(WORLD), "--ready-after", "1"],
+    )
+    processes = [
+        Process("server", [*server, "--link", f"udpin://127.0.0.1:{port}"], environment),
+        Process("simulator", [*simulator, "--link", f"udpout://127.0.0.1:{port}"], environment),
+    ]
+    try:
+        processes[0].wait_for("Position valid", _LIMIT_S)
+        module = ["python", "-m", "drone_navigation.navigation_client", "--json"]
+        client = Process("client", [*module, *shlex.split(COMMAND)[1:]], environment)
+        processes.append(client)
+        client.wait(_LIMIT_S)
+        yield from map(json.loads, client.lines)
+    finally:
+        for process in reversed(processes):
+            process.stop()
+
+
+if __name__ == "__main__":
+    main()
