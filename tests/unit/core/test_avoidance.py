@@ -427,6 +427,20 @@ def test_the_waypoints_of_a_route_are_reached_around_obstacles() -> None:
     assert reached == sorted(reached)
 
 
+def test_a_long_route_is_planned_on_in_flight_without_a_stop() -> None:
+    waypoints = tuple(RouteWaypoint((20.0 * k, 5.0 * (k % 2), 5.0), 2.0) for k in range(1, 16))
+    vehicle, task = hovering(), FlyRoute(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
+    # It is beyond what is planned at first.
+    vehicle.obstacles = post(250.0, 2.5, 1.0)
+    watched = Watched(task, vehicle)
+    flight = watched.fly()
+    assert flight.outcome.message == "Flew 15 of 15 waypoints."
+    assert watched.told[-1].replans == 0
+    assert watched.nearest_m > AVOIDANCE.conflict_clearance_m
+    speeds = [math.hypot(*o.velocity_enu_m_s) for _, o, _ in flight.steps if o.velocity_enu_m_s]
+    assert min(speeds[60:-140]) > 1.0
+
+
 # --- the settings ---------------------------------------------------------------------------
 
 

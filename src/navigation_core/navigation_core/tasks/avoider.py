@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from navigation_core.braking import must_brake
 from navigation_core.conflicts import Samples, clearance_at_m, first_conflict
-from navigation_core.geometry import Vector3, distance
+from navigation_core.geometry import Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.replanner import Decision, Replanner, ReplanRules
 from navigation_core.tasks.avoidance import AvoidanceConfig
@@ -20,6 +20,11 @@ from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.flight import Flight
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.way import NoWay, Way
+
+# Time until a long way is tried to be planned on once more, how far from the next point that is
+# done, and for how long a good moment is waited for.
+_PLAN_ON_S, _AHEAD_S, _PATIENCE_S = 1.0, 2.5, 6.0
+_TURNS_M_S2 = 0.05
 
 
 class Avoider:
@@ -89,6 +94,7 @@ class Avoider:
             text = f"An obstacle would come within {limit_m:g} m before the vehicle could stop."
             self._stop(observation, now, text)
             return False
+        self._plan_on(observation)
         decision = self._check(observation, now)
         if decision is Decision.REPLAN:
             return self._replan(observation, now)
@@ -190,6 +196,23 @@ class Avoider:
             observation.obstacles,
             now,
         )
+
+    def _plan_on(self, observation: Observation) -> None:
+        """Plan the rest of a long way before it gets there; a failure is found as a conflict."""
+        way, carrot = self._flight.way, self._flight.carrot
+        if way is None or carrot is None or carrot.time_s < way.extend_s:
+            return
+        # In a corner, or right before one, it could not be done without a stop.
+        next_m = distance(carrot.state.position_enu_m, self._flight.points[0].position_enu_m)
+        turns = norm(carrot.state.acceleration_enu_m_s2) > _TURNS_M_S2
+        near = next_m < _AHEAD_S * norm(carrot.state.velocity_enu_m_s)
+        if (turns or near) and carrot.time_s < way.extend_s + _PATIENCE_S:
+            return
+        onward = self._flight.find_way(observation, under_way=True)
+        if isinstance(onward, Way):
+            self._flight.take(onward)
+        else:
+            self._flight.way = replace(way, extend_s=way.extend_s + _PLAN_ON_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
         """Return the length of the straight way through what is left of the points."""

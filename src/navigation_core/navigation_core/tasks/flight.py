@@ -29,6 +29,9 @@ _START_ERROR_SHARE = 1.5
 # Share of the goal's speed that is planned with. A vehicle sways about the speed it is told
 # (simulated copter: up to 6 % after a change), and a goal's speed bounds what it really does.
 _CRUISE_SHARE = 0.97
+# As near to a point as so many times the allowed distance from its corner, it counts as passed by
+# a setpoint that goes over to another way: it could not be met again without a stop.
+_PASSED_CORNERS = 1.5
 # Slower than this, a direction of travel says nothing.
 _COURSE_SPEED_M_S = 0.5
 
@@ -173,7 +176,12 @@ class Flight:
         """
         assert self.ways is not None
         assert self.commanded is not None
-        points = self.points if under_way else self._points
+        points = self._points
+        if under_way:
+            points = self.points
+            gap_m = distance(points[0].position_enu_m, self.commanded.position_enu_m)
+            if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
+                points = points[1:]
         yaw = observation.yaw_enu_rad or 0.0
         return self.ways.plan(self.commanded, yaw, points, observation.obstacles)
 

@@ -38,6 +38,9 @@ from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import Traits
 from navigation_core.trajectory import Trajectory, plan_stop, plan_to
 
+# A route is planned around obstacles so far ahead, or for so many of its points, to bound the
+# work; it is planned on so long before it gets there.
+_HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
 # Slower than this a vehicle need not stop before it goes another way.
 _SLOW_M_S = 0.3
 # So often a trajectory along the same lines is made gentler.
@@ -62,11 +65,13 @@ class Way:
         trajectory: the motion.
         passed_s: when each of the points asked for is passed, in trajectory time.
         samples: the motion, to be checked against obstacles.
+        extend_s: when it is to be planned on, in trajectory time.
     """
 
     trajectory: Trajectory
     passed_s: tuple[float, ...]
     samples: Samples
+    extend_s: float = math.inf
 
     @property
     def length_m(self) -> float:
@@ -114,6 +119,7 @@ class WayPlanner:
         self._config = config
         self._traits = traits
         self._limits = limits
+        self._far: tuple[tuple[RoutePoint, ...], RouteTrajectory] | None = None
         if traits.flies:
             self.braking_limits = limits
             self.emergency_limits = _harder(limits, config.emergency_factor)
@@ -140,14 +146,15 @@ class WayPlanner:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
+        points, far = self._split(start.position_enu_m, points)
         nearest = min(points, key=lambda p: self._clearance_m(p.position_enu_m, obstacles))
         room_m = self._clearance_m(nearest.position_enu_m, obstacles)
         needed_m = self._config.plan_clearance_m
         if room_m < needed_m:
             x, y, z = nearest.position_enu_m
             return NoWay(
-                f"({x:.1f}, {y:.1f}, {z:.1f}) m is {room_m:.2f} m from an obstacle, where "
-                f"{needed_m:g} m are to be kept."
+                f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m, which is to be reached, is "
+                f"{room_m:.2f} m from an obstacle, where {needed_m:g} m are to be kept."
             )
         reason = "The vehicle has to stop first."
         for begin in self._beginnings(start, obstacles):
@@ -159,7 +166,7 @@ class WayPlanner:
                     continue
                 way = self._fly(state, begin, lines, obstacles)
                 if isinstance(way, Way):
-                    return way
+                    return self._continued(way, points[-1], far)
                 reason = (
                     "A way exists, but none that can be flown from here and keeps "
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
@@ -167,6 +174,29 @@ class WayPlanner:
                 if way is _Fault.BEGINNING:
                     break  # Other lines begin with about the same turn.
         return NoWay(reason)
+
+    def _split(
+        self, place_enu_m: Vector3, points: Sequence[RoutePoint]
+    ) -> tuple[Sequence[RoutePoint], tuple[RoutePoint, ...]]:
+        """Return the points that are planned through now, and those that are for later."""
+        ahead_m = 0.0
+        for count, point in enumerate(points, 1):
+            ahead_m += distance(place_enu_m, point.position_enu_m)
+            place_enu_m = point.position_enu_m
+            if count >= _POINTS_MAX or ahead_m >= _HORIZON_M:
+                return points[:count], tuple(points[count:])
+        return points, ()
+
+    def _continued(self, way: Way, last: RoutePoint, far: tuple[RoutePoint, ...]) -> Way:
+        """Add what is for later: as if nothing were in the way, after a stop that never comes."""
+        if not far:
+            return way
+        if self._far is None or self._far[0] != far:
+            self._far = (far, plan_route(KinematicState(last.position_enu_m), far))
+        route, joint_s = self._far[1], way.trajectory.duration_s
+        passed_s = (*way.passed_s, *(joint_s + time_s for time_s in route.passed_s))
+        trajectory = way.trajectory.then(route.trajectory)
+        return Way(trajectory, passed_s, way.samples, joint_s - _EXTEND_S)
 
     def _clearance_m(self, position_enu_m: Vector3, obstacles: Obstacles) -> float:
         config = self._config
