@@ -31,6 +31,8 @@ from typing import Any
 
 import numpy as np
 
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.dynamics.battery import BatteryModel
 from navigation_core import planner
 from navigation_core.planner import PlanLimits
 from tests.support.random_worlds import CLEARANCE_M, World, random_world
@@ -45,7 +47,14 @@ RADIUS_M = 0.5
 _HEIGHT_M = 3.0
 """Of the take-off, which is a part of what is flown"""
 SUCCESS_GOAL, LENGTH_GOAL = 0.98, 1.2
-PARAMETERS: dict[str, float] = {"blocked_timeout_s": 10.0, "volume_altitude_max_m": 20.0}
+PARAMETERS: dict[str, float] = {
+    "blocked_timeout_s": 10.0,
+    "volume_altitude_max_m": 20.0,
+    "obstacle_map_size_m": 300.0,
+}
+"""The largest worlds have walls of 230 m: who forgets what is 40 m away looks for ever"""
+VEHICLE = VehicleConfig(ready_after_s=1.0, battery=BatteryModel(capacity_mah=30_000.0))
+"""A copter that may look for a way for an hour"""
 
 
 @dataclass(frozen=True)
@@ -113,7 +122,7 @@ def make_world(seed: int) -> World:
 def fly_one(seed: int) -> Result:
     """Fly through one world."""
     world, begin_s = make_world(seed), time.monotonic()
-    flown, _ = fly(world, parameters=PARAMETERS)
+    flown, _ = fly(world, VEHICLE, PARAMETERS)
     took_s = time.monotonic() - begin_s
     hits = sum(hit.was_avoidable for hit in flown.hits)
     shortest_m = _shortest_m(world)
