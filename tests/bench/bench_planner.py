@@ -1,0 +1,141 @@
+"""Time, success and length of planned ways in seeded random worlds, beside OMPL.
+
+Times are the thread's own processor time, so that other work on the machine doesn't count. OMPL
+gets the processor time that a plan may take, and then as much again for shortening; it asks for
+what is clear in the quickest way Python has, a look into a table that was made before and is not
+counted. Which worlds have a way is known from a fine grid, or because somebody found one.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from navigation_core.obstacles import Obstacles
+from navigation_core.planner import NoPath, Path, PlanLimits, plan
+from navigation_core.shapes import Shapes
+from tests.support.other_planners import ompl_way, table_checks
+from tests.support.random_worlds import CLEARANCE_M, World, random_world
+
+WORLDS = 140
+CROWDED_WORLDS = 210
+OBSTACLES = 200
+LOW_TOP_M = 8.0
+CELL_M = 0.25
+CELLS_MAX = 2000
+TIME_S = 0.05
+IN_PLANE = PlanLimits(CLEARANCE_M)
+IN_AIR = PlanLimits(CLEARANCE_M, (1.0, 30.0))
+RIVALS = ("RRT-Connect", "BIT*")
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What all planners made of one world: lengths, infinity for no way."""
+
+    solvable: bool
+    lengths_m: dict[str, float]
+
+
+def measures() -> list[dict[str, Any]]:
+    """Measure the time of a plan, then success and length beside OMPL."""
+    crowded = [random_world(seed, OBSTACLES) for seed in range(CROWDED_WORLDS)]
+    times = {
+        f"plan among {OBSTACLES} obstacles": [(w, w.obstacles, IN_PLANE) for w in crowded],
+        f"plan among {OBSTACLES} low obstacles, in space": [
+            (w, Obstacles.of(w.fixed), IN_AIR)
+            for w in (
+                random_world(seed, OBSTACLES, top_m=LOW_TOP_M) for seed in range(CROWDED_WORLDS)
+            )
+        ],
+        f"plan among up to {CELLS_MAX} sensed cells": [
+            (w, _as_cells(w), IN_PLANE) for w in crowded[: CROWDED_WORLDS // 2]
+        ],
+    }
+    rows = []
+    for name, cases in times.items():
+        spent = np.percentile([_time_ms(*case) for case in cases], (50.0, 99.0))
+        rows.append(_row(f"{name}, 99th percentile", spent[1], "ms", "median", spent[0], 50.0))
+    return rows + _beside_ompl([_outcome(seed) for seed in range(WORLDS)])
+
+
+def _beside_ompl(outcomes: list[_Outcome]) -> list[dict[str, Any]]:
+    solvable = [outcome for outcome in outcomes if outcome.solvable]
+    closed = [outcome for outcome in outcomes if not outcome.solvable]
+    found = {name: _share(name, solvable) for name in ("ours", *RIVALS)}
+    rows = []
+    for rival in RIVALS:
+        name = f"worlds with a way in which it is found, beside {rival}"
+        row = _row(name, found["ours"], "", f"OMPL {rival}", found[rival], 1.0)
+        rows.append({**row, "goal": "all of them", "met": found["ours"] == 1.0})
+        both = [o for o in solvable if np.isfinite([o.lengths_m["ours"], o.lengths_m[rival]]).all()]
+        ours, theirs = (
+            float(np.mean([o.lengths_m[name] / min(o.lengths_m.values()) for o in both]))
+            for name in ("ours", rival)
+        )
+        name = f"length over the shortest known, where {rival} finds a way"
+        rows.append(_row(name, ours, "", f"OMPL {rival}", theirs, 1.02))
+    said = 1.0 - _share("ours", closed)
+    row = _row(f"{len(closed)} worlds without a way that end in NoPath", said, "", "", None, 1.0)
+    return [*rows, {**row, "goal": "all of them", "met": said == 1.0}]
+
+
+def _share(name: str, outcomes: list[_Outcome]) -> float:
+    return float(np.mean([np.isfinite(outcome.lengths_m[name]) for outcome in outcomes]))
+
+
+def _outcome(seed: int) -> _Outcome:
+    world = random_world(seed)
+    ours = plan(world.start_enu_m, world.goal_enu_m, world.obstacles, IN_PLANE)
+    lengths = {"ours": ours.length_m if isinstance(ours, Path) else np.inf}
+    checks = table_checks(world)
+    for rival in RIVALS:
+        way = ompl_way(world, rival, TIME_S, seed + 1, checks)
+        lengths[rival] = np.inf if way is None else _length_m(way)
+    solvable = world.solvable or bool(np.isfinite(list(lengths.values())).any())
+    return _Outcome(solvable, lengths)
+
+
+def _length_m(way: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+
+
+def _time_ms(world: World, obstacles: Obstacles, limits: PlanLimits) -> float:
+    begin_s = time.thread_time()
+    answer = plan(world.start_enu_m, world.goal_enu_m, obstacles, limits)
+    spent_ms = 1e3 * (time.thread_time() - begin_s)
+    assert isinstance(answer, Path | NoPath)
+    return spent_ms
+
+
+def _as_cells(world: World) -> Obstacles:
+    """Return the outlines of a world as a sensor sees them: the nearest cells of a map."""
+    places, _ = Shapes(world.obstacles).sampled(CELL_M)
+    cells = np.unique(np.round(places / CELL_M), axis=0) * CELL_M
+    offset = cells - np.array(world.start_enu_m[:2])
+    nearest = cells[np.argsort(np.hypot(offset[:, 0], offset[:, 1]), kind="stable")[:CELLS_MAX]]
+    posts = np.full((len(nearest), 5), (0.0, 0.0, 0.71 * CELL_M, -np.inf, np.inf))
+    posts[:, :2] = nearest
+    ends = np.array([world.start_enu_m, world.goal_enu_m])
+    clear = Obstacles(posts)
+    assert (clear.clearance_m(ends) >= CLEARANCE_M).all()
+    return clear
+
+
+def _row(
+    name: str, value: float, unit: str, reference: str, reference_value: float | None, goal: float
+) -> dict[str, Any]:
+    return {
+        "name": name,
+        "value": float(value),
+        "unit": unit,
+        "reference": reference,
+        "reference_value": None if reference_value is None else float(reference_value),
+        "ratio": None if reference_value is None else float(value / reference_value),
+        "goal": f"< {goal:g} {unit}".strip(),
+        "met": bool(value < goal),
+    }
