@@ -119,7 +119,7 @@ def ompl_way(
     return np.array([(state[0], state[1], world.start_enu_m[2]) for state in states])
 
 
-class _Motions(ob.MotionValidator):  # type: ignore[misc, name-defined]
+class _Motions(ob.MotionValidator):  # type: ignore[misc]
     def __init__(
         self, information: object, clear: Callable[[float, float, float, float], bool]
     ) -> None:

@@ -36,9 +36,9 @@ def around(
 ) -> Array | None:
     """Return the points of a short way, shape (N, 3); None if there is none.
 
-    A way around what is in the way between the two heights is looked for first, then ways at
-    other heights, up above the start and down above the goal. If there is none of them, a net
-    of ways at all these heights has the last word.
+    The cheapest of ways at other heights, up near the start and down near the goal, and of one
+    around all that is in the way between the two heights. If there is none of them, a net of
+    ways at all these heights has the last word.
 
     Args:
         start_enu_m: with the clearance.
@@ -51,15 +51,17 @@ def around(
     ends = np.array([start_enu_m, goal_enu_m])
     low, high = sorted((float(start_enu_m[2]), float(goal_enu_m[2])))
     beside = obstacles.between(low - clearance_m, high + clearance_m)
-    best = _beside(ends, beside, clearance_m)
     others = [] if heights_m is None else _other_levels(beside, clearance_m, heights_m, low, high)
+    best: Array | None = None
+    # Above or below most obstacles there is little to look at, and a way there bounds the rest.
     for height in others:
-        if best is None or _least_cost_m(ends, height) < way_cost_m(best):
-            way = _at_level(ends, height, obstacles, clearance_m)
-            if way is not None and (best is None or way_cost_m(way) < way_cost_m(best)):
-                best = way
+        best = _cheaper(best, _at_level(ends, height, obstacles, clearance_m, _cost_m(best)))
+    best = _cheaper(best, _beside(ends, beside, clearance_m, _cost_m(best)))
     if best is None:
         best = _through_net(ends, sorted({low, high, *others}), obstacles, clearance_m)
+    if best is not None and heights_m is not None:
+        # Only the ends may be elsewhere, as before a take-off.
+        best[1:-1, 2] = np.clip(best[1:-1, 2], *heights_m)
     if best is None or not few_corners:
         return best
     return with_fewer_corners(best, obstacles, clearance_m)
@@ -76,10 +78,18 @@ def _through_net(
     return None if found is None else pulled_tight(found, obstacles, clearance_m)
 
 
-def _beside(ends: Array, beside: Obstacles, clearance_m: float) -> Array | None:
+def _cost_m(way: Array | None) -> float:
+    return math.inf if way is None else way_cost_m(way)
+
+
+def _cheaper(one: Array | None, other: Array | None) -> Array | None:
+    return other if other is not None and _cost_m(other) < _cost_m(one) else one
+
+
+def _beside(ends: Array, beside: Obstacles, clearance_m: float, most_m: float) -> Array | None:
     """Return a way around all that is between two heights, its height changing evenly."""
     plane = ends * (1.0, 1.0, 0.0)
-    way = tangent_way(plane[0], plane[1], _endless(beside), clearance_m)
+    way = tangent_way(plane[0], plane[1], _endless(beside), clearance_m, most_m)
     if way is None:
         return None
     lines = np.diff(way, axis=0)
@@ -90,14 +100,19 @@ def _beside(ends: Array, beside: Obstacles, clearance_m: float) -> Array | None:
 
 
 def _at_level(
-    ends: Array, height_m: float, obstacles: Obstacles, clearance_m: float
+    ends: Array, height_m: float, obstacles: Obstacles, clearance_m: float, most_m: float
 ) -> Array | None:
-    """Return a way at another height, straight up or down to it near both ends, pulled tight."""
+    """Return a way at another height, straight up or down to it near both ends, pulled tight.
+
+    None if there is none, or none that costs less than what is given.
+    """
+    if _least_cost_m(ends, height_m) >= most_m:
+        return None
     columns = [_column(end, height_m, obstacles, clearance_m) for end in ends]
     if columns[0] is None or columns[1] is None:
         return None
     level = obstacles.between(height_m - clearance_m, height_m + clearance_m)
-    way = tangent_way(columns[0][1], columns[1][1], level, clearance_m)
+    way = tangent_way(columns[0][1], columns[1][1], level, clearance_m, most_m)
     if way is None:
         return None
     way = np.concatenate([ends[:1], columns[0], way[1:-1], columns[1][::-1], ends[1:]])
@@ -146,7 +161,7 @@ def _other_levels(
     over = np.unique(tops[(tops <= heights_m[1]) & (tops > low_m)])
     under = np.unique(bottoms[(bottoms >= heights_m[0]) & (bottoms < high_m)])
     ends = [high_m, low_m] if high_m - low_m > _LEVEL_M else []
-    return [*ends, *_spread(over, _OVER), *_spread(under[::-1], _UNDER)]
+    return [*reversed(_spread(over, _OVER)), *_spread(under[::-1], _UNDER), *ends]
 
 
 def _spread(heights: Array, count: int) -> list[float]:

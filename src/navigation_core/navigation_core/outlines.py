@@ -54,8 +54,10 @@ def lines_to_boxes_m(
 
 def _nearest_share(offset: Array, along: Array) -> Array:
     """Which share of vectors comes nearest to points at offsets from their tails."""
-    length2 = np.maximum((along * along).sum(axis=-1), _POINT_M * _POINT_M)
-    return np.asarray((offset * along).sum(axis=-1) / length2)
+    # Written out: a sum over an axis of two takes several times as long.
+    east, north = along[..., 0], along[..., 1]
+    length2 = np.maximum(east * east + north * north, _POINT_M * _POINT_M)
+    return np.asarray((offset[..., 0] * east + offset[..., 1] * north) / length2)
 
 
 def outside(points: Array, half: Array) -> Array:

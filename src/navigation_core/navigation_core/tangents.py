@@ -5,7 +5,7 @@ with the straight line; where the shortest way so far hits something, take that 
 look for the shortest way around all that was taken in. A way that hits nothing any more is
 the shortest there is: what was never taken in could only have made it longer.
 
-Outlines are taken as polygons about them, which makes a way longer by up to 2 % of its bends.
+Outlines are taken as polygons about them, which makes a way longer by up to 3 % of its bends.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from navigation_core.shapes import Indices, Shapes
 
 __all__ = ["tangent_way"]
 
-_CORNERS = 16
+_CORNERS = 12
 # Beyond these numbers the net of ways is quicker: of obstacles, of times that some are taken
 # in, and of lines.
-_SHAPES_MAX = 80
+_SHAPES_MAX = 70
 _ROUNDS_MAX = 40
 _LINES_MAX = 7500
 # A line along a polygon must not be nearer than the clearance by rounding.
@@ -33,7 +33,11 @@ _ROOM = 1.0 + 1e-6
 
 
 def tangent_way(
-    start_enu_m: Array, goal_enu_m: Array, level: Obstacles, clearance_m: float
+    start_enu_m: Array,
+    goal_enu_m: Array,
+    level: Obstacles,
+    clearance_m: float,
+    longest_m: float = math.inf,
 ) -> Array | None:
     """Return the points of the shortest way in the plane of the start, shape (N, 3).
 
@@ -42,6 +46,7 @@ def tangent_way(
         goal_enu_m: clear of all obstacles, at the same height.
         level: what is in the way at this height.
         clearance_m: that every line of the way keeps.
+        longest_m: no way of this length or more is wanted.
 
     Returns:
         None if there is none, or if that is not clear with few obstacles.
@@ -49,7 +54,7 @@ def tangent_way(
     search = _Search(start_enu_m, goal_enu_m, level, clearance_m)
     for _ in range(_ROUNDS_MAX):
         way = search.shortest()
-        if way is None:
+        if way is None or np.hypot(*np.diff(way[:, :2], axis=0).T).sum() >= longest_m:
             return None
         _, obstacles = level.hits(way[:-1], way[1:], clearance_m)
         if not len(obstacles):

@@ -48,35 +48,37 @@ class _Graph:
     ends: Indices
 
     def __post_init__(self) -> None:
-        self.costs = cost_m(self.points[self.ends] - self.points[self.begins]) + 1e-9
-        self.open = np.ones(len(self.costs), dtype=np.bool_)
-        self.checked = np.zeros(len(self.costs), dtype=np.bool_)
+        self.checked = np.zeros(len(self.begins), dtype=np.bool_)
+        costs = cost_m(self.points[self.ends] - self.points[self.begins]) + 1e-9
+        count = len(self.points)
+        numbers = np.arange(len(costs), dtype=np.float64)
+        self._graph = csr_array((numbers, (self.begins, self.ends)), shape=(count, count))
+        self._order = self._graph.data.astype(np.intp)
+        self._graph.data = costs[self._order]
+        self._place = np.empty_like(self._order)
+        self._place[self._order] = np.arange(len(costs))
 
     def shortest(self, start: int, goal: int) -> list[int] | None:
         """Return the rows of points from start to goal."""
-        count, open_ = len(self.points), self.open
-        graph = csr_array(
-            (self.costs[open_], (self.begins[open_], self.ends[open_])), shape=(count, count)
+        far, before = dijkstra(
+            self._graph, directed=False, indices=np.array([start]), return_predecessors=True
         )
-        indices = np.array([start])
-        _, before = dijkstra(graph, directed=False, indices=indices, return_predecessors=True)
+        if not np.isfinite(far[0, goal]):
+            return None
         way = [goal]
         while way[-1] != start:
-            previous = int(before[0, way[-1]])
-            if previous < 0:
-                return None
-            way.append(previous)
+            way.append(int(before[0, way[-1]]))
         return way[::-1]
 
     def close(self, way: Indices, obstacles: Obstacles, clearance_m: float) -> bool:
         """Close the lines at a way that are not clear; whether the way is clear."""
         on_way = np.zeros(len(self.points), dtype=np.bool_)
         on_way[way] = True
-        rows = np.flatnonzero(on_way[self.begins] & on_way[self.ends] & self.open & ~self.checked)
+        rows = np.flatnonzero(on_way[self.begins] & on_way[self.ends] & ~self.checked)
         clear = obstacles.are_clear(
             self.points[self.begins[rows]], self.points[self.ends[rows]], clearance_m
         )
-        self.open[rows] = clear
+        self._graph.data[self._place[rows[~clear]]] = np.inf
         self.checked[rows] = True
         return bool(clear.all())
 
