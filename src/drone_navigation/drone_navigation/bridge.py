@@ -80,7 +80,7 @@ class Bridge:
         self._map_frame = MapFrame()
         self._obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
-        self._guard = Guard(vehicle, self._map_frame, config, self._obstacles)
+        self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
         self._goal: ActiveGoal | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)

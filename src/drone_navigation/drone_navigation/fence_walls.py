@@ -15,9 +15,10 @@ from navigation_core.obstacles import Box, Cylinder, KnownObstacle
 
 __all__ = ["fence_walls"]
 
-# How far the sides of a polygon may be from the circle that it stands for.
-_SAGITTA_M = 0.5
-_SIDES_MAX = 120
+# How far the corners of a polygon may be from the circle that it stands for.
+_SAGITTA_M = 0.25
+_SIDES_MAX = 180
+_LONGER_MAX = 3.0
 _NAME = "fence"
 _SHORTEST_M = 1e-3
 
@@ -43,15 +44,16 @@ def fence_walls(fence: Fence, shift_m: float) -> tuple[KnownObstacle, ...]:
 
 
 def _corners(area: Area) -> tuple[Point2, ...]:
-    """Return corners in counter-clockwise order; those of a circle are on it."""
+    """Return corners in counter-clockwise order; the sides of a circle touch it from outside."""
     if isinstance(area, Circle):
-        share = min(_SAGITTA_M / max(area.radius_m, _SAGITTA_M), 0.5)
-        sides = min(max(math.ceil(math.pi / math.acos(1.0 - share)), 8), _SIDES_MAX)
+        sides = _SIDES_MAX
+        if area.radius_m > _SAGITTA_M:
+            sides = math.ceil(math.pi / math.acos(1.0 - _SAGITTA_M / area.radius_m))
+        sides = min(max(sides, 8), _SIDES_MAX)
+        radius_m = area.radius_m / math.cos(math.pi / sides)
         angles = [math.tau * i / sides for i in range(sides)]
         x, y = area.centre_enu_m
-        return tuple(
-            (x + area.radius_m * math.cos(a), y + area.radius_m * math.sin(a)) for a in angles
-        )
+        return tuple((x + radius_m * math.cos(a), y + radius_m * math.sin(a)) for a in angles)
     corners = area.corners_enu_m
     turned = corners[1:] + corners[:1]
     twice = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(corners, turned, strict=True))
@@ -62,19 +64,39 @@ def _walls(
     corners: tuple[Point2, ...], inclusion: bool, shift_m: float, others: tuple[Area, ...]
 ) -> Iterator[Box]:
     outwards_m = shift_m if inclusion else -shift_m
-    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+    count = len(corners)
+    for i, start in enumerate(corners):
+        before, end, after = corners[i - 1], corners[(i + 1) % count], corners[(i + 2) % count]
+        # Moved apart, two sides meet elsewhere: later at a corner that points outwards.
+        longer_m = {
+            start: outwards_m * _half_turn(before, start, end),
+            end: outwards_m * _half_turn(start, end, after),
+        }
         for a, b in _outside_of(start, end, others):
-            length_m = math.dist(a, b)
-            if length_m < _SHORTEST_M:
-                continue
-            along = (b[0] - a[0]) / length_m, (b[1] - a[1]) / length_m
-            middle = (
-                (a[0] + b[0]) / 2.0 + along[1] * outwards_m,
-                (a[1] + b[1]) / 2.0 - along[0] * outwards_m,
-            )
-            # Moved apart, two walls would leave their corner open.
-            longer_m = length_m + 2.0 * abs(shift_m)
-            yield Box(_NAME, middle, (longer_m, 0.0), math.atan2(along[1], along[0]))
+            yield from _wall(a, b, outwards_m, longer_m.get(a, 0.0), longer_m.get(b, 0.0))
+
+
+def _wall(a: Point2, b: Point2, right_m: float, before_m: float, after_m: float) -> Iterator[Box]:
+    """Yield a side moved to its right, longer at both ends; none if nothing is left of it."""
+    length_m = math.dist(a, b)
+    if length_m < _SHORTEST_M or length_m + before_m + after_m < _SHORTEST_M:
+        return
+    along = (b[0] - a[0]) / length_m, (b[1] - a[1]) / length_m
+    middle_m = 0.5 * (length_m + after_m - before_m)
+    middle = (
+        a[0] + along[0] * middle_m + along[1] * right_m,
+        a[1] + along[1] * middle_m - along[0] * right_m,
+    )
+    size_m = (length_m + before_m + after_m, 0.0)
+    yield Box(_NAME, middle, size_m, math.atan2(along[1], along[0]))
+
+
+def _half_turn(before: Point2, corner: Point2, after: Point2) -> float:
+    """Return the tangent of half the turn to the left at a corner, at most 3 in size."""
+    first = math.atan2(corner[1] - before[1], corner[0] - before[0])
+    second = math.atan2(after[1] - corner[1], after[0] - corner[0])
+    turn = math.remainder(second - first, math.tau)
+    return min(max(math.tan(0.5 * turn), -_LONGER_MAX), _LONGER_MAX)
 
 
 def _outside_of(
@@ -86,6 +108,8 @@ def _outside_of(
         cuts |= {share for share in other.crossings(start, end) if 0.0 < share < 1.0}
 
     def at(share: float) -> Point2:
+        if share == 1.0:
+            return end
         return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
 
     for first, last in itertools.pairwise(sorted(cuts)):

@@ -15,8 +15,8 @@ from drone_navigation.failsafes import failsafe_code
 from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.goal import ActiveGoal
 from drone_navigation.map_frame import Geodetic, MapFrame
-from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.settings import BatteryPolicy, BridgeConfig
+from drone_navigation.standing_obstacles import StandingObstacles
 from drone_navigation.vehicle_fence import areas_of, fence_of, has_areas
 from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.health import arming_faults, estimator_faults
@@ -65,10 +65,10 @@ class Guard:
         vehicle: Vehicle,
         map_frame: MapFrame,
         config: BridgeConfig,
-        obstacles: ObstacleFeed,
+        standing: StandingObstacles,
     ) -> None:
-        """Begin to watch ``vehicle``; its fence is told to ``obstacles``."""
-        self._obstacles = obstacles
+        """Begin to watch ``vehicle``; its fence is told to ``standing``."""
+        self._standing = standing
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
@@ -149,11 +149,10 @@ class Guard:
         return fence_of(vehicle.profile, vehicle.parameters, home, self._areas())
 
     def tell_fence(self) -> None:
-        """Let ways be planned around the boundary of the fence as it is known now."""
-        fence, here = self.fence(), self._here()
-        # Who is outside must be able to come back in.
-        inside = fence is None or here is None or fence.allows(here[:2])
-        self._obstacles.use_fence(fence, self._config.safety.fence_margin_m, inside)
+        """Let ways be planned inside of the fence as it is known now, and of the volume."""
+        here, margin_m = self._here(), self._config.safety.fence_margin_m
+        place = None if here is None else here[:2]
+        self._standing.bound(self.fence(), margin_m, self._config.volume, place)
 
     def _areas(self) -> tuple[Area, ...]:
         items, origin = self._vehicle.fence_items, self._map_frame.origin

@@ -36,7 +36,7 @@ def check_obstacles(
         by_mission: whether the autopilot flies it as a mission.
         situation: what admission looks at.
     """
-    known = situation.obstacles.known_by_name
+    known = situation.obstacles.standing.known_by_name
     led_by_autopilot = by_mission or not situation.traits.hovers
     if avoid and not led_by_autopilot:
         rejection = _check_targets(targets_enu_m, known, situation)
@@ -116,7 +116,11 @@ def _heights_m(situation: Situation) -> tuple[float, float] | None:
     """Return the lowest and highest map z of ways; None for what drives."""
     if not situation.traits.flies:
         return None
-    config, ground_m, fence = situation.config, situation.ground_enu_m, situation.obstacles.fence
+    config, ground_m, fence = (
+        situation.config,
+        situation.ground_enu_m,
+        situation.obstacles.standing.fence,
+    )
     low_m, high_m = config.volume.altitude_min_m, config.volume.altitude_max_m
     if fence is not None:
         margin_m = config.safety.fence_margin_m

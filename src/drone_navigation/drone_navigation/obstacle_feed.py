@@ -7,24 +7,22 @@ boundary of the vehicle's fence are joined to what it holds.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drone_navigation.fence_walls import fence_walls
 from drone_navigation.map_frame import Geodetic, MapFrame
 from drone_navigation.sensor_pose import Carrier, carrier_at
 from drone_navigation.settings import ObstacleConfig
-from drone_navigation.traits import traits_of
+from drone_navigation.standing_obstacles import HEADROOM_M, StandingObstacles, drives
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_core.fences import Fence
 from navigation_core.geometry import Vector3
 from navigation_core.obstacle_map import ObstacleMap, RayScan
-from navigation_core.obstacles import NOTHING, KnownObstacle, Obstacles
+from navigation_core.obstacles import NOTHING, Obstacles
 
 __all__ = ["LASER_SCAN", "POINT_CLOUD", "ObstacleFeed", "SensorPoints", "SensorScan"]
 
@@ -33,10 +31,7 @@ Array: TypeAlias = NDArray[np.float64]
 LASER_SCAN, POINT_CLOUD = "LaserScan", "PointCloud2"
 # A beam that looks further down than this is meant for the ground (sine of 30 degrees).
 _DOWNWARDS = 0.5
-# What drives passes below what begins this high above its base, and over what ends lower.
-_HEADROOM_M = 2.0
 _ORIGIN_MOVED_M = 0.1
-_ROUNDING_M = 0.01
 # A cloud takes up to 20 ms; setpoints go out every 50 ms on the same thread.
 _LEAST_PERIOD_S = 0.08
 
@@ -83,18 +78,13 @@ class ObstacleFeed:
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
+        self._standing = StandingObstacles(vehicle, map_frame, config)
         self._map = ObstacleMap(config.map_size_m, config.cell_m, config.vehicle_radius_m)
         self._origin: Geodetic | None = None
         self._stood_m: float | None = None
         self._heard_s: dict[str, float] = {}
         self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
-        self._known: tuple[KnownObstacle, ...] = ()
-        self._known_key: object = None
-        self._known_table = NOTHING
-        self._fence: Fence | None = None
-        self._fence_key: object = None
-        self._fence_table = NOTHING
         self._sensed_from = self._sensed_table = NOTHING
         self._joined_from: tuple[Obstacles, ...] = ()
         self._joined = NOTHING
@@ -111,13 +101,14 @@ class ObstacleFeed:
     def configure(self, config: ObstacleConfig) -> None:
         """Go on with other settings; the size and the cells of the map stay as they are."""
         self._config = config
+        self._standing.configure(config)
 
     # --- what is known ---------------------------------------------------------------
 
     @property
     def obstacles(self) -> Obstacles:
         """Everything in the way: the same object until something about it is new."""
-        parts = (self.known, self.sensed, self._fence_table)
+        parts = (self._standing.known, self.sensed, self._standing.walls)
         if len(self._joined_from) != len(parts) or any(
             old is not new for old, new in zip(self._joined_from, parts, strict=True)
         ):
@@ -126,16 +117,9 @@ class ObstacleFeed:
         return self._joined
 
     @property
-    def known(self) -> Obstacles:
-        """Those from the file, as tables."""
-        self._place_known()
-        return self._known_table
-
-    @property
-    def known_by_name(self) -> tuple[KnownObstacle, ...]:
-        """Those from the file."""
-        self._place_known()
-        return self._known
+    def standing(self) -> StandingObstacles:
+        """What does not move: what is known, and what bounds the flight."""
+        return self._standing
 
     @property
     def sensed(self) -> Obstacles:
@@ -143,7 +127,7 @@ class ObstacleFeed:
         sensed = self._map.obstacles()
         if sensed is not self._sensed_from:
             self._sensed_from = sensed
-            self._sensed_table = _endless(sensed) if self._drives else sensed
+            self._sensed_table = _endless(sensed) if drives(self._vehicle) else sensed
         return self._sensed_table
 
     @property
@@ -163,52 +147,6 @@ class ObstacleFeed:
     def age_s(self, now: float) -> float:
         """Return how long the most silent kind of sensor has been silent; 0 without any."""
         return max(self.ages_s(now).values(), default=0.0)
-
-    @property
-    def fence(self) -> Fence | None:
-        """The vehicle's own fence, as far as it is known."""
-        return self._fence
-
-    def use_fence(self, fence: Fence | None, margin_m: float, inside: bool = True) -> None:
-        """Take the boundary of the vehicle's fence for walls.
-
-        Args:
-            fence: the vehicle's.
-            margin_m: how near to it targets may be, and so ways, too.
-            inside: whether the vehicle is inside of it; if not, there are no walls.
-        """
-        shift_m = self._config.vehicle_radius_m + self._config.margin_m - margin_m + _ROUNDING_M
-        key = (fence, shift_m, inside)
-        if key == self._fence_key:
-            return
-        self._fence, self._fence_key = fence, key
-        walls = () if fence is None or not inside else fence_walls(fence, shift_m)
-        self._fence_table = Obstacles.of(walls)
-
-    def _place_known(self) -> None:
-        """Put the known obstacles where the map origin and the kind of vehicle want them."""
-        known, origin = self._config.known, self._map_frame.origin
-        key = (known, origin if known.needs_origin else None, self._drives)
-        if key == self._known_key:
-            return
-        self._known_key = key
-        if known.needs_origin and origin is None:
-            self._known, self._known_table = (), NOTHING
-            return
-        placed = known.placed(self._map_frame.enu)
-        if self._drives:
-            # Its height is that of the ground, which a map of heights above the origin has not.
-            placed = tuple(
-                replace(obstacle, bottom_m=-math.inf, top_m=math.inf)
-                for obstacle in placed
-                if obstacle.bottom_m < _HEADROOM_M
-            )
-        self._known, self._known_table = placed, Obstacles.of(placed)
-
-    @property
-    def _drives(self) -> bool:
-        profile = self._vehicle.profile
-        return profile is not None and not traits_of(profile).flies
 
     # --- what sensors tell -----------------------------------------------------------
 
@@ -271,7 +209,7 @@ class ObstacleFeed:
         ground_m = self._ground_m()
         if ground_m is None:
             ground_m = carrier.position_enu_m[2]
-            points = points[points[:, 2] < ground_m + _HEADROOM_M]
+            points = points[points[:, 2] < ground_m + HEADROOM_M]
         self._map.integrate_points(origin, points, ground_m)
 
     def _is_soon(self, kind: str, now: float) -> bool:
@@ -288,7 +226,7 @@ class ObstacleFeed:
         """
         self._heard_s.setdefault(kind, now)
         state, origin = self._vehicle.state, self._map_frame.origin
-        carrier = carrier_at(state, self._map_frame, self._drives, now)
+        carrier = carrier_at(state, self._map_frame, drives(self._vehicle), now)
         if carrier is None or origin is None:
             return None
         before = self._origin or origin
@@ -315,7 +253,7 @@ class ObstacleFeed:
         It is where the vehicle stood last. The home of a PX4 moves, by a metre in a minute
         (observed), so that it is the second choice.
         """
-        if self._drives:
+        if drives(self._vehicle):
             return None
         if self._stood_m is not None:
             return self._stood_m

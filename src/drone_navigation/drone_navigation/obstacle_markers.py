@@ -49,7 +49,7 @@ class ObstacleMarkers:
             return
         self._next_s = now + _PERIOD_S
         feed, shown = self._bridge.obstacles, self._shown
-        known, sensed = feed.known, feed.sensed
+        known, sensed = feed.standing.known, feed.sensed
         if shown is not None and shown[0] is known and shown[1] is sensed:
             return
         if shown is None and not len(known) and not len(sensed):

@@ -196,7 +196,7 @@ def obstacle_diagnostic(bridge: Bridge, hardware_id: str, now: float) -> Diagnos
     else:
         message.level, message.message = DiagnosticStatus.OK, "Obstacles are seen"
     values = {f"{kind} age": f"{age_s:.1f} s" for kind, age_s in feed.ages_s(now).items()}
-    values["known obstacles"] = str(len(feed.known))
+    values["known obstacles"] = str(len(feed.standing.known))
     values["sensed obstacles"] = str(len(feed.sensed))
     values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
     message.values = [KeyValue(key=key, value=value) for key, value in values.items()]

@@ -19,6 +19,7 @@ from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from navigation_core.fences import Circle, Fence, Polygon
 from navigation_core.geometry import Vector3
 from navigation_core.obstacles import Obstacles
+from navigation_core.safety import FlightVolume
 from tests.support.autopilot_messages import AutopilotMessages
 
 UNKNOWN = 65535
@@ -367,7 +368,7 @@ class TestKnownObstacles:
             place=False,
         )
         assert flight.away_m(0.0, 0.0) == pytest.approx(4.0)
-        (mast,) = flight.feed.known_by_name
+        (mast,) = flight.feed.standing.known_by_name
         assert mast.name == "mast"
 
     def test_geodetic_ones_come_with_the_origin(self) -> None:
@@ -417,12 +418,26 @@ class TestTheFence:
         assert clearance(hole, 10.0, 0.0) == pytest.approx(5.0)
         assert clearance(hole, 1.0, 0.0) == 0.0
 
-    def test_a_circle_is_a_polygon_inside_of_it(self) -> None:
-        fence = Fence(areas=(Circle((3.0, 0.0), 50.0),))
+    @pytest.mark.parametrize("radius_m", [0.05, 5.0, 50.0, 300.0])
+    def test_a_circle_is_a_polygon_that_touches_it(self, radius_m: float) -> None:
+        fence = Fence(areas=(Circle((3.0, 0.0), radius_m),))
         for degrees in range(0, 360, 7):
             angle = math.radians(degrees)
-            place = 3.0 + 40.0 * math.cos(angle), 40.0 * math.sin(angle)
-            assert 9.4 < clearance(fence, *place) <= 10.0
+            place = 3.0 + 0.8 * radius_m * math.cos(angle), 0.8 * radius_m * math.sin(angle)
+            away_m = 0.2 * radius_m
+            assert away_m - 1e-6 <= clearance(fence, *place, shift_m=0.0) <= away_m + 0.25
+            assert clearance(fence, *place, shift_m=0.5) >= away_m + 0.5 - 1e-6
+
+    def test_at_a_corner_that_points_inwards_nothing_sticks_out(self) -> None:
+        # An L: what is east of 10 and north of 10 is outside.
+        corners = ((-10, -10), (40, -10), (40, 10), (10, 10), (10, 40), (-10, 40))
+        fence = Fence(areas=(Polygon(tuple((float(x), float(y)) for x, y in corners)),))
+        for east, north in ((9.0, 9.0), (11.0, 9.0), (9.0, 11.0), (9.0, 9.5), (-9.0, -9.0)):
+            inside_m = min(
+                math.hypot(max(10.0 - east, 0.0), max(10.0 - north, 0.0)),
+                east + 10.0, north + 10.0, 40.0 - east, 40.0 - north,
+            )  # fmt: skip
+            assert clearance(fence, east, north, shift_m=0.5) >= inside_m + 0.5 - 1e-6
 
     def test_between_two_areas_of_which_one_is_enough_there_is_no_wall(self) -> None:
         other = tuple((x + 30.0, y) for x, y in SQUARE)
@@ -432,13 +447,28 @@ class TestTheFence:
 
     def test_ways_may_come_as_near_to_it_as_targets(self) -> None:
         flight = Flight(ObstacleConfig(vehicle_radius_m=0.5, margin_m=1.5))
-        fence = Fence(areas=(Polygon(SQUARE),))
-        flight.feed.use_fence(fence, 1.0)
+        standing, fence = flight.feed.standing, Fence(areas=(Polygon(SQUARE),))
+        standing.bound(fence, 1.0, FlightVolume(15.0, 0.0, 100.0), (16.0, 0.0))
         assert flight.away_m(19.0, 0.0) == pytest.approx(2.0, abs=0.02)
         assert flight.away_m(19.0, 0.0) >= 2.0
-        flight.feed.use_fence(fence, 1.0, inside=False)
+        standing.bound(None, 1.0, FlightVolume(15.0, 0.0, 100.0), (14.0, 0.0))
+        assert flight.away_m(15.0, 0.0) == pytest.approx(2.0, abs=0.3)
+        assert flight.away_m(15.0, 0.0) >= 2.0
+
+    def test_walls_that_are_far_away_are_left_out(self) -> None:
+        flight, volume = Flight(), FlightVolume(500.0, 0.0, 100.0)
+        flight.feed.standing.bound(None, 1.0, volume, (0.0, 0.0))
         assert len(flight.feed.obstacles) == 0
-        flight.feed.use_fence(None, 1.0)
+        flight.feed.standing.bound(None, 1.0, volume, (450.0, 0.0))
+        assert flight.away_m(450.0, 0.0) == pytest.approx(51.5, abs=0.3)
+        before = flight.feed.obstacles
+        flight.feed.standing.bound(None, 1.0, volume, (452.0, 0.0))
+        assert flight.feed.obstacles is before
+
+    def test_who_is_outside_may_come_back_in(self) -> None:
+        flight = Flight()
+        fence = Fence(areas=(Polygon(SQUARE),))
+        flight.feed.standing.bound(fence, 1.0, FlightVolume(25.0, 0.0, 100.0), (30.0, 0.0))
         assert len(flight.feed.obstacles) == 0
 
 
