@@ -27,6 +27,8 @@ _GRAVITY_M_S2 = 9.80665
 # The derivative part of PX4's velocity loop works against every acceleration, also the one that
 # is asked for (MPC_XY_VEL_D_ACC, 0.2).
 _AGAINST_DAMPING = 1.2
+# What was learned may be wrong: no push leans the vehicle farther than 30 degrees.
+_PUSH_MAX_M_S2 = 5.6
 _FIRST_PER_S = 0.3
 _MOST_PER_S = 1.2
 # Means over so long hold enough leans at 10 a second, and velocities differ by more than noise.
@@ -60,12 +62,10 @@ class Drag:
         velocity, acceleration = setpoint.velocity_ned_m_s, setpoint.acceleration_ned_m_s2
         if velocity is None or acceleration is None:
             return setpoint
-        north, east, down = acceleration
-        push = (
-            north * _AGAINST_DAMPING + self.per_s * velocity[0],
-            east * _AGAINST_DAMPING + self.per_s * velocity[1],
-            down,
-        )
+        north = acceleration[0] * _AGAINST_DAMPING + self.per_s * velocity[0]
+        east = acceleration[1] * _AGAINST_DAMPING + self.per_s * velocity[1]
+        limit = _PUSH_MAX_M_S2 / max(math.hypot(north, east), _PUSH_MAX_M_S2)
+        push = (north * limit, east * limit, acceleration[2])
         return replace(setpoint, acceleration_ned_m_s2=push)
 
     def learn(self, attitude: Attitude | None, motion: LocalPosition | None) -> None:
