@@ -5,7 +5,7 @@ with the straight line; where the shortest way so far hits something, take that 
 look for the shortest way around all that was taken in. A way that hits nothing any more is
 the shortest there is: what was never taken in could only have made it longer.
 
-Outlines are taken as polygons about them, which makes a way longer by up to 3 % of its bends.
+Outlines are taken as polygons about them, which makes a way longer by up to 2 % of its bends.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from navigation_core.shapes import Indices, Shapes
 
 __all__ = ["tangent_way"]
 
-_CORNERS = 12
+_CORNERS = 16
 # Beyond these numbers the net of ways is quicker: of obstacles, of times that some are taken
 # in, and of lines.
 _SHAPES_MAX = 70
