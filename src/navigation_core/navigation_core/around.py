@@ -18,6 +18,8 @@ __all__ = ["around"]
 _OVER = 2
 _UNDER = 1
 _OVER_M = 0.01
+# A height leads over what is in the way if no more than this share of it is still there.
+_MOST = 0.5
 # Where to rise if it is not clear right above an end: directions, and how many clearances aside.
 _DIRECTIONS = 16
 _ASIDE = np.array([1.0, 2.0, 4.0, 7.0, 12.0])
@@ -38,7 +40,8 @@ def around(
 
     The cheapest of ways at other heights, up near the start and down near the goal, and of one
     around all that is in the way between the two heights. If there is none of them, a net of
-    ways at all these heights has the last word.
+    ways in the plane and at the heights that promise most is laid, and one of ways at all
+    heights has the last word.
 
     Args:
         start_enu_m: with the clearance.
@@ -54,11 +57,13 @@ def around(
     others = [] if heights_m is None else _other_levels(beside, clearance_m, heights_m, low, high)
     best: Array | None = None
     # Above or below most obstacles there is little to look at, and a way there bounds the rest.
-    for height in others:
+    promising = _promising(others, ends, obstacles, clearance_m)
+    for height in promising:
         best = _cheaper(best, _at_level(ends, height, obstacles, clearance_m, _cost_m(best)))
     best = _cheaper(best, _beside(ends, beside, clearance_m, _cost_m(best)))
-    if best is None:
-        best = _through_net(ends, sorted({low, high, *others}), obstacles, clearance_m)
+    for heights in ({float(start_enu_m[2]), *promising}, {low, high, *others}):
+        if best is None:
+            best = _through_net(ends, sorted(heights), obstacles, clearance_m)
     if best is not None and heights_m is not None:
         # Only the ends may be elsewhere, as before a take-off.
         best[1:-1, 2] = np.clip(best[1:-1, 2], *heights_m)
@@ -76,6 +81,23 @@ def _through_net(
         nets.append(build_net(level, height, ends[:, :2], clearance_m))
     found = shortest_way(nets, ends, obstacles, clearance_m)
     return None if found is None else pulled_tight(found, obstacles, clearance_m)
+
+
+def _promising(
+    others_m: list[float], ends: Array, obstacles: Obstacles, clearance_m: float
+) -> list[float]:
+    """Return the heights of the ends, and those that lead over most of what is in the way.
+
+    What a scanner has seen has no top, but for a column here and there that it looked over, and
+    each height costs as much as the search in the plane.
+    """
+    met = obstacles.hits(ends[:1], ends[1:], clearance_m)[1]
+    heights = []
+    for height in others_m:
+        there = obstacles.are_between(height - clearance_m, height + clearance_m)
+        if height in ends[:, 2] or (len(met) and there[met].mean() < _MOST):
+            heights.append(height)
+    return heights
 
 
 def _cost_m(way: Array | None) -> float:

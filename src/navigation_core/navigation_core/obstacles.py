@@ -103,10 +103,16 @@ class Obstacles:
 
     def between(self, low_m: float, high_m: float) -> Obstacles:
         """Return those of which some part is between two heights (map z)."""
-        return Obstacles(
-            self.posts[(self.posts[:, 3] < high_m) & (self.posts[:, 4] > low_m)],
-            self.boxes[(self.boxes[:, 5] < high_m) & (self.boxes[:, 6] > low_m)],
-        )
+        return self.chosen(self.are_between(low_m, high_m))
+
+    def are_between(self, low_m: float, high_m: float) -> NDArray[np.bool_]:
+        """Return of which some part is between two heights, shape (P + B,), the posts first."""
+        return np.asarray((self._bottom_m < high_m) & (self._top_m > low_m))
+
+    def chosen(self, which: NDArray[np.bool_]) -> Obstacles:
+        """Return some of them; a flag for each, the posts first."""
+        count = len(self.posts)
+        return Obstacles(self.posts[which[:count]], self.boxes[which[count:]])
 
     def clearance_m(self, points_enu_m: Array) -> Array:
         """Return how far points are from the nearest obstacle, 0 inside of one.
