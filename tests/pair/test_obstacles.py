@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from drone_navigation.goal import LogLine
+from drone_navigation.obstacle_feed import SensorScan
 from drone_navigation.requests import WaypointRequest, WaypointsRequest
 from mavlink_sitl.autopilot.plans import PlanItem
 from mavlink_sitl.config import VehicleConfig
@@ -227,3 +228,34 @@ def test_a_message_that_makes_no_sense_is_told_once() -> None:
         flight.bridge.receive(message, flight.now)
     flight.tick()
     assert log(flight).count("OBSTACLE_DISTANCE of component 195 is ignored: its frame 4") == 1
+
+
+def test_a_scanner_that_falls_silent_stops_the_vehicle_until_it_is_back_or_the_goal_ends() -> None:
+    flight = SimulatedFlight(scan_topic="/scan", blocked_timeout_s=5.0).ready()
+    angles = np.radians(np.arange(0.0, 360.0, 5.0))
+    clear = SensorScan(
+        False,
+        np.column_stack([np.cos(angles), np.sin(angles), np.zeros(72)]),
+        np.full(72, math.inf), 0.1, 20.0, math.radians(2.5),
+    )  # fmt: skip
+
+    def see(seconds: float) -> None:
+        for _ in range(round(10 * seconds)):
+            flight.bridge.obstacles.take_scan(clear, flight.now)
+            flight.run_for(0.1)
+
+    see(1.0)
+    goal = flight.start(flight.request(60.0, 0.0, 4.0, avoid=True))
+    while flight.status(goal) != "NAVIGATING":
+        see(0.5)
+    see(3.0)
+    assert flight.truth()[1] > 1.0
+    flight.run_to_status(goal, "BLOCKED")
+    flight.run_for(3.0)
+    assert flight.truth()[1] < 0.3
+    see(4.0)
+    assert flight.status(goal) == "NAVIGATING"
+    assert flight.truth()[1] > 1.0
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.NO_OBSTACLE_DATA, end.message
+    assert flight.truth()[1] < 0.3
