@@ -110,13 +110,13 @@ def _gap_points(
     shapes: Shapes, samples: Array, owner: Indices, pairs: Indices, clearance_m: float
 ) -> tuple[Array, Indices]:
     """Return the points of gaps, and for each gap their rows or -1, shape (S, 3)."""
-    one, other = pairs[:, 0], pairs[:, 1]
-    span = samples[other] - samples[one]
-    length = np.maximum(np.hypot(span[:, 0], span[:, 1]), 1e-9)
     # A sample in the middle of a post stands for its outline.
-    in_one = np.minimum(_from(shapes, samples[one], owner[one], samples[one])[0], 0.0)
-    in_other = np.minimum(_from(shapes, samples[other], owner[other], samples[other])[0], 0.0)
-    share = 0.5 * (1.0 + (in_other - in_one) / length)
+    within = -np.minimum(_from(shapes, samples, owner, samples)[0], 0.0)
+    span = samples[pairs[:, 1]] - samples[pairs[:, 0]]
+    length = np.maximum(np.hypot(span[:, 0], span[:, 1]), 1e-9)
+    may_pass = np.flatnonzero(length - within[pairs].sum(axis=1) >= 2.0 * clearance_m)
+    (one, other), span, length = pairs[may_pass].T, span[may_pass], length[may_pass]
+    share = 0.5 * (1.0 + (within[one] - within[other]) / length)
     middle = samples[one] + share[:, None] * span
     for _ in range(2):
         near, off = _from(shapes, middle, owner[one], samples[one])
@@ -140,7 +140,7 @@ def _gap_points(
     count = 0
     for column, chosen in enumerate((open_, by_one, by_other)):
         number = int(chosen.sum())
-        rows[chosen, column] = np.arange(count, count + number)
+        rows[may_pass[chosen], column] = np.arange(count, count + number)
         count += number
     return points, rows
 

@@ -18,7 +18,7 @@ _SHARES = np.array([0.9, 0.6, 0.35, 0.2, 0.1, 0.04, 0.015])
 _CUTS = np.array([0.49, 0.35, 0.2, 0.1, 0.05])
 # A corner that can't be drawn by more than this stays.
 _TINY_M = 0.005
-_POINTS_MAX = 64
+_POINTS_MAX = 24
 # Two corners become one if it turns by no more than this, and it takes no more than this share
 # of the clearance longer.
 _TURN_MAX_RAD = math.radians(50.0)
