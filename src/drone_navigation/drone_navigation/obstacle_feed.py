@@ -63,7 +63,7 @@ class SensorPoints:
 
     Attributes:
         in_map: whether points are in the map frame.
-        points_m: shape (N, 3).
+        points_m: shape (N, 3), finite.
     """
 
     in_map: bool

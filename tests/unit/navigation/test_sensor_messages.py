@@ -135,7 +135,7 @@ class TestPointCloud2:
         assert found.tolist() == [list(point) for point in points]
 
     def test_points_that_are_not_finite_are_left_out(self) -> None:
-        points = [(math.nan, 0.0, 0.0), (1.0, 2.0, 3.0), (0.0, math.inf, 0.0)]
+        points = [(math.nan, 0.0, 0.0), (1.0, 2.0, 3.0), (0.0, math.inf, 0.0), (0.0, 0.0, 1e30)]
         assert points_of(cloud(points)).points_m.tolist() == [[1.0, 2.0, 3.0]]
 
     def test_of_a_large_cloud_a_part_is_taken(self) -> None:
