@@ -43,8 +43,8 @@ from navigation_core.trajectory import Trajectory, plan_stop, plan_to
 _HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
 # Slower than this a vehicle need not stop before it goes another way.
 _SLOW_M_S = 0.3
-# So often a trajectory along the same lines is made gentler.
-_TRIES_MAX = 3
+# So many trajectories are tried along the same lines, and from the same beginning.
+_TRIES_MAX, _TRIES_IN_ALL = 3, 4
 _SPEED_FACTOR, _CORNER_FACTOR = 0.55, 0.4
 # A corner that is cut by less is a stop; slower than this a flight helps nobody.
 _CORNER_MIN_M, _SPEED_MIN_M_S = 0.08, 0.4
@@ -159,20 +159,24 @@ class WayPlanner:
         reason = "The vehicle has to stop first."
         for begin in self._beginnings(start, obstacles):
             state = start if begin is None else KinematicState(begin.end_position_enu_m)
+            left = _TRIES_IN_ALL
             for extra_m in self._extras_m(room_m - needed_m):
                 lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
                 if isinstance(lines, NoPath):
                     reason = f"No way that keeps {needed_m:g} m to all obstacles: {lines.reason}"
                     continue
-                way = self._fly(state, begin, lines, obstacles)
+                tries = min(left, _TRIES_MAX)
+                way = self._fly(state, begin, lines, obstacles, tries)
+                left -= tries
                 if isinstance(way, Way):
                     return self._continued(way, points[-1], far)
                 reason = (
                     "A way exists, but none that can be flown from here and keeps "
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
                 )
-                if way is _Fault.BEGINNING:
-                    break  # Other lines begin with about the same turn.
+                # Other lines begin with about the same turn.
+                if way is _Fault.BEGINNING or left == 0:
+                    break
         return NoWay(reason)
 
     def _split(
@@ -272,6 +276,7 @@ class WayPlanner:
         begin: Trajectory | None,
         vias: list[_Via],
         obstacles: Obstacles,
+        tries: int,
     ) -> Way | _Fault:
         """Return a trajectory along lines that was found sound, or where none was.
 
@@ -280,8 +285,9 @@ class WayPlanner:
             begin: what comes before, or None.
             vias: the points of the lines.
             obstacles: what is in the way.
+            tries: how many trajectories may be tried.
         """
-        for _ in range(_TRIES_MAX):
+        for _ in range(tries):
             route = plan_route(state, [via.point for via in vias])
             samples = Samples.of(route.trajectory)
             faults_s = self._faults_s(samples, obstacles)
