@@ -149,7 +149,8 @@ class Avoider:
             return
         self._gave_way_s = now
         assert flight.commanded is not None
-        away = self._ways.plan_away(flight.commanded, observation.obstacles)
+        assert flight.way_out is not None
+        away = flight.way_out.plan_away(flight.commanded, observation.obstacles)
         if away is not None:
             flight.take(away, leads_to_goal=False)
 

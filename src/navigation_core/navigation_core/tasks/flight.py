@@ -20,6 +20,7 @@ from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.way import NoWay, Way, WayPlanner
+from navigation_core.tasks.way_out import WayOut
 from navigation_core.trajectory import plan_stop, plan_to
 
 # A setpoint this many times the greatest tracking error away is no start for a new flight.
@@ -83,7 +84,10 @@ class Flight:
         self.way: Way | None = None
         self.no_way = ""
         self._leads_to_goal = False
-        self.ways = None if avoidance is None else WayPlanner(avoidance, traits, self.limits)
+        self.ways = self.way_out = None
+        if avoidance is not None:
+            self.ways = WayPlanner(avoidance, traits, self.limits)
+            self.way_out = WayOut(avoidance, traits, self.limits)
 
     @property
     def passed(self) -> int:
@@ -215,10 +219,10 @@ class Flight:
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
-        if self.ways is None:
+        if self.way_out is None:
             trajectory = plan_stop(self.commanded, self.limits)
         else:
-            self.way = self.ways.stop(self.commanded, observation.obstacles)
+            self.way = self.way_out.stop(self.commanded, observation.obstacles)
             trajectory = self.way.trajectory
         self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
 

@@ -9,7 +9,6 @@ even that helps, the vehicle stops first.
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,19 +23,18 @@ from navigation_core.geometry import (
     ZERO,
     KinematicState,
     Vector3,
-    add,
     distance,
     norm,
     scale,
-    unit_between,
 )
 from navigation_core.limits import Limits
-from navigation_core.obstacles import Array, Obstacles
+from navigation_core.obstacles import Obstacles
 from navigation_core.planner import NoPath, PlanLimits, plan
 from navigation_core.routes import RoutePoint, RouteTrajectory, plan_route
 from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import Traits
-from navigation_core.trajectory import Trajectory, plan_stop, plan_to
+from navigation_core.tasks.way_lines import Via, gentler
+from navigation_core.trajectory import Trajectory, plan_stop
 
 # A route is planned around obstacles so far ahead, or for so many of its points, to bound the
 # work; it is planned on so long before it gets there.
@@ -45,12 +43,6 @@ _HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
 _SLOW_M_S = 0.3
 # So many trajectories are tried along the same lines, and from the same beginning.
 _TRIES_MAX, _TRIES_IN_ALL = 3, 4
-_SPEED_FACTOR, _CORNER_FACTOR = 0.55, 0.4
-# A corner that is cut by less is a stop; slower than this a flight helps nobody.
-_CORNER_MIN_M, _SPEED_MIN_M_S = 0.08, 0.4
-# Directions and steps in which a clear place is looked for, how many are tried, and what is kept
-# there beyond the clearance.
-_DIRECTIONS, _RING_M, _PLACES_MAX, _AWAY_M = 16, 0.5, 6, 0.2
 # Shares of the corner allowance that are tried, one after the other.
 _ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
 # What drives strays from its way by about this share of its turning radius.
@@ -90,14 +82,6 @@ class NoWay:
     reason: str
 
 
-@dataclass(frozen=True)
-class _Via:
-    """A point on the way, and whether it was asked for or is there because of obstacles."""
-
-    point: RoutePoint
-    asked: bool
-
-
 class _Fault(Enum):
     """Where a trajectory could not be made sound."""
 
@@ -118,15 +102,11 @@ class WayPlanner:
         """
         self._config = config
         self._traits = traits
-        self._limits = limits
         self._far: tuple[tuple[RoutePoint, ...], RouteTrajectory] | None = None
-        if traits.flies:
-            self.braking_limits = limits
-            self.emergency_limits = _harder(limits, config.emergency_factor)
-        else:
+        self.braking_limits = limits
+        if not traits.flies:
             braking_m_s2 = min(limits.acceleration_horizontal_m_s2, traits.braking_m_s2)
             self.braking_limits = replace(limits, acceleration_horizontal_m_s2=braking_m_s2)
-            self.emergency_limits = limits
 
     def plan(
         self,
@@ -247,7 +227,7 @@ class WayPlanner:
         points: Sequence[RoutePoint],
         obstacles: Obstacles,
         extra_m: float,
-    ) -> list[_Via] | NoPath:
+    ) -> list[Via] | NoPath:
         """Plan the straight lines from point to point."""
         limits = PlanLimits(
             self._config.plan_clearance_m + extra_m,
@@ -262,8 +242,8 @@ class WayPlanner:
             if isinstance(path, NoPath):
                 return path
             corners = path.points_enu_m[1:-1]
-            vias += [_Via(RoutePoint(corner, corner_m, point.limits), False) for corner in corners]
-            vias.append(_Via(point, True))
+            vias += [Via(RoutePoint(corner, corner_m, point.limits), False) for corner in corners]
+            vias.append(Via(point, True))
             place = point.position_enu_m
             limits = replace(limits, heading_enu_rad=None)
         return vias
@@ -274,7 +254,7 @@ class WayPlanner:
         self,
         state: KinematicState,
         begin: Trajectory | None,
-        vias: list[_Via],
+        vias: list[Via],
         obstacles: Obstacles,
         tries: int,
     ) -> Way | _Fault:
@@ -293,10 +273,10 @@ class WayPlanner:
             faults_s = self._faults_s(samples, obstacles)
             if not faults_s:
                 return _joined(begin, route, vias)
-            gentler = self._gentler(state, vias, route, faults_s)
-            if gentler is None:
+            slower = gentler(state, vias, route, faults_s, self._braking_m)
+            if slower is None:
                 break
-            vias = gentler
+            vias = slower
         led_in_s = 0.5 * route.passed_s[0]
         moves = norm(state.velocity_enu_m_s) >= _SLOW_M_S
         return _Fault.BEGINNING if moves and faults_s[0] < led_in_s else _Fault.LATER
@@ -309,135 +289,18 @@ class WayPlanner:
         indices = [*([] if near is None else [near]), *fast]
         return sorted(float(samples.times_s[index]) for index in indices)
 
-    def _gentler(
-        self,
-        state: KinematicState,
-        vias: list[_Via],
-        route: RouteTrajectory,
-        faults_s: list[float],
-    ) -> list[_Via] | None:
-        """Return the same lines, to be flown more gently where there were faults."""
-        legs: dict[int, float] = {}
-        for time_s in faults_s:
-            leg = min(bisect.bisect_left(route.passed_s, time_s), len(vias) - 1)
-            end = vias[leg].point.position_enu_m
-            left_m = distance(route.trajectory.sample(time_s).position_enu_m, end)
-            legs[leg] = max(legs.get(leg, 0.0), left_m)
-        gentler = []
-        places = [state.position_enu_m, *(via.point.position_enu_m for via in vias)]
-        for index, (via, place) in enumerate(zip(vias, places, strict=False)):
-            point = via.point
-            if index in legs or index + 1 in legs:
-                point = _sharper(point)
-            if index in legs:
-                slow = _slower(point)
-                if slow is None:
-                    return None
-                gentler += self._fast_part(place, point, legs[index])
-                point = slow
-            gentler.append(replace(via, point=point))
-        return gentler
-
-    def _fast_part(self, begin_enu_m: Vector3, point: RoutePoint, slow_m: float) -> list[_Via]:
-        """Return the point up to which a long line may be flown as it was, if there is one."""
-        length_m = distance(begin_enu_m, point.position_enu_m)
-        course = unit_between(begin_enu_m, point.position_enu_m)
-        if course is None:
-            return []
-        velocity = scale(course, point.limits.along(course).speed_forward_m_s)
+    def _braking_m(self, limits: Limits, course_enu: Vector3) -> float:
+        """Return the way of a brake from full speed."""
+        velocity = scale(course_enu, limits.along(course_enu).speed_forward_m_s)
         cruise = Samples.at(KinematicState(ZERO, velocity))
-        brake = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
-        slow_m += float(np.linalg.norm(brake))
-        if length_m < 2.0 * slow_m:
-            return []
-        place = add(point.position_enu_m, scale(course, -slow_m))
-        return [_Via(RoutePoint(place, self._config.corner_allowance_m, point.limits), False)]
-
-    def stop(self, start: KinematicState, obstacles: Obstacles) -> Way:
-        """Return the way of a brake: an emergency's if the usual one leads too near to something.
-
-        Args:
-            start: state at the beginning, in the map frame.
-            obstacles: what is in the way.
-
-        Raises:
-            TrajectoryError: no trajectory could be calculated.
-        """
-        trajectory = plan_stop(start, self._limits)
-        samples = Samples.of(trajectory)
-        clearance_m = self._config.conflict_clearance_m
-        if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is not None:
-            trajectory = plan_stop(start, self.emergency_limits)
-            samples = Samples.of(trajectory)
-        return Way(trajectory, (), samples)
-
-    # --- giving way ----------------------------------------------------------------------
-
-    def plan_away(self, start: KinematicState, obstacles: Obstacles) -> Way | None:
-        """Return a way to the nearest clear place; None if there is none within reach.
-
-        What drives has none: it could not leave sideways, and stands better than it turns.
-
-        Args:
-            start: state at the beginning, in the map frame.
-            obstacles: what is in the way.
-
-        Raises:
-            TrajectoryError: no trajectory could be calculated.
-        """
-        if not self._traits.flies:
-            return None
-        needed_m = self._config.plan_clearance_m + _AWAY_M
-        places = self._places(start.position_enu_m)
-        clear = obstacles.clearance_m(places) >= needed_m
-        for x, y, z in places[clear][:_PLACES_MAX]:
-            trajectory = plan_to(start, (float(x), float(y), float(z)), self.emergency_limits)
-            samples = Samples.of(trajectory)
-            clearance_m = self._config.conflict_clearance_m
-            if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is None:
-                return Way(trajectory, (trajectory.duration_s,), samples)
-        return None
-
-    def _places(self, here_enu_m: Vector3) -> Array:
-        """Return places about one, the nearest first."""
-        reach_m, low, high = self._config.give_way_reach_m, here_enu_m[2], here_enu_m[2]
-        if self._config.heights_m is not None:
-            low, high = self._config.heights_m
-        angles = np.linspace(0.0, 2.0 * math.pi, _DIRECTIONS, endpoint=False)
-        circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)], axis=1)
-        circle = np.concatenate([circle, [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]])
-        radii_m = np.arange(_RING_M, reach_m + _RING_M, _RING_M)
-        places = np.array(here_enu_m) + (radii_m[:, None, None] * circle).reshape(-1, 3)
-        inside = (places[:, 2] >= low - _RING_M / 2) & (places[:, 2] <= high + _RING_M / 2)
-        return np.asarray(places[inside])
+        end = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
+        return float(np.linalg.norm(end))
 
 
-def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[_Via]) -> Way:
+def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[Via]) -> Way:
     """Return the way of a route, and of what comes before it."""
     trajectory, before_s = route.trajectory, 0.0
     if begin is not None:
         trajectory, before_s = begin.then(trajectory), begin.duration_s
     passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
     return Way(trajectory, tuple(passed_s), Samples.of(trajectory))
-
-
-def _harder(limits: Limits, factor: float) -> Limits:
-    """Return limits with more acceleration, built up and taken away the sooner."""
-    return replace(
-        limits,
-        acceleration_horizontal_m_s2=factor * limits.acceleration_horizontal_m_s2,
-        jerk_m_s3=factor * factor * limits.jerk_m_s3,
-    )
-
-
-def _sharper(point: RoutePoint) -> RoutePoint:
-    corner_m = _CORNER_FACTOR * point.corner_m
-    return replace(point, corner_m=corner_m if corner_m >= _CORNER_MIN_M else 0.0)
-
-
-def _slower(point: RoutePoint) -> RoutePoint | None:
-    speed_m_s = _SPEED_FACTOR * point.limits.speed_horizontal_m_s
-    if speed_m_s < _SPEED_MIN_M_S:
-        return None
-    # All else stays: a gentler acceleration would make the turns only wider.
-    return replace(point, limits=replace(point.limits, speed_horizontal_m_s=speed_m_s))
