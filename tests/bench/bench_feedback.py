@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -14,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from tests.bench.stamping_relay import Relay
 
 HERE = Path(__file__).resolve().parent
 GOAL_MS = 5.0
@@ -47,29 +46,6 @@ def _percentile_ms(pair: tuple[dict[str, float], dict[str, float]]) -> float:
     return float(np.percentile(delays_ms, 99.0))
 
 
-class _Relay:
-    """The stamping relay as a child process."""
-
-    def __init__(self, server_port: int) -> None:
-        self._child = subprocess.Popen(
-            [sys.executable, str(HERE / "stamping_relay.py"), str(server_port)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self._child.stdout is not None
-        self.port = int(self._child.stdout.readline())
-
-    def finish(self) -> dict[str, float]:
-        output, _ = self._child.communicate("\n", timeout=10.0)
-        stamps: dict[str, float] = json.loads(output)
-        return stamps
-
-    def kill(self) -> None:
-        self._child.kill()
-        self._child.wait(5.0)
-
-
 def _simulator(port: int, environment: dict[str, str]) -> Process:
     link = f"udpout://127.0.0.1:{port}"
     return Process("mavlink_sitl", ["python", "-m", "mavlink_sitl", "--link", link], environment)
@@ -77,7 +53,7 @@ def _simulator(port: int, environment: dict[str, str]) -> Process:
 
 def _flown() -> tuple[dict[str, float], dict[str, float]]:
     port = free_udp_port()
-    relay = _Relay(port)
+    relay = Relay(port)
     environment = ros_environment(free_domain(os.getpid()))
     processes: list[Process] = []
     with tempfile.TemporaryDirectory() as folder:
@@ -102,7 +78,7 @@ def _flown() -> tuple[dict[str, float], dict[str, float]]:
             )  # fmt: skip
             processes.append(client)
             client.wait(FLIGHT_S + 60.0)
-            arrived_s = relay.finish()
+            arrived_s = relay.finish()["positions"]
         finally:
             relay.kill()
             for process in reversed(processes):
@@ -112,7 +88,7 @@ def _flown() -> tuple[dict[str, float], dict[str, float]]:
 
 def _bare() -> tuple[dict[str, float], dict[str, float]]:
     port = free_udp_port()
-    relay = _Relay(port)
+    relay = Relay(port)
     environment = ros_environment(free_domain(os.getpid() + 50))
     processes: list[Process] = []
     try:
@@ -125,7 +101,7 @@ def _bare() -> tuple[dict[str, float], dict[str, float]]:
         processes.append(_simulator(relay.port, environment))
         bare.wait(FLIGHT_S + 30.0)
         time.sleep(0.1)
-        return relay.finish(), json.loads(bare.lines[-1])
+        return relay.finish()["positions"], json.loads(bare.lines[-1])
     finally:
         relay.kill()
         for process in reversed(processes):
