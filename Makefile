@@ -17,8 +17,11 @@ setup: ## Set up .venv and build the workspace (PYTHON=python3.12 chooses the in
 
 build: setup ## The same as setup
 
-demo: setup ## Fly to (10, 5, 2) in the simulator; leaves out/demo/
+demo: setup ## Fly a copter round obstacles in the simulator; leaves out/demo/
 	@$(ENTER) python -m drone_navigation.demo
+
+demo-rover: setup ## The same with a rover; leaves out/demo-rover/
+	@$(ENTER) python -m drone_navigation.demo --vehicle rover --out out/demo-rover
 
 demo-video: setup ## Make out/demo/flight.mp4 and .gif of the demo's recording (LOG=other.tlog)
 	@$(ENTER) python -m drone_navigation.flight_video $(LOG)

@@ -1,44 +1,85 @@
-"""What `make demo` does, and what it leaves."""
+"""What `make demo` and `make demo-rover` do, and what they leave."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from drone_navigation import notes
+from drone_navigation.demo import SCENARIOS
 from drone_navigation.flight_recording import read_recording
+from drone_navigation.flight_scene import replan_times_s
 from drone_navigation.processes import Process
+from mavlink_sitl.world.loader import load_world
+from mavlink_sitl.world.shapes import Shapes
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
 
-pytestmark = pytest.mark.xdist_group("ros_demo")
+RADIUS_M = 0.5  # vehicle_radius_m
+ESTIMATE_OFF_M = 0.2  # the vehicle's place is its own estimate
 
 
-def test_the_demo_flies_records_and_draws(tmp_path: Path) -> None:
+def true_clearance_m(log: Path, world: Path) -> float:
+    """Return how near a recorded flight came to the obstacles of its world, as they truly were."""
+    shapes = Shapes(load_world(world).obstacles)
+    codec = Codec(source_system=255, source_component=190)
+    nearest_m = math.inf
+    for _, packet in TlogReader(log):
+        for message in codec.decode(packet):
+            if message.get_type() == "LOCAL_POSITION_NED":
+                shapes.move_to(message.time_boot_ms * 1e-3)
+                place = np.array([[message.x, message.y, message.z]])
+                apart = np.hypot(shapes.gaps(place), shapes.heights_apart(place[:, 2]))
+                nearest_m = min(nearest_m, float(apart.min()))
+    return nearest_m
+
+
+@pytest.mark.timeout(200)
+@pytest.mark.parametrize(
+    ("vehicle", "goal_enu_m"),
+    [
+        pytest.param("copter", (0.0, 0.0, 4.0), marks=pytest.mark.xdist_group("demo_copter")),
+        pytest.param("rover", (0.0, 0.0, 0.0), marks=pytest.mark.xdist_group("demo_rover")),
+    ],
+)
+def test_the_demo_goes_round_what_the_server_does_not_know_and_shows_it(
+    tmp_path: Path, vehicle: str, goal_enu_m: tuple[float, float, float]
+) -> None:
     out = tmp_path / "demo"
-    demo = Process("demo", ["python", "-m", "drone_navigation.demo", "--out", str(out)])
+    words = ["python", "-m", "drone_navigation.demo", "--vehicle", vehicle, "--out", str(out)]
+    demo = Process("demo", words)
     try:
-        assert demo.wait(58.0) == 0, demo.text
+        assert demo.wait(150.0) == 0, demo.text
     finally:
         demo.stop()
     assert "SUCCESS: " in demo.text
+    assert "Flown: 3 waypoints and 1 goal sent in flight" in demo.text
     assert (out / "flight.png").read_bytes().startswith(b"\x89PNG")
+
+    flight = read_recording(out / "flight.tlog")
+    route, update = flight.goals.values
+    assert len(route.targets_enu_m) == 3
+    assert update.targets_enu_m[0] == pytest.approx(goal_enu_m, abs=0.1)
+    assert len(replan_times_s(flight)) >= 2
+    assert len(flight.plans) >= 3
+    assert any(len(obstacles) > 20 for obstacles in flight.obstacles.values)
+    assert "ended SUCCESS" in flight.status.values
+    assert flight.distance_m.values[0] > 50.0
+    assert flight.distance_m.values[-1] < 1.0
+    assert len(flight.battery_percent)
+    assert not flight.remarks
+    clearance_m = true_clearance_m(out / "flight.tlog", SCENARIOS[vehicle].world)
+    assert clearance_m > RADIUS_M - ESTIMATE_OFF_M, clearance_m
 
     codec = Codec(source_system=255, source_component=190)
     seen: Counter[tuple[str, int]] = Counter()
     for _, packet in TlogReader(out / "flight.tlog"):
         for message in codec.decode(packet):
             seen[(message.get_type(), message.get_srcComponent())] += 1
-    assert seen[("GLOBAL_POSITION_INT", 1)] > 100  # from the vehicle
+    assert seen[("OBSTACLE_DISTANCE", 1)] > 100  # from the vehicle
     assert seen[("SET_POSITION_TARGET_LOCAL_NED", 191)] > 50  # to it
     assert seen[("STATUSTEXT", notes.COMPONENT_ID)] > 3  # what ROS saw
-
-    flight = read_recording(out / "flight.tlog")
-    assert [goal.targets_enu_m for goal in flight.goals.values] == [((10.0, 5.0, 2.0),)]
-    assert flight.status.values[-1] == "ended SUCCESS"
-    assert flight.distance_m.values[0] > 10.0
-    assert flight.distance_m.values[-1] < 0.5
-    assert len(flight.battery_percent)
-    assert not flight.remarks

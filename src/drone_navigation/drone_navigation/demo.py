@@ -1,4 +1,8 @@
-"""``make demo``: simulator, navigation server and client as three processes, one flight."""
+"""``make demo``: simulator, navigation server and client as three processes, one flight.
+
+The vehicle has a range scanner, and is sent round a world that the server knows nothing of. On
+the way it gets another goal. What was flown is then read from the recording and checked.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,11 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+from drone_navigation.demo_report import DemoError, report
 from drone_navigation.flight_plot import plot_flight
 from drone_navigation.flight_recording import RecordingError
 from drone_navigation.processes import (
@@ -22,24 +29,64 @@ from drone_navigation.processes import (
 EXIT_OK = 0
 EXIT_FAILED = 1
 _READY_TIMEOUT_S = 20.0
-_FLIGHT_TIMEOUT_S = 90.0
+_FLIGHT_TIMEOUT_S = 120.0
+_FILES = Path("bridge_config")
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A vehicle, where it goes, and what is in its way.
+
+    Attributes:
+        server: set-up of the navigation server.
+        world: what surrounds the vehicle, for the simulator only.
+        route: waypoints to fly.
+        update: the goal that replaces the route on the way, as ``navigation_client`` takes it.
+        speed_m_s: ground speed.
+    """
+
+    server: Path
+    world: Path
+    route: Path
+    update: str
+    speed_m_s: float
+
+
+SCENARIOS = {
+    "copter": Scenario(
+        _FILES / "simulated/ardupilot_copter.yaml",
+        _FILES / "worlds/demo.yaml",
+        _FILES / "routes/demo.waypoints",
+        "t=48: 0 0 4",
+        2.5,
+    ),
+    "rover": Scenario(
+        _FILES / "simulated/ardupilot_rover.yaml",
+        _FILES / "worlds/demo_rover.yaml",
+        _FILES / "routes/demo_rover.waypoints",
+        "t=50: 0 0 0",
+        1.5,
+    ),
+}
 
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the command line of the demo."""
     parser = argparse.ArgumentParser(
         prog="python -m drone_navigation.demo",
-        description="Fly the goal (10, 5, 2) with a simulated copter and draw the flight.",
+        description="Send a simulated vehicle with a range scanner round obstacles that the "
+        "server does not know, with another goal on the way; check and draw what it did. To be "
+        "started in the folder of the repository.",
     )
+    parser.add_argument("--vehicle", choices=sorted(SCENARIOS), default="copter")
     parser.add_argument(
         "--out", type=Path, default=Path("out/demo"), metavar="DIR", help="where results go"
     )
-    parser.add_argument("--goal", nargs=3, default=("10", "5", "2"), metavar=("X", "Y", "Z"))
     return parser
 
 
 def main(args: list[str] | None = None) -> int:
-    """Fly the demo; 0 on success."""
+    """Fly the demo; 0 when it did all that a demo must show."""
     options = make_parser().parse_args(args)
     out: Path = options.out
     out.mkdir(parents=True, exist_ok=True)
@@ -47,66 +94,70 @@ def main(args: list[str] | None = None) -> int:
     for old in (tlog, picture):
         old.unlink(missing_ok=True)
     try:
-        code = _fly(out, tlog, tuple(options.goal))
-    except ProcessError as error:
+        code = _fly(out, tlog, options.vehicle)
+        if code != 0:
+            raise DemoError(f"The client ended with {code}; see {out}.")
+        recording = plot_flight(tlog, picture)
+        print(report(recording), flush=True)
+    except (DemoError, ProcessError, RecordingError) as error:
         print(f"The demo failed: {error}", file=sys.stderr)
         return EXIT_FAILED
     except KeyboardInterrupt:
         print("The demo was interrupted.", file=sys.stderr)
         return EXIT_FAILED
-    if code != 0:
-        print(f"The demo failed: the client ended with {code}; see {out}", file=sys.stderr)
-        return EXIT_FAILED
-    try:
-        plot_flight(tlog, picture)
-    except RecordingError as error:
-        print(f"The flight was flown but not drawn: {error}", file=sys.stderr)
-        return EXIT_FAILED
     print(f"Recorded {tlog}, drawn in {picture}", flush=True)
     return EXIT_OK
 
 
-def _fly(out: Path, tlog: Path, goal: tuple[str, ...]) -> int:
+def _fly(out: Path, tlog: Path, vehicle: str) -> int:
+    """Return the client's exit code."""
+    scenario = SCENARIOS[vehicle]
+    for path in (scenario.server, scenario.world, scenario.route):
+        if not path.exists():
+            raise DemoError(f"{path} is not here; start the demo in the folder of the repository.")
     begin_s = time.monotonic()
     environment = ros_environment(free_domain(os.getpid()))
-    port = free_udp_port()
+    link = f"//127.0.0.1:{free_udp_port()}"
+    commands = {
+        "navigation_server": [
+            "drone_navigation.navigation_server", "--config", str(scenario.server),
+            "--link", f"udpin:{link}", "--tlog", str(tlog),
+        ],
+        "mavlink_sitl": [
+            "mavlink_sitl", "--vehicle", vehicle, "--link", f"udpout:{link}",
+            "--world", str(scenario.world),
+        ],
+    }  # fmt: skip
     processes: list[Process] = []
     try:
-        server = Process(
-            "navigation_server",
-            [
-                "python", "-m", "drone_navigation.navigation_server",
-                "--link", f"udpin://127.0.0.1:{port}", "--arming", "auto", "--tlog", str(tlog),
-            ],
-            environment,
-            out / "server.log",
-        )  # fmt: skip
-        processes.append(server)
-        simulator = Process(
-            "mavlink_sitl",
-            ["python", "-m", "mavlink_sitl", "--link", f"udpout://127.0.0.1:{port}"],
-            environment,
-            out / "sitl.log",
-        )
-        processes.append(simulator)
-        server.wait_for("Position valid", _READY_TIMEOUT_S)
+        for name, words in commands.items():
+            log = out / f"{name}.log"
+            processes.append(Process(name, ["python", "-m", *words], environment, log))
+        processes[0].wait_for("Position valid", _READY_TIMEOUT_S)
         print(f"Ready after {time.monotonic() - begin_s:.1f} s", flush=True)
-        # The client draws on this terminal itself.
-        client = subprocess.Popen(
-            [sys.executable, "-m", "drone_navigation.navigation_client", "--goal", *goal],
-            env=environment,
-        )
-        try:
-            return client.wait(_FLIGHT_TIMEOUT_S)
-        except subprocess.TimeoutExpired:
-            raise ProcessError(f"the client was not done in {_FLIGHT_TIMEOUT_S:g} s") from None
-        finally:
-            if client.poll() is None:
-                client.kill()
-                client.wait(5.0)
+        client = [
+            "--waypoints", str(scenario.route), "--avoid", "--speed", f"{scenario.speed_m_s:g}",
+            "--update", scenario.update,
+        ]  # fmt: skip
+        return _run_client(client, environment)
     finally:
         for process in reversed(processes):
             process.stop()
+
+
+def _run_client(arguments: Sequence[str], environment: dict[str, str]) -> int:
+    # The client draws on this terminal itself.
+    client = subprocess.Popen(
+        [sys.executable, "-m", "drone_navigation.navigation_client", *arguments], env=environment
+    )
+    try:
+        return client.wait(_FLIGHT_TIMEOUT_S)
+    except subprocess.TimeoutExpired:
+        raise ProcessError(f"the client was not done in {_FLIGHT_TIMEOUT_S:g} s") from None
+    finally:
+        if client.poll() is None:
+            client.kill()
+            client.wait(5.0)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ _MARGIN_M = 4.0
 # Events that are nearer than this to each other (share of the flight) share a name.
 _APART = 0.035
 _TARGETS_NAMED_MAX = 12
+_PAUSE_S = 5.0
 
 
 def plot_flight(path: Path, picture: Path) -> Recording:
@@ -46,6 +47,14 @@ def plot_flight(path: Path, picture: Path) -> Recording:
     _draw_line(altitude, recording, "height (m)", heights)
     _draw_line(distance, recording, "distance remaining (m)", recording.distance_m)
     _draw_line(battery, recording, "battery (%)", recording.battery_percent)
+    middle = 0.5 * sum(altitude.get_ylim())
+    # What drives has no heights worth a magnifying glass.
+    altitude.set_ylim(
+        *(
+            edge(middle + side, limit)
+            for edge, side, limit in zip((min, max), (-0.5, 0.5), altitude.get_ylim(), strict=True)
+        )
+    )
     if len(recording.battery_percent):
         low = min(recording.battery_percent.values)
         battery.set_ylim(max(0.0, min(low - 2.0, 90.0)), 101.0)
@@ -62,9 +71,9 @@ def plot_flight(path: Path, picture: Path) -> Recording:
 def _summary(recording: Recording) -> str:
     flown_m = np.hypot(*np.diff(recording.positions_enu_m[:, :2], axis=0).T).sum()
     parts = [recording.vehicle, f"{recording.duration_s:.0f} s", f"{flown_m:.0f} m over ground"]
-    replans = max(recording.replans.values, default=0)
+    replans = len(scene.replan_times_s(recording))
     if replans:
-        parts.append(f"{replans} replans")
+        parts.append(f"planned anew {replans} times")
     return ", ".join(parts)
 
 
@@ -122,13 +131,17 @@ def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
         axes.plot(x, y, "x", color=scene.GOAL, markersize=10, markeredgewidth=2.5,
                   label="goals" if number == 0 else None)  # fmt: skip
         if view is ABOVE and number < _TARGETS_NAMED_MAX:
-            place = ", ".join(f"{part:.4g}" for part in target)
+            place = ", ".join(f"{round(part, 1) + 0.0:g}" for part in target)
             axes.annotate(f"{number + 1}: ({place})", (x, y), textcoords="offset points",
                           xytext=(6, 8), fontsize=9, color=scene.GOAL)  # fmt: skip
 
 
 def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[float]) -> None:
-    axes.plot(line.times_s, line.values, color=scene.TRACK)
+    times_s, values = np.array(line.times_s), np.array(line.values, dtype=np.float64)
+    # Between two goals nothing is told.
+    pauses = np.flatnonzero(np.diff(times_s) > _PAUSE_S) + 1
+    axes.plot(np.insert(times_s, pauses, np.nan), np.insert(values, pauses, np.nan),
+              color=scene.TRACK)  # fmt: skip
     for time_s, _ in recording.status:
         axes.axvline(time_s, color=scene.FAINT, linewidth=0.8, linestyle=":")
     for time_s in scene.replan_times_s(recording):
