@@ -61,9 +61,11 @@ def around(
     for height in promising:
         best = _cheaper(best, _at_level(ends, height, obstacles, clearance_m, _cost_m(best)))
     best = _cheaper(best, _beside(ends, beside, clearance_m, _cost_m(best)))
-    for heights in ({float(start_enu_m[2]), *promising}, {low, high, *others}):
-        if best is None:
-            best = _through_net(ends, sorted(heights), obstacles, clearance_m)
+    few, every = sorted({float(start_enu_m[2]), *promising}), sorted({low, high, *others})
+    if best is None:
+        best = _through_net(ends, few, obstacles, clearance_m)
+    if best is None and every != few:
+        best = _through_net(ends, every, obstacles, clearance_m)
     if best is not None and heights_m is not None:
         # Only the ends may be elsewhere, as before a take-off.
         best[1:-1, 2] = np.clip(best[1:-1, 2], *heights_m)
