@@ -47,6 +47,8 @@ _TRIES_MAX, _TRIES_IN_ALL = 3, 4
 _ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
 # What drives strays from its way by about this share of its turning radius.
 _STRAY_SHARE = 0.5
+# And so much of that it is never planned without, but for a target that has no such room.
+_STRAY_LEAST = 0.5
 
 
 @dataclass(frozen=True)
@@ -192,11 +194,16 @@ class WayPlanner:
         return _STRAY_SHARE * self._traits.turning_radius_m
 
     def _extras_m(self, room_m: float) -> list[float]:
-        """Return what to keep beyond the clearance, as long as the points asked for have it."""
+        """Return what to keep beyond the clearance: as much as can be, and less after that.
+
+        Args:
+            room_m: what the points that are asked for have beyond the clearance.
+        """
         extras_m = [
             self._stray_m + share * self._config.corner_allowance_m for share in _ALLOWANCE_SHARES
         ]
-        return [extra_m for extra_m in dict.fromkeys((*extras_m, 0.0)) if extra_m <= room_m]
+        extras_m.append(_STRAY_LEAST * self._stray_m)
+        return [extra_m for extra_m in dict.fromkeys(extras_m) if extra_m <= room_m] or [room_m]
 
     def _beginnings(
         self, start: KinematicState, obstacles: Obstacles
