@@ -126,13 +126,13 @@ def _assert_safe(task: Goto, things: list[Thing]) -> OutcomeCode:
     return code
 
 
-@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
 @given(things=st.lists(things, min_size=1, max_size=14))
 def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
     _assert_safe(Goto(GotoGoal((45.0, 0.0, 5.0)), CONFIG, avoidance=AVOIDANCE), things)
 
 
-@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
     things=st.lists(things, min_size=1, max_size=10),
     waypoints=st.lists(

@@ -49,6 +49,9 @@ _ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
 _STRAY_SHARE = 0.5
 # And so much of that it is never planned without, but for a target that has no such room.
 _STRAY_LEAST = 0.5
+# How far it steers to either side to see whether it can leave a place that is too near to an
+# obstacle, and by how much it may come nearer.
+_STEERED_RAD, _STEERED_POINTS, _NEARER_M = 1.2, 6, 0.05
 
 
 @dataclass(frozen=True)
@@ -138,6 +141,11 @@ class WayPlanner:
                 f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m, which is to be reached, is "
                 f"{room_m:.2f} m from an obstacle, where {needed_m:g} m are to be kept."
             )
+        if self._is_cornered(start.position_enu_m, heading_enu_rad, obstacles):
+            return NoWay(
+                "The vehicle has come so near to an obstacle that it would have to turn on the "
+                "spot or go backwards, which it cannot."
+            )
         reason = "The vehicle has to stop first."
         for begin in self._beginnings(start, obstacles):
             state = start if begin is None else KinematicState(begin.end_position_enu_m)
@@ -204,6 +212,27 @@ class WayPlanner:
         ]
         extras_m.append(_STRAY_LEAST * self._stray_m)
         return [extra_m for extra_m in dict.fromkeys(extras_m) if extra_m <= room_m] or [room_m]
+
+    def _is_cornered(
+        self, place_enu_m: Vector3, heading_enu_rad: float, obstacles: Obstacles
+    ) -> bool:
+        """Whether what drives would come nearer to an obstacle whichever way it steers."""
+        radius_m, limit_m = self._traits.turning_radius_m, self._config.conflict_clearance_m
+        here_m = clearance_at_m(place_enu_m, obstacles, limit_m)
+        if radius_m <= 0.0 or here_m >= limit_m:
+            return False
+        angles = np.linspace(0.0, _STEERED_RAD, _STEERED_POINTS)
+        ahead = radius_m * np.sin(angles)
+        aside = radius_m * (1.0 - np.cos(angles))
+        cosine, sine = math.cos(heading_enu_rad), math.sin(heading_enu_rad)
+        for side in (-1.0, 0.0, 1.0):
+            arc = np.zeros((_STEERED_POINTS, 3)) + np.array(place_enu_m)
+            arc[:, 0] += ahead * cosine - side * aside * sine
+            arc[:, 1] += ahead * sine + side * aside * cosine
+            least_m = min(here_m, self._config.brake_clearance_m) - _NEARER_M
+            if float(obstacles.clearance_m(arc).min()) >= least_m:
+                return False
+        return True
 
     def _beginnings(
         self, start: KinematicState, obstacles: Obstacles
