@@ -137,9 +137,9 @@ class Avoider:
         if carrot is None:
             return
         if flight.way is not None and not carrot.ended:
-            if self._must_brake(observation) or self._is_in_conflict(
-                flight.way, carrot, observation
-            ):
+            conflict = self._is_in_conflict(flight.way, carrot, observation)
+            leads_away = bool(flight.way.passed_s)
+            if conflict or (leads_away and self._must_brake(observation)):
                 flight.plan_stop(observation)
             return
         here = measured_state(observation).position_enu_m
