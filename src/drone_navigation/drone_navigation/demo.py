@@ -57,7 +57,7 @@ SCENARIOS = {
         _FILES / "simulated/ardupilot_copter.yaml",
         _FILES / "worlds/demo.yaml",
         _FILES / "routes/demo.waypoints",
-        "t=48: 0 0 4",
+        "t=42: 0 0 4",
         2.5,
     ),
     "rover": Scenario(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
@@ -12,12 +14,12 @@ from drone_navigation import flight_scene as scene
 from drone_navigation.flight_recording import Recording
 from drone_navigation.timeline import Timeline
 
-_FRAME = (0.605, 0.115, 0.38, 0.49)
+_FRAME = (0.605, 0.115, 0.38, 0.54)
 _WIDTH = 1.0
 _BAR_HEIGHT = 0.03
 _LOW_BATTERY_PERCENT = 25.0
-# How long the status line speaks of a replan or a new goal (seconds of the flight).
-_NEWS_S = 2.0
+# How long the status line speaks of a replan or a new goal (seconds of the film).
+_NEWS_S = 1.2
 _UNKNOWN = "–"
 
 
@@ -29,6 +31,8 @@ class Panel:
         self._recording, self._speedup = recording, speedup
         self._replan_times_s = scene.replan_times_s(recording)
         figure.text(0.036, 0.955, recording.vehicle, fontsize=10, color=scene.INK, weight="bold")
+        figure.text(0.566, 0.957, "drawn from its recording", fontsize=7, color=scene.FAINT,
+                    horizontalalignment="right")  # fmt: skip
         self._axes = axes = figure.add_axes(_FRAME)
         axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
         axes.axis("off")
@@ -119,15 +123,19 @@ class Panel:
         status = self._recording.status.at(time_s) or ""
         bad = "BLOCKED" in status or (status.startswith("ended") and "SUCCESS" not in status)
         words = [status]
-        if any(0.0 <= time_s - at_s <= _NEWS_S for at_s in self._replan_times_s):
-            words.append("in the way: planned anew")
-        if any(0.0 <= time_s - at_s <= _NEWS_S for at_s in self._recording.goals.times_s[1:]):
-            words.append("another goal was sent in flight")
-        said = self._recording.texts.count(time_s)
-        if said and time_s - self._recording.texts.times_s[said - 1] <= 2.0 * _NEWS_S:
-            words.append(f"“{self._recording.texts.values[said - 1]}”")
+        if self._is_news(self._replan_times_s, time_s):
+            words.append("planned anew")
+        if self._is_news(self._recording.goals.times_s[1:], time_s):
+            words.append("another goal was sent")
+        warnings = self._recording.warnings
+        if self._is_news(warnings.times_s, time_s):
+            words.append(f"“{warnings.at(time_s)}”")
         self._line.set_text("   ·   ".join(word for word in words if word))
         self._line.set_color(scene.GOAL if bad else scene.INK)
+
+    def _is_news(self, times_s: Sequence[float], time_s: float) -> bool:
+        news_s = _NEWS_S * self._speedup
+        return any(0.0 <= time_s - at_s <= news_s for at_s in times_s)
 
 
 def _number(line: Timeline[float], time_s: float, unit: str) -> str:

@@ -32,10 +32,10 @@ _DPI = 160
 _MARGIN_M = 4.0
 # Left, bottom, width and height, as shares of the picture.
 _ABOVE_FRAME = (0.036, 0.115, 0.53, 0.79)
-_SIDE_FRAME = (0.605, 0.655, 0.38, 0.25)
-# How long an old way fades, a new obstacle glows (seconds of the flight).
-_FADE_S = 5.0
-_GLOW_S = 1.5
+_SIDE_FRAME = (0.605, 0.725, 0.38, 0.18)
+# How long an old way fades, a new obstacle glows (seconds of the film).
+_FADE_S = 1.6
+_GLOW_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ class Film:
         self._canvas = canvas
         side = scene.side_view(recording)
         self._stages = [
-            _Stage(self._figure.add_axes(_ABOVE_FRAME), ABOVE, recording),
-            _Stage(self._figure.add_axes(_SIDE_FRAME), side, recording),
+            _Stage(self._figure.add_axes(_ABOVE_FRAME), ABOVE, recording, speedup),
+            _Stage(self._figure.add_axes(_SIDE_FRAME), side, recording, speedup),
         ]
         self._panel = Panel(self._figure, recording, speedup)
         self._memory = _Memory()
@@ -137,8 +137,9 @@ class _Memory:
 class _Stage:
     """One view of the flight: what moves in it."""
 
-    def __init__(self, axes: Axes, view: View, recording: Recording) -> None:
+    def __init__(self, axes: Axes, view: View, recording: Recording, speedup: float) -> None:
         self._axes, self._view, self._recording = axes, view, recording
+        self._fade_s, self._glow_s = _FADE_S * speedup, _GLOW_S * speedup
         low, high = scene.bounds_m(recording, _MARGIN_M)
         low[2] = min(low[2] + _MARGIN_M, 0.0)
         frame = axes.get_position()
@@ -155,13 +156,17 @@ class _Stage:
         (self._plan,) = axes.plot([], [], "-", color=scene.PLAN, linewidth=2.0, animated=True)
         (self._track,) = axes.plot([], [], "-", color=scene.TRACK, linewidth=2.2, animated=True)
         (self._anew,) = axes.plot([], [], "D", color=scene.PLAN, markersize=4.5, animated=True)
-        (self._goals,) = axes.plot([], [], "x", color=scene.GOAL, markersize=8,
-                                   markeredgewidth=2.2, animated=True)  # fmt: skip
+        self._goals = [self._cross(colour) for colour in (scene.OLD_PLAN, scene.GOAL)]
         (self._vehicle,) = axes.plot([], [], color=scene.INK, markersize=11, animated=True)
 
     def _line(self, style: str, colour: str, width: float) -> Line2D:
         (line,) = self._axes.plot([], [], style, color=colour, linewidth=width, animated=True)
         return line
+
+    def _cross(self, colour: str) -> Line2D:
+        (cross,) = self._axes.plot([], [], "x", color=colour, markersize=8,
+                                   markeredgewidth=2.2, animated=True)  # fmt: skip
+        return cross
 
     def show(self, time_s: float, memory: _Memory) -> list[Artist]:
         """Set everything as it was at a time, and return what is to be drawn."""
@@ -170,9 +175,10 @@ class _Stage:
         self._track.set_data(*self._places[:count].T)
         self._show_obstacles(time_s, memory)
         self._show_plans(time_s)
-        begun = recording.goals.count(time_s)
-        targets = [t for goal in recording.goals.values[:begun] for t in goal.targets_enu_m]
-        self._goals.set_data(*self._view.points(tuple(targets)))
+        goals = recording.goals.values[: recording.goals.count(time_s)]
+        for cross, shown in zip(self._goals, (goals[:-1], goals[-1:]), strict=True):
+            targets = [target for goal in shown for target in goal.targets_enu_m]
+            cross.set_data(*self._view.points(tuple(targets)))
         anew = [at_s for at_s in scene.replan_times_s(recording) if at_s <= time_s]
         where = np.searchsorted(recording.times_s, anew).clip(0, len(self._places) - 1)
         self._anew.set_data(*self._places[where].T)
@@ -183,10 +189,10 @@ class _Stage:
         else:
             self._vehicle.set(marker="o", markersize=6)
         return [self._gone, self._known, *self._old, self._plan, self._track, self._anew,
-                self._goals, self._vehicle]  # fmt: skip
+                *self._goals, self._vehicle]  # fmt: skip
 
     def _show_obstacles(self, time_s: float, memory: _Memory) -> None:
-        share = np.clip((time_s - memory.since_s) / _GLOW_S, 0.0, 1.0)[:, None]
+        share = np.clip((time_s - memory.since_s) / self._glow_s, 0.0, 1.0)[:, None]
         colours = (1.0 - share) * _rgb(scene.NEW) + share * _rgb(scene.OBSTACLE)
         for shapes, obstacles, rgb in (
             (self._gone, memory.gone, _rgb(scene.GONE)),
@@ -206,7 +212,7 @@ class _Stage:
                 continue
             age_s = time_s - plans.times_s[index + 1]
             line.set_data(*self._view.points(plans.values[index]))
-            line.set(visible=True, alpha=float(np.clip(1.0 - age_s / _FADE_S, 0.0, 1.0)))
+            line.set(visible=True, alpha=float(np.clip(1.0 - age_s / self._fade_s, 0.0, 1.0)))
 
 
 def _rgb(colour: str) -> Array:

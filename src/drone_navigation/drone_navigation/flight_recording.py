@@ -64,7 +64,7 @@ class Recording:
         time_left_s: estimated time that remains.
         battery_percent: from 0 to 100.
         status: what the server's goal does, or that it ended; without notes, the mode.
-        texts: what the vehicle said.
+        warnings: what the vehicle said, from warnings upwards.
         obstacles: what the map held, as the sensors told.
     """
 
@@ -81,7 +81,7 @@ class Recording:
     time_left_s: Timeline[float]
     battery_percent: Timeline[float]
     status: Timeline[str]
-    texts: Timeline[str]
+    warnings: Timeline[str]
     obstacles: Timeline[Obstacles]
 
     @property
@@ -159,7 +159,7 @@ class _Reader:
         self._noted = NotesReader()
         self._battery: list[tuple[float, float]] = []
         self._modes: list[tuple[float, str]] = []
-        self._texts: list[tuple[float, str]] = []
+        self._warnings: list[tuple[float, str]] = []
         self._start_s: float | None = None
         self._time_s = 0.0
 
@@ -220,7 +220,9 @@ class _Reader:
         ):
             self._modes.append((self._time_s, self._vehicle.mode_name))
         if state.texts.count != before.texts.count and state.status_texts:
-            self._texts.append((self._time_s, state.status_texts[-1].text))
+            said = state.status_texts[-1]
+            if said.severity <= mavlink.MAV_SEVERITY_WARNING:
+                self._warnings.append((self._time_s, said.text))
 
     def recording(self, remarks: Sequence[str]) -> Recording:
         """Return what was read; there must be a pose."""
@@ -241,7 +243,7 @@ class _Reader:
             time_left_s=Timeline.of(noted.time_left_s),
             battery_percent=Timeline.of(self._battery),
             status=Timeline.of(status),
-            texts=Timeline.of(self._texts),
+            warnings=Timeline.of(self._warnings),
             obstacles=Timeline.of(self._obstacles),
         )
 

@@ -25,7 +25,7 @@ except ImportError:
 EXIT_OK = 0
 EXIT_FAILED = 1
 _LOG = Path("out/demo/flight.tlog")
-_FRAMES_HZ = 8
+_FRAMES_HZ = 10
 _FILM_S = 24.0
 # How long the last picture stays.
 _END_S = 2.0
