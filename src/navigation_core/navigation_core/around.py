@@ -10,6 +10,7 @@ from navigation_core.obstacles import Array, Obstacles
 from navigation_core.roadmap import build_net
 from navigation_core.shortcuts import pulled_tight, with_fewer_corners
 from navigation_core.tangents import tangent_way
+from navigation_core.walled_in import is_walled_in
 from navigation_core.ways import CLIMB_COST, shortest_way, way_cost_m
 
 __all__ = ["around"]
@@ -62,6 +63,10 @@ def around(
         best = _cheaper(best, _at_level(ends, height, obstacles, clearance_m, _cost_m(best)))
     best = _cheaper(best, _beside(ends, beside, clearance_m, _cost_m(best)))
     few, every = sorted({float(start_enu_m[2]), *promising}), sorted({low, high, *others})
+    if best is None and is_walled_in(
+        ends[0], ends[1], obstacles, clearance_m, (every[0], every[-1])
+    ):
+        return None
     if best is None:
         best = _through_net(ends, few, obstacles, clearance_m)
     if best is None and every != few:
