@@ -36,6 +36,7 @@ def around(
     heights_m: tuple[float, float] | None,
     *,
     few_corners: bool = True,
+    thorough: bool = True,
 ) -> Array | None:
     """Return the points of a short way, shape (N, 3); None if there is none.
 
@@ -51,6 +52,7 @@ def around(
         clearance_m: that every line of the way keeps.
         heights_m: lowest and highest map z; None stays in the plane of the start.
         few_corners: rather have few corners than the most gentle ones.
+        thorough: whether to go on until it is sure that there is no way.
     """
     ends = np.array([start_enu_m, goal_enu_m])
     low, high = sorted((float(start_enu_m[2]), float(goal_enu_m[2])))
@@ -68,9 +70,10 @@ def around(
     ):
         return None
     if best is None:
-        best = _through_net(ends, few, obstacles, clearance_m)
-    if best is None and every != few:
-        best = _through_net(ends, every, obstacles, clearance_m)
+        last = thorough and every == few
+        best = _through_net(ends, few, obstacles, clearance_m, thorough=last)
+    if best is None and thorough and every != few:
+        best = _through_net(ends, every, obstacles, clearance_m, thorough=True)
     if best is not None and heights_m is not None:
         # Only the ends may be elsewhere, as before a take-off.
         best[1:-1, 2] = np.clip(best[1:-1, 2], *heights_m)
@@ -80,13 +83,18 @@ def around(
 
 
 def _through_net(
-    ends: Array, heights_m: list[float], obstacles: Obstacles, clearance_m: float
+    ends: Array,
+    heights_m: list[float],
+    obstacles: Obstacles,
+    clearance_m: float,
+    *,
+    thorough: bool,
 ) -> Array | None:
     nets = []
     for height in heights_m:
         level = obstacles.between(height - clearance_m, height + clearance_m)
         nets.append(build_net(level, height, ends[:, :2], clearance_m))
-    found = shortest_way(nets, ends, obstacles, clearance_m)
+    found = shortest_way(nets, ends, obstacles, clearance_m, thorough=thorough)
     return None if found is None else pulled_tight(found, obstacles, clearance_m)
 
 

@@ -31,12 +31,15 @@ class PlanLimits:
             in the plane of its start.
         turning_radius_m: least radius of a turn of what drives; 0 if it can turn on the spot.
         heading_enu_rad: where its nose points at the start, for what cannot turn on the spot.
+        thorough: whether the search goes on, for several times as long, until it is sure that
+            there is no way.
     """
 
     clearance_m: float
     heights_m: tuple[float, float] | None = None
     turning_radius_m: float = 0.0
     heading_enu_rad: float | None = None
+    thorough: bool = True
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,9 @@ def plan(
     begin = _beginning(start, goal, obstacles, limits)
     if isinstance(begin, NoPath):
         return begin
-    way = around(begin[-1], goal, obstacles, clearance_m, limits.heights_m)
+    way = around(
+        begin[-1], goal, obstacles, clearance_m, limits.heights_m, thorough=limits.thorough
+    )
     if not _is_clear(way, obstacles, clearance_m):
         return NoPath(
             f"No way to {_told(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "

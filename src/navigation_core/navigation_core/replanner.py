@@ -2,7 +2,7 @@ r"""When a way is planned anew, and when there is none.
 
     KEEPING --CONFLICT--> REPLANNING --FOUND--> KEEPING
        |                      |    ^
-       |                 NOT_FOUND | RETRY
+       |            NOT_FOUND, STOP| RETRY
      LOOK                     v    |
        v                   BLOCKED ----TIME_OUT--> GIVEN_UP
     COMPARING --FOUND, NOT_FOUND--> KEEPING
@@ -61,6 +61,8 @@ TRANSITIONS: dict[tuple[State, Event], State] = {
     (State.KEEPING, Event.STOP): State.BLOCKED,
     (State.REPLANNING, Event.FOUND): State.KEEPING,
     (State.REPLANNING, Event.NOT_FOUND): State.BLOCKED,
+    # A search takes some steps, in which the vehicle goes on.
+    (State.REPLANNING, Event.STOP): State.BLOCKED,
     (State.COMPARING, Event.FOUND): State.KEEPING,
     (State.COMPARING, Event.NOT_FOUND): State.KEEPING,
     (State.BLOCKED, Event.RETRY): State.REPLANNING,
@@ -169,11 +171,17 @@ class Replanner:
         self._way = None
         self.moved_on(place_enu_m)
 
-    def not_found(self, place_enu_m: Vector3, now: float) -> None:
-        """Take note that there is no way, or none that is better."""
+    def not_found(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:
+        """Take note that there is no way, or none that is better.
+
+        Args:
+            place_enu_m: where the vehicle is.
+            now: time in seconds.
+            is_undecided: whether the search is to go on at once.
+        """
         comparing = self.state is State.COMPARING
         self._go(Event.NOT_FOUND)
-        self._planned_s = now
+        self._planned_s = float("-inf") if is_undecided else now
         if not comparing:
             self._block(place_enu_m, now)
 

@@ -36,11 +36,13 @@ def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     low, high = way.min(axis=0), way.max(axis=0)
     nearby = obstacles.near(tuple(low), tuple(high), clearance_m)
     way = _skipped(way, nearby, clearance_m)
-    for _ in range(_ROUNDS):
+    for number in range(_ROUNDS):
         if len(way) == 2:
             break
         drawn = _drawn(_split(way, nearby, clearance_m), nearby, clearance_m)
-        shorter = _skipped(drawn, nearby, clearance_m)
+        # From the other end each time: both are worth their time only for the first, long way.
+        turn = -1 if number % 2 else 1
+        shorter = _skipped_forward(drawn[::turn], nearby, clearance_m)[::turn]
         before, after = way_cost_m(way), way_cost_m(shorter)
         way = shorter
         if before - after < 0.001 * before:

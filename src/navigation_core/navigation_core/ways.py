@@ -84,7 +84,12 @@ class _Graph:
 
 
 def shortest_way(
-    nets: list[Net], ends_enu_m: Array, obstacles: Obstacles, clearance_m: float
+    nets: list[Net],
+    ends_enu_m: Array,
+    obstacles: Obstacles,
+    clearance_m: float,
+    *,
+    thorough: bool,
 ) -> Array | None:
     """Return the points of the shortest way from one point to another, shape (N, 3).
 
@@ -94,8 +99,9 @@ def shortest_way(
         ends_enu_m: start and goal, shape (2, 3).
         obstacles: all that count.
         clearance_m: that each line of the way keeps.
+        thorough: whether to try many lines from the start and the goal if few give no way.
     """
-    for neighbours in (_NEIGHBOURS, 10 * _NEIGHBOURS):
+    for neighbours in (_NEIGHBOURS, 10 * _NEIGHBOURS) if thorough else (_NEIGHBOURS,):
         graph = _graph(nets, ends_enu_m, obstacles, clearance_m, neighbours)
         for _ in range(_CHECKS_MAX):
             way = graph.shortest(0, 1)

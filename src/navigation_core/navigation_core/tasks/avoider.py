@@ -13,7 +13,7 @@ from navigation_core.braking import must_brake
 from navigation_core.conflicts import Samples, clearance_at_m, first_conflict
 from navigation_core.geometry import Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.replanner import Decision, Replanner, ReplanRules
+from navigation_core.replanner import Decision, Replanner, ReplanRules, State
 from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import Observation
 from navigation_core.tasks.carrot import Carrot
@@ -52,6 +52,8 @@ class Avoider:
         )
         self._is_silent = False
         self._gave_way_s = -math.inf
+        # Of the search under way: one in a step, or setpoints would be late.
+        self.attempt = 0
         self.reason = ""
 
     @property
@@ -71,6 +73,11 @@ class Avoider:
         if self._hears_nothing(observation):
             self._stop(observation, now, self.reason)
             return False
+        if self._flight.undecided:
+            self.attempt += 1
+            self._replanner.not_found(here, now, is_undecided=True)
+            return False
+        self.attempt = 0
         if self._flight.no_way:
             self.reason = self._flight.no_way
             self._replanner.not_found(here, now)
@@ -95,7 +102,9 @@ class Avoider:
             self._stop(observation, now, text)
             return False
         self._plan_on(observation)
-        decision = self._check(observation, now)
+        # While the search goes on, the old way is flown, and the brake above watches.
+        searching = self._replanner.state is State.REPLANNING
+        decision = Decision.REPLAN if searching else self._check(observation, now)
         if decision is Decision.REPLAN:
             return self._replan(observation, now)
         if decision is Decision.COMPARE:
@@ -226,13 +235,17 @@ class Avoider:
     # --- what it does --------------------------------------------------------------------
 
     def _stop(self, observation: Observation, now: float, reason: str) -> None:
-        self.reason = reason
+        self.reason, self.attempt = reason, 0
         self._flight.plan_stop(observation)
         self._replanner.stop(measured_state(observation).position_enu_m, now)
 
     def _replan(self, observation: Observation, now: float) -> bool:
         place = measured_state(observation).position_enu_m
-        way = self._flight.find_way(observation, under_way=True)
+        way = self._flight.find_way(observation, under_way=True, attempt=self.attempt)
+        if way is None:
+            self.attempt += 1
+            return True
+        self.attempt = 0
         if isinstance(way, NoWay):
             self.reason = way.reason
             self._flight.plan_stop(observation)
@@ -246,7 +259,7 @@ class Avoider:
         """Go over to a way that is clearly shorter, if there is one."""
         place, carrot = measured_state(observation).position_enu_m, self._flight.carrot
         assert carrot is not None
-        way = self._flight.find_way(observation, under_way=True)
+        way = self._flight.find_way(observation, under_way=True, attempt=0)
         left_m = carrot.distance_remaining_m
         if isinstance(way, Way) and self._replanner.is_clearly_shorter(way.length_m, left_m):
             self._flight.take(way)

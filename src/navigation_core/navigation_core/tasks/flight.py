@@ -83,6 +83,8 @@ class Flight:
         # The way around obstacles that is flown, and why there is none.
         self.way: Way | None = None
         self.no_way = ""
+        # Whether the search for one is not at its end.
+        self.undecided = False
         self._leads_to_goal = False
         self.ways = self.way_out = None
         if avoidance is not None:
@@ -122,27 +124,33 @@ class Flight:
     def _points(self) -> tuple[RoutePoint, ...]:
         return self._via or (RoutePoint(self._goal.position_enu_m, 0.0, self.limits),)
 
-    def plan_to_goal(self, observation: Observation) -> None:
+    def plan_to_goal(self, observation: Observation, attempt: int | None = None) -> None:
         """Plan the flight to the goal; there is no carrot if nothing is known to begin with.
 
         If obstacles leave no way, ``no_way`` says why, and the vehicle is stopped.
+
+        Args:
+            observation: what is known.
+            attempt: the only one to make, see :meth:`~.way.WayPlanner.plan`; if others are left
+                after it, ``undecided`` says so, and the vehicle is stopped.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
         before, held = self.commanded, self.carrot
         self.carrot = None
-        self.no_way = ""
+        self.no_way, self.undecided = "", False
         if not self._choose_start(observation):
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
         if self.ways is not None:
-            way = self.find_way(observation)
+            way = self.find_way(observation, attempt=attempt)
             if isinstance(way, Way):
                 self.take(way)
                 return
-            self.no_way = way.reason
+            self.undecided = way is None
+            self.no_way = "" if way is None else way.reason
             if held is not None and not self._leads_to_goal and self.commanded is before:
                 self.carrot = held
             else:
@@ -168,12 +176,15 @@ class Flight:
         way = self.ways.plan(start, yaw, self._points, observation.obstacles)
         return way if isinstance(way, Way) else None
 
-    def find_way(self, observation: Observation, under_way: bool = False) -> Way | NoWay:
+    def find_way(
+        self, observation: Observation, under_way: bool = False, attempt: int | None = None
+    ) -> Way | NoWay | None:
         """Look for a way around obstacles, from the last setpoint on.
 
         Args:
             observation: what is known; there must have been a setpoint.
             under_way: whether the points that were passed are left out.
+            attempt: the only one to make, see :meth:`~.way.WayPlanner.plan`.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
@@ -187,7 +198,7 @@ class Flight:
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
         yaw = observation.yaw_enu_rad or 0.0
-        return self.ways.plan(self.commanded, yaw, points, observation.obstacles)
+        return self.ways.plan(self.commanded, yaw, points, observation.obstacles, attempt)
 
     def take(self, way: Way, leads_to_goal: bool = True) -> None:
         """Fly a way that begins at the last setpoint.

@@ -58,7 +58,9 @@ class Goto(GotoStopping):
     def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
         if self._phase not in PAUSABLE:
             self._pursuit.forget()
-        self._flight.plan_to_goal(observation)
+        waits = self._avoider is not None and self._phase is Phase.BLOCKED
+        attempt = self._avoider.attempt if self._avoider is not None and waits else None
+        self._flight.plan_to_goal(observation, attempt)
         if self._avoider is not None and not self._avoider.may_begin(observation, now):
             event = Event.NO_WAY
         self._go(event, now)

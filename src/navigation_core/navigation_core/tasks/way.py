@@ -119,14 +119,22 @@ class WayPlanner:
         heading_enu_rad: float,
         points: Sequence[RoutePoint],
         obstacles: Obstacles,
-    ) -> Way | NoWay:
+        attempt: int | None = None,
+    ) -> Way | NoWay | None:
         """Return a way from any state by way of points, or why there is none.
+
+        A search makes several attempts, of which the first is mostly enough. All of them at once
+        take several times as long as a setpoint may be late.
 
         Args:
             start: state at the beginning, in the map frame.
             heading_enu_rad: where the nose of what drives points.
             points: at least one; the last is where the way ends.
             obstacles: what is in the way.
+            attempt: the only one to make, from 0 on; None makes all.
+
+        Returns:
+            None if that attempt was not the last and found nothing: the next has to be made.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
@@ -146,11 +154,14 @@ class WayPlanner:
                 "The vehicle has come so near to an obstacle that it would have to turn on the "
                 "spot or go backwards, which it cannot."
             )
-        reason = "The vehicle has to stop first."
+        reason, number = "The vehicle has to stop first.", -1
         for begin in self._beginnings(start, obstacles):
             state = start if begin is None else KinematicState(begin.end_position_enu_m)
             left = _TRIES_IN_ALL
             for extra_m in self._extras_m(room_m - needed_m):
+                number += 1
+                if attempt not in (None, number):
+                    continue
                 lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
                 if isinstance(lines, NoPath):
                     reason = f"No way that keeps {needed_m:g} m to all obstacles: {lines.reason}"
@@ -165,9 +176,9 @@ class WayPlanner:
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
                 )
                 # Other lines begin with about the same turn.
-                if way is _Fault.BEGINNING or left == 0:
+                if attempt is None and (way is _Fault.BEGINNING or left == 0):
                     break
-        return NoWay(reason)
+        return NoWay(reason) if attempt is None or attempt >= number else None
 
     def _split(
         self, place_enu_m: Vector3, points: Sequence[RoutePoint]
@@ -270,6 +281,8 @@ class WayPlanner:
             self._config.heights_m if self._traits.flies else None,
             self._traits.turning_radius_m,
             heading_enu_rad if self._traits.turning_radius_m > 0.0 else None,
+            # With less to keep there may be a way that is found sooner than that there is none.
+            thorough=extra_m <= 0.0,
         )
         corner_m = min(extra_m, self._config.corner_allowance_m)
         place, vias = state.position_enu_m, []
