@@ -19,6 +19,7 @@ from tests.support.simulated_flight import SimulatedFlight
 TOP_M = 100.0
 """What has no end upwards ends there in the simulator"""
 TIMEOUT_S = 600.0
+SCANNER = RangeSensor(reach_m=20.0)
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Flown:
     collided: bool
 
 
-def simulated(world: World, sensor: RangeSensor | None = None) -> SimulatedWorld:
+def simulated(world: World, sensor: RangeSensor = SCANNER) -> SimulatedWorld:
     """Return a random world for the simulator, with its start at the origin."""
     start = world.start_enu_m
     fixed = [_obstacle(item, start) for item in world.fixed]
@@ -54,7 +55,7 @@ def simulated(world: World, sensor: RangeSensor | None = None) -> SimulatedWorld
     return SimulatedWorld(
         name=f"{world.kind} {world.seed}",
         obstacles=(*fixed, *moving),
-        range_sensor=sensor or RangeSensor(),
+        range_sensor=sensor,
     )
 
 
