@@ -16,6 +16,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.routes import RoutePoint
 from navigation_core.tasks.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.base import COPTER, Progress, Status, Traits
+from navigation_core.tasks.flight import Flight as TaskFlight
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
 from navigation_core.tasks.route import FlyRoute
@@ -26,6 +27,7 @@ from tests.support.point_mass import Flight, PointMass, fly
 CONFIG = GotoConfig(may_arm=True)
 AVOIDANCE = AvoidanceConfig(heights_m=(1.0, 20.0), blocked_timeout_s=10.0)
 PATIENT = dataclasses.replace(AVOIDANCE, blocked_timeout_s=60.0)
+ROVER = Traits("rover", flies=False, lands_itself=False, turning_radius_m=0.9)
 TARGET: Vector3 = (30.0, 0.0, 5.0)
 # Nothing leads out of it; its far side is between the start and the target.
 WALL = Obstacles.of(
@@ -381,12 +383,28 @@ def test_it_does_not_flap_between_two_sides() -> None:
 
 def test_a_car_keeps_clear_of_a_wall_that_it_drives_around() -> None:
     vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
-    rover = Traits("rover", flies=False, lands_itself=False, turning_radius_m=0.9)
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
-    task = Goto(GotoGoal((30.0, 0.0, 0.0), None, 2.0), CONFIG, traits=rover, avoidance=avoidance)
+    task = Goto(GotoGoal((30.0, 0.0, 0.0), None, 2.0), CONFIG, traits=ROVER, avoidance=avoidance)
     watched = Watched(task, vehicle)
     assert watched.fly(when(1.0, vehicle, FENCE)).outcome.code is OutcomeCode.SUCCESS
     assert watched.nearest_m > AVOIDANCE.brake_clearance_m
+
+
+@pytest.mark.parametrize(("traits", "begins_at_m"), [(COPTER, 2.0), (ROVER, 1.4)])
+def test_what_drives_behind_its_setpoint_plans_and_brakes_from_where_it_is(
+    traits: Traits, begins_at_m: float
+) -> None:
+    vehicle = PointMass(position=(1.4, 0.0, 0.0), armed=True, in_control=True)
+    vehicle.velocity = (1.5, 0.0, 0.0)
+    setpoint = KinematicState((2.0, 0.0, 0.0), (1.5, 0.0, 0.0))
+    avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
+    goal = GotoGoal((30.0, 0.0, 0.0), None, 1.5)
+    flight = TaskFlight(goal, CONFIG, setpoint, 0.0, avoidance, traits)
+    for plan in (flight.plan_to_goal, flight.plan_stop):
+        plan(vehicle.observe())
+        assert flight.carrot is not None
+        assert flight.carrot.state.position_enu_m[0] == pytest.approx(begins_at_m, abs=0.05)
+        flight.commanded = setpoint
 
 
 def test_what_cannot_turn_on_the_spot_stays_where_it_could_only_come_nearer() -> None:

@@ -159,7 +159,7 @@ class Avoider:
         self._gave_way_s = now
         assert flight.commanded is not None
         assert flight.way_out is not None
-        away = flight.way_out.plan_away(flight.commanded, observation.obstacles)
+        away = flight.way_out.plan_away(flight.start(observation), observation.obstacles)
         if away is not None:
             flight.take(away, leads_to_goal=False)
 

@@ -87,8 +87,12 @@ class Flight:
         self.undecided = False
         self._leads_to_goal = False
         self.ways = self.way_out = None
+        self._starts_here = False
         if avoidance is not None:
             self.ways = WayPlanner(avoidance, traits, self.limits)
+            # What drives lags behind its setpoint by metres. A way or a brake from there would
+            # come too late, and could begin in what it was to keep away from.
+            self._starts_here = not traits.flies
             self.way_out = WayOut(avoidance, traits, self.limits)
 
     @property
@@ -179,7 +183,7 @@ class Flight:
     def find_way(
         self, observation: Observation, under_way: bool = False, attempt: int | None = None
     ) -> Way | NoWay | None:
-        """Look for a way around obstacles, from the last setpoint on.
+        """Look for a way around obstacles, from :meth:`start` on.
 
         Args:
             observation: what is known; there must have been a setpoint.
@@ -198,10 +202,18 @@ class Flight:
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
         yaw = observation.yaw_enu_rad or 0.0
-        return self.ways.plan(self.commanded, yaw, points, observation.obstacles, attempt)
+        start = self.start(observation)
+        return self.ways.plan(start, yaw, points, observation.obstacles, attempt)
+
+    def start(self, observation: Observation) -> KinematicState:
+        """Return where a way around obstacles begins; there must have been a setpoint."""
+        assert self.commanded is not None
+        if self._starts_here and is_located(observation, self._config.position_stale_s):
+            return measured_state(observation)
+        return self.commanded
 
     def take(self, way: Way, leads_to_goal: bool = True) -> None:
-        """Fly a way that begins at the last setpoint.
+        """Fly a way that begins at :meth:`start`.
 
         Args:
             way: what to fly.
@@ -284,7 +296,7 @@ class Flight:
         """
         located = is_located(observation, self._config.position_stale_s)
         usable = self.commanded is not None and self.commanded_yaw is not None
-        if usable and not (located and (self.is_stale or not self._is_near(observation))):
+        if usable and not (located and self._must_start_anew(observation)):
             return True
         if not located:
             return False
@@ -294,11 +306,14 @@ class Flight:
         self.dt_s = 0.0
         return True
 
-    def _is_near(self, observation: Observation) -> bool:
+    def _must_start_anew(self, observation: Observation) -> bool:
+        """Whether the last setpoint is nothing to go on from."""
+        if self._starts_here or self.is_stale:
+            return True
         assert self.commanded is not None
         here = measured_state(observation).position_enu_m
         error_m = distance(self.commanded.position_enu_m, here)
-        return error_m <= _START_ERROR_SHARE * self._config.tracking_error_max_m
+        return error_m > _START_ERROR_SHARE * self._config.tracking_error_max_m
 
     def _yaw_of_travel(self, start_enu_m: Vector3, yaw_enu_rad: float) -> float:
         """Return the heading from a point to the goal, or the present one if it is close."""
