@@ -64,7 +64,7 @@ SCENARIOS = {
         _FILES / "simulated/ardupilot_rover.yaml",
         _FILES / "worlds/demo_rover.yaml",
         _FILES / "routes/demo_rover.waypoints",
-        "t=50: 0 0 0",
+        "t=56: 0 0 0",
         1.5,
     ),
 }
