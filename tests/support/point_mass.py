@@ -221,5 +221,7 @@ def fly(
             if isinstance(answer, Outcome):
                 return flight
             vehicle.obey(answer)
+            if isinstance(answer, Fly):
+                task.think(observation, vehicle.now)
         vehicle.advance(dt_s)
     raise AssertionError(f"the task had not ended after {time_max_s} s")

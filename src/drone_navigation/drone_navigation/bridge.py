@@ -238,6 +238,9 @@ class Bridge:
         self._handle_events(now)
         self._parking.handle_timer(now)
         goal = self._goal
+        if goal is not None and now >= goal.think_s:
+            goal.think_s = math.inf
+            goal.task.think(self._observe(goal, now), now)
         if goal is not None and now >= goal.next_step_s:
             goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
             self._step(goal, now)
@@ -248,9 +251,13 @@ class Bridge:
     def next_deadline(self) -> float | None:
         """Return when :meth:`handle_timer` wants to be called."""
         goal = self._goal
-        own = None if goal is None else min(goal.next_step_s, self._feedback_deadline(goal))
+        own = None if goal is None else self._goal_deadline(goal)
         deadlines = (self._vehicle.next_deadline(), self._parking.next_deadline(), own)
         return min((time for time in deadlines if time is not None), default=None)
+
+    def _goal_deadline(self, goal: ActiveGoal) -> float:
+        # A task thinks as soon as its setpoint has been sent, and in time before the next.
+        return min(goal.next_step_s, goal.think_s, self._feedback_deadline(goal))
 
     def messages_to_send(self) -> list[Message]:
         """Return the MAVLink messages that are to go out now."""
@@ -374,7 +381,7 @@ class Bridge:
             if not self._vehicle.stream_open:
                 self._vehicle.open_stream(now)
             self._vehicle.send_setpoint(setpoint_ned(intent.setpoint), now)
-            goal.setpoint_s = now
+            goal.setpoint_s = goal.think_s = now
         except SetpointError as error:
             self._end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None), now)
 

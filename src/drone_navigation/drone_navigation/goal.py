@@ -186,6 +186,7 @@ class ActiveGoal:
         task: what works towards it.
         accepted_s: time of acceptance.
         next_step_s: time of the next step of the task.
+        think_s: time from which the task may think; infinite until its next setpoint is sent.
         feedback_due_s: time from which the next position makes a feedback.
         state: state of its life cycle.
         status: last status; it says what to tell while the link is lost.
@@ -210,6 +211,7 @@ class ActiveGoal:
     accepted_s: float
     next_step_s: float
     feedback_due_s: float
+    think_s: float = math.inf
     state: GoalState = GoalState.ACCEPTED
     status: Status = Status.PREPARING
     cancel_requested_s: float | None = None

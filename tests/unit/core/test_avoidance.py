@@ -15,7 +15,7 @@ from navigation_core.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.routes import RoutePoint
 from navigation_core.tasks.avoidance import AvoidanceConfig, AvoidanceConfigError
-from navigation_core.tasks.base import COPTER, Progress, Status, Traits
+from navigation_core.tasks.base import COPTER, Fly, Progress, Status, Traits
 from navigation_core.tasks.flight import Flight as TaskFlight
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
@@ -98,6 +98,25 @@ def when(begin_s: float, vehicle: PointMass, obstacles: Obstacles) -> Callable[[
             vehicle.obstacles = obstacles
 
     return change
+
+
+def test_a_step_flies_the_old_way_and_only_then_another_one_is_thought_of() -> None:
+    task, vehicle = goto(), hovering()
+    task.start(vehicle.observe(), vehicle.now)
+    for _ in range(40):
+        vehicle.obey(task.step(vehicle.observe(), vehicle.now))
+        task.think(vehicle.observe(), vehicle.now)
+        vehicle.advance(0.05)
+    straight = task.path_enu_m
+    vehicle.obstacles = post(15.0, 0.0)
+    answer = task.step(vehicle.observe(), vehicle.now)
+    assert isinstance(answer, Fly)
+    assert answer.setpoint.velocity_enu_m_s[0] > 1.0
+    assert task.path_enu_m is straight
+    task.think(vehicle.observe(), vehicle.now)
+    assert task.path_enu_m is not straight
+    assert max(abs(y) for _, y, _ in task.path_enu_m) > 1.0
+    assert task.progress(vehicle.observe(), vehicle.now).replans == 1
 
 
 # --- without obstacles ---------------------------------------------------------------------

@@ -86,11 +86,13 @@ class Avoider:
         return True
 
     def keeps_going(self, observation: Observation, now: float) -> bool:
-        """Look after the way that is flown, and go over to another one if need be.
+        """Look whether the way may be flown on.
 
         Returns:
             Whether the flight goes on; if not, the vehicle is being stopped.
         """
+        if self._replanner.state is State.BLOCKED:
+            return False
         here = measured_state(observation).position_enu_m
         self._replanner.moved_on(here)
         if self._hears_nothing(observation):
@@ -101,15 +103,21 @@ class Avoider:
             text = f"An obstacle would come within {limit_m:g} m before the vehicle could stop."
             self._stop(observation, now, text)
             return False
+        return True
+
+    def think(self, observation: Observation, now: float) -> None:
+        """Look for another way if need be, and go over to it; without one, stop.
+
+        It may take as long as a setpoint has until the next. While a search goes on, the old way
+        is flown, and the brake watches.
+        """
         self._plan_on(observation)
-        # While the search goes on, the old way is flown, and the brake above watches.
         searching = self._replanner.state is State.REPLANNING
         decision = Decision.REPLAN if searching else self._check(observation, now)
         if decision is Decision.REPLAN:
-            return self._replan(observation, now)
-        if decision is Decision.COMPARE:
+            self._replan(observation, now)
+        elif decision is Decision.COMPARE:
             self._compare(observation, now)
-        return True
 
     def wait(self, observation: Observation, now: float, may_plan: bool) -> Decision:
         """Decide what to do while there is no way, which may be looked for or not."""
@@ -239,21 +247,20 @@ class Avoider:
         self._flight.plan_stop(observation)
         self._replanner.stop(measured_state(observation).position_enu_m, now)
 
-    def _replan(self, observation: Observation, now: float) -> bool:
+    def _replan(self, observation: Observation, now: float) -> None:
         place = measured_state(observation).position_enu_m
         way = self._flight.find_way(observation, under_way=True, attempt=self.attempt)
         if way is None:
             self.attempt += 1
-            return True
+            return
         self.attempt = 0
         if isinstance(way, NoWay):
             self.reason = way.reason
             self._flight.plan_stop(observation)
             self._replanner.not_found(place, now)
-            return False
-        self._flight.take(way)
-        self._replanner.found(place, now)
-        return True
+        else:
+            self._flight.take(way)
+            self._replanner.found(place, now)
 
     def _compare(self, observation: Observation, now: float) -> None:
         """Go over to a way that is clearly shorter, if there is one."""

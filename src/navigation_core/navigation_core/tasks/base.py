@@ -359,6 +359,9 @@ class Task(Protocol):
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
         """Say what to do now, or how it ended."""
 
+    def think(self, observation: Observation, now: float) -> None:
+        """Do what takes long, once the setpoint of the step before is out; steps show what came."""
+
     def cancel(self, now: float) -> None:
         """Ask for an early end; the steps that follow bring the vehicle to a stop."""
 
@@ -393,6 +396,9 @@ class WithoutSetpoints:
     def commanded_yaw_enu_rad(self) -> float | None:
         """None, as for the state."""
         return None
+
+    def think(self, observation: Observation, now: float) -> None:
+        """Nothing takes long."""
 
 
 def check_requirements(

@@ -36,7 +36,7 @@ from navigation_core.tasks.flight import Flight
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Event, Phase, next_phase
 from navigation_core.tasks.goto_progress import GotoEstimator
-from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.measurement import is_airborne, is_located, measured_speed
 from navigation_core.tasks.pursuit import Pursuit
 from navigation_core.trajectory import TrajectoryError
 
@@ -92,6 +92,7 @@ class GotoBase(ABC):
         self._cancel_asked = False
         self._pause_asked = False
         self._ending: Outcome | None = None
+        self._thought_failed: TrajectoryError | None = None
         self._outcome: Outcome | None = None
         self._arrival = Dwell(config.arrival_dwell_s)
         self._arrival_radius_m = max(config.arrival_radius_m, traits.arrival_radius_m)
@@ -149,6 +150,8 @@ class GotoBase(ABC):
             self._forget()
         self._armed_seen = self._armed_seen or observation.armed
         try:
+            if self._thought_failed is not None:
+                raise self._thought_failed
             if self._cancel_asked and self._phase not in _STOPPING:
                 text = "The goal was cancelled."
                 self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
@@ -164,6 +167,16 @@ class GotoBase(ABC):
             self._outcome = answer
             self._go(Event.OVER, now)
         return answer
+
+    def think(self, observation: Observation, now: float) -> None:
+        """Look for another way around obstacles, if need be."""
+        if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
+            return
+        if is_located(observation, self._config.position_stale_s) and not self._flight.is_stale:
+            try:
+                self._avoider.think(self._level(observation), now)
+            except TrajectoryError as error:
+                self._thought_failed = error
 
     def cancel(self, now: float) -> None:
         """Ask for an early end; the steps that follow bring the vehicle to a stop."""
