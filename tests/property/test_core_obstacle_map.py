@@ -45,11 +45,11 @@ def test_whatever_it_is_told_its_obstacles_are_sound_few_and_within_the_window(
     for scan, ground in told:
         seen.recentre(scan.origin_enu_m)
         for _ in range(2):
-            seen.integrate(scan, ground)
+            seen.integrate(scan, ground, 0.0)
         if as_points:
             rays = np.where(np.isfinite(scan.ranges_m), scan.ranges_m, np.nan)[:, None]
             points = np.array(scan.origin_enu_m) + rays * scan.directions_enu
-            seen.integrate_points(scan.origin_enu_m, points, ground)
+            seen.integrate_points(scan.origin_enu_m, points, ground, 0.0)
         posts = seen.obstacles().posts
         assert len(posts) <= (size_m / 0.5) ** 2
         assert not np.isnan(posts).any()
@@ -69,13 +69,13 @@ def test_what_is_there_is_found_wherever_it_stands_and_freed_when_it_is_gone(
     seen = ObstacleMap()
     post = Obstacles.of((Cylinder("post", at, radius_m),))
     for _ in range(4):
-        seen.integrate(sectors(post, origin, yaw, nose_up_rad=pitch), 0.0)
+        seen.integrate(sectors(post, origin, yaw, nose_up_rad=pitch), 0.0, 0.0)
     front = (away_m - radius_m) / away_m
     found = seen.obstacles().clearance_m(np.array([[at[0] * front, at[1] * front, 5.0]]))
     # A thin post may be anywhere on the arc of its sector.
     assert found[0] <= 0.3 + away_m * math.radians(2.5)
     for _ in range(5):
-        seen.integrate(sectors(NOTHING, origin, yaw, nose_up_rad=pitch), 0.0)
+        seen.integrate(sectors(NOTHING, origin, yaw, nose_up_rad=pitch), 0.0, 0.0)
     assert len(seen.obstacles()) == 0
 
 
@@ -95,8 +95,8 @@ def test_everything_is_the_same_a_whole_number_of_columns_further_on(
         (east, north, 5.0), house.directions_enu, house.ranges_m, 0.2, 40.0, house.half_angle_rad
     )
     for _ in range(3):
-        here.integrate(house, 0.0)
-        there.integrate(shifted, 0.0)
+        here.integrate(house, 0.0, 0.0)
+        there.integrate(shifted, 0.0, 0.0)
     expected = here.obstacles().posts + np.array([east, north, 0.0, 0.0, 0.0])
     found = there.obstacles().posts
     assert len(found) == len(expected) > 0
@@ -109,7 +109,7 @@ def test_rolling_forgets_exactly_what_leaves_the_window(steps: list[Vector3]) ->
     seen = ObstacleMap(_SIZE_M, 0.5)
     wall = RayScan((0.0, 0.0, 5.0), level_ring(72), np.full(72, 8.0), 0.2, 40.0, 0.04)
     for _ in range(3):
-        seen.integrate(wall, 0.0)
+        seen.integrate(wall, 0.0, 0.0)
     kept = seen.obstacles().posts[:, :2]
     for step in steps:
         near = (step[0] / 12.0, step[1] / 12.0, step[2])

@@ -176,7 +176,7 @@ class ObstacleFeed:
             measured.range_max_m,
             0.5 * measured.width_rad,
         )
-        self._map.integrate(scan, self._ground_m())
+        self._map.integrate(scan, self._ground_m(), now)
 
     def take_scan(self, scan: SensorScan, now: float) -> None:
         """Take a scan from ROS, unless it follows another within 0.08 s."""
@@ -194,7 +194,7 @@ class ObstacleFeed:
             scan.range_max_m,
             scan.half_angle_rad,
         )
-        self._map.integrate(rays, self._ground_m())
+        self._map.integrate(rays, self._ground_m(), now)
 
     def take_points(self, cloud: SensorPoints, now: float) -> None:
         """Take a cloud of points from ROS, unless it follows another within 0.08 s."""
@@ -210,7 +210,7 @@ class ObstacleFeed:
         if ground_m is None:
             ground_m = carrier.position_enu_m[2]
             points = points[points[:, 2] < ground_m + HEADROOM_M]
-        self._map.integrate_points(origin, points, ground_m)
+        self._map.integrate_points(origin, points, ground_m, now)
 
     def _is_soon(self, kind: str, now: float) -> bool:
         taken_s = self._taken_s.get(kind, -math.inf)

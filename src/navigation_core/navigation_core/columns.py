@@ -98,6 +98,10 @@ class Columns:
         cells = self._first + (wrapped - self._first) % self._count
         return np.asarray((cells + 0.5) * self.cell_m)
 
+    def ends_m(self, columns: Indices) -> tuple[Array, Array]:
+        """Return bottoms and tops of columns, which must be known; each of shape (N,)."""
+        return self._bottom[columns], self._top[columns]
+
     def posts(self) -> Array:
         """Return the full columns as posts: east, north, radius, bottom, top."""
         full = np.flatnonzero(self._full)

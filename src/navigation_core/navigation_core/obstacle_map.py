@@ -16,6 +16,7 @@ import numpy as np
 
 from navigation_core.columns import Columns, Indices, Mask
 from navigation_core.geometry import Vector3
+from navigation_core.movers import Movers, Moving
 from navigation_core.obstacles import Array, Obstacles
 from navigation_core.rays import Fan, RayScan, cloud_fan, scan_fan, scan_hits, scan_ranges_m
 
@@ -27,6 +28,10 @@ __all__ = ["ObstacleMap", "RayScan"]
 # obstacles close to the ground, too.
 _GROUND_M = 0.3
 _GROUND_PER_M = 0.02
+# When the places are looked at to which something will have moved. It may turn at any moment, so
+# the more distant future is not foretold, and these places are no wider than needed.
+_AHEAD_S = np.arange(0.3, 2.2, 0.3)
+_AHEAD_RADIUS_M = 0.2
 
 
 class ObstacleMap:
@@ -46,42 +51,57 @@ class ObstacleMap:
             own_radius_m: hits nearer to the sensor than this are the vehicle itself.
         """
         self._columns = Columns(size_m, cell_m)
+        self._movers = Movers()
         self._own_radius_m = own_radius_m
         self._obstacles = Obstacles()
         self._version = self._columns.version
+        self._moving = self._movers.moving
 
     def clear(self) -> None:
         """Forget all obstacles."""
         self._columns.clear()
+        self._movers.clear()
 
     def recentre(self, position_enu_m: Vector3) -> None:
         """Roll the window to be about the vehicle; what leaves it is forgotten."""
         self._columns.recentre(position_enu_m[0], position_enu_m[1])
 
     def obstacles(self) -> Obstacles:
-        """Return the obstacles: the same object as before while nothing has changed."""
-        if self._version != self._columns.version:
-            self._version = self._columns.version
-            self._obstacles = Obstacles(self._columns.posts())
+        """Return the obstacles: the same object as before while nothing has changed.
+
+        Where something that moves is about to be is one, too.
+        """
+        moving = self._movers.moving
+        if self._version != self._columns.version or self._moving != moving:
+            self._version, self._moving = self._columns.version, moving
+            self._obstacles = Obstacles(np.concatenate([self._columns.posts(), self._ahead()]))
         return self._obstacles
 
-    def integrate(self, scan: RayScan, ground_enu_m: float | None) -> None:
+    @property
+    def moving(self) -> tuple[Moving, ...]:
+        """What was seen to move."""
+        return self._movers.moving
+
+    def integrate(self, scan: RayScan, ground_enu_m: float | None, now: float) -> None:
         """Take in a scan, or a single beam.
 
         Args:
             scan: the reading. Beams within 30 deg of straight up or down are left out.
             ground_enu_m: map z of the ground below the vehicle. None if it is not known, and
                 for what drives: its scanner looks along the ground.
+            now: time of the reading in seconds.
         """
         ranges = scan_ranges_m(scan, self._own_radius_m)
         points, shares = scan_hits(scan, ranges, 0.7 * self._columns.cell_m)
         offsets = points - np.array(scan.origin_enu_m)
         stands = _stands(offsets[:, :2], offsets[:, 2], scan.origin_enu_m, ground_enu_m)
         hit = self._hit(points[stands], shares[stands], math.inf)
-        self._carve(scan_fan(scan, ranges), scan.origin_enu_m, ground_enu_m, hit)
+        fan = scan_fan(scan, ranges)
+        self._carve(fan, scan.origin_enu_m, ground_enu_m, hit)
+        self._follow(fan, scan.origin_enu_m, ground_enu_m, scan.range_max_m, now)
 
     def integrate_points(
-        self, origin_enu_m: Vector3, points_enu_m: Array, ground_enu_m: float | None
+        self, origin_enu_m: Vector3, points_enu_m: Array, ground_enu_m: float | None, now: float
     ) -> None:
         """Take in a cloud of points.
 
@@ -91,6 +111,7 @@ class ObstacleMap:
                 finite, and what is nearer than the vehicle's own radius, are left out.
             ground_enu_m: map z of the ground below the vehicle; None if it is not known, and
                 then the ground is an obstacle, too.
+            now: time of the cloud in seconds.
         """
         points = np.asarray(points_enu_m, dtype=np.float64).reshape(-1, 3)
         offsets = points - np.array(origin_enu_m)
@@ -100,11 +121,41 @@ class ObstacleMap:
         points, offsets = points[outside], offsets[outside]
         stands = points[_stands(offsets[:, :2], offsets[:, 2], origin_enu_m, ground_enu_m)]
         hit = self._hit(stands, np.ones(len(stands)), self._columns.cell_m)
-        self._carve(cloud_fan(offsets), origin_enu_m, ground_enu_m, hit)
+        fan = cloud_fan(offsets)
+        self._carve(fan, origin_enu_m, ground_enu_m, hit)
+        self._follow(fan, origin_enu_m, ground_enu_m, math.inf, now)
+
+    def _ahead(self) -> Array:
+        """Return posts where what moves will be, as high as it is now."""
+        tables = [np.empty((0, 5))]
+        for one in self._moving:
+            columns, inside = self._columns.find(one.points_enu_m)
+            bottoms, tops = self._columns.ends_m(columns[inside])
+            # The rest of the code takes obstacles to stand still, for as long as it thinks ahead.
+            for in_s in _AHEAD_S:
+                moved = one.points_enu_m[inside, :2] + in_s * np.array(one.velocity_enu_m_s)
+                radii = np.full(len(moved), _AHEAD_RADIUS_M)
+                tables.append(np.column_stack([moved, radii, bottoms, tops]))
+        return np.concatenate(tables)
 
     def _hit(self, points: Array, shares: Array, extent_m: float) -> Indices:
         columns, inside = self._columns.find(points)
         return self._columns.hit(columns[inside], points[inside, 2], shares[inside], extent_m)
+
+    def _follow(
+        self,
+        fan: Fan,
+        origin_enu_m: Vector3,
+        ground_enu_m: float | None,
+        reach_m: float,
+        now: float,
+    ) -> None:
+        """Look for what moves; rays as long as the reach have hit nothing."""
+        rays = np.stack([np.cos(fan.bearings_rad), np.sin(fan.bearings_rad)], axis=1)
+        offsets, above = fan.free_m[..., None] * rays[:, None], fan.free_m * fan.slopes
+        has_hit = (fan.free_m > 0.0) & (np.hypot(fan.free_m, above) < 0.99 * reach_m)
+        has_hit &= _stands(offsets, above, origin_enu_m, ground_enu_m)
+        self._movers.take(fan, has_hit, origin_enu_m, now)
 
     def _carve(
         self, fan: Fan, origin_enu_m: Vector3, ground_enu_m: float | None, hit: Indices

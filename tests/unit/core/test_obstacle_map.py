@@ -31,7 +31,7 @@ def look(
     known = world if isinstance(world, Obstacles) else Obstacles.of((world,))
     scan = sectors(known, origin, nose_up_rad=nose_up_rad)
     for _ in range(times):
-        seen.integrate(scan, 0.0)
+        seen.integrate(scan, 0.0, 0.0)
     return seen
 
 
@@ -81,11 +81,11 @@ def test_a_gap_of_3_m_between_two_walls_at_15_m_stays_open() -> None:
     seen = ObstacleMap()
     for scan in range(25):
         yaw = math.radians(10.0) * math.sin(0.3 * scan)
-        seen.integrate(sectors(walls, UP, yaw), 0.0)
+        seen.integrate(sectors(walls, UP, yaw), 0.0, 0.0)
     assert seen.obstacles().is_clear((0.0, 0.0, 5.0), (20.0, 0.0, 5.0), 0.6)
     assert not seen.obstacles().is_clear((0.0, 3.0, 5.0), (20.0, 3.0, 5.0), 0.5)
     for east_m in np.arange(0.0, 10.0, 0.5):
-        seen.integrate(sectors(walls, (float(east_m), 0.0, 5.0)), 0.0)
+        seen.integrate(sectors(walls, (float(east_m), 0.0, 5.0)), 0.0, 0.0)
     assert seen.obstacles().is_clear((0.0, 0.0, 5.0), (20.0, 0.0, 5.0), 0.8)
 
 
@@ -125,7 +125,7 @@ def test_stray_beams_delete_no_wall_and_build_none() -> None:
         ranges = scan.ranges_m.copy()
         ranges[rng.integers(72)] = np.inf
         ranges[rng.integers(72)] = rng.uniform(1.0, 40.0)
-        seen.integrate(replace(scan, ranges_m=ranges), 0.0)
+        seen.integrate(replace(scan, ranges_m=ranges), 0.0, 0.0)
         front = clearance(seen.obstacles(), 13.0, 0.0, 5.0)
         assert front < 0.3
     assert abs(len(seen.obstacles()) - len(before)) <= 5
@@ -146,7 +146,7 @@ def test_noise_in_the_ranges_moves_no_more_than_an_edge_now_and_then() -> None:
     for scan in range(200):
         noisy = replace(still, ranges_m=still.ranges_m + rng.normal(0.0, 0.05, 72))
         before = seen.obstacles()
-        seen.integrate(noisy, 0.0)
+        seen.integrate(noisy, 0.0, 0.0)
         if scan >= 100:
             changes += seen.obstacles() is not before
             assert abs(len(seen.obstacles()) - len(before)) <= 2
@@ -207,17 +207,17 @@ def test_a_beam_that_looks_down_finds_no_obstacles() -> None:
         for tilt in (0.0, 0.2, 0.4):
             down = (math.sin(tilt), 0.0, -math.cos(tilt))
             origin = (0.0, 0.0, float(height_m))
-            seen.integrate(beam(down, float(height_m) / math.cos(tilt), origin), None)
+            seen.integrate(beam(down, float(height_m) / math.cos(tilt), origin), None, 0.0)
     assert len(seen.obstacles()) == 0
 
 
 def test_a_single_beam_is_a_scan() -> None:
     seen = ObstacleMap()
     for _ in range(2):
-        seen.integrate(beam((0.0, 1.0, 0.0), 6.0), 0.0)
+        seen.integrate(beam((0.0, 1.0, 0.0), 6.0), 0.0, 0.0)
     assert clearance(seen.obstacles(), 0.0, 6.0, 5.0) == 0.0
     for _ in range(5):
-        seen.integrate(beam((0.0, 1.0, 0.0), math.inf), 0.0)
+        seen.integrate(beam((0.0, 1.0, 0.0), math.inf), 0.0, 0.0)
     assert len(seen.obstacles()) == 0
 
 
@@ -226,7 +226,7 @@ def test_a_reading_that_tells_nothing_changes_nothing(tells_nothing: float) -> N
     seen = look(POST)
     before = seen.obstacles()
     for _ in range(10):
-        seen.integrate(beam((1.0, 0.0, 0.0), tells_nothing), 0.0)
+        seen.integrate(beam((1.0, 0.0, 0.0), tells_nothing), 0.0, 0.0)
     assert seen.obstacles() is before
 
 
@@ -235,7 +235,7 @@ def test_more_than_the_reach_is_free_as_far_as_the_reach() -> None:
     look(Obstacles.of((Cylinder("far", (30.0, 0.0), 0.3),)), times=3, into=seen)
     for _ in range(6):
         seen.integrate(
-            replace(beam((1.0, 0.0, 0.0), 99.0, half_angle_rad=0.08), range_max_m=15.0), 0.0
+            replace(beam((1.0, 0.0, 0.0), 99.0, half_angle_rad=0.08), range_max_m=15.0), 0.0, 0.0
         )
     assert clearance(seen.obstacles(), 9.7, 0.0, 5.0) > 5.0
     assert clearance(seen.obstacles(), 29.7, 0.0, 5.0) < 0.3
@@ -244,15 +244,15 @@ def test_more_than_the_reach_is_free_as_far_as_the_reach() -> None:
 def test_the_vehicle_itself_is_no_obstacle() -> None:
     seen = ObstacleMap(own_radius_m=0.6)
     for _ in range(5):
-        seen.integrate(beam((1.0, 0.0, 0.0), 0.55), 0.0)
-        seen.integrate_points(UP, np.array([[0.3, 0.2, 5.1], [0.0, 0.0, 5.0]]), 0.0)
+        seen.integrate(beam((1.0, 0.0, 0.0), 0.55), 0.0, 0.0)
+        seen.integrate_points(UP, np.array([[0.3, 0.2, 5.1], [0.0, 0.0, 5.0]]), 0.0, 0.0)
     assert len(seen.obstacles()) == 0
 
 
 def test_a_turned_sensor_finds_the_same_place() -> None:
     turned = ObstacleMap()
     for yaw in (0.3, 0.3, 0.3):
-        turned.integrate(sectors(Obstacles.of((POST,)), UP, yaw), 0.0)
+        turned.integrate(sectors(Obstacles.of((POST,)), UP, yaw), 0.0, 0.0)
     assert clearance(turned.obstacles(), 9.7, 0.0, 5.0) < 0.3
 
 
@@ -274,8 +274,12 @@ def test_a_jump_forgets_everything() -> None:
     seen = look(POST)
     seen.recentre((5000.0, -7000.0, 0.0))
     assert len(seen.obstacles()) == 0
-    seen.integrate(replace(beam((1.0, 0.0, 0.0), 6.0), origin_enu_m=(5000.0, -7000.0, 5.0)), 0.0)
-    seen.integrate(replace(beam((1.0, 0.0, 0.0), 6.0), origin_enu_m=(5000.0, -7000.0, 5.0)), 0.0)
+    seen.integrate(
+        replace(beam((1.0, 0.0, 0.0), 6.0), origin_enu_m=(5000.0, -7000.0, 5.0)), 0.0, 0.0
+    )
+    seen.integrate(
+        replace(beam((1.0, 0.0, 0.0), 6.0), origin_enu_m=(5000.0, -7000.0, 5.0)), 0.0, 0.0
+    )
     assert clearance(seen.obstacles(), 5006.0, -7000.0, 5.0) == 0.0
 
 
@@ -304,7 +308,7 @@ def test_a_cloud_knows_heights() -> None:
     seen = ObstacleMap()
     points = cloud(low)
     for _ in range(2):
-        seen.integrate_points(UP, points, 0.0)
+        seen.integrate_points(UP, points, 0.0, 0.0)
     assert seen.obstacles().posts[:, 4].max() <= 4.5
     assert seen.obstacles().posts[:, 3].min() >= 0.75
     assert clearance(seen.obstacles(), 7.5, 0.0, 3.0) < 0.3
@@ -315,10 +319,10 @@ def test_a_cloud_that_goes_through_frees_the_place() -> None:
     seen = ObstacleMap()
     post, back = cloud(POST), cloud(Box("back", (20.0, 0.0), (1.0, 30.0)))
     for _ in range(5):
-        seen.integrate_points(UP, post, 0.0)
+        seen.integrate_points(UP, post, 0.0, 0.0)
     assert clearance(seen.obstacles(), 9.7, 0.0, 5.0) < 0.3
     for _ in range(6):
-        seen.integrate_points(UP, back, 0.0)
+        seen.integrate_points(UP, back, 0.0, 0.0)
     assert clearance(seen.obstacles(), 9.7, 0.0, 5.0) > 5.0
 
 
@@ -328,7 +332,7 @@ def test_the_ground_in_a_cloud_is_no_obstacle() -> None:
     points = cloud(ground)
     assert len(points) > 1000
     for _ in range(5):
-        seen.integrate_points(UP, points, 0.0)
+        seen.integrate_points(UP, points, 0.0, 0.0)
     assert len(seen.obstacles()) == 0
 
 
@@ -336,7 +340,7 @@ def test_points_that_are_not_numbers_are_left_out() -> None:
     seen = ObstacleMap()
     points = np.array([[math.nan, 1.0, 5.0], [3.0, math.inf, 5.0], [6.0, 0.0, 5.0]])
     for _ in range(2):
-        seen.integrate_points(UP, points, 0.0)
-        seen.integrate_points(UP, np.empty((0, 3)), 0.0)
+        seen.integrate_points(UP, points, 0.0, 0.0)
+        seen.integrate_points(UP, np.empty((0, 3)), 0.0, 0.0)
     assert clearance(seen.obstacles(), 6.0, 0.0, 5.0) == 0.0
     assert clearance(seen.obstacles(), 3.0, 0.0, 5.0) > 2.0
