@@ -253,7 +253,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ),
     ParameterSpec(
         "obstacle_map_size_m",
-        80.0,
+        200.0,
         "Side of the square about the vehicle in which sensed obstacles are remembered.",
         10.0,
         400.0,

@@ -62,7 +62,7 @@ class ObstacleConfig:
     scan_topic: str = ""
     points_topic: str = ""
     sensor_pose: SensorPose = field(default_factory=SensorPose)
-    map_size_m: float = 80.0
+    map_size_m: float = 200.0
     cell_m: float = 0.25
 
 

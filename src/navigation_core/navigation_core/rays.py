@@ -36,9 +36,11 @@ _HALF_ANGLE_MAX_RAD = math.radians(5.0)
 _ARC_M = 0.5
 _ARC_SHARE = 0.5
 # Two neighbours that hit at about the same distance, as shares of it and at least in metres,
-# have hit one surface: the arc between them is hit however long it is.
+# have hit one surface: the arc between them is hit, too. Not so where sectors are wider than
+# this: what is said there of the place between two hits is a guess, and a target may be there.
 _SAME_SURFACE = 0.1
 _SAME_SURFACE_M = 0.75
+_SECTOR_MAX_M = 2.5
 _HALF_DIAGONAL = math.sqrt(0.5)
 # Bearings and slopes into which a cloud is sorted, finer than a vehicle is wide within 25 m.
 _CLOUD_STEP_RAD = math.radians(2.0)
@@ -211,6 +213,6 @@ def _goes_on(away: Array, bearing: Array, half_rad: float, side: int) -> Mask:
     """Whether the ray before (1) or after (-1) each touches it and has hit the same surface."""
     aside = np.abs(np.roll(bearing, side) - bearing)
     aside = np.minimum(aside, math.tau - aside)
-    touches = (aside > 0.0) & (aside <= 2.5 * half_rad)
+    touches = (aside > 0.0) & (aside <= 2.5 * half_rad) & (away * 2.0 * half_rad <= _SECTOR_MAX_M)
     near = np.maximum(_SAME_SURFACE * away, _SAME_SURFACE_M)
     return np.asarray(touches & (np.abs(np.roll(away, side) - away) <= near))

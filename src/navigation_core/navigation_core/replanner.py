@@ -22,6 +22,8 @@ from navigation_core.conflicts import Samples, first_conflict
 from navigation_core.geometry import Vector3, distance
 from navigation_core.obstacles import Obstacles
 
+# Less than this is not worth another way: all ways are about as short shortly before the end.
+_GAIN_MIN_M = 1.0
 # A vehicle that has come so far from where it was blocked has had a way meanwhile.
 _AWAY_M = 2.0
 
@@ -160,7 +162,8 @@ class Replanner:
 
     def is_clearly_shorter(self, length_m: float, left_m: float) -> bool:
         """Whether a way is so much shorter than another that it is worth taking."""
-        return length_m < (1.0 - self._rules.elective_gain) * left_m
+        gain_m = max(self._rules.elective_gain * left_m, _GAIN_MIN_M)
+        return length_m < left_m - gain_m
 
     def found(self, place_enu_m: Vector3, now: float) -> None:
         """Take note that another way is flown from now on."""

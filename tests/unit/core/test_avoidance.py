@@ -104,7 +104,9 @@ def test_a_step_flies_the_old_way_and_only_then_another_one_is_thought_of() -> N
     task, vehicle = goto(), hovering()
     task.start(vehicle.observe(), vehicle.now)
     for _ in range(40):
-        vehicle.obey(task.step(vehicle.observe(), vehicle.now))
+        asked = task.step(vehicle.observe(), vehicle.now)
+        assert isinstance(asked, Fly)
+        vehicle.obey(asked)
         task.think(vehicle.observe(), vehicle.now)
         vehicle.advance(0.05)
     straight = task.path_enu_m

@@ -67,6 +67,17 @@ def test_a_front_has_no_holes_at_a_distance_either() -> None:
     assert obstacles.clearance_m(along).max() < 0.4
 
 
+def test_sectors_that_are_wide_at_their_distance_do_not_fill_the_place_between_two_hits() -> None:
+    bearings = np.radians([-2.5, 2.5])
+    directions = np.stack([np.cos(bearings), np.sin(bearings), 0.0 * bearings], axis=1)
+    for away_m, fills in ((20.0, True), (38.0, False)):
+        seen = ObstacleMap()
+        scan = RayScan(UP, directions, np.full(2, away_m), 0.1, 40.0, math.radians(2.5))
+        for _ in range(5):
+            seen.integrate(scan, 0.0)
+        assert (clearance(seen.obstacles(), away_m, 0.0, 5.0) < 0.3) == fills
+
+
 def test_a_thin_post_at_20_m_is_kept() -> None:
     seen = look(THIN_POST, times=2)
     for scans in (1, 10, 30):
