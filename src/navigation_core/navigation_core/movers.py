@@ -43,6 +43,9 @@ _SAME_HEIGHT_M = 1.0
 # Hits that follow one another so near in space, with time as a way at so many m/s, are of one
 # thing. So long, and so many, they are kept.
 _LINK_M, _LINK_M_S, _TRACK_S, _HITS_MAX = 1.5, 3.0, 1.2, 400
+# Hits so near to one in a place that was free are of the same thing, unless something was hit
+# there, so near and so long ago.
+_REST_M, _STOOD_M, _STOOD_S = 0.8, 0.5, 1.2
 # When a line through them is believed.
 _SCANS_MIN, _SPAN_MIN_S, _ERROR_MAX_M_S = 5, 0.4, 0.35
 _SPEED_MIN_M_S, _SPEED_MAX_M_S = 0.3, 4.0
@@ -107,13 +110,13 @@ class Movers:
     def __init__(self) -> None:
         """Start knowing nothing."""
         self._rings: deque[_Ring] = deque()
-        self._hits = np.empty((0, 4))
+        self._hits = np.empty((0, 6))
         self.moving: tuple[Moving, ...] = ()
 
     def clear(self) -> None:
         """Forget everything."""
         self._rings.clear()
-        self._hits = np.empty((0, 4))
+        self._hits = np.empty((0, 6))
         self.moving = ()
 
     def take(self, fan: Fan, has_hit: Mask, origin_enu_m: Vector3, now: float) -> None:
@@ -133,16 +136,22 @@ class Movers:
         while self._rings and now - self._rings[0].time_s > _KEPT_S:
             self._rings.popleft()
         hits = ring.hits()
-        was_free = np.zeros(len(hits), dtype=np.bool_)
+        was_free, stood = np.zeros((2, len(hits)), dtype=np.bool_)
         for old in self._rings:
             if now - old.time_s >= _RECENT_S:
                 was_free |= old.saw_free(hits, ring.origin)
-        self._track(hits[was_free], now)
+            if now - old.time_s >= _STOOD_S:
+                stood |= _near(hits, old.hits(), _STOOD_M)
+        # The rest of it, so that it does not seem to grow.
+        moves = was_free | (_near(hits, hits[was_free], _REST_M) & ~stood)
+        self._track(hits[moves], ring.origin, now)
         if not self._rings or now - self._rings[-1].time_s >= _KEPT_EACH_S:
             self._rings.append(ring)
 
-    def _track(self, hits: Array, now: float) -> None:
-        new = np.column_stack([hits, np.full(len(hits), now)])
+    def _track(self, hits: Array, origin: Array, now: float) -> None:
+        rays = (hits - origin)[:, :2]
+        rays /= np.maximum(np.hypot(rays[:, 0], rays[:, 1]), 1e-9)[:, None]
+        new = np.column_stack([hits, np.full(len(hits), now), rays])
         kept = self._hits[self._hits[:, 3] >= now - _TRACK_S]
         self._hits = np.concatenate([kept, new])[-_HITS_MAX:]
         found = (_fitted(hits, now) for hits in _things(self._hits))
@@ -167,8 +176,14 @@ def _coarse(fan: Fan, has_hit: Mask, origin: Array, now: float) -> _Ring:
     return _Ring(now, origin, fan.bearings_rad[known], slopes, free[known], hit)
 
 
+def _near(places: Array, others: Array, within_m: float) -> Mask:
+    """Whether there is one of some others near places; shapes (N, 3), (M, 3)."""
+    apart = places[:, None, :2] - others[:, :2]
+    return np.asarray(((apart * apart).sum(axis=2) < within_m * within_m).any(axis=1))
+
+
 def _things(hits: Array) -> list[Array]:
-    """Return hits (N, 4: place and time), parted into those that belong together."""
+    """Return hits (N, 6: place, time and ray), parted into those that belong together."""
     if not len(hits):
         return []
     places = np.column_stack([hits[:, :2], _LINK_M_S * hits[:, 3]])
@@ -180,12 +195,19 @@ def _things(hits: Array) -> list[Array]:
 
 
 def _fitted(hits: Array, now: float) -> Moving | None:
-    """Return the motion of hits (N, 4), None if they do not tell it."""
+    """Return the motion of hits (N, 6), None if they do not tell it."""
     times, scan = np.unique(hits[:, 3], return_inverse=True)
     if len(times) < _SCANS_MIN or np.ptp(times) < _SPAN_MIN_S or now - times[-1] > _FRESH_S:
         return None
     counts = np.bincount(scan)
     middles = np.stack([np.bincount(scan, hits[:, k]) / counts for k in (0, 1)], axis=1)
+    # The side that is seen turns as it goes by, so the middle of what is round is followed.
+    rays = np.stack([np.bincount(scan, hits[:, k]) / counts for k in (4, 5)], axis=1)
+    aside = hits[:, 1] * rays[scan, 0] - hits[:, 0] * rays[scan, 1]
+    least, most = np.full(len(times), np.inf), np.full(len(times), -np.inf)
+    np.minimum.at(least, scan, aside)
+    np.maximum.at(most, scan, aside)
+    middles += 0.25 * math.pi * 0.5 * (most - least)[:, None] * rays
     since = times - times.mean()
     spread = float(since @ since)
     velocity = since @ middles / spread
