@@ -21,7 +21,11 @@ from tests.support.ros_flight import new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_set_ups")
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
-FILES = [path for path in sorted(CONFIG.rglob("*.yaml")) if path.parent.name != "worlds"]
+FILES = [
+    path
+    for path in sorted(CONFIG.rglob("*.yaml"))
+    if path.parent.name not in ("worlds", "obstacles")
+]
 
 
 def start(stack: ExitStack, name: str, *command: str) -> Process:
