@@ -73,8 +73,8 @@ def test_sectors_that_are_wide_at_their_distance_do_not_fill_the_place_between_t
     for away_m, fills in ((20.0, True), (38.0, False)):
         seen = ObstacleMap()
         scan = RayScan(UP, directions, np.full(2, away_m), 0.1, 40.0, math.radians(2.5))
-        for _ in range(5):
-            seen.integrate(scan, 0.0)
+        for number in range(5):
+            seen.integrate(scan, 0.0, 0.1 * number)
         assert (clearance(seen.obstacles(), away_m, 0.0, 5.0) < 0.3) == fills
 
 
