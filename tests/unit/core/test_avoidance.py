@@ -483,6 +483,24 @@ def test_the_waypoints_of_a_route_are_reached_around_obstacles() -> None:
     assert reached == sorted(reached)
 
 
+def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> None:
+    vehicle = hovering()
+    vehicle.obstacles = Obstacles.of(
+        (
+            Box("east", (150.0, 0.0), (1.0, 80.0)),
+            Box("west", (-20.0, 0.0), (1.0, 80.0)),
+            Box("north", (65.0, 40.0), (171.0, 1.0)),
+            Box("south", (65.0, -40.0), (171.0, 1.0)),
+        )
+    )
+    points = tuple(RouteWaypoint((20.0 * k, 0.0, 5.0), 2.0) for k in range(1, 11))
+    watched = Watched(FlyRoute(points, 1, CONFIG, avoidance=AVOIDANCE), vehicle)
+    outcome = watched.fly().outcome
+    assert outcome.code is OutcomeCode.NO_PATH
+    assert watched.nearest_m > 15.0
+    assert Status.BLOCKED in watched.statuses
+
+
 def test_a_long_route_is_planned_on_in_flight_without_a_stop() -> None:
     waypoints = tuple(RouteWaypoint((20.0 * k, 5.0 * (k % 2), 5.0), 2.0) for k in range(1, 16))
     vehicle, task = hovering(), FlyRoute(waypoints, 1, CONFIG, avoidance=AVOIDANCE)

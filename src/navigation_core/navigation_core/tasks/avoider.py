@@ -111,7 +111,9 @@ class Avoider:
         It may take as long as a setpoint has until the next. While a search goes on, the old way
         is flown, and the brake watches.
         """
-        self._plan_on(observation)
+        self._plan_on(observation, now)
+        if self._replanner.state is State.BLOCKED:
+            return
         searching = self._replanner.state is State.REPLANNING
         decision = Decision.REPLAN if searching else self._check(observation, now)
         if decision is Decision.REPLAN:
@@ -215,8 +217,8 @@ class Avoider:
             now,
         )
 
-    def _plan_on(self, observation: Observation) -> None:
-        """Plan the rest of a long way before it gets there; a failure is found as a conflict."""
+    def _plan_on(self, observation: Observation, now: float) -> None:
+        """Plan the rest of a long way before it gets there, or stop where its plan ends."""
         way, carrot = self._flight.way, self._flight.carrot
         if way is None or carrot is None or carrot.time_s < way.extend_s:
             return
@@ -226,11 +228,16 @@ class Avoider:
         near = next_m < _AHEAD_S * norm(carrot.state.velocity_enu_m_s)
         if (turns or near) and carrot.time_s < way.extend_s + _PATIENCE_S:
             return
-        onward = self._flight.find_way(observation, under_way=True)
+        last_moment = carrot.time_s > float(way.samples.times_s[-1]) - _PLAN_ON_S
+        onward = self._flight.find_way(
+            observation, under_way=True, attempt=None if last_moment else 0
+        )
         if isinstance(onward, Way):
             self._flight.take(onward)
+        elif last_moment and isinstance(onward, NoWay):
+            self._stop(observation, now, onward.reason)
         else:
-            self._flight.way = replace(way, extend_s=way.extend_s + _PLAN_ON_S)
+            self._flight.way = replace(way, extend_s=carrot.time_s + _PLAN_ON_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
         """Return the length of the straight way through what is left of the points."""
