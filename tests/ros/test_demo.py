@@ -38,7 +38,7 @@ def true_clearance_m(log: Path, world: Path) -> float:
     return nearest_m
 
 
-@pytest.mark.timeout(200)
+@pytest.mark.timeout(230)
 @pytest.mark.parametrize(
     ("vehicle", "goal_enu_m"),
     [
@@ -53,7 +53,7 @@ def test_the_demo_goes_round_what_the_server_does_not_know_and_shows_it(
     words = ["python", "-m", "drone_navigation.demo", "--vehicle", vehicle, "--out", str(out)]
     demo = Process("demo", words)
     try:
-        assert demo.wait(150.0) == 0, demo.text
+        assert demo.wait(190.0) == 0, demo.text
     finally:
         demo.stop()
     assert "SUCCESS: " in demo.text

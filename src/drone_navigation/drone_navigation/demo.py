@@ -29,7 +29,7 @@ from drone_navigation.processes import (
 EXIT_OK = 0
 EXIT_FAILED = 1
 _READY_TIMEOUT_S = 20.0
-_FLIGHT_TIMEOUT_S = 120.0
+_FLIGHT_TIMEOUT_S = 160.0
 _FILES = Path("bridge_config")
 
 

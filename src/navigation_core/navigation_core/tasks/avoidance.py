@@ -33,8 +33,8 @@ class AvoidanceConfig:
         retry_s: time between two searches for a way while there is none.
         elective_s: least time between two looks for a shorter way while the present one is sound.
         elective_gain: share by which a way must be shorter to be taken instead of a sound one.
-        emergency_factor: so much harder than a flight's own limits may what flies brake and give
-            way when those limits would not do.
+        emergency_factor: so much harder than a flight's own limits may a vehicle brake and give way
+            when those limits would not do.
         give_way_reach_m: how far the vehicle goes out of the way of what comes near.
     """
 

@@ -35,8 +35,7 @@ class WayOut:
         self._config = config
         self._traits = traits
         self._limits = limits
-        factor = config.emergency_factor if traits.flies else 1.0
-        self._emergency_limits = _harder(limits, factor)
+        self._emergency_limits = _harder(limits, config.emergency_factor)
 
     def stop(self, start: KinematicState, obstacles: Obstacles) -> Way:
         """Return the way of a brake: an emergency's if the usual one leads too near to something.
