@@ -118,13 +118,13 @@ def test_only_a_px4_multicopter_takes_an_acceleration_for_a_push() -> None:
         assert not profile.acceleration_is_push
 
 
-def test_a_push_never_leans_the_vehicle_farther_than_thirty_degrees() -> None:
+def test_a_push_never_leans_the_vehicle_farther_than_36_degrees() -> None:
     drag = Drag()
     drag.per_s = 1.2
     fast = SetpointNed((0.0, 0.0, -5.0), (12.0, -9.0, 1.0), (4.0, -3.0, 0.5), 0.0, None)
     push = drag.added_to(fast).acceleration_ned_m_s2
     assert push is not None
-    assert math.hypot(push[0], push[1]) == pytest.approx(5.6)
+    assert math.hypot(push[0], push[1]) == pytest.approx(7.0)
     assert push[0] / push[1] == pytest.approx(-4.0 / 3.0)
-    assert math.degrees(math.atan(5.6 / _GRAVITY_M_S2)) < 30.0
+    assert math.degrees(math.atan(7.0 / _GRAVITY_M_S2)) < 36.0
     assert push[2] == 0.5
