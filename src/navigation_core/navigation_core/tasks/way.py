@@ -164,7 +164,7 @@ class WayPlanner:
                     continue
                 lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
                 if isinstance(lines, NoPath):
-                    reason = f"No way that keeps {needed_m:g} m to all obstacles: {lines.reason}"
+                    reason = lines.reason
                     continue
                 tries = min(left, _TRIES_MAX)
                 way = self._fly(state, begin, lines, obstacles, tries)
