@@ -22,6 +22,7 @@ import psutil
 import yaml
 
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from tests.bench.rows import row
 from tests.bench.stamping_relay import Relay
 
 PERIOD_MS = 50.0
@@ -72,35 +73,35 @@ def measures() -> list[dict[str, Any]]:
     name = "Interval of setpoints while planning around obstacles"
     share, reference = avoiding.core_share, "avoid_obstacles false"
     return [
-        _row(
+        row(
             f"{name}, longest",
             (avoiding.longest_ms, "ms"),
             (reference, straight.longest_ms),
             f"< {longest_ms:.0f} ms",
             avoiding.longest_ms < longest_ms,
         ),
-        _row(
+        row(
             f"{name}, 99th percentile",
             (avoiding.late_ms, "ms"),
             (reference, straight.late_ms),
             f"< {LATE_MS:g} ms",
             avoiding.late_ms < LATE_MS,
         ),
-        _row(
+        row(
             f"{name}, median",
             (avoiding.median_ms, "ms"),
             (reference, straight.median_ms),
             f"{PERIOD_MS:g} ms, within 5 %",
             abs(avoiding.median_ms - PERIOD_MS) < 0.05 * PERIOD_MS,
         ),
-        _row(
+        row(
             "Replans in that flight",
             (float(avoiding.replans), "1"),
             (reference, float(straight.replans)),
             f">= {REPLANS_MIN}",
             avoiding.replans >= REPLANS_MIN,
         ),
-        _row(
+        row(
             "Processor time of the server in that flight",
             (1e3 * share, "ms/s"),
             (reference, 1e3 * straight.core_share),
@@ -108,21 +109,6 @@ def measures() -> list[dict[str, Any]]:
             share < 0.5,
         ),
     ]
-
-
-def _row(
-    name: str, value: tuple[float, str], reference: tuple[str, float], goal: str, met: bool
-) -> dict[str, Any]:
-    return {
-        "name": name,
-        "value": value[0],
-        "unit": value[1],
-        "reference": reference[0],
-        "reference_value": reference[1],
-        "ratio": value[0] / reference[1] if reference[1] else None,
-        "goal": goal,
-        "met": met,
-    }
 
 
 # --- the wood ----------------------------------------------------------------------------

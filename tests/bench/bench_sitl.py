@@ -23,6 +23,7 @@ import matplotlib as mpl
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
+from tests.bench.rows import row
 from tests.support.hostile_frames import frames
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,21 +55,21 @@ def measures() -> list[dict[str, Any]]:
         _speed("Simulated ArduPilot copter with usual streams", one, ONE_GOAL),
         _speed("Simulated PX4 copter with its own streams", px4, ONE_GOAL),
         _speed("1,000 copters with four streams at 4 Hz", many, MANY_GOAL),
-        _row(
+        row(
             "Memory of 1,000 copters",
             (many["memory_mb"], "MB"),
             ("one copter", alone["memory_mb"]),
             f"< {MEMORY_GOAL_MB:g} MB",
             many["memory_mb"] < MEMORY_GOAL_MB,
         ),
-        _row(
+        row(
             "Processor time of each of 1,000 copters per simulated second",
             (each_ms, "ms"),
             ("one copter alone", alone_ms),
             "< 1 x the reference",
             each_ms < alone_ms,
         ),
-        _row(
+        row(
             f"Hostile frames per second into a copter that answers after {FUZZ_FRAMES:,}",
             (rate, "1/s"),
             ("pymavlink parsing the same", parsed),
@@ -81,22 +82,7 @@ def measures() -> list[dict[str, Any]]:
 def _speed(name: str, found: dict[str, float], goal: float) -> dict[str, Any]:
     value, reference = (found["speed"], "x"), (PACKING, found["packing_speed"])
     title = f"{name}, times real time"
-    return _row(title, value, reference, f">= {goal:g} x", found["speed"] >= goal)
-
-
-def _row(
-    name: str, value: tuple[float, str], reference: tuple[str, float], goal: str, met: bool
-) -> dict[str, Any]:
-    return {
-        "name": name,
-        "value": value[0],
-        "unit": value[1],
-        "reference": reference[0],
-        "reference_value": reference[1],
-        "ratio": value[0] / reference[1],
-        "goal": goal,
-        "met": met,
-    }
+    return row(title, value, reference, f">= {goal:g} x", found["speed"] >= goal)
 
 
 def _in_a_process(autopilot: str, count: int, streams: str) -> dict[str, float]:

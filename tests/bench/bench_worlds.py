@@ -35,6 +35,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
 from navigation_core import planner
 from navigation_core.planner import PlanLimits
+from tests.bench.rows import row
 from tests.support.random_worlds import CLEARANCE_M, World, random_world
 from tests.support.world_flights import Flown, fly
 
@@ -171,43 +172,43 @@ def _rows(results: list[Result]) -> list[dict[str, Any]]:
     unended = sum(not r.flown.code for r in results)
     worlds = f"{count} random worlds"
     return [
-        _row(f"Avoidable hits in {worlds}", (hits, "1"), ("flights", count), "0", hits == 0),
-        _row(
+        row(f"Avoidable hits in {worlds}", (hits, "1"), ("flights", count), "0", hits == 0),
+        row(
             f"Least distance to a true obstacle in {worlds}",
             (min(nearest, default=math.inf), "m"),
             ("radius of the vehicle", RADIUS_M),
             f">= {RADIUS_M:g} m, but for hits that could not be avoided",
             hits == 0,
         ),
-        _row(
+        row(
             "Flights that reach the goal where there is a way",
             (len(arrived), "1"),
             ("worlds with a way", len(ways)),
             f">= {SUCCESS_GOAL:g} x the reference",
             len(arrived) >= SUCCESS_GOAL * len(ways),
         ),
-        _row(
+        row(
             "Flights that end with NO_PATH where there is none",
             (len(told), "1"),
             ("worlds without a way", len(closed)),
             "all",
             len(told) == len(closed),
         ),
-        _row(
+        row(
             "Flights that do not end",
             (unended, "1"),
             ("flights", count),
             "0",
             unended == 0,
         ),
-        _row(
+        row(
             "Way flown through unknown worlds, median",
             (statistics.median(longer) if longer else 0.0, "x"),
             ("way planned with all known", 1.0),
             f"<= {LENGTH_GOAL:g} x",
             bool(longer) and statistics.median(longer) <= LENGTH_GOAL,
         ),
-        _row(
+        row(
             "Replans in a flight that arrives, mean",
             (statistics.fmean(replans) if replans else 0.0, "1"),
             ("most", max(replans, default=0)),
@@ -217,31 +218,17 @@ def _rows(results: list[Result]) -> list[dict[str, Any]]:
     ]
 
 
-def _row(
-    name: str, value: tuple[float, str], reference: tuple[str, float], goal: str, met: bool
-) -> dict[str, Any]:
-    return {
-        "name": name,
-        "value": value[0],
-        "unit": value[1],
-        "reference": reference[0],
-        "reference_value": reference[1],
-        "ratio": value[0] / reference[1] if reference[1] else None,
-        "goal": goal,
-        "met": met,
-    }
-
-
 def main() -> int:
     """Fly through a number of worlds and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--worlds", type=int, default=ALL_WORLDS, metavar="N")
     rows = measures(parser.parse_args().worlds)
-    for row in rows:
-        print(f"{row['name']}: {row['value']:.4g} {row['unit']}", end="")
-        print(f" ({row['reference']}: {row['reference_value']:.4g}); goal {row['goal']}:", end="")
-        print(" met" if row["met"] else " MISSED")
-    return 0 if all(row["met"] for row in rows) else 1
+    for found in rows:
+        reference = f"{found['reference']}: {found['reference_value']:.4g}"
+        verdict = "met" if found["met"] else "MISSED"
+        print(f"{found['name']}: {found['value']:.4g} {found['unit']} ({reference}); ", end="")
+        print(f"goal {found['goal']}: {verdict}")
+    return 0 if all(found["met"] for found in rows) else 1
 
 
 if __name__ == "__main__":
