@@ -200,6 +200,34 @@ class OperationFinished:
     reason: str
 
 
+class StationAct(enum.Enum):
+    """What somebody else made, or asked, the autopilot to do."""
+
+    CLEARED_MISSION = "cleared the mission"
+    REPLACED_MISSION = "uploaded another mission"
+    PAUSED = "paused the vehicle"
+    CONTINUED = "let the vehicle go on"
+    CHANGED_MODE = "changed the mode"
+
+
+@dataclass(frozen=True)
+class StationActed:
+    """Somebody else on the MAVLink network took part in flying the vehicle.
+
+    Attributes:
+        act: what was done.
+        station: MAVLink system and component id of who did it; None when nobody was seen to do
+            it and only MISSION_CURRENT shows that it was done.
+        how: the message for people, for example "MISSION_CLEAR_ALL" or "DO_PAUSE_CONTINUE 0".
+        mode: custom_mode that was asked for, for `CHANGED_MODE`; else None.
+    """
+
+    act: StationAct
+    station: tuple[int, int] | None
+    how: str
+    mode: int | None = None
+
+
 VehicleEvent: TypeAlias = (
     VehicleDiscovered
     | ModeChanged
@@ -214,6 +242,7 @@ VehicleEvent: TypeAlias = (
     | StatusTextReceived
     | StreamClosed
     | OperationFinished
+    | StationActed
     | RangesMeasured
     | RangesRefused
 )
