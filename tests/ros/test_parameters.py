@@ -87,6 +87,9 @@ def test_a_whole_number_is_taken_for_a_float(make_node: MakeNode) -> None:
         ({"setpoint_rate_hz": "fast"}, "setpoint_rate_hz"),
         ({"target_system": 300}, "target_system"),
         ({"arming": "maybe"}, "arming"),
+        ({"vehicles": "a"}, "vehicles"),
+        ({"vehicles": ["a", "a"]}, "vehicles"),
+        ({"gcs_links": [14550]}, "gcs_links"),
     ],
 )
 def test_what_cannot_be_used_is_refused_by_name(
@@ -94,6 +97,12 @@ def test_what_cannot_be_used_is_refused_by_name(
 ) -> None:
     with pytest.raises(ConfigurationError, match=named):
         declare_parameters(make_node(**values), simulator=True)
+
+
+@pytest.mark.parametrize("given", [[], [""], ["a", "b"]])
+def test_a_list_of_texts_may_be_empty(make_node: MakeNode, given: list[str]) -> None:
+    values = declare_parameters(make_node(vehicles=given), simulator=True)
+    assert values["vehicles"] == [name for name in given if name]
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from argparse import ArgumentParser
@@ -122,7 +123,7 @@ def test_every_parameter_is_documented_with_its_default() -> None:
     expected = {
         spec.name: f"{spec.default:g}"
         if isinstance(spec.default, (int, float))
-        else f'"{spec.default}"'
+        else json.dumps(spec.default)
         for spec in PARAMETERS
     }
     assert rows == expected

@@ -10,20 +10,36 @@ from pathlib import Path
 import yaml
 
 from drone_navigation.known_obstacles import KnownObstacles, ObstaclesError, read_obstacles
-from drone_navigation.parameter_table import PARAMETERS, SPECS, ParameterValue
+from drone_navigation.parameter_table import PARAMETERS, ParameterValue
+from drone_navigation.parameter_values import (
+    ConfigurationError,
+    check_links_apart,
+    check_value,
+    texts,
+)
 from drone_navigation.sensor_pose import SensorPose, SensorPoseError
-from drone_navigation.settings import BatteryPolicy, BridgeConfig, ObstacleConfig, SafetyConfig
+from drone_navigation.settings import (
+    BatteryPolicy,
+    BridgeConfig,
+    ObstacleConfig,
+    SafetyConfig,
+    StationPause,
+)
 from mavlink_vehicle.vehicle import VehicleConfig
 from navigation_core.safety import FlightVolume
 from navigation_core.tasks.goto import GotoConfig
 from navigation_core.trajectory import Limits
 
+__all__ = [
+    "ConfigurationError",
+    "ServerConfig",
+    "check_value",
+    "make_config",
+    "read_parameter_file",
+]
+
 _Number = Callable[[str], float]
 _Text = Callable[[str], str]
-
-
-class ConfigurationError(ValueError):
-    """A parameter has a value that cannot be used; the sentence says which and what to do."""
 
 
 # MAV_TYPE_GCS and MAV_TYPE_ONBOARD_CONTROLLER (common.xml); None leaves it to the profile.
@@ -42,42 +58,18 @@ class ServerConfig:
         record_tlog: path of the recording, or None.
         vehicle: settings of the MAVLink side.
         bridge: settings of the goals.
+        vehicles: names of the vehicles; none: one vehicle without a namespace.
+        gcs_links: links to ground stations.
+        signing_key_file: path of the key of MAVLink 2 signing, or None.
     """
 
     link_url: str
     record_tlog: str | None
     vehicle: VehicleConfig
     bridge: BridgeConfig
-
-
-def check_value(name: str, value: ParameterValue) -> None:
-    """Check one value against its spec.
-
-    Raises:
-        ConfigurationError: unknown name, wrong type or out of range.
-    """
-    spec = SPECS.get(name)
-    if spec is None:
-        raise ConfigurationError(
-            f"There is no parameter '{name}'; `navigation_server --help` lists them."
-        )
-    if isinstance(spec.default, str):
-        if not isinstance(value, str):
-            raise ConfigurationError(f"Parameter {name} must be text, not {value!r}.")
-        if spec.choices is not None and value not in spec.choices:
-            raise ConfigurationError(
-                f"Parameter {name} is '{value}'; it must be one of {', '.join(spec.choices)}."
-            )
-        return
-    if isinstance(value, (bool, str)):
-        raise ConfigurationError(f"Parameter {name} must be a number, not {value!r}.")
-    if isinstance(spec.default, int) and not isinstance(value, int):
-        raise ConfigurationError(f"Parameter {name} must be a whole number, not {value!r}.")
-    low, high = spec.minimum, spec.maximum
-    if not (low is None or value >= low) or not (high is None or value <= high):
-        raise ConfigurationError(
-            f"Parameter {name} is {value}; it must be between {low:g} and {high:g}."
-        )
+    vehicles: tuple[str, ...] = ()
+    gcs_links: tuple[str, ...] = ()
+    signing_key_file: str | None = None
 
 
 def read_parameter_file(path: Path, node_name: str) -> dict[str, ParameterValue]:
@@ -123,7 +115,9 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
     merged.update(values)
 
     def number(name: str) -> float:
-        return float(merged[name])
+        value = merged[name]
+        assert isinstance(value, (int, float)), name
+        return float(value)
 
     def text(name: str) -> str:
         return str(merged[name])
@@ -142,11 +136,16 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
         # The other way round, silence would be taken for something else than a lost link.
         if number(name) <= number("heartbeat_timeout_s"):
             raise ConfigurationError(f"Parameter {name} must be above heartbeat_timeout_s.")
+    gcs_links = texts(merged["gcs_links"])
+    check_links_apart(text("link_url"), gcs_links)
     return ServerConfig(
         link_url=text("link_url"),
         record_tlog=text("record_tlog") or None,
         vehicle=_vehicle_config(number, text),
         bridge=_bridge_config(number, text),
+        vehicles=texts(merged["vehicles"]),
+        gcs_links=gcs_links,
+        signing_key_file=text("signing_key_file") or None,
     )
 
 
@@ -207,6 +206,7 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
             battery_endurance_s=number("battery_endurance_s"),
         ),
         obstacles=_obstacle_config(number, text),
+        on_station_pause=StationPause(text("on_station_pause")),
     )
 
 

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 __all__ = ["FIXED", "PARAMETERS", "SPECS", "ParameterSpec", "ParameterValue"]
 
-ParameterValue: TypeAlias = bool | int | float | str
+ParameterValue: TypeAlias = bool | int | float | str | list[str]
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,24 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "udpin://127.0.0.1:14550",
         "MAVLink link to the autopilot, as MAVSDK or pymavlink write it: udpin://HOST:PORT, "
         "udpout://HOST:PORT, tcp://HOST:PORT, serial:///dev/NAME:BAUD.",
+    ),
+    ParameterSpec(
+        "vehicles",
+        [],
+        "Names of the vehicles, each a namespace of ROS with a navigation_server node and settings "
+        "of its own; empty: one vehicle, without a namespace.",
+    ),
+    ParameterSpec(
+        "gcs_links",
+        [],
+        "Links to ground stations, written like link_url; what vehicles and ground stations send "
+        "each other is passed on.",
+    ),
+    ParameterSpec(
+        "signing_key_file",
+        "",
+        "Path of the key of MAVLink 2 signing; empty: nothing is signed, and unsigned commands "
+        "are taken.",
     ),
     ParameterSpec(
         "record_tlog",
@@ -79,6 +97,13 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "replace",
         "What happens to a goal that is active when a new one comes: replace or reject the new.",
         choices=("replace", "reject"),
+    ),
+    ParameterSpec(
+        "on_station_pause",
+        "cancel",
+        "What a pause by a ground station is to the active goal: cancel (its end) or pause (until "
+        "the ground station lets it go on).",
+        choices=("cancel", "pause"),
     ),
     ParameterSpec(
         "setpoint_rate_hz", 20.0, "Rate of SET_POSITION_TARGET_LOCAL_NED while flying.", 2.0, 100.0
@@ -268,6 +293,9 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
 FIXED = frozenset(
     {
         "link_url",
+        "vehicles",
+        "gcs_links",
+        "signing_key_file",
         "record_tlog",
         "target_system",
         "source_component",

@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter
 
 from drone_navigation.configuration import ConfigurationError, ServerConfig, make_config
 from drone_navigation.parameter_table import FIXED, PARAMETERS, SPECS, ParameterSpec, ParameterValue
+from drone_navigation.parameter_values import texts
 
 _IMPLICIT = {"use_sim_time", "start_type_description_service"}
 
@@ -82,6 +83,11 @@ def _declare(node: Node, spec: ParameterSpec) -> ParameterValue:
         # `speed:=3` on a command line is an integer for ROS; a person means 3.0.
         node._parameter_overrides.pop(spec.name)
         return _declared(node, spec, float(override.value), descriptor)
+    if isinstance(spec.default, list):
+        # For rclpy an empty list is one of bytes; a list with an empty text stands for it.
+        if override is not None and override.value in ([], None):
+            node._parameter_overrides.pop(spec.name)
+        return list(texts(_declared(node, spec, [""], descriptor)))
     return _declared(node, spec, spec.default, descriptor)
 
 
@@ -109,6 +115,8 @@ def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
             descriptor.floating_point_range = [
                 FloatingPointRange(from_value=spec.minimum, to_value=spec.maximum, step=0.0)
             ]
+    elif isinstance(spec.default, list):
+        descriptor.type = ParameterType.PARAMETER_STRING_ARRAY
     elif isinstance(spec.default, int):
         descriptor.type = ParameterType.PARAMETER_INTEGER
         if spec.minimum is not None and spec.maximum is not None:

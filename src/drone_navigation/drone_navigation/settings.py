@@ -20,6 +20,15 @@ class BatteryPolicy(Enum):
     IGNORE = "ignore"
 
 
+class StationPause(Enum):
+    """What a pause by a ground station is to the active goal."""
+
+    CANCEL = "cancel"
+    """The goal's end."""
+    PAUSE = "pause"
+    """A pause of the goal, which the ground station may end."""
+
+
 @dataclass(frozen=True)
 class SafetyConfig:
     """What is watched beside the flight itself.
@@ -80,6 +89,7 @@ class BridgeConfig:
         speed_max_m_s: highest ground speed ever flown.
         safety: what is watched beside the flight itself.
         obstacles: how obstacles are seen and avoided.
+        on_station_pause: what a pause by a ground station is to the active goal.
     """
 
     goto: GotoConfig
@@ -91,3 +101,4 @@ class BridgeConfig:
     speed_max_m_s: float
     safety: SafetyConfig = SafetyConfig()
     obstacles: ObstacleConfig = field(default_factory=ObstacleConfig)
+    on_station_pause: StationPause = StationPause.CANCEL

@@ -121,6 +121,8 @@ def test_the_server_speaks_as_what_it_is_told_to() -> None:
 
 
 def _bad_values(spec: ParameterSpec) -> list[ParameterValue]:
+    if isinstance(spec.default, list):
+        return ["text", 3, True, ["no/token/nor:link"], ["a b"]]
     if isinstance(spec.default, str):
         return [3, *(["nonsense"] if spec.choices else [])]
     bad: list[ParameterValue] = ["text", True, math.nan]
@@ -160,3 +162,41 @@ def test_contradictions_and_unknown_names_are_refused(
 ) -> None:
     with pytest.raises(ConfigurationError, match=name):
         make_config(values)
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (["a", "b", "a"], "'a' twice"),
+        (["2a"], "'2a' cannot be a namespace"),
+        (["a", "b-c"], "'b-c' cannot be a namespace"),
+        (["/a"], "'/a' cannot be a namespace"),
+        (["a__b"], "'a__b' cannot be a namespace"),
+        (["x" * 65], "up to 64 letters"),
+    ],
+)
+def test_a_vehicle_has_a_name_of_its_own_that_can_be_a_namespace(
+    names: list[str], said: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=f"vehicles.*{said}"):
+        make_config({"vehicles": names})
+
+
+@pytest.mark.parametrize(
+    ("urls", "said"),
+    [
+        (["udpin://127.0.0.1:14551", "udpin:127.0.0.1:14551"], "twice"),
+        (["nonsense"], "'nonsense' is not a link"),
+        (["tlog:flight.tlog"], "recording"),
+        (["udpin:127.0.0.1:14550"], "the vehicle's link"),
+    ],
+)
+def test_a_ground_station_has_a_link_of_its_own(urls: list[str], said: str) -> None:
+    with pytest.raises(ConfigurationError, match=f"gcs_links.*{said}"):
+        make_config({"gcs_links": urls})
+
+
+def test_empty_texts_of_a_list_are_none_at_all() -> None:
+    config = make_config({"vehicles": [""], "gcs_links": ["", "udpin://127.0.0.1:14551"]})
+    assert config.vehicles == ()
+    assert config.gcs_links == ("udpin://127.0.0.1:14551",)
