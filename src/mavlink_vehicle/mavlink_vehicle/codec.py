@@ -7,7 +7,8 @@ class to that) for about a third of the time.
 Whatever comes from outside, `Codec.decode` does not raise. Garbage, damaged frames and
 messages that the dialect does not know are skipped and counted. MAVLink 2 rules are kept:
 truncated payloads are filled with zeros, and fields that a newer dialect appended are ignored
-(https://mavlink.io/en/guide/serialization.html).
+(https://mavlink.io/en/guide/serialization.html). With a key, what isn't signed with it, or was
+heard before, is dropped and counted (see `signing`).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pymavlink.dialects.v20 import all as mavlink
 
 from mavlink_vehicle.errors import MessageError
 from mavlink_vehicle.message_layout import MessageLayout
+from mavlink_vehicle.signing import SIGNATURE_SIZE, Signing, Verdict
 
 __all__ = [
     "Codec",
@@ -42,8 +44,11 @@ _HEADER_2 = struct.Struct("<BBBBBBBHB")
 _HEADER_SIZE_1 = 6
 _HEADER_SIZE_2 = 10
 _CHECKSUM_SIZE = 2
-_SIGNATURE_SIZE = 13
 _FLAG_SIGNED = 0x01
+_MAY_BE_UNSIGNED = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
+"""Telemetry radios hold no key; the specification lets this pass."""
+_KEPT_SECRET = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+"""Holds the key: the specification wants it in no recording and never forwarded."""
 
 _Header = mavlink.MAVLink_header
 _new = object.__new__
@@ -139,6 +144,9 @@ class CodecStatistics:
         unknown: well-formed frames with a message id that the dialect lacks.
         bytes_dropped: bytes that belong to no frame.
         lost: frames missing by the gaps of the sequence numbers, per (system, component).
+        unsigned: frames that were dropped because they bear no signature.
+        badly_signed: frames that were dropped because their signature is of another key.
+        replayed: frames that were dropped because they are rightly signed but not new.
     """
 
     frames: int = 0
@@ -146,6 +154,9 @@ class CodecStatistics:
     unknown: int = 0
     bytes_dropped: int = 0
     lost: dict[tuple[int, int], int] = field(default_factory=dict)
+    unsigned: int = 0
+    badly_signed: int = 0
+    replayed: int = 0
 
     @property
     def lost_total(self) -> int:
@@ -163,11 +174,20 @@ class Codec:
     Attributes:
         statistics: what was met so far.
         frame_observer: called with the raw bytes of each frame that was received, known to
-            the dialect or not; a recorder goes here.
+            the dialect or not, SETUP_SIGNING excepted; a recorder goes here.
     """
 
-    def __init__(self, source_system: int, source_component: int) -> None:
-        """Say as whom `encode` sends: MAVLink system and component id, 1 to 255."""
+    def __init__(
+        self, source_system: int, source_component: int, signing: Signing | None = None
+    ) -> None:
+        """Say as whom `encode` sends, and with which key.
+
+        Args:
+            source_system: MAVLink system id, 1 to 255.
+            source_component: MAVLink component id, 1 to 255.
+            signing: shared by all codecs of a server: what is sent is signed and what is
+                received must be. None: nothing is signed, and signatures aren't looked at.
+        """
         for what, number in (("system", source_system), ("component", source_component)):
             if not 1 <= number <= 255:
                 raise MessageError(f"A MAVLink {what} id is 1 to 255, not {number}.")
@@ -176,6 +196,11 @@ class Codec:
         self._source = (source_system, source_component)
         self._carry = b""
         self._packer = mavlink.MAVLink(None)
+        self._signing = signing
+        if signing is not None:
+            self._packer.signing.secret_key = signing.key
+            self._packer.signing.sign_outgoing = True
+            self._packer.signing.link_id = signing.new_link_id()
         self._next_sequence: dict[tuple[int, int], int] = {}
         self._last_sequence: dict[tuple[int, int], int] = {}
 
@@ -192,6 +217,8 @@ class Codec:
         packer = self._packer
         packer.srcSystem, packer.srcComponent = source
         packer.seq = self._next_sequence.get(source, 0)
+        if self._signing is not None:
+            packer.signing.timestamp = self._signing.next_timestamp()
         try:
             frame: bytes = message.pack(packer)
         except (struct.error, TypeError, ValueError) as error:
@@ -246,20 +273,22 @@ class Codec:
         if flags & ~_FLAG_SIGNED:
             return 0  # the specification: drop frames with flags one doesn't know
         checksum = body + length
-        stop = checksum + (_CHECKSUM_SIZE + _SIGNATURE_SIZE if flags else _CHECKSUM_SIZE)
+        stop = checksum + (_CHECKSUM_SIZE + SIGNATURE_SIZE if flags else _CHECKSUM_SIZE)
         if stop > end:
             return -1
         layout = _LAYOUTS.get(number)
         if layout is None:
-            return self._unknown(buffer, start, stop, end)
+            return self._unknown(buffer, start, stop, end, number, flags)
         crc = buffer[checksum] | buffer[checksum + 1] << 8
         if _crc(buffer[start + 1 : checksum] + layout.crc_extra) != crc:
             self.statistics.bad_crc += 1
             return 0
+        frame = buffer[start:stop]
+        if self._signing is not None and not self._trust(self._signing, frame, number, flags):
+            return int(stop - start)
         payload = buffer[body:checksum]
         if length != layout.size:
             payload = payload[: layout.size].ljust(layout.size, b"\x00")
-        frame = buffer[start:stop]
         attributes = layout.fields(payload)
         attributes["_msgbuf"] = frame
         attributes["_crc"] = crc
@@ -270,23 +299,33 @@ class Codec:
         message.__dict__ = attributes
         messages.append(message)
         self.statistics.frames += 1
-        self._track(system, component, sequence)
-        if self.frame_observer is not None:
-            self.frame_observer(frame)
+        self._note(frame, number, system, component, sequence)
         return int(stop - start)
 
-    def _unknown(self, buffer: bytes, start: int, stop: int, end: int) -> int:
+    def _trust(self, signing: Signing, frame: bytes, number: int, flags: int) -> bool:
+        """Tell whether the frame may be believed; one that may not is counted."""
+        if not flags:
+            trusted: bool = number == _MAY_BE_UNSIGNED
+            self.statistics.unsigned += not trusted
+            return trusted
+        verdict = signing.check(frame)
+        self.statistics.badly_signed += verdict is Verdict.WRONG
+        self.statistics.replayed += verdict is Verdict.REPLAYED
+        return verdict is Verdict.GOOD
+
+    def _unknown(
+        self, buffer: bytes, start: int, stop: int, end: int, number: int, flags: int
+    ) -> int:
         """Step over a frame whose checksum can't be checked, if what follows looks right."""
         if stop < end and buffer[stop] not in (_MAGIC_1, _MAGIC_2):
             return 0
+        frame = buffer[start:stop]
+        if self._signing is not None and not self._trust(self._signing, frame, number, flags):
+            return stop - start
         self.statistics.unknown += 1
-        if self.frame_observer is not None:
-            self.frame_observer(buffer[start:stop])
         version_2 = buffer[start] == _MAGIC_2
-        sequence, system, component = (
-            buffer[start + 4 : start + 7] if version_2 else (buffer[start + 2 : start + 5])
-        )
-        self._track(system, component, sequence)
+        sequence, system, component = frame[4:7] if version_2 else frame[2:5]
+        self._note(frame, number, system, component, sequence)
         return stop - start
 
     def _starts_a_frame(self, buffer: bytes, start: int, end: int) -> bool:
@@ -309,8 +348,10 @@ class Codec:
         expected = buffer[checksum] | buffer[checksum + 1] << 8
         return bool(_crc(buffer[start + 1 : checksum] + layout.crc_extra) == expected)
 
-    def _track(self, system: int, component: int, sequence: int) -> None:
-        """Count what is missing between two frames of a source (late ones not twice)."""
+    def _note(self, frame: bytes, number: int, system: int, component: int, sequence: int) -> None:
+        """Show the frame around, and count what is missing before it (late ones not twice)."""
+        if self.frame_observer is not None and number != _KEPT_SECRET:
+            self.frame_observer(frame)
         source = (system, component)
         last = self._last_sequence.get(source)
         if last is not None:
