@@ -15,6 +15,7 @@ from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import LinkKind, open_link, parse_url
+from mavlink_vehicle.io.signing_key import open_signing
 from mavlink_vehicle.io.tlog import TlogWriter
 
 _POLL_S = 0.2
@@ -61,14 +62,15 @@ def look(config: ServerConfig, limit_s: float, progress: Console) -> Report:
         progress: where it says what it waits for.
 
     Raises:
-        LinkError: the link cannot be opened.
+        LinkError: the link cannot be opened, or the file of the signing key holds none.
         OSError: the recording cannot be written.
     """
     clock = MonotonicClock()
+    signing = open_signing(config.signing_key_file, lambda text: _say(progress, text))
     link = open_link(config.link_url, lambda text: _say(progress, text))
     recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     settings = config.vehicle
-    codec = Codec(settings.source_system or 1, settings.source_component)
+    codec = Codec(settings.source_system or 1, settings.source_component, signing)
     checker = Checker(config, codec.statistics)
     driver = Driver(checker, link, codec, clock, recorder)
     driver.start()

@@ -102,6 +102,12 @@ def _silence(checker: Checker, link_advice: str) -> Missing:
             f"{statistics.frames} MAVLink messages came on {url}, but no HEARTBEAT.",
             "Look whether the autopilot sends HEARTBEAT on this port.",
         )
+    if statistics.unsigned or statistics.badly_signed or statistics.replayed:
+        return Missing(
+            f"MAVLink messages come on {url}, but not with our key ({statistics.unsigned} "
+            f"unsigned, {statistics.badly_signed} of another key, {statistics.replayed} too old).",
+            "Give the vehicle the key in signing_key_file, and set the clock of this machine.",
+        )
     if statistics.bytes_dropped or statistics.bad_crc:
         return Missing(
             f"Bytes come on {url}, but they are no MAVLink.",

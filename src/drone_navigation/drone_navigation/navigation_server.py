@@ -50,6 +50,7 @@ from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.io.signing_key import open_signing
 from mavlink_vehicle.io.tlog import TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
@@ -222,6 +223,7 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
     try:
         values = declare_parameters(node, simulator)
         config = make_config(values)
+        signing = open_signing(config.signing_key_file, node.get_logger().warning)
         link = open_link(config.link_url, node.get_logger().info)
         recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     except (ConfigurationError, LinkError, OSError) as error:
@@ -235,6 +237,7 @@ def _run(options: argparse.Namespace, simulator: bool) -> int:
     codec = Codec(
         source_system=config.vehicle.source_system or 1,
         source_component=config.vehicle.source_component,
+        signing=signing,
     )
     driver = Driver(application, link, codec, clock, recorder, application.fail)
     server = GoalServers(node, bridge, driver, clock)

@@ -20,7 +20,7 @@ class SetpointError(VehicleError):
 
 
 class LinkError(VehicleError):
-    """A link that is badly written or cannot be opened or used."""
+    """A link that is badly written or cannot be opened or used, or whose key cannot be read."""
 
 
 class ConfigurationError(VehicleError):

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
-from mavlink_vehicle.errors import ConfigurationError
+from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.signing_key import read_signing_key
 from mavlink_vehicle.signing import Signing
 from tests.support.random_messages import CLASSES, random_message
@@ -235,16 +235,16 @@ def test_a_file_without_a_key_is_refused_in_a_sentence(
 ) -> None:
     path = tmp_path / "key"
     path.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=f"signing_key_file: .*{words}"):
+    with pytest.raises(LinkError, match=f"signing_key_file: .*{words}"):
         read_signing_key(str(path))
 
 
 def test_a_key_file_that_is_none_is_refused_in_a_sentence(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"cannot read .*No such file"):
+    with pytest.raises(LinkError, match=r"cannot read .*No such file"):
         read_signing_key(str(tmp_path / "nothing"))
-    with pytest.raises(ConfigurationError, match="is not a file"):
+    with pytest.raises(LinkError, match="is not a file"):
         read_signing_key(str(tmp_path))
-    with pytest.raises(ConfigurationError, match="cannot read"):
+    with pytest.raises(LinkError, match="cannot read"):
         read_signing_key("\0")
 
 
