@@ -61,7 +61,7 @@ class SimulatedFlight:
         self._by_kind: dict[type, list[object]] = {}
         self.kind = vehicle.vehicle
         self.sent: list[tuple[float, Message]] = []
-        self._codec = Codec(1, 191)
+        self.codec = Codec(1, 191)
         self._ids = itertools.count(1)
         self.bridge.start(self.now)
 
@@ -73,14 +73,14 @@ class SimulatedFlight:
             self.ground_truth.watch()
         for data in self.simulation.link.read_datagrams():
             if self.link_up:
-                for message in self._codec.decode(data):
+                for message in self.codec.decode(data):
                     self.bridge.receive(message, self.now)
         deadline = self.bridge.next_deadline()
         if deadline is not None and deadline <= self.now:
             self.bridge.handle_timer(self.now)
         for message in self.bridge.messages_to_send():
             self.sent.append((self.now, message))
-            data = self._codec.encode(message)
+            data = self.codec.encode(message)
             if self.link_up:
                 self.simulation.link.write(data)
         self._collect()
