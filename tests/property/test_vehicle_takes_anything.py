@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, mavlink
 from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.protocols.overheard import ANSWERS, HEARD
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
@@ -26,6 +27,7 @@ KNOWN = [
         "AUTOPILOT_VERSION", "STATUSTEXT", "COMMAND_ACK", "CURRENT_MODE", "FENCE_STATUS",
     )
 ]  # fmt: skip
+OVERHEARD = [cls for cls in CLASSES if cls in HEARD | ANSWERS]
 OPERATIONS: dict[str, Callable[[Vehicle, float], int]] = {
     "mode": lambda vehicle, now: vehicle.change_mode("GUIDED", now),
     "arm": lambda vehicle, now: vehicle.arm(now),
@@ -39,7 +41,7 @@ OPERATIONS: dict[str, Callable[[Vehicle, float], int]] = {
     "speed": lambda vehicle, now: vehicle.change_speed(3.0, now),
 }
 STEP = st.tuples(
-    st.one_of(st.sampled_from(KNOWN), st.sampled_from(CLASSES)),
+    st.one_of(st.sampled_from(KNOWN), st.sampled_from(OVERHEARD), st.sampled_from(CLASSES)),
     st.integers(0, 1_000_000),
     st.sampled_from([0.0, 0.01, 0.5, 4.0]),
     st.sampled_from([None, None, *OPERATIONS, "cancel", "stream", "setpoint"]),
@@ -73,6 +75,7 @@ def test_anything_may_come_at_any_time(
     kind: tuple[int, int] | None,
 ) -> None:
     vehicle, codec, now = Vehicle(VehicleConfig()), Codec(1, 191), 100.0
+    station = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
     vehicle.start(now)
     if kind is not None:
         say = AutopilotMessages()
@@ -87,6 +90,8 @@ def test_anything_may_come_at_any_time(
         frame = bytes(random_message(cls, seed, STRANGE_FLOATS).pack(packer))
         for message in codec.decode(frame):
             vehicle.receive(message, now)
+        for message in codec.decode(bytes(random_message(cls, seed, STRANGE_FLOATS).pack(station))):
+            vehicle.overhear(message, now)
         act(vehicle, what, now)
         started += what in OPERATIONS
         vehicle.handle_timer(now)

@@ -18,7 +18,7 @@ from mavlink_vehicle.mission_items import (
     MissionRules,
 )
 from mavlink_vehicle.profiles import AltitudeReference, Profile, VehicleKind
-from mavlink_vehicle.state import MissionProgress, VehicleState
+from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.base import MissionReport
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
@@ -159,16 +159,18 @@ class MissionTracker:
             in (mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME)
         )
         self._circles = items[-1].item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
-        self._rules = rules
-        self._ours: MissionProgress | None = None
-        self._texts_before = 0
+        self._offset = rules.offset
 
-    def report(self, state: VehicleState) -> MissionReport | None:
-        """Return how the mission stands; None before the vehicle says it."""
-        mission, offset = state.mission, self._rules.offset
+    def report(self, state: VehicleState, changed: str = "") -> MissionReport | None:
+        """Return how the mission stands; None before the vehicle says it.
+
+        Args:
+            state: what is known of the vehicle.
+            changed: how its mission is not ours any more (`Vehicle.mission_change`).
+        """
+        mission, offset = state.mission, self._offset
         if mission is None:
             return None
-        changed = self._changed(mission, state)
         count = len(self._waypoints)
         index = min(max(mission.current - offset, 0), count - 1)
         circling = self._circles and index == count - 1
@@ -190,26 +192,3 @@ class MissionTracker:
         the speed of the next leg (observed on both firmwares).
         """
         return max((flown for flown in self._flown if flown <= item), default=None)
-
-    def _changed(self, mission: MissionProgress, state: VehicleState) -> str:
-        """Say how it is another one; what came before it was stored counts for nothing."""
-        ours = self._ours
-        if ours is None:
-            if mission.total == len(self._waypoints):
-                self._ours = mission
-                self._texts_before = state.texts.count
-            return ""
-        if mission.total == 0:
-            return "it was removed"
-        if mission.total != ours.total:
-            return f"it has {mission.total} items instead of {ours.total}"
-        if mission.mission_id != ours.mission_id:
-            return "it was replaced by another one"
-        return self._said(state)
-
-    def _said(self, state: VehicleState) -> str:
-        """Return what the vehicle has said about a change since, if anything."""
-        texts, opening = state.status_texts, self._rules.change_text
-        fresh = min(state.texts.count - self._texts_before, len(texts))
-        said = [text.text for text in texts[len(texts) - fresh :] if opening]
-        return next((f"it says {text!r}" for text in said if text.startswith(opening)), "")

@@ -82,7 +82,7 @@ def observe(
         mode=vehicle_mode(vehicle.profile, vehicle.mode_name),
         home_enu_m=map_frame.home_enu_m(state),
         landing=state.landed_state is LandedState.LANDING,
-        mission=None if mission is None else mission.report(state),
+        mission=None if mission is None else mission.report(state, vehicle.mission_change),
         obstacles=obstacles.obstacles,
         obstacles_age_s=obstacles.age_s(now),
     )

@@ -208,6 +208,8 @@ class StationAct(enum.Enum):
     PAUSED = "paused the vehicle"
     CONTINUED = "let the vehicle go on"
     CHANGED_MODE = "changed the mode"
+    CHANGED_ITEM = "chose another item of the mission"
+    """The mission goes on at another place; it is still ours."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +219,7 @@ class StationActed:
     Attributes:
         act: what was done.
         station: MAVLink system and component id of who did it; None when nobody was seen to do
-            it and only MISSION_CURRENT shows that it was done.
+            it and only the vehicle (MISSION_CURRENT, or its words) shows that it was done.
         how: the message for people, for example "MISSION_CLEAR_ALL" or "DO_PAUSE_CONTINUE 0".
         mode: custom_mode that was asked for, for `CHANGED_MODE`; else None.
     """

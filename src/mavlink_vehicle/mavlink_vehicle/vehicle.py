@@ -21,7 +21,7 @@ from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
 from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal, takeoff_problem, takeoff_timeout_s
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
-from mavlink_vehicle.vehicle_missions import VehicleMissions
+from mavlink_vehicle.vehicle_stations import VehicleStations
 
 __all__ = ["DEFAULT_RATES_HZ", "SetpointNed", "Vehicle", "VehicleConfig"]
 
@@ -30,7 +30,7 @@ _TAKEOFF_DOUBT_S = 6.0
 _STREAM_WAIT_S = 2.0
 
 
-class Vehicle(VehicleMissions):
+class Vehicle(VehicleStations):
     """One autopilot; sans I/O.
 
     Operations are asynchronous: each method returns an id, and each operation ends in one

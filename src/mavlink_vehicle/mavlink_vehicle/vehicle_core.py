@@ -18,6 +18,7 @@ from mavlink_vehicle.events import (
     LandedChanged,
     LandedState,
     ModeChanged,
+    OperationFinished,
     StatusTextReceived,
     StreamClosed,
     SystemStatusChanged,
@@ -106,7 +107,7 @@ class VehicleCore:
         self._stream = SetpointStream()
         self._drag = Drag()
         self._order = SequenceOrder()
-        self._mode_place = self._beat_place = -1
+        self._place = self._mode_place = self._beat_place = -1
         self._failsafes = FailsafeWatch()
         self._slot = OperationSlot(self._command_timing, self.config.grace_s)
         self.ranges = RangeReader()
@@ -320,7 +321,7 @@ class VehicleCore:
         if self.profile is None:
             return ()
         self._watch.hear(now)
-        place = self._order.place(sequence, now)
+        place = self._place = self._order.place(sequence, now)
         if kind is not _HEARTBEAT and kind is not _CURRENT_MODE:
             return ()
         is_old = place < self._mode_place
@@ -439,7 +440,10 @@ class VehicleCore:
     def _take_ends(self) -> None:
         """Put the ends of operations into their place among the events."""
         while (event := self._slot.next_event()) is not None:
-            self._events.append(event)
+            self._operation_ended(event)
+
+    def _operation_ended(self, event: OperationFinished) -> None:
+        self._events.append(event)
 
     def _take_failsafes(self) -> None:
         while (event := self._failsafes.next_event()) is not None:
