@@ -29,7 +29,7 @@ def main() -> None:
     link = f"udpout://127.0.0.1:{port}"
     simulator = Process("mavlink_sitl", ["python", "-m", "mavlink_sitl", "--link", link])
     try:
-        report = look(config, _LIMIT_S, Console(stderr=True))
+        report = look({"": config}, _LIMIT_S, Console(stderr=True))[""]
     finally:
         simulator.stop()
     console = Console(record=True, force_terminal=True, width=88, file=io.StringIO())

@@ -12,14 +12,14 @@ import sys
 import time
 from pathlib import Path
 
-from drone_navigation import navigation_server
+from drone_navigation import navigation_server, vehicle_application, vehicle_node
 from drone_navigation.goal import GoalFeedback
 from mavlink_vehicle.codec import Message
 
 left_s: dict[int, float] = {}
 
 
-class Application(navigation_server.ServerApplication):
+class Application(vehicle_application.VehicleApplication):
     """Notes the time after feedback was handed to DDS, by the position that caused it."""
 
     _position_ms: int | None = None
@@ -38,7 +38,7 @@ class Application(navigation_server.ServerApplication):
 
 
 if __name__ == "__main__":
-    navigation_server.ServerApplication = Application  # type: ignore[misc]
+    vehicle_node.VehicleApplication = Application  # type: ignore[attr-defined]
     code = navigation_server.main(sys.argv[1:])
     Path(os.environ["BENCH_FEEDBACK_FILE"]).write_text(json.dumps(left_s), encoding="utf-8")
     sys.exit(code)

@@ -285,7 +285,7 @@ def test_it_is_no_ground_station_whose_end_would_be_a_loss_unless_told(
 def test_the_report_is_the_same_in_lines_and_in_json() -> None:
     report = look(arming="never").run_to_end()
     lines = plain_lines(report)
-    document = json.loads(as_json(report))
+    document = json.loads(as_json({"": report}))
     assert document["verdict"] == 0
     assert lines[-1] == document["sentence"] == report.sentence
     for section in document["sections"]:

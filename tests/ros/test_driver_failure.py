@@ -19,10 +19,10 @@ from drone_navigation.actions import GoalServers
 from drone_navigation.bridge import Bridge
 from drone_navigation.configuration import make_config
 from drone_navigation.names import ACTION_NAME
-from drone_navigation.navigation_server import ServerApplication
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from drone_navigation.service_servers import ServiceServers
 from drone_navigation.topics import Topics
+from drone_navigation.vehicle_application import VehicleApplication
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
@@ -47,14 +47,17 @@ class _Server:
         config = make_config({"arming": "auto"})
         clock = MonotonicClock()
         self.bridge = Bridge(Vehicle(config.vehicle), config.bridge)
-        application = ServerApplication(self.bridge, None, clock)
+        application = VehicleApplication(self.bridge, None, clock)
         link = open_link(f"udpin://127.0.0.1:{port}")
         codec = Codec(1, 191)
         self.driver = Driver(application, link, codec, clock)
         self.server = GoalServers(self.node, self.bridge, self.driver, clock)
         services = ServiceServers(self.node, self.bridge, self.driver, clock)
         application.attach(
-            self.node, self.server, services, Topics(self.node, self.bridge, codec.statistics)
+            self.node,
+            self.server,
+            services,
+            Topics(self.node, self.bridge, lambda: codec.statistics),
         )
         self.client = ActionClient(self.node, Navigate, ACTION_NAME)
         self.executor = MultiThreadedExecutor(num_threads=6, context=self.context)

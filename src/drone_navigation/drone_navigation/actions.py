@@ -12,7 +12,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from action_msgs.srv import CancelGoal
@@ -31,6 +31,8 @@ from custom_interfaces.action import (
 )
 from drone_navigation import convert
 from drone_navigation.bridge import Bridge
+from drone_navigation.fleet import DriverThread
+from drone_navigation.frame_names import PLAIN, FrameNames
 from drone_navigation.goal import GoalFeedback, GoalFinished
 from drone_navigation.lifecycle import GoalState
 from drone_navigation.names import (
@@ -40,10 +42,9 @@ from drone_navigation.names import (
     TAKEOFF_ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
 )
-from drone_navigation.requests import Request
+from drone_navigation.requests import NavigateRequest, Request
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
-from mavlink_vehicle.io.driver import Driver
 
 if TYPE_CHECKING:
     from navigation_core.outcomes import OutcomeCode
@@ -164,8 +165,16 @@ class GoalServers:
     The vehicle has one goal at a time, whichever action it came by.
     """
 
-    def __init__(self, node: Node, bridge: Bridge, driver: Driver, clock: Clock) -> None:
-        """Offer the actions on ``node``."""
+    def __init__(
+        self,
+        node: Node,
+        bridge: Bridge,
+        driver: DriverThread,
+        clock: Clock,
+        frames: FrameNames = PLAIN,
+    ) -> None:
+        """Offer the actions on ``node``; poses are told in ``frames``."""
+        self._frames = frames
         self._node = node
         self._bridge = bridge
         self._driver = driver
@@ -183,7 +192,7 @@ class GoalServers:
             kind.type,
             kind.name,
             execute_callback=self._execute,
-            goal_callback=lambda goal: self._on_goal(kind.request(goal)),
+            goal_callback=lambda goal: self._on_goal(self._request(kind, goal)),
             handle_accepted_callback=lambda handle: self._on_accepted(kind, handle),
             cancel_callback=self._on_cancel,
             callback_group=group,
@@ -202,11 +211,17 @@ class GoalServers:
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
 
+    def _request(self, kind: ActionKind, goal: Any) -> Request:
+        request = kind.request(goal)
+        if isinstance(request, NavigateRequest):
+            return replace(request, frame_id=self._frames.plain(request.frame_id))
+        return request
+
     def _on_accepted(self, kind: ActionKind, handle: ServerGoalHandle) -> None:
         goal_id = bytes(handle.goal_id.uuid).hex()
         with self._lock:
             self._sessions[goal_id] = _Session(kind, handle, self._clock.now())
-        request = kind.request(handle.request)
+        request = self._request(kind, handle.request)
         # EXECUTING before the bridge can end the goal: an end needs that state.
         handle.execute()
         self._driver.post(lambda: self._bridge.start_goal(goal_id, request, self._clock.now()))
@@ -235,7 +250,9 @@ class GoalServers:
             handle.abort()
         with self._lock:
             del self._sessions[goal_id]
-        return session.kind.result(finished, self._node.get_clock().now().to_msg())
+        result = session.kind.result(finished, self._node.get_clock().now().to_msg())
+        result.final_pose.header.frame_id = self._frames.map
+        return result
 
     # --- driver thread -----------------------------------------------------------------
 
@@ -245,7 +262,9 @@ class GoalServers:
         if session is None or session.finished is not None:
             return
         stamp = self._node.get_clock().now().to_msg()
-        session.handle.publish_feedback(session.kind.feedback(feedback, stamp))
+        message = session.kind.feedback(feedback, stamp)
+        message.current_pose.header.frame_id = self._frames.map
+        session.handle.publish_feedback(message)
 
     def finish(self, finished: GoalFinished) -> None:
         """Let the goal's execute callback return its result."""

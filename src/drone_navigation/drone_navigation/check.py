@@ -7,6 +7,7 @@ accepted now. It never starts one, so that nothing is sent that changes the vehi
 
 from __future__ import annotations
 
+import logging
 import math
 from collections import defaultdict, deque
 from dataclasses import dataclass, replace
@@ -122,6 +123,14 @@ class Checker:
         for message in questions:
             with_source(message, address.source_system, address.source_component)
         return [*self._bridge.messages_to_send(), *questions]
+
+    def fail(self, error: Exception) -> None:
+        """Tell of a defect."""
+        logging.getLogger(__name__).error("The check failed.", exc_info=error)
+
+    def give_up(self, error: Exception) -> None:
+        """Tell that nothing more is looked at."""
+        self.fail(error)
 
     # What is known
 

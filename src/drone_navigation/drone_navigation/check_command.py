@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import threading
+from collections.abc import Mapping
+from functools import partial
 
 from rich.console import Console
 
@@ -11,12 +13,10 @@ from drone_navigation.check import Checker
 from drone_navigation.check_report import Report, make_report
 from drone_navigation.check_view import as_json, show
 from drone_navigation.configuration import ServerConfig
-from mavlink_vehicle.codec import Codec
+from drone_navigation.fleet import Fleet, Member
+from drone_navigation.network import open_network
 from mavlink_vehicle.io.clock import MonotonicClock
-from mavlink_vehicle.io.driver import Driver
-from mavlink_vehicle.io.links import LinkKind, open_link, parse_url
-from mavlink_vehicle.io.signing_key import open_signing
-from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.io.links import LinkKind, parse_url
 
 _POLL_S = 0.2
 
@@ -32,62 +32,96 @@ _LINK_ADVICE = {
 }
 
 
-def run_check(config: ServerConfig, limit_s: float, json_output: bool) -> int:
-    """Look at the vehicle and print what was found; returns the exit code.
+def run_check(configs: Mapping[str, ServerConfig], limit_s: float, json_output: bool) -> int:
+    """Look at the vehicles and print what was found; returns the worst of their exit codes.
 
     Args:
-        config: the server's settings.
-        limit_s: longest time to look; a vehicle that is ready is done with sooner.
-        json_output: print the report as JSON, and nothing else on standard output.
+        configs: the settings of each vehicle by its name; empty for one without a name.
+        limit_s: longest time to look; vehicles that are ready are done with sooner.
+        json_output: print the report as JSON (of several vehicles, an object with a report for
+            each), and nothing else on standard output.
 
     Raises:
-        LinkError: the link cannot be opened.
+        LinkError: a link cannot be opened.
         OSError: the recording cannot be written.
     """
     progress = Console(stderr=True)
-    report = look(config, limit_s, progress)
+    reports = look(configs, limit_s, progress)
     if json_output:
-        print(as_json(report))
+        print(as_json(reports))
     else:
-        show(report, Console(file=sys.stdout))
-    return int(report.verdict)
+        console = Console(file=sys.stdout)
+        for name, report in reports.items():
+            if name:
+                _say(console, f"--- Vehicle {name}")
+            show(report, console)
+    return max(int(report.verdict) for report in reports.values())
 
 
-def look(config: ServerConfig, limit_s: float, progress: Console) -> Report:
-    """Open the link, look until everything is known or the time is over, and report.
+def look(
+    configs: Mapping[str, ServerConfig], limit_s: float, progress: Console
+) -> dict[str, Report]:
+    """Open the links, look until everything is known or the time is over, and report.
 
     Args:
-        config: the server's settings.
+        configs: the settings of each vehicle by its name.
         limit_s: longest time to look.
         progress: where it says what it waits for.
 
     Raises:
-        LinkError: the link cannot be opened, or the file of the signing key holds none.
+        LinkError: a link cannot be opened, or the file of the signing key holds none.
         OSError: the recording cannot be written.
     """
     clock = MonotonicClock()
-    signing = open_signing(config.signing_key_file, lambda text: _say(progress, text))
-    link = open_link(config.link_url, lambda text: _say(progress, text))
-    recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
-    settings = config.vehicle
-    codec = Codec(settings.source_system or 1, settings.source_component, signing)
-    checker = Checker(config, codec.statistics)
-    driver = Driver(checker, link, codec, clock, recorder)
+    say = partial(_say, progress)
+    (first, *_) = configs.values()
+    network = open_network(first, list(configs.values()), say)
+    checkers = {
+        name: Checker(config, network.statistics_of(config.vehicle.target_system))
+        for name, config in configs.items()
+    }
+    fleet = Fleet(
+        [
+            Member(name, configs[name].vehicle.target_system, checker)
+            for name, checker in checkers.items()
+        ],
+        clock,
+    )
+    driver = network.drive(fleet, clock)
+    fleet.attach(driver)
     driver.start()
     try:
         pause, said, end_s = threading.Event(), "", clock.now() + limit_s
         while clock.now() < end_s:
-            waiting = driver.call(lambda: checker.waiting_for(clock.now()))
+            waiting = driver.call(partial(_waiting_for, checkers, clock))
             if waiting is None:
                 break
             if waiting != said:
                 said = waiting
-                _say(progress, f"{end_s - clock.now():4.0f} s left, waiting for {waiting}")
+                say(f"{end_s - clock.now():4.0f} s left, waiting for {waiting}")
             pause.wait(_POLL_S)
-        advice = _LINK_ADVICE[parse_url(config.link_url).kind]
-        return driver.call(lambda: make_report(checker, advice, clock.now()))
+        return {
+            name: driver.call(
+                partial(
+                    make_report,
+                    checker,
+                    _LINK_ADVICE[parse_url(configs[name].link_url).kind],
+                    clock.now(),
+                )
+            )
+            for name, checker in checkers.items()
+        }
     finally:
         driver.stop()
+
+
+def _waiting_for(checkers: Mapping[str, Checker], clock: MonotonicClock) -> str | None:
+    """Say what the first vehicle that is not done with still lacks."""
+    for name, checker in checkers.items():
+        waiting = checker.waiting_for(clock.now())
+        if waiting is not None:
+            return f"{name}: {waiting}" if name else waiting
+    return None
 
 
 def _say(progress: Console, text: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 
 from rich.console import Console
@@ -14,9 +15,15 @@ from drone_navigation.check_report import Report, Verdict
 _COLOURS = {Verdict.READY: "green", Verdict.NOT_READY: "red", Verdict.NO_VEHICLE: "red"}
 
 
-def as_json(report: Report) -> str:
-    """Return the report as JSON, with the exit code as ``verdict``."""
-    return json.dumps({**asdict(report), "verdict": int(report.verdict)}, indent=2)
+def as_json(reports: Mapping[str, Report]) -> str:
+    """Return reports as JSON, each with the exit code as ``verdict``.
+
+    One of a vehicle without a name stands by itself; those of several are in an object, by name.
+    """
+    told = {
+        name: {**asdict(report), "verdict": int(report.verdict)} for name, report in reports.items()
+    }
+    return json.dumps(told.get("", told), indent=2)
 
 
 def show(report: Report, console: Console) -> None:

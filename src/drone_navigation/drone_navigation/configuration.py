@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
-
 from drone_navigation.known_obstacles import KnownObstacles, ObstaclesError, read_obstacles
 from drone_navigation.parameter_table import PARAMETERS, ParameterValue
 from drone_navigation.parameter_values import (
@@ -35,7 +33,6 @@ __all__ = [
     "ServerConfig",
     "check_value",
     "make_config",
-    "read_parameter_file",
 ]
 
 _Number = Callable[[str], float]
@@ -70,37 +67,6 @@ class ServerConfig:
     vehicles: tuple[str, ...] = ()
     gcs_links: tuple[str, ...] = ()
     signing_key_file: str | None = None
-
-
-def read_parameter_file(path: Path, node_name: str) -> dict[str, ParameterValue]:
-    """Return the parameters that a ROS parameter file sets for ``node_name``, unchecked.
-
-    ROS ignores what is meant for another node, so that a slip in the name would leave a
-    vehicle with the defaults, without a word.
-
-    Raises:
-        ConfigurationError: it cannot be read, is no parameter file, or is for other nodes.
-    """
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"Cannot read {path}: {error.strerror or error}.") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        where = " ".join(str(error).split())
-        raise ConfigurationError(f"{path} is not YAML: {where}.") from error
-    nodes = document if isinstance(document, dict) else {}
-    values: dict[str, ParameterValue] = {}
-    for name in ("/**", node_name, f"/{node_name}"):
-        node = nodes.get(name)
-        found = node.get("ros__parameters") if isinstance(node, dict) else None
-        if isinstance(found, dict):
-            values.update(found)
-    if not values:
-        raise ConfigurationError(
-            f"{path} sets no parameter of {node_name}; write them below '{node_name}:' and "
-            "'ros__parameters:', as in bridge_config/sitl.yaml."
-        )
-    return values
 
 
 def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:

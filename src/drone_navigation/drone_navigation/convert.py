@@ -94,11 +94,11 @@ def code_number(code: OutcomeCode) -> int:
     return int(getattr(GoalCode, code.value))
 
 
-def pose_stamped(pose: MapPose | None, stamp: Time) -> PoseStamped:
-    """Return the pose in frame map; all NaN when it is unknown, never a made-up place."""
+def pose_stamped(pose: MapPose | None, stamp: Time, frame_id: str = FRAME_MAP) -> PoseStamped:
+    """Return the pose in the map's frame; all NaN when it is unknown, never a made-up place."""
     message = PoseStamped()
     message.header.stamp = stamp
-    message.header.frame_id = FRAME_MAP
+    message.header.frame_id = frame_id
     position, orientation = message.pose.position, message.pose.orientation
     if pose is None:
         position.x = position.y = position.z = math.nan

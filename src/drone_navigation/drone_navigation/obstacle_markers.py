@@ -31,15 +31,17 @@ _ABOVE_M = 5.0
 class ObstacleMarkers:
     """Publishes the obstacles when they have changed, at most twice a second."""
 
-    def __init__(self, publisher: Publisher, bridge: Bridge) -> None:
+    def __init__(self, publisher: Publisher, bridge: Bridge, map_frame: str = FRAME_MAP) -> None:
         """Prepare.
 
         Args:
             publisher: of the markers.
             bridge: whose obstacles are shown.
+            map_frame: name of the vehicle's map.
         """
         self._publisher = publisher
         self._bridge = bridge
+        self._map_frame = map_frame
         self._next_s = -math.inf
         self._shown: tuple[Obstacles, Obstacles] | None = None
 
@@ -59,14 +61,21 @@ class ObstacleMarkers:
         height_m = 0.0 if pose is None else pose.position_enu_m[2]
         high_m = (math.floor(max(height_m, 0.0) / _ABOVE_M) + 2.0) * _ABOVE_M
         self._publisher.publish(
-            obstacle_markers(known, sensed, min(height_m - 1.0, 0.0), high_m, stamp)
+            obstacle_markers(
+                known, sensed, min(height_m - 1.0, 0.0), high_m, stamp, self._map_frame
+            )
         )
 
 
 def obstacle_markers(
-    known: Obstacles, sensed: Obstacles, low_m: float, high_m: float, stamp: Any
+    known: Obstacles,
+    sensed: Obstacles,
+    low_m: float,
+    high_m: float,
+    stamp: Any,
+    map_frame: str = FRAME_MAP,
 ) -> MarkerArray:
-    """Return markers in ``map``, the first of which deletes those before.
+    """Return markers in the map, the first of which deletes those before.
 
     Args:
         known: those of the file; each a marker of its own, in namespace "known".
@@ -74,13 +83,14 @@ def obstacle_markers(
         low_m: map z from which what has no bottom is drawn.
         high_m: map z up to which what has no top is drawn.
         stamp: time of the markers.
+        map_frame: name of the map.
     """
     array = MarkerArray()
     array.markers.append(Marker(action=Marker.DELETEALL))
     array.markers += _known(known, low_m, high_m)
     array.markers += _sensed(sensed, low_m, high_m)
     for number, marker in enumerate(array.markers):
-        marker.header.frame_id = FRAME_MAP
+        marker.header.frame_id = map_frame
         marker.header.stamp = stamp
         marker.id = number
     return array

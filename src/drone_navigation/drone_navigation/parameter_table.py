@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-__all__ = ["FIXED", "PARAMETERS", "SPECS", "ParameterSpec", "ParameterValue"]
+__all__ = ["FIXED", "PARAMETERS", "SERVER_WIDE", "SPECS", "ParameterSpec", "ParameterValue"]
 
 ParameterValue: TypeAlias = bool | int | float | str | list[str]
 
@@ -309,5 +309,8 @@ FIXED = frozenset(
         "obstacle_cell_m",
     }
 )
+
+# Of the server as a whole; all others are a vehicle's own, where there are several.
+SERVER_WIDE = frozenset({"vehicles", "gcs_links", "signing_key_file", "record_tlog"})
 
 SPECS: dict[str, ParameterSpec] = {spec.name: spec for spec in PARAMETERS}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from rcl_interfaces.msg import (
@@ -17,7 +17,15 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from drone_navigation.configuration import ConfigurationError, ServerConfig, make_config
-from drone_navigation.parameter_table import FIXED, PARAMETERS, SPECS, ParameterSpec, ParameterValue
+from drone_navigation.fleet_config import check_server_wide
+from drone_navigation.parameter_table import (
+    FIXED,
+    PARAMETERS,
+    SERVER_WIDE,
+    SPECS,
+    ParameterSpec,
+    ParameterValue,
+)
 from drone_navigation.parameter_values import texts
 
 _IMPLICIT = {"use_sim_time", "start_type_description_service"}
@@ -34,21 +42,69 @@ def declare_parameters(node: Node, simulator: bool) -> dict[str, ParameterValue]
     Raises:
         ConfigurationError: an override names no parameter, or a value cannot be used.
     """
-    # rclpy has no public way to list the overrides that nobody declared.
-    overrides = set(node._parameter_overrides)
-    for name in sorted(overrides):
-        if name not in SPECS and name not in _IMPLICIT and not name.startswith("qos_overrides"):
-            raise ConfigurationError(
-                f"There is no parameter '{name}'; `navigation_server --help` lists them."
-            )
+    overrides = _overrides(node)
     values: dict[str, ParameterValue] = {}
     for spec in PARAMETERS:
-        if spec.name == "arming" and simulator and not overrides & {"arming", "link_url"}:
+        if spec.name == "arming" and simulator and not overrides.keys() & {"arming", "link_url"}:
             # The only set-up in which the server arms without having been told to.
             spec = replace(spec, default="auto")  # noqa: PLW2901
         values[spec.name] = _declare(node, spec)
     make_config(values)
     return values
+
+
+def declare_vehicle_parameters(
+    node: Node, name: str, server_values: Mapping[str, ParameterValue]
+) -> dict[str, ParameterValue]:
+    """Declare the parameters of one of several vehicles and return the values of all.
+
+    Args:
+        node: the vehicle's.
+        name: the vehicle's, for people.
+        server_values: the values of the server's node, which are the vehicle's defaults.
+
+    Raises:
+        ConfigurationError: an override names no parameter of a vehicle, or cannot be used.
+    """
+    values = dict(server_values)
+    try:
+        overrides = _overrides(node)
+        for spec in PARAMETERS:
+            if spec.name not in SERVER_WIDE:
+                own = replace(spec, default=server_values[spec.name])
+                values[spec.name] = _declare(node, own)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"Vehicle {name}: {error}") from error
+    check_server_wide(name, overrides, server_values)
+    return values
+
+
+def refuse_changes(node: Node, example: str) -> None:
+    """Refuse to change parameters of the server's node, which its vehicles have taken.
+
+    Args:
+        node: the server's, with several vehicles.
+        example: name of a vehicle's node.
+    """
+
+    def on_set(parameters: list[Parameter]) -> SetParametersResult:
+        ours = any(parameter.name in SPECS for parameter in parameters)
+        reason = f"The vehicles have settings of their own; set it on a node such as {example}."
+        return SetParametersResult(successful=not ours, reason=reason if ours else "")
+
+    node.add_on_set_parameters_callback(on_set)
+
+
+def _overrides(node: Node) -> dict[str, ParameterValue]:
+    """Return the overrides that a node was given, if each is of a parameter that exists."""
+    # rclpy has no public way to list the overrides that nobody declared.
+    overrides = {name: given.value for name, given in node._parameter_overrides.items()}
+    for name in sorted(overrides):
+        if name not in SPECS and name not in _IMPLICIT and not name.startswith("qos_overrides"):
+            raise ConfigurationError(
+                f"There is no parameter '{name}'; `navigation_server --help` lists them."
+            )
+    return overrides
 
 
 def follow_changes(

@@ -12,11 +12,12 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan, PointCloud2
 
+from drone_navigation.fleet import DriverThread
+from drone_navigation.frame_names import FrameNames
 from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.sensor_messages import SensorMessageError, points_of, scan_of
 from drone_navigation.settings import ObstacleConfig
 from mavlink_vehicle.io.clock import Clock
-from mavlink_vehicle.io.driver import Driver
 
 __all__ = ["Newest", "SensorTopics"]
 
@@ -64,7 +65,13 @@ class SensorTopics:
     """Hears the sensors that the parameters name."""
 
     def __init__(
-        self, node: Node, feed: ObstacleFeed, driver: Driver, clock: Clock, config: ObstacleConfig
+        self,
+        node: Node,
+        feed: ObstacleFeed,
+        driver: DriverThread,
+        clock: Clock,
+        config: ObstacleConfig,
+        frames: FrameNames,
     ) -> None:
         """Subscribe to what is configured.
 
@@ -74,9 +81,11 @@ class SensorTopics:
             driver: of that thread.
             clock: that tells when something was seen.
             config: names the topics.
+            frames: names of the vehicle's frames.
         """
         self._node = node
         self._clock = clock
+        self._frames = frames
         self._told: set[str] = set()
         for topic, kind, decode, take in (
             (config.scan_topic, LaserScan, scan_of, feed.take_scan),
@@ -96,6 +105,7 @@ class SensorTopics:
         self, decode: Callable[[Any], Any], newest: Newest[tuple[Any, float]], message: Any
     ) -> None:
         now = self._clock.now()
+        message.header.frame_id = self._frames.plain(message.header.frame_id)
         try:
             newest.put((decode(message), now))
         except SensorMessageError as error:

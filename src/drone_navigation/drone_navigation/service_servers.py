@@ -12,11 +12,11 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from drone_navigation.bridge import Bridge
+from drone_navigation.fleet import DriverThread
 from drone_navigation.goal import ServiceDone
 from drone_navigation.services import Service
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
-from mavlink_vehicle.io.driver import Driver
 
 _CALL_TIMEOUT_S = 2.0
 # Longer than a mode change or an arming may take (``VehicleConfig.operation_timeout_s``).
@@ -26,7 +26,7 @@ _DONE_TIMEOUT_S = 15.0
 class ServiceServers:
     """Offers ``~/pause``, ``~/resume``, ``~/hold``, ``~/arm`` and ``~/disarm``."""
 
-    def __init__(self, node: Node, bridge: Bridge, driver: Driver, clock: Clock) -> None:
+    def __init__(self, node: Node, bridge: Bridge, driver: DriverThread, clock: Clock) -> None:
         """Offer the services, all std_srvs/Trigger, on ``node``."""
         self._bridge = bridge
         self._driver = driver

@@ -21,21 +21,22 @@ from custom_interfaces.msg import VehicleStatus
 from drone_navigation.bridge import Bridge
 from drone_navigation.convert import pose_stamped
 from drone_navigation.failsafes import failsafe_code
+from drone_navigation.frame_names import PLAIN, FrameNames
 from drone_navigation.link_health import LinkHealth
-from drone_navigation.requests import FRAME_MAP, MapPose
+from drone_navigation.requests import MapPose
 from mavlink_vehicle import frames
 from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
 
-FRAME_BASE_LINK = "base_link"
-FRAME_GPS = "gps"
 # MAVLink's GPS_FIX_TYPE.
 _FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT, _FIX_RTK_FIXED = 3, 4, 5, 6
 # Where a covariance is not known, these messages have no way to say so but a zero matrix.
 _EARTH_FRAME_DIAGONAL = (0, 7, 14)
 
 
-def odometry(pose: MapPose, state: VehicleState, stamp: Time) -> Odometry:
+def odometry(
+    pose: MapPose, state: VehicleState, stamp: Time, names: FrameNames = PLAIN
+) -> Odometry:
     """Return pose in ``map`` and velocity in ``base_link``.
 
     The position's covariance is what the GPS receiver says of its accuracy, which the
@@ -43,8 +44,8 @@ def odometry(pose: MapPose, state: VehicleState, stamp: Time) -> Odometry:
     """
     message = Odometry()
     message.header.stamp = stamp
-    message.header.frame_id = FRAME_MAP
-    message.child_frame_id = FRAME_BASE_LINK
+    message.header.frame_id = names.map
+    message.child_frame_id = names.base_link
     message.pose.pose = pose_stamped(pose, stamp).pose
     gps = state.gps
     if gps is not None and gps.horizontal_accuracy_m is not None:
@@ -76,12 +77,12 @@ def _into_body(vector_enu: Vector3, orientation_xyzw: tuple[float, float, float,
     return turned[1], turned[2], turned[3]
 
 
-def transform(pose: MapPose, stamp: Time) -> TransformStamped:
+def transform(pose: MapPose, stamp: Time, names: FrameNames = PLAIN) -> TransformStamped:
     """Return the transform from ``map`` to ``base_link``."""
     message = TransformStamped()
     message.header.stamp = stamp
-    message.header.frame_id = FRAME_MAP
-    message.child_frame_id = FRAME_BASE_LINK
+    message.header.frame_id = names.map
+    message.child_frame_id = names.base_link
     source = pose_stamped(pose, stamp).pose
     translation = message.transform.translation
     translation.x, translation.y, translation.z = pose.position_enu_m
@@ -89,11 +90,11 @@ def transform(pose: MapPose, stamp: Time) -> TransformStamped:
     return message
 
 
-def nav_sat_fix(state: VehicleState, stamp: Time) -> NavSatFix:
+def nav_sat_fix(state: VehicleState, stamp: Time, names: FrameNames = PLAIN) -> NavSatFix:
     """Return what the GPS receiver says; its altitude is above the ellipsoid, or NaN."""
     message = NavSatFix()
     message.header.stamp = stamp
-    message.header.frame_id = FRAME_GPS
+    message.header.frame_id = names.gps
     message.status.service = NavSatStatus.SERVICE_GPS
     gps = state.gps
     fix_type = 0 if gps is None else gps.fix_type
@@ -139,11 +140,11 @@ def battery_state(state: VehicleState, stamp: Time) -> BatteryState:
     return message
 
 
-def path(points_enu_m: Sequence[Vector3], stamp: Time) -> Path:
+def path(points_enu_m: Sequence[Vector3], stamp: Time, names: FrameNames = PLAIN) -> Path:
     """Return the way that is planned, in ``map``."""
     message = Path()
     message.header.stamp = stamp
-    message.header.frame_id = FRAME_MAP
+    message.header.frame_id = names.map
     for point in points_enu_m:
         pose = PoseStamped()
         pose.header = message.header
@@ -171,21 +172,23 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     return message
 
 
-def diagnostic(bridge: Bridge, health: LinkHealth, hardware_id: str) -> DiagnosticStatus:
+def diagnostic(bridge: Bridge, health: LinkHealth, name: str, hardware_id: str) -> DiagnosticStatus:
     """Return the state of the link to the vehicle."""
     message = DiagnosticStatus()
-    message.name = "navigation_server: vehicle link"
+    message.name = f"{name}: vehicle link"
     message.hardware_id = hardware_id
     message.level, message.message = _level(bridge, health)
     message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
     return message
 
 
-def obstacle_diagnostic(bridge: Bridge, hardware_id: str, now: float) -> DiagnosticStatus:
+def obstacle_diagnostic(
+    bridge: Bridge, name: str, hardware_id: str, now: float
+) -> DiagnosticStatus:
     """Return how well obstacles are seen."""
     feed = bridge.obstacles
     message = DiagnosticStatus()
-    message.name = "navigation_server: obstacle sensors"
+    message.name = f"{name}: obstacle sensors"
     message.hardware_id = hardware_id
     age_s = feed.age_s(now)
     if not feed.has_sensor:

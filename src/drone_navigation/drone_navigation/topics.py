@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -17,6 +18,7 @@ from custom_interfaces.msg import GoalEvent, VehicleStatus
 from drone_navigation import telemetry_messages as messages
 from drone_navigation.bridge import Bridge
 from drone_navigation.convert import pose_stamped
+from drone_navigation.frame_names import PLAIN, FrameNames
 from drone_navigation.goal import GoalHappened, PlanChanged
 from drone_navigation.link_health import LinkHealth
 from drone_navigation.obstacle_markers import ObstacleMarkers
@@ -46,17 +48,26 @@ _PERIOD_S = 1.0
 class Topics:
     """Publishers of the server; used by the driver thread only."""
 
-    def __init__(self, node: Node, bridge: Bridge, statistics: CodecStatistics) -> None:
+    def __init__(
+        self,
+        node: Node,
+        bridge: Bridge,
+        statistics: Callable[[], CodecStatistics],
+        frames: FrameNames = PLAIN,
+    ) -> None:
         """Advertise the topics, all but ``/diagnostics`` and ``/tf`` under the node's name.
 
         Args:
             node: who publishes.
             bridge: what is told about.
-            statistics: of the codec that decodes the link.
+            statistics: returns what was met on the vehicle's link.
+            frames: names of the vehicle's frames.
         """
         self._node = node
         self._bridge = bridge
         self._statistics = statistics
+        self._frames = frames
+        self._name = node.get_fully_qualified_name().strip("/")
         self._health = LinkHealth()
         self._seen: VehicleState | None = None
         self._status: VehicleStatus | None = None
@@ -71,7 +82,7 @@ class Topics:
         self._goal_events = node.create_publisher(GoalEvent, "~/goal_events", STREAM_QOS)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", STREAM_QOS)
         self._obstacles = ObstacleMarkers(
-            node.create_publisher(MarkerArray, "~/obstacles", LATCHED_QOS), bridge
+            node.create_publisher(MarkerArray, "~/obstacles", LATCHED_QOS), bridge, frames.map
         )
         self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
 
@@ -81,7 +92,7 @@ class Topics:
 
     def publish_plan(self, plan: PlanChanged) -> None:
         """Publish the way that is flown; an empty one when there is none."""
-        self._plan.publish(messages.path(plan.path_enu_m, self._stamp()))
+        self._plan.publish(messages.path(plan.path_enu_m, self._stamp(), self._frames))
 
     def publish_event(self, happened: GoalHappened) -> None:
         """Publish what happened to a goal."""
@@ -110,7 +121,7 @@ class Topics:
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, stamp)
         if before is None or state.gps is not before.gps:
-            self._fix.publish(messages.nav_sat_fix(state, stamp))
+            self._fix.publish(messages.nav_sat_fix(state, stamp, self._frames))
         if before is None or state.battery is not before.battery:
             self._battery.publish(messages.battery_state(state, stamp))
         if periodic or (before is not None and _status_may_differ(before, state)):
@@ -123,10 +134,10 @@ class Topics:
         pose = self._bridge.pose
         if pose is None:
             return
-        self._pose.publish(pose_stamped(pose, stamp))
-        self._odometry.publish(messages.odometry(pose, state, stamp))
+        self._pose.publish(pose_stamped(pose, stamp, self._frames.map))
+        self._odometry.publish(messages.odometry(pose, state, stamp, self._frames))
         if self._tf is not None:
-            self._tf.publish(TFMessage(transforms=[messages.transform(pose, stamp)]))
+            self._tf.publish(TFMessage(transforms=[messages.transform(pose, stamp, self._frames)]))
 
     def _publish_status(self, stamp: Any, always: bool) -> None:
         status = messages.vehicle_status(self._bridge, stamp)
@@ -138,14 +149,14 @@ class Topics:
 
     def _publish_diagnostics(self, stamp: Any, now: float) -> None:
         vehicle = self._bridge.vehicle
-        self._health.update(vehicle, self._statistics, now)
+        self._health.update(vehicle, self._statistics(), now)
         message = DiagnosticArray()
         message.header.stamp = stamp
         system_id = vehicle.state.system_id
         hardware = f"system {system_id}"
         message.status = [
-            messages.diagnostic(self._bridge, self._health, hardware),
-            messages.obstacle_diagnostic(self._bridge, hardware, now),
+            messages.diagnostic(self._bridge, self._health, self._name, hardware),
+            messages.obstacle_diagnostic(self._bridge, self._name, hardware, now),
         ]
         self._diagnostics.publish(message)
 

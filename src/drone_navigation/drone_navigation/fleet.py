@@ -1,0 +1,240 @@
+"""Several vehicles on one driver's thread, none of which can touch another. No ROS.
+
+A :class:`Fleet` is what the driver runs. It hands each message to the vehicle that it is from,
+calls each vehicle when its own deadline is due, and asks only those with whom something has
+happened for what they want to send. What one vehicle's application raises ends that vehicle's
+goal. When its timers fail again and again, the fleet gives that vehicle up: nothing more is sent
+for it, so that its own failsafe acts, and the others fly on.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Protocol, TypeVar
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import GIVE_UP_S, Application
+
+__all__ = ["DriverThread", "Fleet", "Member", "MemberApplication"]
+
+ResultT = TypeVar("ResultT")
+
+# A timer that failed, or that has left its deadline where it was, is called again after this.
+_PAUSE_S = 0.05
+
+
+class DriverThread(Protocol):
+    """Takes work for the driver's thread: a driver, or a member of a fleet."""
+
+    def post(self, work: Callable[[], object]) -> None:
+        """Run ``work`` there, soon."""
+
+    def call(self, work: Callable[[], ResultT], timeout_s: float = ...) -> ResultT:
+        """Run ``work`` there and return its result; raises what it raises, or DriverError."""
+
+
+class MemberApplication(Application, Protocol):
+    """What runs one vehicle. All methods are called on the driver's thread."""
+
+    def fail(self, error: Exception) -> None:
+        """End the active goal because of a defect."""
+
+    def give_up(self, error: Exception) -> None:
+        """End all goals; this application is not called again."""
+
+
+class Member:
+    """One vehicle of a fleet; takes work for its application from other threads.
+
+    Attributes:
+        name: for people.
+        system_id: MAVLink system of the vehicle; 0: whoever is heard first.
+        application: what runs it.
+        given_up: whether it has failed for too long.
+    """
+
+    def __init__(self, name: str, system_id: int, application: MemberApplication) -> None:
+        """Put together; a :class:`Fleet` takes it in."""
+        self.name = name
+        self.system_id = system_id
+        self.application = application
+        self.given_up = False
+        self.failing_since_s: float | None = None
+        self.deadline_s = -math.inf
+        self.asked_s: float | None = None
+        self.handled_s: float | None = None
+        self.fleet: Fleet | None = None
+
+    def post(self, work: Callable[[], object]) -> None:
+        """Run ``work`` on the driver's thread, soon; what it raises is this vehicle's trouble."""
+        fleet = self._of_fleet()
+        fleet.thread.post(lambda: fleet.work(self, work))
+
+    def call(self, work: Callable[[], ResultT], timeout_s: float = 5.0) -> ResultT:
+        """Run ``work`` on the driver's thread and return its result; raises what it raises.
+
+        Raises:
+            DriverError: the vehicle was given up, or the driver did not get to it in time.
+        """
+        fleet = self._of_fleet()
+        if self.given_up:
+            raise DriverError("This vehicle was given up after repeated defects.")
+
+        def touching() -> ResultT:
+            fleet.touch(self)
+            return work()
+
+        return fleet.thread.call(touching, timeout_s)
+
+    def _of_fleet(self) -> Fleet:
+        assert self.fleet is not None, "a member is of a fleet before it is given work"
+        return self.fleet
+
+
+class Fleet:
+    """The application of a driver that runs those of several vehicles."""
+
+    def __init__(self, members: Sequence[Member], clock: Clock) -> None:
+        """Take the vehicles in; :meth:`attach` must follow before one is given work.
+
+        Args:
+            members: at least one; with several, each has a system id of its own.
+            clock: the driver's.
+        """
+        self._members = tuple(members)
+        self._clock = clock
+        self._thread: DriverThread | None = None
+        self._by_system = {member.system_id: member for member in members if member.system_id}
+        self._only = self._members[0] if len(self._members) == 1 else None
+        self._touched: dict[Member, None] = {}
+        for member in members:
+            member.fleet = self
+
+    def attach(self, thread: DriverThread) -> None:
+        """Say on whose thread the fleet runs."""
+        self._thread = thread
+
+    @property
+    def thread(self) -> DriverThread:
+        """Where work for the members is done."""
+        assert self._thread is not None, "attach comes first"
+        return self._thread
+
+    @property
+    def lost(self) -> bool:
+        """Whether every vehicle was given up."""
+        return all(member.given_up for member in self._members)
+
+    # --- what the driver calls ------------------------------------------------------------
+
+    def start(self, now: float) -> None:
+        """Start all."""
+        for member in self._members:
+            self.work(member, partial(member.application.start, now))
+
+    def receive(self, message: Message, now: float) -> None:
+        """Hand a message to the vehicle that it is from, or that it is for."""
+        member = self._only or self._member_of(message)
+        if member is not None:
+            self.work(member, partial(member.application.receive, message, now))
+
+    def handle_timer(self, now: float) -> None:
+        """Let all do what is due, those that have waited longest first."""
+        due = [member for member in self._members if member.deadline_s <= now]
+        for member in sorted(due, key=lambda member: member.deadline_s):
+            self.touch(member)
+            if member.given_up:
+                continue
+            member.handled_s = member.asked_s
+            try:
+                member.application.handle_timer(now)
+            except Exception as error:
+                self._fail(member, error)
+            else:
+                member.failing_since_s = None
+
+    def next_deadline(self) -> float | None:
+        """Return when the first of them wants to be called."""
+        for member in self._touched:
+            member.deadline_s = self._deadline(member)
+        self._touched.clear()
+        deadline_s = min(member.deadline_s for member in self._members)
+        return None if deadline_s == math.inf else max(deadline_s, 0.0)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return what those want to send with whom something has happened."""
+        messages: list[Message] = []
+        for member in list(self._touched):
+            if member.given_up:
+                continue
+            try:
+                messages += member.application.messages_to_send()
+            except Exception as error:
+                self._fail(member, error)
+        return messages
+
+    # --- work for one of them -------------------------------------------------------------
+
+    def touch(self, member: Member) -> None:
+        """Note that something happens with a vehicle: ask it for messages and its deadline."""
+        self._touched[member] = None
+
+    def work(self, member: Member, work: Callable[[], object]) -> None:
+        """Do something for one vehicle; what is raised ends its goal, and touches no other."""
+        if member.given_up:
+            return
+        self.touch(member)
+        try:
+            work()
+        except Exception as error:
+            self._tell(member, error)
+
+    def _member_of(self, message: Message) -> Member | None:
+        member = self._by_system.get(message._header.srcSystem)
+        if member is not None:
+            return member
+        return self._by_system.get(getattr(message, "target_system", 0))
+
+    def _deadline(self, member: Member) -> float:
+        if member.given_up:
+            return math.inf
+        now = self._clock.now()
+        try:
+            deadline_s = member.application.next_deadline()
+        except Exception as error:
+            self._fail(member, error)
+            return now + _PAUSE_S
+        member.asked_s = deadline_s
+        # Neither a failure nor a deadline that stays where it is may spin the processor.
+        if member.failing_since_s is not None:
+            return now + _PAUSE_S
+        if deadline_s is None:
+            return math.inf
+        return max(deadline_s, now + _PAUSE_S) if deadline_s == member.handled_s else deadline_s
+
+    def _fail(self, member: Member, error: Exception) -> None:
+        """Count a failure of what must go on: timers, deadlines, messages."""
+        self._tell(member, error)
+        now = self._clock.now()
+        if member.failing_since_s is None:
+            member.failing_since_s = now
+        failing_s = now - member.failing_since_s
+        if failing_s >= GIVE_UP_S:
+            member.given_up = True
+            member.application.give_up(
+                DriverError(
+                    f"Vehicle {member.name} has been failing for {failing_s:.1f} s and is given "
+                    "up; nothing more is sent for it, so that its own failsafe can act."
+                )
+            )
+
+    def _tell(self, member: Member, error: Exception) -> None:
+        try:
+            member.application.fail(error)
+        except Exception as second:
+            logging.getLogger(__name__).error("Telling of a failure failed.", exc_info=second)

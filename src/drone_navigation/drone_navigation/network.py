@@ -1,0 +1,55 @@
+"""Opens what a server and its ``--check`` talk through: links, signing, recording. No ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from drone_navigation.configuration import ServerConfig
+from mavlink_vehicle.codec import Codec, CodecStatistics
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import Application, Driver
+from mavlink_vehicle.io.links import Link, open_link, parse_url
+from mavlink_vehicle.io.signing_key import open_signing
+from mavlink_vehicle.io.tlog import TlogWriter
+
+__all__ = ["Network", "open_network"]
+
+
+class Network:
+    """The open links of a server, and its recording."""
+
+    def __init__(self, link: Link, codec: Codec, recorder: TlogWriter | None) -> None:
+        """Put them together; :func:`open_network` does."""
+        self._link = link
+        self._codec = codec
+        self.recorder = recorder
+
+    def drive(self, application: Application, clock: Clock) -> Driver:
+        """Return a driver that runs an application on the links, and closes them."""
+        return Driver(application, self._link, self._codec, clock, self.recorder)
+
+    def statistics_of(self, system_id: int) -> CodecStatistics:
+        """Return what was met on the way from a system; from all for 0."""
+        return self._codec.statistics
+
+
+def open_network(
+    config: ServerConfig, vehicles: Sequence[ServerConfig], report: Callable[[str], None]
+) -> Network:
+    """Open every link once.
+
+    Args:
+        config: settings of the server.
+        vehicles: settings of its vehicles, which may share links.
+        report: takes sentences for people.
+
+    Raises:
+        LinkError: a link cannot be opened, or the file of the signing key holds none.
+        OSError: the recording cannot be written.
+    """
+    signing = open_signing(config.signing_key_file, report)
+    urls = dict.fromkeys(parse_url(vehicle.link_url) for vehicle in vehicles)
+    links = [open_link(str(url), report) for url in urls]
+    recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
+    codec = Codec(config.vehicle.source_system or 1, config.vehicle.source_component, signing)
+    return Network(links[0], codec, recorder)

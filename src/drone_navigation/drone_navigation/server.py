@@ -1,0 +1,170 @@
+"""A server with all its vehicles: their nodes, the links, and the thread that drives them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable
+from contextlib import ExitStack
+from functools import partial
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from drone_navigation.configuration import ServerConfig, make_config
+from drone_navigation.fleet import Fleet
+from drone_navigation.fleet_config import check_fleet, make_vehicle_config
+from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.network import open_network
+from drone_navigation.parameter_table import SERVER_WIDE, ParameterValue
+from drone_navigation.parameters import (
+    declare_parameters,
+    declare_vehicle_parameters,
+    refuse_changes,
+)
+from drone_navigation.spinning import Spinner
+from drone_navigation.vehicle_node import VehicleNode
+from mavlink_vehicle.io.clock import Clock
+
+_STOP_TIMEOUT_S = 3.0
+_RESULT_GRACE_S = 0.3
+_REMAPS = ("-r", "--remap")
+_NODE_REMAPS = ("__ns:=", "__node:=", "__name:=")
+
+
+class NavigationServer:
+    """The vehicles of a server, on one thread and its links; without ``vehicles``, one.
+
+    With one vehicle without a name, its node is the server's.
+    """
+
+    def __init__(
+        self,
+        root: Node,
+        given: list[Parameter],
+        argv: list[str],
+        simulator: bool,
+        clock: Clock,
+        on_exit: ExitStack,
+    ) -> None:
+        """Make nodes and open links; nothing is sent before :meth:`start`.
+
+        Args:
+            root: the server's node.
+            given: parameters that the command line sets for every vehicle.
+            argv: the command line, for the vehicles' nodes.
+            simulator: nothing but single parameters was configured.
+            clock: the time of all vehicles.
+            on_exit: destroys what was made.
+
+        Raises:
+            ConfigurationError: parameters cannot be used.
+            LinkError: a link cannot be opened, or the file of the signing key holds none.
+            OSError: the recording cannot be written.
+        """
+        self._clock = clock
+        values = declare_parameters(root, simulator)
+        config = make_config(values)
+        self._spinner: Spinner | None = None
+        settings = [(root, values, config)]
+        if config.vehicles:
+            settings = list(_vehicle_settings(root, values, config, given, argv, on_exit))
+            check_fleet(dict(zip(config.vehicles, (own for _, _, own in settings), strict=True)))
+            refuse_changes(root, settings[0][0].get_fully_qualified_name())
+            self._spinner = Spinner(root, SingleThreadedExecutor())
+        network = open_network(config, [made for _, _, made in settings], root.get_logger().info)
+        self._vehicles = [
+            VehicleNode(node, own, made, network.recorder, clock) for node, own, made in settings
+        ]
+        self._fleet = Fleet([vehicle.member for vehicle in self._vehicles], clock)
+        self._driver = network.drive(self._fleet, clock)
+        self._fleet.attach(self._driver)
+        for vehicle in self._vehicles:
+            vehicle.serve(partial(network.statistics_of, vehicle.member.system_id))
+
+    @property
+    def running(self) -> bool:
+        """Whether any vehicle is still steered."""
+        return self._driver.running and not self._fleet.lost
+
+    def start(self) -> None:
+        """Begin to talk to the vehicles and to take requests."""
+        self._driver.start()
+        for vehicle in self._vehicles:
+            vehicle.start()
+        if self._spinner is not None:
+            self._spinner.start()
+
+    def stop(self) -> None:
+        """Bring the vehicles to a stop, end their goals, and close everything; bounded in time."""
+        self._stop_goals()
+        for vehicle in self._vehicles:
+            vehicle.stop(_STOP_TIMEOUT_S)
+        if self._spinner is not None:
+            self._spinner.stop(_STOP_TIMEOUT_S)
+        self._driver.stop(_STOP_TIMEOUT_S)
+
+    def _stop_goals(self) -> None:
+        for vehicle in self._vehicles:
+            vehicle.shut_down()
+        pause = threading.Event()
+        longest_s = max(vehicle.config.bridge.goto.cancel_timeout_s for vehicle in self._vehicles)
+        deadline = self._clock.now() + longest_s + 1.0
+        busy = [vehicle for vehicle in self._vehicles if not vehicle.is_idle()]
+        if not busy:
+            return
+        while (
+            not all(vehicle.is_idle() for vehicle in busy)
+            and self.running
+            and self._clock.now() < deadline
+        ):
+            pause.wait(0.05)
+        for vehicle in busy:
+            vehicle.abandon()
+        pause.wait(_RESULT_GRACE_S)  # for the results to reach the clients
+
+
+def _vehicle_settings(
+    root: Node,
+    values: dict[str, ParameterValue],
+    config: ServerConfig,
+    given: list[Parameter],
+    argv: list[str],
+    on_exit: ExitStack,
+) -> Iterable[tuple[Node, dict[str, ParameterValue], ServerConfig]]:
+    """Make a node for each vehicle and yield it with its values and settings."""
+    own_given = [parameter for parameter in given if parameter.name not in SERVER_WIDE]
+    for name in config.vehicles:
+        node = Node(
+            SERVER_NODE_NAME,
+            namespace=f"{root.get_namespace().rstrip('/')}/{name}",
+            cli_args=vehicle_arguments(argv),
+            use_global_arguments=False,
+            parameter_overrides=own_given,
+            context=root.context,
+        )
+        on_exit.callback(node.destroy_node)
+        own = declare_vehicle_parameters(node, name, values)
+        yield node, own, make_vehicle_config(name, own)
+
+
+def vehicle_arguments(argv: list[str]) -> list[str]:
+    """Return a server's arguments for ROS without those that rename or move all its nodes.
+
+    Parameters and remapped topics are for the vehicles, too; a node name or a namespace, which
+    is the server's, would make them all one.
+    """
+    kept: list[str] = []
+    inside = False
+    words = iter(argv)
+    for word in words:
+        inside = (inside or word == "--ros-args") and word != "--"
+        if not inside:
+            continue
+        if word in _REMAPS:
+            rule = next(words, "")
+            if not rule.startswith(_NODE_REMAPS):
+                kept += [word, rule]
+        else:
+            kept.append(word)
+    return kept

@@ -1,0 +1,46 @@
+"""Threads in which ROS calls back."""
+
+from __future__ import annotations
+
+import threading
+
+from rclpy.executors import Executor, ExternalShutdownException
+from rclpy.node import Node
+
+
+class Spinner:
+    """Spins an executor for one node in a thread of its own."""
+
+    def __init__(self, node: Node, executor: Executor) -> None:
+        """Put together; :meth:`start` begins."""
+        self._node = node
+        self._executor = executor
+        executor.add_node(node)
+        self._stopping = False
+        self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
+
+    def start(self) -> None:
+        """Begin to call back."""
+        self._thread.start()
+
+    def stop(self, timeout_s: float) -> None:
+        """End the executor and its thread."""
+        self._stopping = True
+        self._executor.shutdown(timeout_sec=1.0)
+        # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.
+        self._thread.join(timeout_s)
+
+    def _spin(self) -> None:
+        """Spin until told to stop, surviving what rclpy itself lets escape.
+
+        A KeyError can escape from an expiring goal (ros2/rclpy issues 1236, 1667); a server
+        that flies a vehicle must not end because of it.
+        """
+        while not self._stopping:
+            try:
+                self._executor.spin()
+                return
+            except ExternalShutdownException:
+                return
+            except Exception as error:
+                self._node.get_logger().error(f"A ROS callback failed and was skipped: {error!r}")

@@ -1,0 +1,118 @@
+"""One vehicle of a server: a ROS node with all that it offers, and the bridge behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+
+from drone_navigation.actions import GoalServers
+from drone_navigation.bridge import Bridge
+from drone_navigation.configuration import ServerConfig
+from drone_navigation.fleet import Member
+from drone_navigation.frame_names import FrameNames
+from drone_navigation.parameter_table import ParameterValue
+from drone_navigation.parameters import follow_changes
+from drone_navigation.sensor_topics import SensorTopics
+from drone_navigation.service_servers import ServiceServers
+from drone_navigation.spinning import Spinner
+from drone_navigation.topics import Topics
+from drone_navigation.vehicle_application import VehicleApplication
+from mavlink_vehicle.codec import CodecStatistics
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.outcomes import OutcomeCode
+
+# One thread for each goal that is parked on its event, and some for goal, cancel and
+# result requests. A replaced goal leaves its thread within milliseconds. They are only
+# made when they are needed.
+_EXECUTOR_THREADS = 8
+
+
+class VehicleNode:
+    """One vehicle's node.
+
+    Its executor is its own, so that a client that keeps one vehicle's callbacks busy does not
+    keep the others waiting.
+
+    Attributes:
+        node: the ROS node, named ``navigation_server`` in the vehicle's namespace.
+        config: the settings at the start.
+        member: what a fleet runs; takes work for the bridge.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        values: dict[str, ParameterValue],
+        config: ServerConfig,
+        recorder: TlogWriter | None,
+        clock: Clock,
+    ) -> None:
+        """Make the vehicle's part on the driver's thread; :meth:`serve` makes the rest.
+
+        Args:
+            node: the vehicle's, on which its parameters are declared.
+            values: the parameters' values, which are kept up to date.
+            config: the settings that they make.
+            recorder: of all traffic of the server.
+            clock: the driver's.
+        """
+        self.node = node
+        self.config = config
+        self._values = values
+        self._clock = clock
+        self._bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+        self._application = VehicleApplication(self._bridge, recorder, clock)
+        name = node.get_namespace().strip("/") or node.get_name()
+        self.member = Member(name, config.vehicle.target_system, self._application)
+        self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
+        self._server: GoalServers | None = None
+
+    def serve(self, statistics: Callable[[], CodecStatistics]) -> None:
+        """Offer actions, services and topics; the fleet has its driver by now.
+
+        Args:
+            statistics: returns what was met on the vehicle's link.
+        """
+        node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
+        frames = FrameNames.of(node.get_namespace())
+        server = self._server = GoalServers(node, bridge, member, clock, frames)
+        follow_changes(
+            node,
+            self._values,
+            lambda changed: member.post(lambda: bridge.configure(changed.bridge)),
+        )
+        services = ServiceServers(node, bridge, member, clock)
+        topics = Topics(node, bridge, statistics, frames)
+        self._application.attach(node, server, services, topics)
+        SensorTopics(node, bridge.obstacles, member, clock, self.config.bridge.obstacles, frames)
+
+    def start(self) -> None:
+        """Begin to take requests."""
+        arming = "may arm and take off" if self.config.bridge.goto.may_arm else "never arms"
+        self.node.get_logger().info(
+            f"Navigation server ready on {self.config.link_url}; it {arming}"
+        )
+        self._spinner.start()
+
+    def shut_down(self) -> None:
+        """Have the vehicle brought to a stop, and its goal ended."""
+        self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
+
+    def is_idle(self) -> bool:
+        """Whether no goal is open, or can end in order any more."""
+        return self._server is None or self._server.is_idle()
+
+    def abandon(self) -> None:
+        """End what goals are still open."""
+        if self._server is not None:
+            self._server.abandon(
+                OutcomeCode.INTERNAL_ERROR, "The server ended before the goal did."
+            )
+
+    def stop(self, timeout_s: float) -> None:
+        """Take no more requests."""
+        self._spinner.stop(timeout_s)
