@@ -30,13 +30,10 @@ from drone_navigation.client_options import (
     EXIT_SUCCESS,
 )
 from drone_navigation.client_view import View
+from drone_navigation.client_watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 from drone_navigation.topics import LATCHED_QOS, STREAM_QOS
 
-# After this long without feedback the client asks whether the server is still there.
-_SILENCE_S = 5.0
-# A server that was killed is only forgotten by DDS after its lease; this bounds the wait.
-_SILENCE_MAX_S = 30.0
 # The reason of a refusal comes by a topic of its own, usually before the refusal itself.
 _REASON_TIMEOUT_S = 1.0
 
@@ -51,8 +48,17 @@ class Course:
         rejections: reasons that the server has published since the last goal was sent.
     """
 
-    def __init__(self, node: Node, view: View, first: Errand) -> None:
-        """Prepare on ``node`` to send ``first`` and points after it."""
+    def __init__(
+        self, node: Node, view: View, first: Errand, lost_timeout_s: float = LOST_TIMEOUT_S
+    ) -> None:
+        """Prepare on ``node`` to send ``first`` and points after it.
+
+        Args:
+            node: the client's own.
+            view: what shows it all.
+            first: the first goal.
+            lost_timeout_s: longest wait for a server that is not heard while a goal is flown.
+        """
         self.code = EXIT_ABORTED
         self.rejections: list[str] = []
         self._view = view
@@ -73,7 +79,7 @@ class Course:
         self._current = 0
         self._update_failed = False
         self._accepted_s: float | None = None
-        self._heard_s = 0.0
+        self._watch = ServerWatch(lost_timeout_s)
 
     # --- what is going on ----------------------------------------------------------------
 
@@ -101,12 +107,13 @@ class Course:
         """Whether the first goal's action is served."""
         return bool(self._clients[self._first.name].server_is_ready())
 
-    def server_is_gone(self, now_s: float) -> bool:
-        """Whether a goal is being flown and nobody is there who would tell its end."""
-        silence_s = now_s - self._heard_s
-        if silence_s < _SILENCE_S or not any(goal.stage is Stage.OPEN for goal in self._goals):
-            return False
-        return silence_s > _SILENCE_MAX_S or not self.server_is_ready()
+    def why_lost(self, now_s: float) -> str:
+        """Return why nobody will tell a goal's end; empty while somebody may."""
+        return self._watch.verdict(now_s) if self._open else ""
+
+    @property
+    def _open(self) -> list[SentGoal]:
+        return [goal for goal in self._goals if goal.stage is Stage.OPEN]
 
     # --- what to do ----------------------------------------------------------------------
 
@@ -148,25 +155,49 @@ class Course:
                 self.say("The server did not take the cancel; asking again.", bad=True)
 
     def look(self, now_s: float) -> None:
-        """Take note of what the server has answered."""
+        """Take note of what the server has answered, and that it does not."""
+        self._look_for_server(now_s)
         for goal in list(self._goals):
             if goal.look(now_s):
                 self._on_stage(goal)
             if goal.stage is Stage.REFUSED:
                 self._on_refused(goal, now_s)
 
+    def _look_for_server(self, now_s: float) -> None:
+        if not self._open:
+            return
+        if remark := self._watch.look(now_s, ready=self.server_is_ready()):
+            self.say(remark, bad=True)
+        if self._watch.asks_again(now_s):
+            for goal in self._open:
+                goal.ask_again()
+
+    def _hear(self, now_s: float) -> None:
+        if remark := self._watch.hear(now_s):
+            self.say(remark)
+
     def _on_stage(self, goal: SentGoal) -> None:
         if goal.stage is Stage.OPEN:
             self._current = goal.number
-            self._heard_s = goal.since_s
+            self._hear(goal.since_s)
             if self._accepted_s is None:
                 self._accepted_s = goal.since_s
             self.tell(Accepted(goal.number, goal.id))
         elif goal.stage is Stage.ENDED:
+            self._hear(goal.since_s)
             self._goals.remove(goal)
             ended = goal.end(replaced=self._sent > goal.number)
             self._on_end(ended)
             self.tell(ended)
+        elif goal.stage is Stage.FORGOTTEN:
+            self._hear(goal.since_s)
+            self._goals.remove(goal)
+            self.code = EXIT_NO_SERVER
+            self.say(
+                f"The server no longer knows goal {goal.number}: it was started anew, and the "
+                "goal was not taken up again; or the goal ended more than a minute ago.",
+                bad=True,
+            )
         elif goal.stage is Stage.UNANSWERED:
             self._goals.remove(goal)
             self._fail(goal, EXIT_NO_SERVER)
@@ -201,6 +232,7 @@ class Course:
             self.say(f"{happened.what}: {happened.message}", bad=True)
 
     def _on_feedback(self, goal: SentGoal, telemetry: Telemetry) -> None:
-        self._heard_s = time.monotonic()
+        now_s = time.monotonic()
+        self._hear(now_s)
         if goal.number >= self._current and goal.stage in (Stage.SENT, Stage.OPEN):
-            self._view.show(telemetry, self.t_s(self._heard_s))
+            self._view.show(telemetry, self.t_s(now_s))

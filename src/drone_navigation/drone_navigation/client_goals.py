@@ -33,6 +33,7 @@ class Stage(Enum):
     REFUSED = auto()
     UNANSWERED = auto()
     ENDED = auto()
+    FORGOTTEN = auto()
 
 
 class SentGoal:
@@ -72,8 +73,9 @@ class SentGoal:
         self.stage = Stage.SENT
         self.since_s = now_s
         self._handle: ClientGoalHandle | None = None
-        self._result: Future | None = None
+        self._results: list[Future] = []
         self._cancel: Future | None = None
+        self._cancelled_s = 0.0
         self._cancel_again_s = -math.inf
         self._answer = client.send_goal_async(
             errand.goal,
@@ -91,9 +93,7 @@ class SentGoal:
         if self.stage is Stage.SENT:
             self._look_for_answer(now_s)
         elif self.stage is Stage.OPEN:
-            assert self._result is not None
-            if self._result.done():
-                self.stage = Stage.ENDED
+            self._look_for_end()
         if self.stage is before:
             return False
         self.since_s = now_s
@@ -103,12 +103,25 @@ class SentGoal:
         if self._answer.done():
             self._handle = self._answer.result()
             if self._handle.accepted:
-                self._result = self._handle.get_result_async()
                 self.stage = Stage.OPEN
+                self.ask_again()
             else:
                 self.stage = Stage.REFUSED
         elif now_s - self.since_s > RESPONSE_TIMEOUT_S:
             self.stage = Stage.UNANSWERED
+
+    def _look_for_end(self) -> None:
+        """Take the first answer that tells an end; to each request the same one is given."""
+        answers = [future.result().status for future in self._results if future.done()]
+        if any(status != GoalStatus.STATUS_UNKNOWN for status in answers):
+            self.stage = Stage.ENDED
+        elif answers:
+            self.stage = Stage.FORGOTTEN
+
+    def ask_again(self) -> None:
+        """Ask for the end; an answer that was on its way when the server was lost never comes."""
+        if self._handle is not None and self.stage is Stage.OPEN:
+            self._results.append(self._handle.get_result_async())
 
     def cancel(self, now_s: float) -> bool:
         """Have the server cancel it; called again and again until it ends.
@@ -122,8 +135,13 @@ class SentGoal:
         if self._cancel is None:
             if now_s >= self._cancel_again_s:
                 self._cancel = self._handle.cancel_goal_async()
+                self._cancelled_s = now_s
             return False
-        if not self._cancel.done() or self._cancel.result().goals_canceling:
+        if not self._cancel.done():
+            if now_s - self._cancelled_s > RESPONSE_TIMEOUT_S:
+                self._cancel = None  # lost with the connection; the server takes a second one, too
+            return False
+        if self._cancel.result().goals_canceling:
             return False
         self._cancel = None
         self._cancel_again_s = now_s + _CANCEL_AGAIN_S
@@ -135,8 +153,8 @@ class SentGoal:
         Args:
             replaced: whether a later goal of this client was accepted, or may be.
         """
-        assert self._result is not None
-        wrapped = self._result.result()
+        answers = [future.result() for future in self._results if future.done()]
+        wrapped = next(each for each in answers if each.status != GoalStatus.STATUS_UNKNOWN)
         result = wrapped.result
         place = result.final_pose.pose.position
         code = result.message.partition(":")[0]

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 from drone_navigation.client_updates import Update, UpdateError, parse_update
+from drone_navigation.client_watch import LOST_TIMEOUT_S, SILENCE_S
 from drone_navigation.route_requests import LAPS_MAX
 
 EXIT_SUCCESS = 0
@@ -125,6 +126,14 @@ def _add_course(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="longest wait for the server (default: 10)",
     )
+    parser.add_argument(
+        "--lost-timeout",
+        type=float,
+        default=LOST_TIMEOUT_S,
+        metavar="S",
+        help="longest wait for a server that is no longer heard while it flies a goal; never "
+        f"below {SILENCE_S:g} (default: {LOST_TIMEOUT_S:g})",
+    )
 
 
 def parse_options(arguments: list[str]) -> argparse.Namespace:
@@ -138,6 +147,7 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
     for name, value in (
         ("--cancel-after", options.cancel_after),
         ("--server-timeout", options.server_timeout),
+        ("--lost-timeout", options.lost_timeout),
     ):
         if not value >= 0.0:
             parser.error(f"{name} is {value:g}; give a number of seconds, 0 or more.")

@@ -61,7 +61,7 @@ class NavigationClient:
         self._keys = Keys()
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
-        self._course = Course(node, view, errand)
+        self._course = Course(node, view, errand, options.lost_timeout)
         self._services = {
             key: node.create_client(Trigger, f"{SERVER_NODE_NAME}/{key.name.lower()}")
             for key in (Key.PAUSE, Key.RESUME)
@@ -143,12 +143,8 @@ class NavigationClient:
         if self._interrupts > 1 and course.under_way:
             course.say("Not waiting any longer; the goal may still be active.", bad=True)
             return EXIT_ABORTED
-        if course.server_is_gone(now_s):
-            course.say(
-                "The server is gone; what the vehicle does now is its own failsafe's business "
-                "(docs/navigate.md).",
-                bad=True,
-            )
+        if why := course.why_lost(now_s):
+            course.say(why, bad=True)
             return EXIT_NO_SERVER
         return None if course.under_way or self._goes_on() else self._end()
 

@@ -1,0 +1,176 @@
+"""Several hosts on this machine: network namespaces joined by a switch, for tests to cut.
+
+Each host is a namespace of its own (its network, and its shared memory), so that nothing
+passes between two of them but what goes over their cables. All live in one user namespace
+of their own: this needs no rights, and the machine's own network is not touched. They hold
+on to this process by a pipe and vanish with it.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from drone_navigation.processes import Process
+
+# A range for documentation (RFC 5737, TEST-NET-2): no machine has it.
+_NETWORK = "198.51.100"
+_TOOLS = ("ip", "unshare", "nsenter", "setpriv")
+_STEP_TIMEOUT_S = 10.0
+_CABLE = "eth0"
+
+
+class NoNamespacesError(RuntimeError):
+    """Hosts cannot be made here; the sentence says what was tried."""
+
+
+class _Namespace:
+    """A process that does nothing but hold namespaces open."""
+
+    def __init__(self, name: str, command: Sequence[str]) -> None:
+        self.name = name
+        # `cat` ends when this process's end of the pipe is closed, whatever closes it.
+        script = "mount -t tmpfs tmpfs /dev/shm && ip link set lo up && echo ready && exec cat"
+        self._words = [*command, "sh", "-c", script]
+        self._holder = subprocess.Popen(
+            self._words,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert self._holder.stdout is not None
+        if self._holder.stdout.readline() != "ready\n":
+            raise NoNamespacesError(f"'{' '.join(self._words)}' failed: {self._end()}")
+
+    @property
+    def pid(self) -> int:
+        return self._holder.pid
+
+    def enter(self) -> list[str]:
+        """Return what to put before a command that is to run in here."""
+        return [
+            "nsenter", "--target", str(self.pid), "--user", "--net", "--mount",
+            "--preserve-credentials", "--",
+        ]  # fmt: skip
+
+    def run(self, *words: str) -> str:
+        done = subprocess.run(
+            [*self.enter(), *words],
+            check=False,
+            capture_output=True,
+            text=True,
+            timeout=_STEP_TIMEOUT_S,
+        )
+        if done.returncode != 0:
+            raise NoNamespacesError(f"'{' '.join(words)}' in a namespace failed: {done.stderr}")
+        return done.stdout
+
+    def _end(self) -> str:
+        self._holder.kill()
+        _output, error = self._holder.communicate(timeout=_STEP_TIMEOUT_S)
+        return " ".join(error.split())
+
+    def close(self) -> None:
+        self._end()
+
+
+class Host(_Namespace):
+    """One host: an address, a cable, and processes.
+
+    Attributes:
+        address: IPv4 address in the hosts' network.
+    """
+
+    def __init__(self, name: str, number: int, switch: _Namespace) -> None:
+        """Make it, with a cable to ``switch`` at port ``number``."""
+        join = ["nsenter", "--target", str(switch.pid), "--user", "--preserve-credentials", "--"]
+        super().__init__(name, [*join, "unshare", "--net", "--mount"])
+        self.address = f"{_NETWORK}.{number}"
+        self._switch = switch
+        self._port = f"port{number}"
+        peer = ("peer", "name", _CABLE, "netns", str(self.pid))
+        switch.run("ip", "link", "add", self._port, "type", "veth", *peer)
+        switch.run("ip", "link", "set", self._port, "master", "switch", "up")
+        self.run("ip", "address", "add", f"{self.address}/24", "dev", _CABLE)
+        self.run("ip", "link", "set", _CABLE, "up")
+
+    def process(
+        self, name: str, arguments: Sequence[str], environment: Mapping[str, str]
+    ) -> Process:
+        """Start a process here; it ends with this one at the latest."""
+        words = [*self.enter(), "setpriv", "--pdeathsig", "KILL", "--", *arguments]
+        return Process(f"{name} on {self.name}", words, environment)
+
+    def unplug(self) -> None:
+        """Cut the cable, at the switch: the host keeps its address and sees no carrier."""
+        self._switch.run("ip", "link", "set", self._port, "down")
+
+    def plug(self) -> None:
+        """Mend the cable."""
+        self._switch.run("ip", "link", "set", self._port, "up")
+
+    def counted(self) -> tuple[int, int]:
+        """Return the bytes that this host has received and sent over its cable."""
+        for line in self.run("cat", "/proc/net/dev").splitlines():
+            name, _, numbers = line.partition(":")
+            if name.strip() == _CABLE:
+                columns = numbers.split()
+                return int(columns[0]), int(columns[8])
+        raise AssertionError(f"{self.name} has no {_CABLE}")
+
+
+class Network:
+    """A switch and its hosts, numbered from 1 in the order in which they are made."""
+
+    def __init__(self) -> None:
+        """Make the switch.
+
+        Raises:
+            NoNamespacesError: namespaces are not allowed here, or a tool is missing.
+        """
+        missing = [tool for tool in _TOOLS if shutil.which(tool) is None]
+        if missing:
+            raise NoNamespacesError(f"no {' and no '.join(missing)} here (iproute2, util-linux)")
+        if not Path("/proc/self/ns/net").exists():
+            raise NoNamespacesError("this kernel has no network namespaces (/proc/self/ns/net)")
+        self._hosts: list[Host] = []
+        self._switch = _Namespace(
+            "switch", ["unshare", "--user", "--map-root-user", "--net", "--mount"]
+        )
+        try:
+            # Without a querier a switch that snoops would drop the multicast of discovery.
+            self._switch.run("ip", "link", "add", "switch", "type", "bridge", "mcast_snooping", "0")
+            self._switch.run("ip", "link", "set", "switch", "up")
+        except NoNamespacesError:
+            self._switch.close()
+            raise
+
+    def host(self, name: str) -> Host:
+        """Add a host.
+
+        Raises:
+            NoNamespacesError: it cannot be made.
+        """
+        host = Host(name, len(self._hosts) + 1, self._switch)
+        self._hosts.append(host)
+        return host
+
+    def close(self) -> None:
+        """Let all namespaces go; their processes are to be stopped before."""
+        for host in (*self._hosts, self._switch):
+            host.close()
+
+
+def networked(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment whose nodes are found by the other hosts, too, and only over cables.
+
+    Fast DDS takes namespaces of one machine for one host and would try shared memory.
+    """
+    return {
+        **environment,
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+    }
