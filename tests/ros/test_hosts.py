@@ -13,7 +13,8 @@ import pytest
 from drone_navigation.processes import Process, ros_environment
 from tests.support.hosts import Host, Network, NoNamespacesError, networked
 
-pytestmark = pytest.mark.xdist_group("ros_hosts")
+# What is cut off must stay so for longer than DDS remembers it: 20 s.
+pytestmark = [pytest.mark.xdist_group("ros_hosts"), pytest.mark.timeout(180)]
 
 # Nobody else is in these hosts' network.
 DOMAIN = 1
