@@ -24,6 +24,7 @@ from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.vehicle import Vehicle
 from tests.bench.telemetry_sender import telemetry
 
@@ -96,7 +97,7 @@ def _least(*contenders: Callable[[], float], rounds: int = ROUNDS) -> list[float
 def _driver_us(frames: list[bytes]) -> float:
     link = open_link("udpin://127.0.0.1:0")
     vehicle = _Counting()
-    driver = Driver(vehicle, link, Codec(1, 191), MonotonicClock(), on_error=_raise)
+    driver = Driver(vehicle, Router([link], lambda: Codec(1, 191)), MonotonicClock(), _raise)
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     sender.connect(("127.0.0.1", link.port))  # type: ignore[attr-defined]
     driver.start()
@@ -171,7 +172,8 @@ def _batches_us(
 
 def _driver_paced_ms() -> float:
     link = open_link("udpin://127.0.0.1:0")
-    driver = Driver(_Counting(), link, Codec(1, 191), MonotonicClock(), on_error=_raise)
+    router = Router([link], lambda: Codec(1, 191))
+    driver = Driver(_Counting(), router, MonotonicClock(), _raise)
     driver.start()
     try:
         begin_s = driver.call(time.thread_time)

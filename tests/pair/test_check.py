@@ -39,7 +39,8 @@ class Look:
     def __init__(self, simulated: VehicleConfig, values: dict[str, ParameterValue]) -> None:
         """Start both."""
         self.simulation = Simulation([simulated], seed=1)
-        self.checker = Checker(make_config(values), (codec := Codec(1, 191)).statistics)
+        codec = Codec(1, 191)
+        self.checker = Checker(make_config(values), lambda: codec.statistics)
         self.sent: list[bytes] = []
         self.now = 0.0
         self._codec = codec
@@ -250,7 +251,8 @@ def test_the_wrong_system_id_names_those_that_are_heard() -> None:
 
 
 def test_bytes_that_are_no_mavlink_point_to_the_baud_rate() -> None:
-    checker = Checker(make_config({}), (codec := Codec(1, 191)).statistics)
+    codec = Codec(1, 191)
+    checker = Checker(make_config({}), lambda: codec.statistics)
     checker.start(0.0)
     assert codec.decode(bytes(range(200))) == []
     report = make_report(checker, ADVICE, 1.0)

@@ -27,6 +27,7 @@ from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from tests.support.ros_flight import navigate_goal, new_domain
@@ -49,16 +50,12 @@ class _Server:
         self.bridge = Bridge(Vehicle(config.vehicle), config.bridge)
         application = VehicleApplication(self.bridge, None, clock)
         link = open_link(f"udpin://127.0.0.1:{port}")
-        codec = Codec(1, 191)
-        self.driver = Driver(application, link, codec, clock)
+        router = Router([link], lambda: Codec(1, 191))
+        self.driver = Driver(application, router, clock)
         self.server = GoalServers(self.node, self.bridge, self.driver, clock)
         services = ServiceServers(self.node, self.bridge, self.driver, clock)
-        application.attach(
-            self.node,
-            self.server,
-            services,
-            Topics(self.node, self.bridge, lambda: codec.statistics),
-        )
+        topics = Topics(self.node, self.bridge, lambda: router.statistics.of_system(0))
+        application.attach(self.node, self.server, services, topics)
         self.client = ActionClient(self.node, Navigate, ACTION_NAME)
         self.executor = MultiThreadedExecutor(num_threads=6, context=self.context)
         self.executor.add_node(self.node)

@@ -213,6 +213,11 @@ class Bridge:
         self._vehicle.start(now)
         self._obstacles.start(now)
 
+    def overhear(self, message: Message, now: float) -> None:
+        """Take note of what a ground station sends by another link; it is never telemetry."""
+        self._vehicle.overhear(message, now)
+        self._handle_events(now)
+
     def receive(self, message: Message, now: float) -> None:
         """Take one MAVLink message."""
         before = self._vehicle.state

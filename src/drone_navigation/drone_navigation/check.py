@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import defaultdict, deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from drone_navigation.bridge import Bridge
@@ -53,12 +54,12 @@ class MessageRate:
 class Checker:
     """Listens to one vehicle, and asks it what a goal depends on."""
 
-    def __init__(self, config: ServerConfig, statistics: CodecStatistics) -> None:
+    def __init__(self, config: ServerConfig, statistics: Callable[[], CodecStatistics]) -> None:
         """Prepare for the vehicle of a configuration.
 
         Args:
             config: the server's settings.
-            statistics: of the codec of the link, kept up to date by it.
+            statistics: returns what the link has counted.
         """
         settings = config.vehicle
         if settings.heartbeat_type is None:
@@ -82,7 +83,7 @@ class Checker:
 
     def start(self, now: float) -> None:
         """Begin to listen."""
-        self._health.update(self.vehicle, self.statistics, now)
+        self._health.update(self.vehicle, self.statistics(), now)
         self._bridge.start(now)
 
     def receive(self, message: Message, now: float) -> None:
@@ -103,6 +104,9 @@ class Checker:
             self._reader.receive(message, now)
             self._count(message.get_type(), now)
         self._ask_for_reasons(now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """There are no ground stations."""
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -179,7 +183,7 @@ class Checker:
 
     def link(self, now: float) -> LinkHealth:
         """Return how well the vehicle has been heard since the last call."""
-        self._health.update(self.vehicle, self.statistics, now)
+        self._health.update(self.vehicle, self.statistics(), now)
         return self._health
 
     def _small_goal(self) -> Request:

@@ -77,7 +77,7 @@ def look(
     (first, *_) = configs.values()
     network = open_network(first, list(configs.values()), say)
     checkers = {
-        name: Checker(config, network.statistics_of(config.vehicle.target_system))
+        name: Checker(config, partial(network.statistics_of, config.vehicle.target_system))
         for name, config in configs.items()
     }
     fleet = Fleet(

@@ -88,7 +88,7 @@ def make_report(checker: Checker, link_advice: str, now: float) -> Report:
 
 
 def _silence(checker: Checker, link_advice: str) -> Missing:
-    statistics, url = checker.statistics, checker.config.link_url
+    statistics, url = checker.statistics(), checker.config.link_url
     if checker.heard:
         systems = ", ".join(f"{system}/{component}" for system, component in sorted(checker.heard))
         wanted = checker.config.vehicle.target_system

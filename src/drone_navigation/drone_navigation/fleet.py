@@ -143,6 +143,12 @@ class Fleet:
         if member is not None:
             self.work(member, partial(member.application.receive, message, now))
 
+    def overhear(self, message: Message, now: float) -> None:
+        """Hand what a ground station sent to the vehicle that it is for, or to all."""
+        target = self._by_system.get(getattr(message, "target_system", 0))
+        for member in self._members if target is None else (target,):
+            self.work(member, partial(member.application.overhear, message, now))
+
     def handle_timer(self, now: float) -> None:
         """Let all do what is due, those that have waited longest first."""
         due = [member for member in self._members if member.deadline_s <= now]

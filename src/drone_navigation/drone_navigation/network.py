@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from drone_navigation.configuration import ServerConfig
-from mavlink_vehicle.codec import Codec, CodecStatistics
+from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Application, Driver
-from mavlink_vehicle.io.links import Link, open_link, parse_url
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.io.links import open_link, parse_url
+from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.signing_key import open_signing
 from mavlink_vehicle.io.tlog import TlogWriter
 
@@ -18,19 +20,22 @@ __all__ = ["Network", "open_network"]
 class Network:
     """The open links of a server, and its recording."""
 
-    def __init__(self, link: Link, codec: Codec, recorder: TlogWriter | None) -> None:
+    def __init__(self, router: Router, recorder: TlogWriter | None) -> None:
         """Put them together; :func:`open_network` does."""
-        self._link = link
-        self._codec = codec
+        self._router = router
         self.recorder = recorder
 
     def drive(self, application: Application, clock: Clock) -> Driver:
         """Return a driver that runs an application on the links, and closes them."""
-        return Driver(application, self._link, self._codec, clock, self.recorder)
+        return Driver(application, self._router, clock)
 
-    def statistics_of(self, system_id: int) -> CodecStatistics:
-        """Return what was met on the way from a system; from all for 0."""
-        return self._codec.statistics
+    def statistics_of(self, system_id: int) -> LinkStatistics:
+        """Return what was met on the way from a system; from all vehicles for 0."""
+        return self._router.statistics.of_system(system_id)
+
+    def station_links(self) -> list[tuple[str, LinkStatistics]]:
+        """Return URL and counts of each link to ground stations."""
+        return self._router.statistics.station_links()
 
 
 def open_network(
@@ -50,6 +55,8 @@ def open_network(
     signing = open_signing(config.signing_key_file, report)
     urls = dict.fromkeys(parse_url(vehicle.link_url) for vehicle in vehicles)
     links = [open_link(str(url), report) for url in urls]
+    stations = [open_link(url, report) for url in config.gcs_links]
     recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
-    codec = Codec(config.vehicle.source_system or 1, config.vehicle.source_component, signing)
-    return Network(links[0], codec, recorder)
+    source = (config.vehicle.source_system or 1, config.vehicle.source_component)
+    router = Router(links, lambda: Codec(*source, signing), stations, recorder)
+    return Network(router, recorder)

@@ -61,6 +61,11 @@ class VehicleApplication:
         if self._topics is not None:
             self._topics.update(now)
 
+    def overhear(self, message: Message, now: float) -> None:
+        """Hand over what a ground station sent, and publish what follows from it at once."""
+        self._bridge.overhear(message, now)
+        self._publish()
+
     def handle_timer(self, now: float) -> None:
         """Let the bridge do what is due."""
         self._bridge.handle_timer(now)

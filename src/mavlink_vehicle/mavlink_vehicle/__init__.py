@@ -1,12 +1,13 @@
 """One autopilot over MAVLink, without ROS: usable alone.
 
     vehicle = Vehicle(VehicleConfig())
-    link = open_link("udpin://127.0.0.1:14550")
-    driver = Driver(vehicle, link, Codec(1, 191), clock := MonotonicClock())
+    router = Router([open_link("udpin://127.0.0.1:14550")], lambda: Codec(1, 191))
+    driver = Driver(vehicle, router, clock := MonotonicClock())
     driver.start()
     driver.call(lambda: vehicle.change_mode("GUIDED", clock.now()))
     event = driver.call(vehicle.next_event)  # OperationFinished(... ACHIEVED ...), in time
 
 `Vehicle` (vehicle.py) does no I/O and is told the time; `Driver` (io/driver.py) runs it, or an
-application that holds it, on a link. docs/protocols.md tells what happens on the wire.
+application that holds it, on a router and its links. docs/protocols.md tells what happens on
+the wire.
 """

@@ -25,6 +25,7 @@ from mavlink_vehicle.message_layout import MessageLayout
 from mavlink_vehicle.signing import SIGNATURE_SIZE, Signing, Verdict
 
 __all__ = [
+    "TARGETED",
     "Codec",
     "CodecStatistics",
     "Message",
@@ -58,6 +59,11 @@ _crc: Callable[[bytes], int] = mavlink.mcrf4xx or (lambda data: mavlink.x25crc(d
 _LAYOUTS: dict[int, MessageLayout] = {
     number: MessageLayout(cls) for number, cls in mavlink.mavlink_map.items() if number >= 0
 }
+TARGETED: frozenset[int] = frozenset(
+    number for number, layout in _LAYOUTS.items() if "target_system" in layout.names
+)
+"""Numbers of the messages that can be meant for one system."""
+
 _CLASSES: dict[str, Any] = {layout.cls.msgname: layout.cls for layout in _LAYOUTS.values()}
 
 
@@ -175,6 +181,7 @@ class Codec:
         statistics: what was met so far.
         frame_observer: called with the raw bytes of each frame that was received, known to
             the dialect or not, SETUP_SIGNING excepted; a recorder goes here.
+        unknown_observer: called with the raw bytes of each frame that the dialect lacks.
     """
 
     def __init__(
@@ -193,6 +200,7 @@ class Codec:
                 raise MessageError(f"A MAVLink {what} id is 1 to 255, not {number}.")
         self.statistics = CodecStatistics()
         self.frame_observer: Callable[[bytes], None] | None = None
+        self.unknown_observer: Callable[[bytes], None] | None = None
         self._source = (source_system, source_component)
         self._carry = b""
         self._packer = mavlink.MAVLink(None)
@@ -323,6 +331,8 @@ class Codec:
         if self._signing is not None and not self._trust(self._signing, frame, number, flags):
             return stop - start
         self.statistics.unknown += 1
+        if self.unknown_observer is not None:
+            self.unknown_observer(frame)
         version_2 = buffer[start] == _MAGIC_2
         sequence, system, component = frame[4:7] if version_2 else frame[2:5]
         self._note(frame, number, system, component, sequence)

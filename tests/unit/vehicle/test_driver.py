@@ -16,6 +16,7 @@ from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Application, Driver
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.links.udp import UdpLink
+from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
 
@@ -27,6 +28,7 @@ class Echo:
 
     def __init__(self) -> None:
         self.received: list[str] = []
+        self.overheard: list[str] = []
         self.beats = 0
         self.turns = 0
         self.threads: set[int] = set()
@@ -45,6 +47,10 @@ class Echo:
         self.received.append(message.get_type())
         if message.get_type() == "COMMAND_LONG":
             self._outbox.append(make("COMMAND_ACK", command=message.command))
+
+    def overhear(self, message: Message, now: float) -> None:
+        self._maybe_fail("overhear")
+        self.overheard.append(message.get_type())
 
     def next_deadline(self) -> float | None:
         self.turns += 1
@@ -80,15 +86,14 @@ class Bench:
         assert isinstance(link, UdpLink)
         self.peer = open_link(f"udpout://127.0.0.1:{link.port}")
         self.codec = Codec(1, 1)
-        self.driver = Driver(
-            self.echo, link, Codec(1, 191), MonotonicClock(), recorder, self.errors.append
-        )
+        router = Router([link], lambda: Codec(1, 191), recorder=recorder)
+        self.driver = Driver(self.echo, router, MonotonicClock(), self.errors.append)
 
     def say(self, name: str, **fields: object) -> None:
         self.peer.send(self.codec.encode(make(name, **fields)))
 
     def hear(self) -> list[Message]:
-        return [m for data in self.peer.receive() for m in self.codec.decode(data)]
+        return [m for data, _ in self.peer.receive() for m in self.codec.decode(data)]
 
 
 @pytest.fixture
@@ -284,6 +289,7 @@ def test_both_directions_are_recorded(tmp_path: Path) -> None:
 
 def test_a_disk_that_fails_does_not_end_the_flight() -> None:
     bench = Bench(TlogWriter("/dev/full"))
+    bench.say("ATTITUDE")
     bench.driver.start()
     until(lambda: bench.echo.beats > 3)
     bench.driver.stop()
@@ -344,7 +350,7 @@ def test_a_tcp_link_that_comes_back_is_heard_again() -> None:
     listener = open_link("tcpin://127.0.0.1:0")
     port = listener.port  # type: ignore[attr-defined]
     link = open_link(f"tcpout://127.0.0.1:{port}")
-    driver = Driver(echo, link, Codec(1, 191), MonotonicClock())
+    driver = Driver(echo, Router([link], lambda: Codec(1, 191)), MonotonicClock())
     codec = Codec(1, 1)
     driver.start()
     try:

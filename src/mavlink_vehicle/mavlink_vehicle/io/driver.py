@@ -1,14 +1,14 @@
-"""The thread that runs an application on a link.
+"""The thread that runs an application on a router.
 
-One thread owns the link and the application, so nothing in them needs a lock. It waits for
-the link, for a wake-up from other threads, or for the application's next deadline, whichever
+One thread owns the router and the application, so nothing in them needs a lock. It waits for
+the links, for a wake-up from other threads, or for the application's next deadline, whichever
 comes first; then it does a bounded amount of work and waits again.
 
 **When the application raises.** The message or timer that caused it is dropped, the exception
 goes to `on_error`, and the thread goes on: a mistake in handling one message must not leave a
 flying vehicle without its HEARTBEATs and setpoints. But when the timers fail again and again,
 nobody is steering any more, and HEARTBEATs would only hide that from the autopilot. The driver
-then gives up: it sends nothing further, closes the link and says so, and the autopilot's own
+then gives up: it sends nothing further, closes the links and says so, and the autopilot's own
 failsafe for a lost ground station takes over.
 """
 
@@ -24,12 +24,10 @@ from collections.abc import Callable
 from concurrent.futures import Future, wait
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
-from mavlink_vehicle.io.links import Link
 from mavlink_vehicle.io.router import Router
-from mavlink_vehicle.io.tlog import TlogWriter
 
 ResultT = TypeVar("ResultT")
 OnError = Callable[[Exception], None]
@@ -49,7 +47,10 @@ class Application(Protocol):
         """Begin."""
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a message."""
+        """Take in a message that came by a vehicle link."""
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Take note of what a ground station sent by a station link; it may be for a vehicle."""
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -66,31 +67,26 @@ def _log_error(error: Exception) -> None:
 
 
 class Driver:
-    """Runs an application on a link in a thread of its own."""
+    """Runs an application on a router in a thread of its own."""
 
     def __init__(
         self,
         application: Application,
-        link: Link,
-        codec: Codec,
+        router: Router,
         clock: Clock,
-        recorder: TlogWriter | None = None,
         on_error: OnError = _log_error,
     ) -> None:
         """Put them together; `start` begins.
 
         Args:
             application: what is run.
-            link: where bytes come from and go to; the driver closes it.
-            codec: of this link alone.
+            router: where messages come from and go to; the driver closes it.
             clock: the application's time.
-            recorder: takes all traffic, both ways; the driver closes it.
             on_error: called on the driver's thread with exceptions of the application and of
                 posted callables; the traceback is in the exception.
         """
         self._application = application
-        self._router = Router(link, codec, recorder)
-        self._link = link
+        self._router = router
         self._clock = clock
         self._on_error = on_error
         self._mailbox: deque[_Post] = deque()
@@ -127,7 +123,7 @@ class Driver:
         self._thread.start()
 
     def stop(self, timeout_s: float = 5.0) -> None:
-        """Stop the thread and close link and recording; stopping twice is harmless.
+        """Stop the thread and close links and recording; stopping twice is harmless.
 
         Raises:
             DriverError: the thread did not end in time.
@@ -189,7 +185,7 @@ class Driver:
     def _turn(self) -> None:
         """Wait for the next thing to do, and do it."""
         now = self._clock.now()
-        link_deadline = self._link.poll(now)
+        link_deadline = self._router.poll(now)
         deadline = self._application_deadline(now)
         self._register()
         self._poll.poll(self._wait_ms(now, link_deadline, deadline))
@@ -197,15 +193,21 @@ class Driver:
             self._drain_wake_ups()
         self._run_posts()
         now = self._clock.now()
-        receive = self._application.receive
-        for message in self._router.receive():
+        self._hand_over(self._router.receive(now), self._application.receive, now)
+        if self._router.has_stations:
+            self._hand_over(self._router.overhear(now), self._application.overhear, now)
+        if deadline is not None and deadline <= now:
+            self._run_timer(deadline, now)
+        self._flush()
+
+    def _hand_over(
+        self, messages: list[Message], receive: Callable[[Message, float], None], now: float
+    ) -> None:
+        for message in messages:
             try:
                 receive(message, now)
             except Exception as error:
                 self._report(error)
-        if deadline is not None and deadline <= now:
-            self._run_timer(deadline, now)
-        self._flush()
 
     def _wait_ms(self, now: float, link_deadline: float | None, deadline: float | None) -> float:
         if self._mailbox:
@@ -286,8 +288,8 @@ class Driver:
             _log_error(second)
 
     def _register(self) -> None:
-        """Let the selector follow the link's file descriptors, which come and go."""
-        wanted = self._link.filenos()
+        """Let the selector follow the links' file descriptors, which come and go."""
+        wanted = self._router.filenos()
         if wanted == self._registered:
             return
         for number in self._registered:

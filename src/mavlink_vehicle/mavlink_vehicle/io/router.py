@@ -1,41 +1,227 @@
-"""Between a link and an application: decodes, encodes, records."""
+"""Between links and an application: decodes, encodes, passes on, records.
+
+A router has *vehicle links* and *station links*. Each peer of a link is an endpoint with a
+codec of its own, so that nobody's garbage hurts another on the same port. What comes by a
+vehicle link is for the application; what comes by a station link is passed on, and the
+application may only overhear it. Who is sent what is decided by `RoutingTable`.
+"""
 
 from __future__ import annotations
 
-from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.io.links import Link
+import math
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+from mavlink_vehicle.codec import TARGETED, Codec, Message, mavlink
+from mavlink_vehicle.io.endpoints import Endpoint, LinkStatistics, TokenBucket, count_frames
+from mavlink_vehicle.io.links import Link, Peer
+from mavlink_vehicle.io.routes import RoutingTable
 from mavlink_vehicle.io.tlog import TlogWriter
+
+MakeCodec: TypeAlias = Callable[[], Codec]
+
+STATION_FRAMES_HZ, STATION_BURST = 500.0, 1000.0
+"""What a ground station may send: several times what uploads and joysticks need."""
+
+NEIGHBOUR_FRAMES_HZ, NEIGHBOUR_BURST = 3000.0, 6000.0
+"""What a vehicle may send that shares its port with others: thirty times its telemetry."""
+
+_PAUSE_S = 0.005
+_EXPIRY_CHECK_S = 1.0
+_HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+_SETUP_SIGNING = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+_NO_AUTOPILOT = mavlink.MAV_AUTOPILOT_INVALID
+
+
+class _PeerEndpoint(Endpoint):
+    """A peer of a link, with its own codec."""
+
+    def __init__(self, port: _Port, peer: Peer, codec: Codec) -> None:
+        super().__init__(port.station)
+        self.link = port.link
+        self.peer = peer
+        self.codec = codec
+        rate_hz, burst = NEIGHBOUR_FRAMES_HZ, NEIGHBOUR_BURST
+        if port.station:
+            rate_hz, burst = STATION_FRAMES_HZ, STATION_BURST
+        self.bucket = TokenBucket(rate_hz, burst)
+
+    def send(self, frame: bytes) -> None:
+        self.counts.sent += 1
+        self.link.send(frame, self.peer)
+
+    def statistics(self) -> LinkStatistics:
+        total = LinkStatistics()
+        total.add(self.codec.statistics)
+        total.add(self.counts)
+        return total
+
+    def statistics_of(self, system: int) -> LinkStatistics:
+        """What of its counts is of one system; what has no sender is of all."""
+        total = self.statistics()
+        total.frames = sum(h.frames for (number, _), h in self.sources.items() if number == system)
+        total.lost = {source: n for source, n in total.lost.items() if source[0] == system}
+        return total
+
+    def systems(self) -> set[int]:
+        return {system for system, _ in self.sources}
+
+
+class _Port:
+    """A link, and the endpoints that its peers are."""
+
+    def __init__(self, link: Link, station: bool) -> None:
+        self.link = link
+        self.station = station
+        self.endpoints: dict[Peer, _PeerEndpoint] = {}
+        self.peers: tuple[Peer, ...] = ()
+        self.gone = LinkStatistics()
+        self.resume_s = -math.inf
+
+    def statistics(self) -> LinkStatistics:
+        total = LinkStatistics()
+        total.add(self.gone)
+        for endpoint in self.endpoints.values():
+            total.add(endpoint.statistics())
+        return total
+
+
+class RouterStatistics:
+    """What was counted since the start; read it on the router's thread."""
+
+    def __init__(self, vehicle_ports: list[_Port], station_ports: list[_Port]) -> None:
+        """Look at these ports from now on."""
+        self._vehicle_ports = vehicle_ports
+        self._station_ports = station_ports
+        self.gone: dict[int, LinkStatistics] = {}
+
+    def vehicle_links(self) -> list[tuple[str, LinkStatistics]]:
+        """Return URL and counts of each vehicle link."""
+        return [(port.link.description, port.statistics()) for port in self._vehicle_ports]
+
+    def station_links(self) -> list[tuple[str, LinkStatistics]]:
+        """Return URL and counts of each station link."""
+        return [(port.link.description, port.statistics()) for port in self._station_ports]
+
+    def of_system(self, system: int) -> LinkStatistics:
+        """Return the counts of a vehicle's endpoints; of all vehicle links for system 0."""
+        total = LinkStatistics()
+        if system == 0:
+            for _, statistics in self.vehicle_links():
+                total.add(statistics)
+            return total
+        total.add(self.gone.get(system, LinkStatistics()))
+        for port in self._vehicle_ports:
+            for endpoint in port.endpoints.values():
+                if system in endpoint.systems():
+                    total.add(endpoint.statistics_of(system))
+        return total
 
 
 class Router:
-    """One link with its codec and, if wanted, a recording of both directions."""
+    """The MAVLink network of a server; used by one thread.
 
-    def __init__(self, link: Link, codec: Codec, recorder: TlogWriter | None = None) -> None:
-        """Put them together."""
-        self.link = link
-        self.codec = codec
+    Attributes:
+        statistics: what was counted.
+    """
+
+    def __init__(
+        self,
+        vehicle_links: Sequence[Link],
+        make_codec: MakeCodec,
+        station_links: Sequence[Link] = (),
+        recorder: TlogWriter | None = None,
+    ) -> None:
+        """Put them together.
+
+        Args:
+            vehicle_links: what leads to vehicles; the router closes them.
+            make_codec: makes a codec for one more endpoint.
+            station_links: what leads to ground stations; the router closes them.
+            recorder: takes what passes vehicle links, both ways, and what ground stations
+                send that is passed on; the router closes it.
+        """
+        self._vehicle_ports = [_Port(link, station=False) for link in vehicle_links]
+        self._station_ports = [_Port(link, station=True) for link in station_links]
+        self._ports = [*self._vehicle_ports, *self._station_ports]
+        self._make_codec = make_codec
         self._recorder = recorder
         self._failure_told = False
-        if recorder is not None:
-            codec.frame_observer = recorder.write
+        self._table: RoutingTable[_PeerEndpoint] = RoutingTable()
+        self._unknown: list[bytes] = []
+        self._now = 0.0
+        self._next_expiry_s = -math.inf
+        self.statistics = RouterStatistics(self._vehicle_ports, self._station_ports)
+        for port in self._ports:
+            self._follow_peers(port)
 
-    def receive(self) -> list[Message]:
-        """Return the messages that have come."""
+    @property
+    def has_stations(self) -> bool:
+        """Whether `overhear` may ever return something."""
+        return bool(self._station_ports)
+
+    def poll(self, now: float) -> float | None:
+        """Let the links do what is due; return when to be called again, or None."""
+        self._now = now
+        if now >= self._next_expiry_s:
+            self._next_expiry_s = now + _EXPIRY_CHECK_S
+            self._table.expire(now)
+        due_s = None
+        for port in self._ports:
+            time_s = port.link.poll(now)
+            if port.resume_s > now:
+                time_s = port.resume_s if time_s is None else min(time_s, port.resume_s)
+            if time_s is not None and (due_s is None or time_s < due_s):
+                due_s = time_s
+        return due_s
+
+    def filenos(self) -> tuple[int, ...]:
+        """Return the file descriptors that become readable when something comes."""
+        if len(self._ports) == 1:
+            return self._ports[0].link.filenos()
+        return tuple(
+            number
+            for port in self._ports
+            if port.resume_s <= self._now
+            for number in port.link.filenos()
+        )
+
+    def receive(self, now: float) -> list[Message]:
+        """Return what came by vehicle links, a bounded number, and pass it on."""
         messages: list[Message] = []
-        for data in self.link.receive():
-            messages += self.codec.decode(data)
+        for port in self._vehicle_ports:
+            self._take(port, messages, now)
+        return messages
+
+    def overhear(self, now: float) -> list[Message]:
+        """Return what came by station links, a bounded number, and pass it on."""
+        messages: list[Message] = []
+        for port in self._station_ports:
+            if port.resume_s <= now:
+                self._take(port, messages, now)
         return messages
 
     def send(self, message: Message) -> None:
-        """Send a message.
+        """Send a message of our own to where its target was heard, or to all vehicle links.
+
+        One without a target goes to the vehicle it speaks for and to all ground stations.
 
         Raises:
             MessageError: it can't be encoded.
         """
-        frame = self.codec.encode(message)
-        if self._recorder is not None:
-            self._recorder.write(frame)
-        self.link.send(frame)
+        system, component = _target(message)
+        speaks_for = message._header.srcSystem if getattr(message, "source_is_set", False) else 0
+        found = self._table.destinations_of_ours(speaks_for, system, component)
+        recorded = self._recorder is None
+        for endpoint in found:
+            frame = endpoint.codec.encode(message)
+            self._table.ours.add((frame[5], frame[6]))
+            if self._station_ports:
+                self._table.remember_ours(frame, self._now)
+            if self._recorder is not None and not recorded:
+                recorded = True
+                self._recorder.write(frame)
+            endpoint.send(frame)
 
     def flush(self) -> None:
         """Hand the recording to the operating system.
@@ -51,8 +237,93 @@ class Router:
             raise self._recorder.failure
 
     def close(self) -> None:
-        """Close the link and the recording."""
-        self.codec.frame_observer = None
-        self.link.close()
+        """Close the links and the recording."""
+        for port in self._ports:
+            port.link.close()
         if self._recorder is not None:
             self._recorder.close()
+
+    def _take(self, port: _Port, messages: list[Message], now: float) -> None:
+        """Receive from a link, and pass on."""
+        link, admit = port.link, self._table.admit
+        for data, peer in link.receive():
+            endpoint = port.endpoints.get(peer) or self._join(port, peer)
+            if (port.station or len(port.endpoints) > 1) and self._is_flooded(port, endpoint, data):
+                continue
+            for message in endpoint.codec.decode(data):
+                header = message._header
+                source = (header.srcSystem, header.srcComponent)
+                if admit(endpoint, message._msgbuf, source, now):
+                    messages.append(message)
+                    self._pass_message(endpoint, message, header.msgId)
+            if self._unknown:
+                self._pass_unknown(endpoint, now)
+        if link.peers is not port.peers:
+            self._follow_peers(port)
+
+    def _is_flooded(self, port: _Port, endpoint: _PeerEndpoint, data: bytes) -> bool:
+        """Tell whether data must be dropped because its sender sends too much."""
+        count = count_frames(data)
+        if endpoint.bucket.take(count, self._now):
+            return False
+        endpoint.counts.throttled += count
+        if port.station:
+            port.resume_s = self._now + _PAUSE_S
+        return True
+
+    def _pass_message(self, origin: _PeerEndpoint, message: Message, number: int) -> None:
+        if number == _HEARTBEAT and not origin.station and message.autopilot != _NO_AUTOPILOT:
+            self._table.protect(message._header.srcSystem)
+        # Only the next hop may learn a key by SETUP_SIGNING.
+        if len(self._table.endpoints) > 1 and number != _SETUP_SIGNING:
+            self._pass_on(origin, message._msgbuf, *_target(message))
+
+    def _pass_unknown(self, origin: _PeerEndpoint, now: float) -> None:
+        """Pass on frames of which nobody can tell for whom they are: to all."""
+        for frame in self._unknown:
+            system, component = frame[5:7] if frame[0] == 0xFD else frame[3:5]
+            if self._table.admit(origin, frame, (system, component), now):
+                self._pass_on(origin, frame, 0, 0)
+        self._unknown.clear()
+
+    def _pass_on(self, origin: _PeerEndpoint, frame: bytes, system: int, component: int) -> None:
+        found = self._table.destinations(origin, system, component)
+        for endpoint in found:
+            endpoint.send(frame)
+        if found:
+            origin.counts.forwarded += 1
+            if origin.station and self._recorder is not None:
+                self._recorder.write(frame)
+        elif origin.station and system and (system, component) not in self._table.ours:
+            origin.counts.unrouted += 1
+
+    def _join(self, port: _Port, peer: Peer) -> _PeerEndpoint:
+        codec = self._make_codec()
+        codec.unknown_observer = self._unknown.append
+        if self._recorder is not None and not port.station:
+            codec.frame_observer = self._recorder.write
+        endpoint = port.endpoints[peer] = _PeerEndpoint(port, peer, codec)
+        self._table.add(endpoint)
+        return endpoint
+
+    def _follow_peers(self, port: _Port) -> None:
+        """Let the endpoints be the link's peers of now."""
+        port.peers = peers = port.link.peers
+        for peer in peers:
+            if peer not in port.endpoints:
+                self._join(port, peer)
+        for peer in [peer for peer in port.endpoints if peer not in peers]:
+            endpoint = port.endpoints.pop(peer)
+            self._table.remove(endpoint)
+            port.gone.add(endpoint.statistics())
+            if not port.station:
+                for system in endpoint.systems():
+                    gone = self.statistics.gone.setdefault(system, LinkStatistics())
+                    gone.add(endpoint.statistics_of(system))
+
+
+def _target(message: Message) -> tuple[int, int]:
+    """Return for which system and component a message is meant; 0 for all."""
+    if message._header.msgId not in TARGETED:
+        return 0, 0
+    return message.target_system, getattr(message, "target_component", 0)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.io.links.link import Link, Report, no_report
+from mavlink_vehicle.io.links.link import Link, Peer, Report, no_report
 from mavlink_vehicle.io.links.serial_port import SerialLink
 from mavlink_vehicle.io.links.tcp import TcpInLink, TcpOutLink
 from mavlink_vehicle.io.links.tlog_replay import TlogLink
 from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, parse_url
 
-__all__ = ["Link", "LinkKind", "LinkUrl", "Report", "open_link", "parse_url"]
+__all__ = ["Link", "LinkKind", "LinkUrl", "Peer", "Report", "open_link", "parse_url"]
 
 
 def open_link(url: str, report: Report = no_report) -> Link:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 MAX_READS = 64
 """Reads per `receive`, so that a flood on one link doesn't keep the driver from its timers."""
@@ -12,6 +12,9 @@ MAX_BYTES = 1 << 15
 """The same in bytes: a datagram of 64 kB can hold thousands of messages."""
 
 READ_SIZE = 1 << 16
+
+Peer: TypeAlias = tuple[str, int] | None
+"""Who speaks on a link: an address, or None where there can be only one."""
 
 Report = Callable[[str], None]
 """Takes a sentence about the link: opened, lost, who connected."""
@@ -33,6 +36,10 @@ class Link(Protocol):
         """A warning for people, for example that it listens beyond this machine."""
 
     @property
+    def peers(self) -> tuple[Peer, ...]:
+        """Who is there now; another tuple when that has changed, else the same."""
+
+    @property
     def is_open(self) -> bool:
         """Whether bytes can pass now."""
 
@@ -42,17 +49,24 @@ class Link(Protocol):
     def filenos(self) -> tuple[int, ...]:
         """Return all such file descriptors; they may change after `poll` and `receive`."""
 
-    def receive(self) -> list[bytes]:
-        """Return what has come: datagrams, or pieces of a stream."""
+    def receive(self) -> list[tuple[bytes, Peer]]:
+        """Return what has come, datagrams or pieces of a stream, and from whom."""
 
-    def send(self, data: bytes) -> None:
-        """Send; what can't be sent now is dropped, as MAVLink repeats what matters."""
+    def send(self, data: bytes, peer: Peer = None) -> None:
+        """Send to one peer, or to all of them.
+
+        What can't be sent now is dropped, as MAVLink repeats what matters.
+        """
 
     def poll(self, now: float) -> float | None:
         """Do what is due (open again, replay); return when to be called again, or None."""
 
     def close(self) -> None:
         """Close for good."""
+
+
+ONLY_PEER: tuple[Peer, ...] = (None,)
+"""The peers of a link that has one."""
 
 
 def no_report(_: str) -> None:

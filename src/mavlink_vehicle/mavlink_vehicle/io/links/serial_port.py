@@ -9,7 +9,7 @@ from typing import Any
 import serial
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import Report, no_report
+from mavlink_vehicle.io.links.link import ONLY_PEER, Peer, Report, no_report
 from mavlink_vehicle.io.links.url import LinkUrl
 
 _REOPEN_S = 1.0
@@ -54,6 +54,11 @@ class SerialLink:
         return None
 
     @property
+    def peers(self) -> tuple[Peer, ...]:
+        """There is one."""
+        return ONLY_PEER
+
+    @property
     def is_open(self) -> bool:
         """Whether the device is open."""
         return self._open
@@ -66,9 +71,9 @@ class SerialLink:
         """Return the device's file descriptor while it is open."""
         return (self.fileno(),) if self._open else ()
 
-    def receive(self) -> list[bytes]:
+    def receive(self) -> list[tuple[bytes, Peer]]:
         """Return what came."""
-        pieces: list[bytes] = []
+        pieces: list[tuple[bytes, Peer]] = []
         if not self._open:
             return pieces
         try:
@@ -76,12 +81,12 @@ class SerialLink:
                 data = self._port.read(_READ_SIZE)
                 if not data:
                     break
-                pieces.append(data)
+                pieces.append((data, None))
         except (OSError, serial.SerialException) as error:
             self._lose(error)
         return pieces
 
-    def send(self, data: bytes) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> None:
         """Send; dropped while the device is closed or its buffer is full."""
         if not self._open:
             return

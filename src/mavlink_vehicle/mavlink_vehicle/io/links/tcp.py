@@ -7,10 +7,17 @@ import os
 import socket
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, Report, no_report
+from mavlink_vehicle.io.links.link import (
+    MAX_BYTES,
+    MAX_READS,
+    ONLY_PEER,
+    Peer,
+    Report,
+    no_report,
+)
 from mavlink_vehicle.io.links.url import LinkUrl, resolve
 
-MAX_CLIENTS = 16
+MAX_CLIENTS = 64
 _CONNECT_TIMEOUT_S = 5.0
 _CONNECT_POLL_S = 0.02
 _FIRST_BACKOFF_S = 0.5
@@ -21,13 +28,14 @@ _MAX_UNSENT = 1 << 16
 class _Stream:
     """A connected socket; keeps the rest of a frame that the socket didn't take whole."""
 
-    def __init__(self, sock: socket.socket) -> None:
+    def __init__(self, sock: socket.socket, peer: Peer = None) -> None:
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.socket = sock
+        self.peer = peer
         self._unsent = b""
 
-    def receive(self, into: list[bytes]) -> bool:
+    def receive(self, into: list[tuple[bytes, Peer]]) -> bool:
         """Append what came; False when the peer is gone."""
         room = MAX_BYTES
         for _ in range(MAX_READS):
@@ -39,7 +47,7 @@ class _Stream:
                 return False
             if not data:
                 return False
-            into.append(data)
+            into.append((data, self.peer))
             room -= len(data)
             if room <= 0:
                 break
@@ -86,6 +94,11 @@ class TcpOutLink:
         return None
 
     @property
+    def peers(self) -> tuple[Peer, ...]:
+        """There is one."""
+        return ONLY_PEER
+
+    @property
     def is_open(self) -> bool:
         """Whether it is connected."""
         return self._stream is not None
@@ -98,14 +111,14 @@ class TcpOutLink:
         """Return the socket's file descriptor while connected."""
         return (self._stream.socket.fileno(),) if self._stream else ()
 
-    def receive(self) -> list[bytes]:
+    def receive(self) -> list[tuple[bytes, Peer]]:
         """Return what came."""
-        pieces: list[bytes] = []
+        pieces: list[tuple[bytes, Peer]] = []
         if self._stream is not None and not self._stream.receive(pieces):
             self._lose()
         return pieces
 
-    def send(self, data: bytes) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> None:
         """Send; dropped while not connected."""
         if self._stream is not None and not self._stream.send(data):
             self._lose()
@@ -183,7 +196,7 @@ class TcpOutLink:
 
 
 class TcpInLink:
-    """Listens; what comes from any peer is received, what is sent goes to all."""
+    """Listens, and serves several peers."""
 
     def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
         """Listen.
@@ -193,7 +206,8 @@ class TcpInLink:
         """
         self._url = url
         self._report = report
-        self._clients: list[_Stream] = []
+        self._clients: dict[Peer, _Stream] = {}
+        self._peers: tuple[Peer, ...] = ()
         family, address = resolve(url, socket.SOCK_STREAM)
         try:
             self._listener = socket.create_server(address, family=family, backlog=MAX_CLIENTS)
@@ -212,6 +226,11 @@ class TcpInLink:
         return self._url.note
 
     @property
+    def peers(self) -> tuple[Peer, ...]:
+        """Those who are connected."""
+        return self._peers
+
+    @property
     def is_open(self) -> bool:
         """Whether a peer is connected."""
         return bool(self._clients)
@@ -227,22 +246,23 @@ class TcpInLink:
 
     def filenos(self) -> tuple[int, ...]:
         """Return the file descriptors of the listener and of all peers."""
-        numbers = (self._listener.fileno(), *(c.socket.fileno() for c in self._clients))
+        numbers = (self._listener.fileno(), *(c.socket.fileno() for c in self._clients.values()))
         return tuple(number for number in numbers if number >= 0)
 
-    def receive(self) -> list[bytes]:
+    def receive(self) -> list[tuple[bytes, Peer]]:
         """Accept new peers and return what came from all."""
         self._accept()
-        pieces: list[bytes] = []
-        for client in tuple(self._clients):
+        pieces: list[tuple[bytes, Peer]] = []
+        for client in tuple(self._clients.values()):
             if not client.receive(pieces):
                 self._drop(client)
         return pieces
 
-    def send(self, data: bytes) -> None:
-        """Send to all peers."""
-        for client in tuple(self._clients):
-            if not client.send(data):
+    def send(self, data: bytes, peer: Peer = None) -> None:
+        """Send to a peer, or to all."""
+        clients = self._clients
+        for client in tuple(clients.values()) if peer is None else (clients.get(peer),):
+            if client is not None and not client.send(data):
                 self._drop(client)
 
     def poll(self, now: float) -> float | None:
@@ -252,9 +272,10 @@ class TcpInLink:
     def close(self) -> None:
         """Close the listener and all connections."""
         self._listener.close()
-        for client in self._clients:
+        for client in self._clients.values():
             client.socket.close()
         self._clients.clear()
+        self._peers = ()
 
     def _accept(self) -> None:
         for _ in range(MAX_CLIENTS):
@@ -266,10 +287,12 @@ class TcpInLink:
                 sock.close()
                 self._report(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
                 continue
-            self._clients.append(_Stream(sock))
+            self._clients[address] = _Stream(sock, address)
+            self._peers = tuple(self._clients)
             self._report(f"{self._url}: {address[0]}:{address[1]} connected.")
 
     def _drop(self, client: _Stream) -> None:
         client.socket.close()
-        self._clients.remove(client)
+        self._clients.pop(client.peer, None)
+        self._peers = tuple(self._clients)
         self._report(f"{self._url}: a peer went away.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.io.links.link import MAX_READS, Report, no_report
+from mavlink_vehicle.io.links.link import MAX_READS, ONLY_PEER, Peer, Report, no_report
 from mavlink_vehicle.io.links.url import LinkUrl
 from mavlink_vehicle.io.tlog import TlogReader
 
@@ -38,6 +38,11 @@ class TlogLink:
         return None
 
     @property
+    def peers(self) -> tuple[Peer, ...]:
+        """There is one."""
+        return ONLY_PEER
+
+    @property
     def is_open(self) -> bool:
         """Whether something is left to replay."""
         return self._next < len(self._records)
@@ -50,14 +55,14 @@ class TlogLink:
         """There is no file descriptor to wait for."""
         return ()
 
-    def receive(self) -> list[bytes]:
+    def receive(self) -> list[tuple[bytes, Peer]]:
         """Return what is due by the last `poll`."""
         stop = min(self._due, self._next + MAX_READS)
-        packets = [packet for _, packet in self._records[self._next : stop]]
+        due = self._records[self._next : stop]
         self._next = max(self._next, stop)
-        return packets
+        return [(packet, None) for _, packet in due]
 
-    def send(self, data: bytes) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> None:
         """Nobody is there."""
 
     def poll(self, now: float) -> float | None:

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import socket
-import time
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, READ_SIZE, Report, no_report
+from mavlink_vehicle.io.links.link import (
+    MAX_BYTES,
+    MAX_READS,
+    ONLY_PEER,
+    READ_SIZE,
+    Peer,
+    Report,
+    no_report,
+)
 from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, resolve
 
 PEER_EXPIRY_S = 30.0
 """A peer of a `udpin` that is silent for longer is forgotten (an autopilot beats at 1 Hz)."""
 
-MAX_PEERS = 32
+MAX_PEERS = 128
+"""Enough for a fleet on one port; of more, those that have been silent longest are forgotten."""
+
 _EXPIRY_CHECK_S = 1.0
 _BUFFER_SIZE = 1 << 20
 
@@ -29,7 +38,9 @@ class UdpLink:
         self._url = url
         self._report = report
         self._listens = url.kind is LinkKind.UDP_IN
-        self._peers: dict[tuple[str, int], float] = {}
+        self._heard_s: dict[Peer, float] = {}
+        self._peers: tuple[Peer, ...] = () if self._listens else ONLY_PEER
+        self._now = 0.0
         self._next_expiry_s = 0.0
         family, address = resolve(url, socket.SOCK_DGRAM)
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
@@ -65,9 +76,9 @@ class UdpLink:
         return int(self._socket.getsockname()[1])
 
     @property
-    def peers(self) -> tuple[tuple[str, int], ...]:
-        """Those whom a `udpin` answers."""
-        return tuple(self._peers)
+    def peers(self) -> tuple[Peer, ...]:
+        """Those who have spoken to a `udpin` lately; the one of a `udpout`."""
+        return self._peers
 
     def fileno(self) -> int:
         """Return the socket's file descriptor."""
@@ -78,67 +89,63 @@ class UdpLink:
         number = self._socket.fileno()
         return (number,) if number >= 0 else ()
 
-    def receive(self) -> list[bytes]:
+    def receive(self) -> list[tuple[bytes, Peer]]:
         """Return the datagrams that came; learns whom to answer."""
-        datagrams: list[bytes] = []
+        datagrams: list[tuple[bytes, Peer]] = []
         room = MAX_BYTES
-        sender: tuple[str, int] | None = None
+        sender: Peer = None
         for _ in range(MAX_READS):
             try:
-                data, address = self._socket.recvfrom(READ_SIZE)
+                datagram = self._socket.recvfrom(READ_SIZE)
             except BlockingIOError:
                 break
             except OSError:  # nobody listens at the other end (yet)
                 continue
-            datagrams.append(data)
-            if address != sender and self._listens:
-                sender = address
-                self._learn(address)
-            room -= len(data)
+            if not self._listens:
+                datagram = (datagram[0], None)
+            elif datagram[1] != sender:
+                sender = datagram[1]
+                self._learn(datagram[1])
+            datagrams.append(datagram)
+            room -= len(datagram[0])
             if room <= 0:
                 break
         return datagrams
 
-    def send(self, data: bytes) -> None:
-        """Send to the peer, or to all that have spoken lately."""
-        if not self._listens:
-            self._send_to(data, None)
-            return
-        now = time.monotonic()
-        if now >= self._next_expiry_s:
-            self._next_expiry_s = now + _EXPIRY_CHECK_S
-            self._expire(now)
-        for address in self._peers:
-            self._send_to(data, address)
+    def send(self, data: bytes, peer: Peer = None) -> None:
+        """Send to a peer, or to all that have spoken lately."""
+        for address in self._peers if peer is None else (peer,):
+            try:
+                if address is None:
+                    self._socket.send(data)
+                else:
+                    self._socket.sendto(data, address)
+            except OSError:  # full, or nobody there: as good as lost on the way
+                continue
 
     def poll(self, now: float) -> float | None:
-        """Nothing is ever due."""
+        """Forget who is silent. That may be late, so there is no deadline."""
+        self._now = now
+        if self._listens and now >= self._next_expiry_s:
+            self._next_expiry_s = now + _EXPIRY_CHECK_S
+            for peer in [p for p, at in self._heard_s.items() if now - at >= PEER_EXPIRY_S]:
+                self._forget(peer)
         return None
 
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
 
-    def _send_to(self, data: bytes, address: tuple[str, int] | None) -> None:
-        try:
-            if address is None:
-                self._socket.send(data)
-            else:
-                self._socket.sendto(data, address)
-        except OSError:  # full, or nobody there: as good as lost on the way
-            return
-
     def _learn(self, address: tuple[str, int]) -> None:
-        now = time.monotonic()
-        known = address in self._peers
-        self._peers[address] = now
+        known = address in self._heard_s
+        self._heard_s[address] = self._now
         if known:
             return
-        self._expire(now)
-        if len(self._peers) > MAX_PEERS:
-            quietest = min(self._peers, key=self._peers.__getitem__)
-            del self._peers[quietest]
+        if len(self._heard_s) > MAX_PEERS:
+            self._forget(min(self._heard_s, key=self._heard_s.__getitem__))
+        self._peers = tuple(self._heard_s)
         self._report(f"{self._url}: {address[0]}:{address[1]} speaks.")
 
-    def _expire(self, now: float) -> None:
-        self._peers = {a: at for a, at in self._peers.items() if now - at < PEER_EXPIRY_S}
+    def _forget(self, peer: Peer) -> None:
+        del self._heard_s[peer]
+        self._peers = tuple(self._heard_s)

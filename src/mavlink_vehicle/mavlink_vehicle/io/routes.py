@@ -1,0 +1,183 @@
+"""Who is reached where, and which frames are passed on. Pure: time is an argument.
+
+These are the rules of https://mavlink.io/en/guide/routing.html, and those of
+docs/ground_stations.md about ground stations and loops.
+"""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+from mavlink_vehicle.io.endpoints import Endpoint, Heard, Source
+
+EndpointT = TypeVar("EndpointT", bound=Endpoint)
+
+ROUTE_EXPIRY_S = 30.0
+"""Who is silent for longer is no longer known to be there (all components beat at 1 Hz)."""
+
+MEMORY_S = 1.0
+"""For this long at least a frame is remembered that may come again by another way."""
+
+MAX_SOURCES = 256
+"""Of an endpoint; of more, the one that has been silent longest is forgotten."""
+
+_MAX_REMEMBERED = 8192
+_MAX_VEHICLE_SOURCES = 4096
+
+
+class RoutingTable(Generic[EndpointT]):
+    """What was learned from the frames that came, and the decisions that follow from it.
+
+    Attributes:
+        endpoints: all that can be sent to, in the order in which they came.
+        ours: the ids as which we send ourselves.
+    """
+
+    def __init__(self) -> None:
+        """Begin with no endpoint."""
+        self.endpoints: list[EndpointT] = []
+        self.ours: set[Source] = set()
+        self._routes: dict[Source, EndpointT] = {}
+        self._ways: dict[Source, tuple[EndpointT, ...]] = {}
+        self._vehicle_systems: set[int] = set()
+        self._vehicle_sources: set[Source] = set()
+        self._frames: dict[bytes, EndpointT | None] = {}
+        self._earlier_frames: dict[bytes, EndpointT | None] = {}
+        self._next_generation_s = 0.0
+
+    def add(self, endpoint: EndpointT) -> None:
+        """Take in an endpoint."""
+        self.endpoints.append(endpoint)
+
+    def remove(self, endpoint: EndpointT) -> None:
+        """Forget an endpoint and who was heard there."""
+        self.endpoints.remove(endpoint)
+        for source, heard in endpoint.sources.items():
+            if heard.current:
+                self._unroute(source, heard)
+
+    def expire(self, now: float) -> None:
+        """Forget where those were that have been silent for long."""
+        for endpoint in self.endpoints:
+            for source, heard in endpoint.sources.items():
+                if heard.current and now - heard.heard_s > ROUTE_EXPIRY_S:
+                    self._unroute(source, heard)
+
+    def protect(self, system: int) -> None:
+        """Let no ground station speak as what a vehicle link has heard of this system.
+
+        It is a vehicle: it sent the HEARTBEAT of an autopilot by a vehicle link.
+        """
+        self._vehicle_systems.add(system)
+
+    def admit(self, endpoint: EndpointT, frame: bytes, source: Source, now: float) -> bool:
+        """Learn from a frame that came; False if it must be dropped, which is counted."""
+        if source in self.ours:
+            self._refuse_ours(endpoint, frame)
+            return False
+        if len(self.endpoints) > 1:
+            first = self._frames.get(frame) or self._earlier_frames.get(frame)
+            if first is not None and first is not endpoint:
+                endpoint.counts.duplicates += 1
+                return False
+            if endpoint.station and self._belongs_to_vehicle(source):
+                endpoint.counts.spoofed += 1
+                return False
+            self._remember(frame, endpoint, now)
+        elif endpoint.station and self._belongs_to_vehicle(source):
+            endpoint.counts.spoofed += 1
+            return False
+        heard = endpoint.sources.get(source)
+        if heard is None or not heard.current:
+            heard = self._learn(endpoint, source)
+        heard.frames += 1
+        heard.heard_s = now
+        return True
+
+    def remember_ours(self, frame: bytes, now: float) -> None:
+        """Remember a frame that we send, to know it when it comes back."""
+        self._remember(frame, None, now)
+
+    def destinations(self, origin: EndpointT, system: int, component: int) -> list[EndpointT]:
+        """Return where a frame goes on to that came by `origin`.
+
+        Args:
+            origin: where it came from; it never goes back there.
+            system: for which system it is meant; 0 for all.
+            component: for which component of that system; 0 for all.
+        """
+        if system == 0:
+            return [e for e in self.endpoints if (e.station or origin.station) and e is not origin]
+        if (system, component) in self.ours:
+            return []
+        return [e for e in self.ways_to(system, component) if e is not origin]
+
+    def destinations_of_ours(
+        self, source_system: int, system: int, component: int
+    ) -> list[EndpointT]:
+        """Return where a message of our own goes.
+
+        Args:
+            source_system: the system it speaks for: a vehicle's, or one of our own.
+            system: for which system it is meant; 0 for all.
+            component: for which component of that system; 0 for all.
+        """
+        found = list(self.ways_to(system or source_system, component if system else 0))
+        if system:
+            return found or [e for e in self.endpoints if not e.station]
+        vehicles = [e for e in found if not e.station]
+        return [e for e in self.endpoints if e.station or not vehicles or e in vehicles]
+
+    def ways_to(self, system: int, component: int) -> tuple[EndpointT, ...]:
+        """Return where a component was heard, or if it was not, where its system was."""
+        target = (system, component)
+        ways = self._ways.get(target)
+        if ways is None:
+            exact = self._routes.get(target)
+            of_system = (e for (number, _), e in self._routes.items() if number == system)
+            ways = tuple(dict.fromkeys(of_system)) if exact is None else (exact,)
+            self._ways[target] = ways
+        return ways
+
+    def _refuse_ours(self, endpoint: EndpointT, frame: bytes) -> None:
+        if endpoint.station and frame not in self._frames and frame not in self._earlier_frames:
+            endpoint.counts.spoofed += 1
+        else:
+            endpoint.counts.looped += 1
+
+    def _belongs_to_vehicle(self, source: Source) -> bool:
+        return source[0] in self._vehicle_systems and source in self._vehicle_sources
+
+    def _remember(self, frame: bytes, endpoint: EndpointT | None, now: float) -> None:
+        if now >= self._next_generation_s or len(self._frames) >= _MAX_REMEMBERED:
+            self._earlier_frames, self._frames = self._frames, {}
+            self._next_generation_s = now + MEMORY_S
+        self._frames[frame] = endpoint
+
+    def _learn(self, endpoint: EndpointT, source: Source) -> Heard:
+        """Let the way to a source be by the endpoint that has just heard it."""
+        before = self._routes.get(source)
+        if before is not None:
+            before.sources[source].current = False
+        heard = endpoint.sources.get(source)
+        if heard is None:
+            if len(endpoint.sources) >= MAX_SOURCES:
+                self._forget_quietest(endpoint)
+            heard = endpoint.sources[source] = Heard()
+        heard.current = True
+        self._routes[source] = endpoint
+        self._ways.clear()
+        if not endpoint.station and len(self._vehicle_sources) < _MAX_VEHICLE_SOURCES:
+            self._vehicle_sources.add(source)
+        return heard
+
+    def _forget_quietest(self, endpoint: EndpointT) -> None:
+        source, heard = min(endpoint.sources.items(), key=lambda item: item[1].heard_s)
+        if heard.current:
+            self._unroute(source, heard)
+        del endpoint.sources[source]
+
+    def _unroute(self, source: Source, heard: Heard) -> None:
+        heard.current = False
+        del self._routes[source]
+        self._ways.clear()
