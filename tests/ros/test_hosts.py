@@ -30,17 +30,19 @@ class Fleet:
     def __init__(self, network: Network) -> None:
         self._environment = networked(ros_environment(DOMAIN))
         self._processes: list[Process] = []
-        self.alone, self.base, self.field, self.desk = map(
-            network.host, ("alone", "base", "field", "desk")
-        )
-        self.servers = {
-            "a": self._server(self.alone, "a", "127.0.0.1"),
-            "b": self._server(self.base, "b", self.base.address),
-        }
-        self._vehicle(self.alone, "127.0.0.1")
-        self._vehicle(self.field, self.base.address)
-        for server in self.servers.values():
-            server.wait_for("Position valid", READY_S)
+        self.alone, self.base, self.field, self.desk = network.hosts
+        try:
+            self.servers = {
+                "a": self._server(self.alone, "a", "127.0.0.1"),
+                "b": self._server(self.base, "b", self.base.address),
+            }
+            self._vehicle(self.alone, "127.0.0.1")
+            self._vehicle(self.field, self.base.address)
+            for server in self.servers.values():
+                server.wait_for("Position valid", READY_S)
+        except BaseException:
+            self.close()
+            raise
 
     def _start(self, host: Host, name: str, *arguments: str) -> Process:
         process = host.process(name, ["python", "-m", *arguments], self._environment)
@@ -74,7 +76,7 @@ class Fleet:
 @pytest.fixture(scope="module")
 def fleet() -> Iterator[Fleet]:
     try:
-        network = Network()
+        network = Network("alone", "base", "field", "desk")
     except NoNamespacesError as error:
         pytest.skip(f"No network namespaces of one's own here: {error}")
     try:

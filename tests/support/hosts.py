@@ -2,16 +2,16 @@
 
 Each host is a namespace of its own (its network, and its shared memory), so that nothing
 passes between two of them but what goes over their cables. All live in one user namespace
-of their own: this needs no rights, and the machine's own network is not touched. They hold
-on to this process by a pipe and vanish with it.
+of their own, which needs no rights; root does without where there can be none. The machine's
+own network is not touched. They hold on to this process by a pipe and vanish with it.
 """
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from drone_navigation.processes import Process
 
@@ -20,6 +20,7 @@ _NETWORK = "198.51.100"
 _TOOLS = ("ip", "unshare", "nsenter", "setpriv")
 _STEP_TIMEOUT_S = 10.0
 _CABLE = "eth0"
+_UNSHARE = ("unshare", "--net", "--mount")
 
 
 class NoNamespacesError(RuntimeError):
@@ -29,8 +30,9 @@ class NoNamespacesError(RuntimeError):
 class _Namespace:
     """A process that does nothing but hold namespaces open."""
 
-    def __init__(self, name: str, command: Sequence[str]) -> None:
+    def __init__(self, name: str, command: Sequence[str], user: Sequence[str]) -> None:
         self.name = name
+        self.user = user
         # `cat` ends when this process's end of the pipe is closed, whatever closes it.
         script = "mount -t tmpfs tmpfs /dev/shm && ip link set lo up && echo ready && exec cat"
         self._words = [*command, "sh", "-c", script]
@@ -51,10 +53,7 @@ class _Namespace:
 
     def enter(self) -> list[str]:
         """Return what to put before a command that is to run in here."""
-        return [
-            "nsenter", "--target", str(self.pid), "--user", "--net", "--mount",
-            "--preserve-credentials", "--",
-        ]  # fmt: skip
+        return ["nsenter", "--target", str(self.pid), *self.user, "--net", "--mount", "--"]
 
     def run(self, *words: str) -> str:
         done = subprocess.run(
@@ -86,8 +85,7 @@ class Host(_Namespace):
 
     def __init__(self, name: str, number: int, switch: _Namespace) -> None:
         """Make it, with a cable to ``switch`` at port ``number``."""
-        join = ["nsenter", "--target", str(switch.pid), "--user", "--preserve-credentials", "--"]
-        super().__init__(name, [*join, "unshare", "--net", "--mount"])
+        super().__init__(name, [*switch.enter(), *_UNSHARE], switch.user)
         self.address = f"{_NETWORK}.{number}"
         self._switch = switch
         self._port = f"port{number}"
@@ -123,10 +121,14 @@ class Host(_Namespace):
 
 
 class Network:
-    """A switch and its hosts, numbered from 1 in the order in which they are made."""
+    """Hosts at a switch.
 
-    def __init__(self) -> None:
-        """Make the switch.
+    Attributes:
+        hosts: numbered from 1 in the order of their names.
+    """
+
+    def __init__(self, *names: str) -> None:
+        """Make a host for each name.
 
         Raises:
             NoNamespacesError: namespaces are not allowed here, or a tool is missing.
@@ -134,34 +136,37 @@ class Network:
         missing = [tool for tool in _TOOLS if shutil.which(tool) is None]
         if missing:
             raise NoNamespacesError(f"no {' and no '.join(missing)} here (iproute2, util-linux)")
-        if not Path("/proc/self/ns/net").exists():
-            raise NoNamespacesError("this kernel has no network namespaces (/proc/self/ns/net)")
-        self._hosts: list[Host] = []
-        self._switch = _Namespace(
-            "switch", ["unshare", "--user", "--map-root-user", "--net", "--mount"]
-        )
+        self.hosts: list[Host] = []
+        self._switch = _switch()
         try:
             # Without a querier a switch that snoops would drop the multicast of discovery.
             self._switch.run("ip", "link", "add", "switch", "type", "bridge", "mcast_snooping", "0")
             self._switch.run("ip", "link", "set", "switch", "up")
-        except NoNamespacesError:
-            self._switch.close()
+            for number, name in enumerate(names, 1):
+                self.hosts.append(Host(name, number, self._switch))
+        except BaseException:
+            self.close()
             raise
-
-    def host(self, name: str) -> Host:
-        """Add a host.
-
-        Raises:
-            NoNamespacesError: it cannot be made.
-        """
-        host = Host(name, len(self._hosts) + 1, self._switch)
-        self._hosts.append(host)
-        return host
 
     def close(self) -> None:
         """Let all namespaces go; their processes are to be stopped before."""
-        for host in (*self._hosts, self._switch):
+        for host in (*self.hosts, self._switch):
             host.close()
+
+
+def _switch() -> _Namespace:
+    try:
+        return _Namespace(
+            "switch", [*_UNSHARE, "--user", "--map-root-user"], ["--user", "--preserve-credentials"]
+        )
+    except NoNamespacesError as error:
+        if os.geteuid() != 0:
+            raise
+        first = error
+    try:
+        return _Namespace("switch", _UNSHARE, ())
+    except NoNamespacesError as error:
+        raise NoNamespacesError(f"{first}; as root {error}") from None
 
 
 def networked(environment: Mapping[str, str]) -> dict[str, str]:
