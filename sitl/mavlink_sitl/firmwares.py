@@ -44,7 +44,7 @@ def make_servers(
 ) -> list[MavlinkServer]:
     """The MAVLink side: one for all links, or with PX4 one for each of them."""
     if not isinstance(copter, Px4Vehicle):
-        return [MavlinkServer(copter, encoders[0], system_id, now_us, snapshot)]
+        return [MavlinkServer(copter, encoders, system_id, now_us, snapshot)]
     servers = [
         Px4Server(copter, encoder, system_id, now_us, snapshot, role)
         for encoder, role in zip(encoders, roles, strict=True)

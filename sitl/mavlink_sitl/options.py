@@ -320,9 +320,9 @@ def vehicle_configs(options: argparse.Namespace) -> list[VehicleConfig]:
 
 
 def _roles(options: argparse.Namespace) -> tuple[str, ...]:
-    """What the links are for, with a firmware that cares; the port decides, as with PX4."""
+    """What the links are for, which PX4 cares about; there the port decides."""
     if options.autopilot != "px4":
-        return ("gcs",)
+        return ("gcs",) * len(options.link)
     return tuple("onboard" if link.port in ONBOARD_PORTS else "gcs" for link in options.link)
 
 

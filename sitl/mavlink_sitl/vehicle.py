@@ -197,8 +197,9 @@ class SimulatedVehicle(VehicleBody):
         self.copter.observe(self._observation())
         for server in self._servers:
             server.now_us = self.now_us
-        server = self._servers[min(place, len(self._servers) - 1)]
-        for frame in server.receive(data, self.now_us, datagram):
+        alone = len(self._servers) == 1
+        server = self._servers[0 if alone else place]
+        for frame in server.receive(data, self.now_us, datagram, place if alone else 0):
             self._record(frame)
         self._pass_guidance()
         self._send_all()
@@ -208,14 +209,10 @@ class SimulatedVehicle(VehicleBody):
 
     def _send_all(self) -> None:
         for place, server in enumerate(self._servers):
-            if not server.outbox:
-                continue
-            outbox, server.outbox = server.outbox, []
-            # A firmware that speaks with one voice says the same on all links.
-            links = self.links if len(self._servers) == 1 else (self.links[place],)
-            for frame in outbox:
-                self._record(frame)
-                for link in links:
+            links = self.links if len(self._servers) == 1 else self.links[place : place + 1]
+            for own, link in enumerate(links):
+                for frame in server.take_frames(own):
+                    self._record(frame)
                     link.deliver(frame)
 
     def _record(self, frame: bytes) -> None:

@@ -32,10 +32,16 @@ class GroundStation:
     """
 
     def __init__(
-        self, simulation: Simulation, index: int = 0, system: int = 255, component: int = 190
+        self,
+        simulation: Simulation,
+        index: int = 0,
+        system: int = 255,
+        component: int = 190,
+        link: int = 0,
     ) -> None:
         self.simulation = simulation
         self.vehicle: SimulatedVehicle = simulation.vehicles[index]
+        self.link = self.vehicle.links[link]
         self.log: list[tuple[float, Message]] = []
         self._by_kind: dict[str, list[tuple[float, Message]]] = {}
         self._sorted = 0
@@ -53,7 +59,7 @@ class GroundStation:
 
     def read(self) -> list[Message]:
         """Take what has arrived; what is no message fails the test."""
-        new = self._in.parse_buffer(self.vehicle.link.read()) or []
+        new = self._in.parse_buffer(self.link.read()) or []
         assert all(message.get_type() != "BAD_DATA" for message in new)
         self.log += [(self.now_s, message) for message in new]
         return list(new)
@@ -89,7 +95,7 @@ class GroundStation:
 
     def send(self, message: Message) -> list[Message]:
         """Send; what is answered at once."""
-        self.vehicle.link.write(self.pack(message))
+        self.link.write(self.pack(message))
         return self.read()
 
     def command(self, command: int, *params: float, system: int = 1, component: int = 1) -> int:
@@ -223,9 +229,12 @@ def copter(
     parameters: dict[str, float] | None = None,
     seed: int = 1,
     faults: LinkFaults | None = None,
+    links: tuple[str, ...] = ("gcs",),
 ) -> GroundStation:
     """A ground station with a copter that has just been switched on."""
-    config = VehicleConfig(ready_after_s=ready_after_s, parameters=parameters or {}, faults=faults)
+    config = VehicleConfig(
+        ready_after_s=ready_after_s, parameters=parameters or {}, faults=faults, links=links
+    )
     return GroundStation(Simulation([config], seed=seed))
 
 

@@ -89,7 +89,7 @@ class Auto(Mode):
     def leave(self) -> None:
         """Another mode takes over: the mission waits."""
         plans = self.copter.plans
-        if plans.state is MissionState.ACTIVE:
+        if plans.state in (MissionState.ACTIVE, MissionState.PAUSED):
             plans.state = MissionState.NOT_STARTED
 
     def start(self, place: int) -> None:
@@ -299,8 +299,9 @@ class Auto(Mode):
         self.copter.say(Severity.CRITICAL, text)
 
     def jump_to(self, place: int) -> None:
-        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT while it flies."""
+        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT while it flies; that ends a pause."""
         self._waiting = []
+        self._paused = False
         self.copter.plans.state = MissionState.ACTIVE
         if self.task is not None and not self.taking_off:
             self.task = None  # the old leg's end is not where the new one begins

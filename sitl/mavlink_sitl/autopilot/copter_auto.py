@@ -19,7 +19,7 @@ from mavlink_sitl.autopilot.copter_tasks import (
     stopping_point,
 )
 from mavlink_sitl.autopilot.plan_commands import MOVING
-from mavlink_sitl.autopilot.plans import Cmd, PlanItem
+from mavlink_sitl.autopilot.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.exchange import Motors, Result
 
 if TYPE_CHECKING:
@@ -133,6 +133,7 @@ class CopterAuto(Auto):
         if not isinstance(self.task, FlyTo):
             return super().pause()
         self._paused = True
+        self.copter.plans.state = MissionState.PAUSED
         self.guide(self.hold_guidance())
         return Result.ACCEPTED
 
@@ -140,5 +141,6 @@ class CopterAuto(Auto):
         """DO_PAUSE_CONTINUE 1."""
         if self._paused and isinstance(self.task, FlyTo):
             self._paused = False
+            self.copter.plans.state = MissionState.ACTIVE
             self.task.restart()
         return Result.ACCEPTED

@@ -10,7 +10,8 @@ What the firmware does with each kind of setpoint, from the recordings `copter_s
 * a combination that is not one of these (a mask that ignores only x, or everything) stops
   the vehicle where it is;
 * of these nothing but NAV_TAKEOFF leaves the ground;
-* an attitude (`guided_attitude`) runs out, too, and then the vehicle drifts.
+* an attitude (`guided_attitude`) runs out, too, and then the vehicle drifts;
+* while it is paused, targets are taken and not flown: only going on, or another mode, ends that.
 """
 
 from __future__ import annotations
@@ -96,25 +97,36 @@ class Guided(Mode):
         self._takeoff_pending = False
         self._attitude: AttitudeTarget | None = None
         self._turned_s = 0.0
-        self._paused: Setpoint | None = None
+        self._paused = False
 
     def enter(self) -> None:
-        """Stop and hold; no old setpoint is taken up again."""
+        """Stop and hold; no old setpoint is taken up again, and no pause lasts."""
+        self._paused = False
         self._stop()
 
     def pause(self) -> None:
-        """DO_PAUSE_CONTINUE 0: stop and hold, until told to go on or where else to go."""
-        paused = self.target if self.submode is Submode.POSITION else None
-        self._stop()
-        self._paused = paused
+        """DO_PAUSE_CONTINUE 0: stop and hold until told to go on, whatever target comes."""
+        self.guide(self.hold_guidance())
+        self._paused = True
 
     def go_on(self) -> None:
-        """DO_PAUSE_CONTINUE 1: on to the same position (`copter_guided_cmds`)."""
-        if self._paused is not None:
-            self._take(Submode.POSITION, self._paused)
+        """DO_PAUSE_CONTINUE 1: on to the latest target, also one that came in the meantime."""
+        if not self._paused:
+            return
+        self._paused = False
+        if self.submode is Submode.TAKEOFF:
+            if not self._takeoff_pending:
+                self.guide(self._takeoff_guidance())
+        elif self.submode is not Submode.ATTITUDE:
+            self.guide(replace(self._guidance(self.target), restart_xy=True, restart_z=True))
+        self.update()
+
+    def guide(self, guidance: Guidance) -> None:
+        """See `Mode`; paused, it holds."""
+        if not self._paused:
+            super().guide(guidance)
 
     def _stop(self) -> None:
-        self._paused = None
         self.submode = Submode.VELOCITY
         self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
         self._expires_s = math.inf
@@ -190,7 +202,6 @@ class Guided(Mode):
 
     def _take(self, submode: Submode, setpoint: Setpoint) -> None:
         restart = submode is not self.submode
-        self._paused = None
         self.submode = submode
         self.target = setpoint
         self._takeoff_pending = False
@@ -234,6 +245,8 @@ class Guided(Mode):
 
     def update(self) -> None:
         """Start a waiting take-off, end a finished one, let old setpoints run out."""
+        if self._paused:
+            return
         copter = self.copter
         if self._takeoff_pending and copter.armed:
             if copter.now_s - copter.arming.armed_at_s >= ARMING_DELAY_S:

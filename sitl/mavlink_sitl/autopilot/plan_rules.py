@@ -81,7 +81,8 @@ class PlanRules:
         timeout_result: the MISSION_ACK then, or None for silence.
         in_place: items are stored as they come, so that an upload that ends early leaves a
             mixture; else the old list stays until the new one is complete.
-        locked_in_auto: MISSION_CLEAR_ALL in AUTO is an error.
+        locked_in_auto: MISSION_CLEAR_ALL in AUTO is an error while it is armed.
+        clears_all_types: MISSION_CLEAR_ALL of type 255 is known.
         identified: MISSION_ACK, MISSION_COUNT and MISSION_CURRENT carry the list's identity.
         capacity: most items of each list.
         too_many_text: what is said about more of them.
@@ -104,6 +105,7 @@ class PlanRules:
     timeout_result: int | None = 15
     in_place: bool = True
     locked_in_auto: bool = True
+    clears_all_types: bool = False
     identified: bool = False
     capacity: tuple[int, int, int] = (650, 84, 20)
     too_many_text: str = "Only {capacity} items are supported"
@@ -186,6 +188,7 @@ PX4_PLANS = PlanRules(
     timeout_result=None,
     in_place=False,
     locked_in_auto=False,
+    clears_all_types=True,
     identified=True,
     received_texts=(),
     bad_item_text="IGN MISSION_ITEM: Invalid item\t",

@@ -85,7 +85,9 @@ class MissionServer(MissionDownload):
     def receive(self, message: Message, now_us: int) -> None:
         """One of the messages in `handlers`."""
         self._now_us = now_us
-        known = [*PlanType] + ([ALL_TYPES] if message.get_type() == "MISSION_CLEAR_ALL" else [])
+        known = [*PlanType]
+        if message.get_type() == "MISSION_CLEAR_ALL" and self._rules.clears_all_types:
+            known.append(ALL_TYPES)
         if getattr(message, "mission_type", 0) in known:
             self.handlers[message.get_type()](message)
         else:
@@ -256,7 +258,7 @@ class MissionServer(MissionDownload):
         self._ack(sender_of(message), result, wanted)
 
     def _in_auto(self) -> bool:
-        return self._vehicle.mode is self._vehicle.auto
+        return self._vehicle.armed and self._vehicle.mode is self._vehicle.auto
 
     def _on_set_current(self, message: Message) -> None:
         result = self._vehicle.set_current_item(message.seq)

@@ -1,15 +1,16 @@
 """One vehicle's MAVLink side: composes the services, sans-IO.
 
-Frames come in through `receive`, time through `tick`, frames go out through `outbox`. As
+Frames come in through `receive`, time through `tick`, frames go out through `take_frames`. As
 recorded: HEARTBEAT once a second and at once at a mode change; TIMESYNC every ten seconds;
 texts after the acknowledgement; nothing else unasked but HOME_POSITION and GPS_GLOBAL_ORIGIN
 when home is set. Commands are answered for any component of the own system, from component
-1; another system's are met with silence.
+1; another system's are met with silence. On several links telemetry goes out on each; what is
+for somebody goes where that one was heard last, and what others say is handed on (`Routes`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from mavlink_sitl.autopilot.copter import Copter
@@ -25,6 +26,7 @@ from mavlink_sitl.mavlink import commands, setpoints, telemetry
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
 from mavlink_sitl.mavlink.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer
+from mavlink_sitl.mavlink.routes import Routes
 from mavlink_sitl.mavlink.snapshot import Snapshot
 from mavlink_sitl.mavlink.status_messages import heartbeat
 from mavlink_sitl.mavlink.statustext import StatusTexts
@@ -48,13 +50,13 @@ class MavlinkServer:
 
     Args:
         copter: the firmware.
-        encoder: keeps the sequence numbers, over reboots too.
+        encoders: one for each link; they keep the sequence numbers, over reboots too.
         system_id: the vehicle's.
         now_us: simulated time of power-up.
         snapshot: gives the state of the vehicle at this moment.
 
     Attributes:
-        outbox: frames to send, oldest first.
+        outboxes: for each link frames to send, oldest first.
         now_us: simulated time.
         reboot_requested: the firmware is to start again.
     """
@@ -65,7 +67,7 @@ class MavlinkServer:
     def __init__(
         self,
         copter: Copter,
-        encoder: Encoder,
+        encoders: Sequence[Encoder],
         system_id: int,
         now_us: int,
         snapshot: Callable[[], Snapshot],
@@ -75,11 +77,12 @@ class MavlinkServer:
         self.system_id = system_id
         self.now_us = now_us
         self.streams = StreamSchedule()
-        self.outbox: list[bytes] = []
+        self.outboxes: list[list[bytes]] = [[] for _ in encoders]
         self.reboot_requested = False
-        self._encoder = encoder
+        self._encoders = encoders
+        self._routes = Routes(system_id, len(encoders))
         self._snapshot = snapshot
-        self._decoder = Decoder(encoder.signing)
+        self._decoders = [Decoder(encoder.signing) for encoder in encoders]
         self._texts = StatusTexts()
         self._parameters = ParameterServer(copter.parameters)
         self._missions = MissionServer(copter, self.send, self.send_later)
@@ -122,8 +125,14 @@ class MavlinkServer:
     # Out.
 
     def send(self, message: Message) -> None:
-        """Put a message into the outbox."""
-        self.outbox.append(self._encoder.encode(message))
+        """Put a message into the outboxes of all links, or of that where its target is."""
+        for place in self._routes.to(message):
+            self.outboxes[place].append(self._encoders[place].encode(message))
+
+    def take_frames(self, place: int) -> list[bytes]:
+        """What is to be sent on a link, once."""
+        frames, self.outboxes[place] = self.outboxes[place], []
+        return frames
 
     def send_later(self, message_id: int) -> None:
         """Send a telemetry message once the answer to the request is out."""
@@ -198,25 +207,31 @@ class MavlinkServer:
 
     # In.
 
-    def receive(self, data: bytes, now_us: int, datagram: bool = True) -> list[bytes]:
+    def receive(
+        self, data: bytes, now_us: int, datagram: bool = True, place: int = 0
+    ) -> list[bytes]:
         """Take bytes from the link and act on the messages in them.
 
         Args:
             data: the bytes.
             now_us: simulated time.
             datagram: whether a frame that is cut short ends here.
+            place: of the link.
 
         Returns:
             The well-formed frames among them, for a log.
         """
         self.now_us = now_us
         frames = []
-        for message in self._decoder.feed(data):
+        decoder = self._decoders[place]
+        for message in decoder.feed(data):
             frames.append(bytes(message.get_msgbuf()))
+            for other in self._routes.hand_on(message, place):
+                self.outboxes[other].append(frames[-1])
             self._dispatch(message)
             self.flush_events()
         if datagram:
-            self._decoder.reset()
+            decoder.reset()
         return frames
 
     def _dispatch(self, message: Message) -> None:
@@ -312,7 +327,8 @@ class MavlinkServer:
             return
         if message.initial_timestamp >= LATEST_SIGNATURE:
             return  # no clock shows that, and nothing could be signed after it
-        self._encoder.set_up_signing(bytes(message.secret_key), message.initial_timestamp)
+        for encoder in self._encoders:
+            encoder.set_up_signing(bytes(message.secret_key), message.initial_timestamp)
 
     def send_mode_list(self, place: int) -> bool:
         """AVAILABLE_MODES: one of them, from 1, or with 0 all; whether there is such a one."""

@@ -220,7 +220,7 @@ def test_a_listening_udp_link_answers_who_speaks() -> None:
         assert command(connection, 31999) == 3
 
 
-def test_several_links_say_the_same() -> None:
+def test_every_link_carries_telemetry_and_the_answers_of_who_asks_on_it() -> None:
     port = free_port()
     with (
         client(f"udpin:127.0.0.1:{port}") as one,
@@ -230,7 +230,7 @@ def test_several_links_say_the_same() -> None:
         heartbeat(one)
         heartbeat(other)
         assert command(other, 31999) == 3
-        assert one.recv_match(type="COMMAND_ACK", blocking=True, timeout=WAIT_S).command == 31999
+        heartbeat(one)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

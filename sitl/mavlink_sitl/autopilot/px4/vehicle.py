@@ -24,6 +24,7 @@ from mavlink_sitl.autopilot.px4.battery import Px4Battery
 from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes
 from mavlink_sitl.autopilot.px4.feasibility import Feasibility
 from mavlink_sitl.autopilot.px4.geofence import Px4Geofence
+from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.exchange import (
@@ -304,12 +305,24 @@ class Px4Vehicle(Copter):
     def reposition(
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> Result:
-        """DO_REPOSITION with CHANGE_MODE: to AUTO.LOITER, and when armed somewhere."""
+        """DO_REPOSITION with CHANGE_MODE: to AUTO.LOITER, and when armed somewhere.
+
+        Without a place and a height it stops. With a height alone it goes on to the place of the
+        mission's item in force.
+        """
         hold = self._modes[px4.LOITER]
         assert isinstance(hold, HoldMode)
+        mission = self.mode
+        flown = mission.last_place() if isinstance(mission, Px4Mission) else None
         self.intend(px4.LOITER)
-        if self.armed:
-            hold.go_to(point, altitude_amsl_m, yaw_rad)
+        if not self.armed:
+            return Result.ACCEPTED
+        if point is None and altitude_amsl_m is None:
+            self.restart_mode(px4.LOITER)
+            return Result.ACCEPTED
+        if point is None and altitude_amsl_m is not None and flown is not None:
+            hold.stay_at(flown)
+        hold.go_to(point, altitude_amsl_m, yaw_rad)
         return Result.ACCEPTED
 
     def start_mission(self, first: float = 0.0) -> Result:

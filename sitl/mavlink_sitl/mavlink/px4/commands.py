@@ -25,6 +25,8 @@ Handler = Callable[["Px4Server", Command], "Result | None"]
 AVAILABLE_MODES, CURRENT_MODE = 435, 436
 PLANE = "px4plane"
 _CHANGE_MODE = 1
+NAN_AS_INTEGER = 0x7FF80000
+"""What some senders put into x and y of a COMMAND_INT for NaN"""
 
 
 def handle(server: Px4Server, command: Command) -> Result | None:
@@ -95,6 +97,8 @@ def _mode(number: int) -> Handler:
 def _reposition(server: Px4Server, command: Command) -> Result:
     if not usable(command.params[1]) or not int(command.params[1]) & _CHANGE_MODE:
         return Result.UNSUPPORTED
+    if not command.is_long and NAN_AS_INTEGER in (command.x, command.y):
+        return Result.DENIED
     point = _place(command)
     if point is None and _given(command.x) and _given(command.y):
         return Result.ACCEPTED  # a place that is none: accepted all the same

@@ -44,6 +44,8 @@ TAKE_NEUTRAL_RELEASE = (
     (1001, (-3.0, -3.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
 )
 """DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
+HANDED_ON = ("HEARTBEAT", "SET_MODE")
+"""What one link says and the others get, too"""
 ONBOARD, GCS = "onboard", "gcs"
 ROLES = (GCS, ONBOARD)
 _HOME_POSITION, _HEARTBEAT, _OBSTACLE_DISTANCE = 242, 0, 330
@@ -77,7 +79,7 @@ class Px4Server(MavlinkServer):
     ) -> None:
         """See the class."""
         self.builders = kind_messages.BUILDERS[copter.personality.kind]
-        super().__init__(copter, encoder, system_id, now_us, snapshot)
+        super().__init__(copter, (encoder,), system_id, now_us, snapshot)
         self.px4 = copter
         self.role = role
         self.peers: list[Px4Server] = [self]
@@ -222,10 +224,10 @@ class Px4Server(MavlinkServer):
         if sender == (self.system_id, COMPONENT_AUTOPILOT):
             return
         component = getattr(message, "target_component", 0)
-        if message.get_type() == "HEARTBEAT":
+        if message.get_type() in HANDED_ON:
             for peer in self.peers:
                 if peer is not self:
-                    peer.outbox.append(bytes(message.get_msgbuf()))
+                    peer.outboxes[0].append(bytes(message.get_msgbuf()))
         if component not in (0, COMPONENT_AUTOPILOT):
             return
         self._asker = sender
