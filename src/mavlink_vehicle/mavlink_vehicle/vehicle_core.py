@@ -48,6 +48,7 @@ from mavlink_vehicle.vehicle_config import VehicleConfig
 
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
 _HEARTBEAT = mavlink.MAVLink_heartbeat_message
+_COMMAND_ACK = mavlink.MAVLink_command_ack_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
 # What comes most often, and is nothing but a measurement: the rest of the work is not for it.
 _TELEMETRY = frozenset(
@@ -108,6 +109,7 @@ class VehicleCore:
         self._drag = Drag()
         self._order = SequenceOrder()
         self._place = self._mode_place = self._beat_place = -1
+        self._answers_by_name = False
         self._failsafes = FailsafeWatch()
         self._slot = OperationSlot(self._command_timing, self.config.grace_s)
         self.ranges = RangeReader()
@@ -221,7 +223,7 @@ class VehicleCore:
             return
         kind = message.__class__
         newer = self._follow_order(kind, header.seq, now)
-        if newer is None:
+        if newer is None or (kind is _COMMAND_ACK and not self._is_ours(message)):
             return
         state = reduce(before, message, now)
         if state.system_id == 0:
@@ -262,6 +264,18 @@ class VehicleCore:
             return
         if message._header.srcSystem == self.state.system_id:
             self._take_ranges(message, now)
+
+    def _is_ours(self, ack: Message) -> bool:
+        """Tell whether a COMMAND_ACK is for us.
+
+        Without target fields it is, until the autopilot is known to fill them in: from then on
+        it answers somebody else, on board or on another link (a PX4, observed).
+        """
+        if ack.target_system or ack.target_component:
+            ours = self.address.is_for_us(ack)
+            self._answers_by_name = self._answers_by_name or (ours and ack.target_component != 0)
+            return ours
+        return not self._answers_by_name
 
     def _take_ranges(self, message: Message, now: float) -> None:
         measured = self.ranges.read(message, now)
@@ -361,7 +375,7 @@ class VehicleCore:
             address = self.address
             self._rates.resume(address, self.profile.unsupported_messages, now)
             self._requests.resume(address, now)
-            self._timesync.resume(now)
+            self._timesync.resume(address, now)
             names, bytewise = self.profile.wanted_parameters, self.profile.parameters_bytewise
             self._parameters.resume(address, names, bytewise, now)
             if names:

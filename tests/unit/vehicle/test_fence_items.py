@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import MissionType
 from mavlink_vehicle.protocols.command import Address
 from mavlink_vehicle.protocols.fence_items import FenceItems
@@ -103,3 +103,21 @@ def test_messages_of_other_lists_are_not_its_own() -> None:
     reading.sent()
     reading.tell("MISSION_COUNT", 0.2, count=0)
     assert reading.reader.items == ()
+
+
+def test_another_stations_upload_does_not_make_the_fence_disappear() -> None:
+    """An ArduPilot answers DENIED while it takes a fence from somebody."""
+    reading = Reading()
+    reading.tell("MISSION_COUNT", 0.1, count=1)
+    reading.circle(0.2)
+    before = reading.reader.items
+    now = reading.wait()
+    for _ in range(5):
+        reading.tell("MISSION_ACK", now, type=mavlink.MAV_MISSION_DENIED)
+        now = reading.wait()
+    assert reading.reader.items is before
+    assert before
+    reading.sent()
+    reading.tell("MISSION_COUNT", now, count=1)
+    reading.circle(now, radius_m=20.0)
+    assert reading.reader.items is not before

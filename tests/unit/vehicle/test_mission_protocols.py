@@ -234,7 +234,7 @@ def test_acks_of_an_earlier_upload_do_not_end_a_download(download: MissionDownlo
     for result in (0, 1, mavlink.MAV_MISSION_INVALID_SEQUENCE):
         download.receive(ack(result), 10.1)
     assert download.next_event() is None
-    download.receive(ack(mavlink.MAV_MISSION_DENIED), 10.1)
+    download.receive(ack(mavlink.MAV_MISSION_UNSUPPORTED), 10.1)
     end = download.next_event()
     assert end is not None
     assert end.result is TransferResult.REFUSED
@@ -375,3 +375,73 @@ def test_nothing_is_sent_to_who_has_no_missions_or_was_not_heard() -> None:
     lost, refused = OperationResult.LINK_LOST, OperationResult.REFUSED
     assert results == [lost, lost, None, refused, refused]
     assert not [m for m in vehicle.messages_to_send() if "MISSION" in m.get_type()]
+
+
+# --- another station's transfer is under way ---------------------------------------------
+
+
+def wait(machine: MissionUpload | MissionDownload | MissionClear) -> list[str]:
+    deadline = machine.next_deadline()
+    assert deadline is not None
+    machine.handle_timer(deadline)
+    return names(machine)
+
+
+@pytest.mark.parametrize("answer", [mavlink.MAV_MISSION_DENIED, mavlink.MAV_MISSION_ERROR])
+def test_an_upload_waits_for_another_stations_transfer(upload: MissionUpload, answer: int) -> None:
+    """An ArduPilot answers DENIED then, a PX4 ERROR (its mavlink_mission.cpp)."""
+    upload.messages_to_send()
+    upload.receive(ack(answer), 10.1)
+    assert upload.next_event() is None
+    assert wait(upload) == ["MISSION_COUNT"]
+    for seq in (0, 1):
+        upload.receive(say("MISSION_REQUEST_INT", **US, seq=seq), 10.6)
+    upload.receive(ack(0), 10.7)
+    end = upload.next_event()
+    assert end is not None
+    assert end.result is TransferResult.DONE
+
+
+def test_a_download_waits_for_another_stations_upload(download: MissionDownload) -> None:
+    download.messages_to_send()
+    download.receive(ack(mavlink.MAV_MISSION_DENIED), 10.1)
+    assert download.next_event() is None
+    assert wait(download) == ["MISSION_REQUEST_LIST"]
+    download.receive(say("MISSION_COUNT", **US, count=0), 10.6)
+    end = download.next_event()
+    assert end is not None
+    assert end.result is TransferResult.DONE
+
+
+def test_clearing_waits_for_another_stations_upload() -> None:
+    clear = MissionClear(ADDRESS, TIMING)
+    clear.start(10.0)
+    clear.messages_to_send()
+    clear.receive(ack(mavlink.MAV_MISSION_DENIED), 10.1)
+    assert clear.next_event() is None
+    assert wait(clear) == ["MISSION_CLEAR_ALL"]
+    clear.receive(ack(0), 10.6)
+    end = clear.next_event()
+    assert end is not None
+    assert end.result is TransferResult.DONE
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [
+        MissionUpload(ITEMS, ADDRESS, TIMING),
+        MissionDownload(ADDRESS, TIMING),
+        MissionClear(ADDRESS, TIMING),
+    ],
+)
+def test_who_is_denied_all_the_time_ends_and_says_why(
+    machine: MissionUpload | MissionDownload | MissionClear,
+) -> None:
+    machine.start(10.0)
+    while machine.next_deadline() is not None:
+        machine.receive(ack(mavlink.MAV_MISSION_DENIED), 10.1)
+        wait(machine)
+    end = machine.next_event()
+    assert end is not None
+    assert end.result is TransferResult.BUSY
+    assert "another ground station" in end.reason

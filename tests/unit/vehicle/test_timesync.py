@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from mavlink_vehicle.codec import make
+from mavlink_vehicle.protocols.command import Address
 from mavlink_vehicle.protocols.timesync import Timesync
+
+ADDRESS = Address(1, 191, 1, 1)
 
 
 def _asked(timesync: Timesync, now: float) -> int:
@@ -15,7 +18,7 @@ def _asked(timesync: Timesync, now: float) -> int:
 
 def test_the_smallest_round_trip_counts() -> None:
     timesync = Timesync(2.0)
-    timesync.resume(10.0)
+    timesync.resume(ADDRESS, 10.0)
     timesync.receive(make("TIMESYNC", tc1=5, ts1=_asked(timesync, 10.0)), 10.03)
     timesync.receive(make("TIMESYNC", tc1=5, ts1=_asked(timesync, 12.0)), 12.01)
     timesync.receive(make("TIMESYNC", tc1=5, ts1=_asked(timesync, 14.0)), 14.5)
@@ -25,7 +28,7 @@ def test_the_smallest_round_trip_counts() -> None:
 
 def test_what_is_not_an_answer_to_us_is_left_alone() -> None:
     timesync = Timesync(2.0)
-    timesync.resume(10.0)
+    timesync.resume(ADDRESS, 10.0)
     ts1 = _asked(timesync, 10.0)
     timesync.receive(make("TIMESYNC", tc1=0, ts1=ts1), 10.1)  # a question of the autopilot's
     timesync.receive(make("TIMESYNC", tc1=7, ts1=ts1 + 1), 10.1)  # an answer to somebody else
@@ -38,7 +41,7 @@ def test_what_is_not_an_answer_to_us_is_left_alone() -> None:
 def test_it_asks_at_its_interval_and_stops_when_the_vehicle_is_gone() -> None:
     timesync = Timesync(2.0)
     assert timesync.next_deadline() is None
-    timesync.resume(0.0)
+    timesync.resume(ADDRESS, 0.0)
     for expected_s in (0.0, 2.0, 4.0):
         assert timesync.next_deadline() == expected_s
         timesync.handle_timer(expected_s)
@@ -48,5 +51,18 @@ def test_it_asks_at_its_interval_and_stops_when_the_vehicle_is_gone() -> None:
 
 def test_an_interval_of_zero_never_asks() -> None:
     timesync = Timesync(0.0)
-    timesync.resume(0.0)
+    timesync.resume(ADDRESS, 0.0)
     assert timesync.next_deadline() is None
+
+
+def test_two_stations_that_ask_in_the_same_instant_do_not_take_each_others_answers() -> None:
+    """The same program may run twice on one machine, by the same clock."""
+    ours, theirs = Timesync(2.0), Timesync(2.0)
+    for stranger in (Address(1, 190, 1, 1), Address(255, 191, 1, 1)):
+        ours.resume(ADDRESS, 10.0)
+        theirs.resume(stranger, 10.0)
+        own = _asked(ours, 10.0)
+        ours.receive(make("TIMESYNC", tc1=7, ts1=_asked(theirs, 10.0)), 10.1)
+        assert ours.round_trip_s is None
+        ours.receive(make("TIMESYNC", tc1=7, ts1=own), 10.1)
+        assert ours.round_trip_s is not None

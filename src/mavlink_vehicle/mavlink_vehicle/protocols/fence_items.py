@@ -99,4 +99,5 @@ class FenceItems:
         elif end.result is TransferResult.REFUSED:
             self.items = ()  # this autopilot has no such list
         self._outbox += self._download.messages_to_send()
-        self._download, self._begin_s = None, now + _AGAIN_S
+        busy = end.result is TransferResult.BUSY
+        self._download, self._begin_s = None, now + (_WAIT_S if busy else _AGAIN_S)

@@ -1,6 +1,7 @@
 """Empties a list: MISSION_CLEAR_ALL, repeated until it is acknowledged.
 
-An ArduPilot that flies its mission answers ERROR and keeps it; a PX4 obeys, and loiters.
+An ArduPilot that flies its mission answers ERROR and keeps it; a PX4 obeys, and loiters. DENIED
+is what an ArduPilot says while another station uploads: it is asked again until that is over.
 """
 
 from __future__ import annotations
@@ -9,12 +10,13 @@ import enum
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message, make
+from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.mission_items import MissionType
 from mavlink_vehicle.protocols.command import Address
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.mission_parts import (
     ACCEPTED,
+    BUSY_SENTENCE,
     TransferResult,
     TransferTiming,
     ack_sentence,
@@ -83,6 +85,8 @@ class MissionClear(Machine[ClearFinished]):
         if message.type == ACCEPTED:
             self._end = ClearFinished(TransferResult.DONE)
             self._fire(ClearInput.ACCEPTED, now)
+        elif message.type == mavlink.MAV_MISSION_DENIED:
+            self._end = ClearFinished(TransferResult.BUSY, BUSY_SENTENCE)
         else:
             self._end = ClearFinished(TransferResult.REFUSED, ack_sentence(message.type))
             self._fire(ClearInput.REFUSED, now)

@@ -1,7 +1,8 @@
 """Reads a list of items: MISSION_REQUEST_LIST, then MISSION_REQUEST_INT for each.
 
 Here we drive: what is not answered is asked for again. Acknowledgements that may belong to an
-earlier upload are ignored; only DENIED and UNSUPPORTED end the reading.
+earlier upload are ignored; only UNSUPPORTED ends the reading. DENIED is what an ArduPilot says
+while another station uploads: it is asked again until that is over.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from mavlink_vehicle.protocols.command import Address
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.mission_parts import (
     ACCEPTED,
+    BUSY_SENTENCE,
     CANCELLED,
     TransferResult,
     TransferTiming,
@@ -23,7 +25,6 @@ from mavlink_vehicle.protocols.mission_parts import (
     concerns,
 )
 
-_REFUSALS = (mavlink.MAV_MISSION_DENIED, mavlink.MAV_MISSION_UNSUPPORTED)
 _MINE = frozenset({"MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK"})
 
 
@@ -53,7 +54,7 @@ class DownloadInput(enum.Enum):
     EMPTY = "there are none"
     ITEM = "the item that was asked for, and not the last"
     LAST = "the last item"
-    REFUSED = "MISSION_ACK: not allowed or not known"
+    REFUSED = "MISSION_ACK: not known"
     RETRY = "time is up, attempts are left"
     EXHAUSTED = "time is up, no attempts are left"
     CANCEL = "cancelled by us"
@@ -76,7 +77,7 @@ class MissionDownload(Machine[DownloadFinished]):
         self._left = timing.retries
         self._count = 0
         self._items: list[MissionItem] = []
-        self._end = DownloadFinished(TransferResult.UNANSWERED)
+        self._end = DownloadFinished(TransferResult.UNANSWERED, reason="it does not answer")
 
     def start(self, now: float) -> None:
         """Ask how many items there are."""
@@ -94,7 +95,9 @@ class MissionDownload(Machine[DownloadFinished]):
         if not concerns(message, self._address, self._type):
             return
         if name == "MISSION_ACK":
-            if message.type in _REFUSALS:
+            if message.type == mavlink.MAV_MISSION_DENIED:
+                self._end = DownloadFinished(TransferResult.BUSY, reason=BUSY_SENTENCE)
+            elif message.type == mavlink.MAV_MISSION_UNSUPPORTED:
                 reason = ack_sentence(message.type)
                 self._end = DownloadFinished(TransferResult.REFUSED, reason=reason)
                 self._fire(DownloadInput.REFUSED, now)
@@ -117,7 +120,6 @@ class MissionDownload(Machine[DownloadFinished]):
             self._left -= 1
             self._fire(DownloadInput.RETRY, now)
         else:
-            self._end = DownloadFinished(TransferResult.UNANSWERED, reason="it does not answer")
             self._fire(DownloadInput.EXHAUSTED, now)
 
     def _send(self, name: str, **fields: int) -> None:

@@ -208,14 +208,14 @@ class MissionOperation(Machine[OperationFinished]):
     def _written(self, end: UploadFinished | ClearFinished, now: float) -> None:
         if end.result in (TransferResult.DONE, TransferResult.UNSURE):
             self._fire(MissionInput.WRITTEN, now)
-        elif end.result is TransferResult.REFUSED:
+        elif end.result in (TransferResult.REFUSED, TransferResult.BUSY):
             self._fail(OperationResult.REFUSED, end.reason, now)
         else:
             self._again(OperationResult.TIMED_OUT, end.reason, now)
 
     def _read(self, end: DownloadFinished, now: float) -> None:
         if end.result is not TransferResult.DONE:
-            refused = end.result is TransferResult.REFUSED
+            refused = end.result in (TransferResult.REFUSED, TransferResult.BUSY)
             kind = OperationResult.REFUSED if refused else OperationResult.TIMED_OUT
             self._fail(kind, f"reading it back: {end.reason}", now)
             return

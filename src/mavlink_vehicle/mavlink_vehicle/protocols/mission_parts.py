@@ -30,6 +30,8 @@ _SENTENCES = {
     CANCELLED: "it gave up the transfer, as the items did not come",
 }
 
+BUSY_SENTENCE = "it is busy, maybe with the transfer of another ground station"
+
 
 def ack_sentence(result: int) -> str:
     """Say what a MAV_MISSION_RESULT other than ACCEPTED means."""
@@ -44,6 +46,7 @@ class TransferResult(enum.Enum):
     UNSURE = "all was sent, but not clearly acknowledged; reading back tells"
     UNANSWERED = "no answer came"
     GIVEN_UP = "the vehicle gave it up, because too little came"
+    BUSY = "the vehicle was at another station's transfer all the time"
 
 
 @dataclass(frozen=True)

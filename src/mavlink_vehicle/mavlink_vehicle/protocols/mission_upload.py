@@ -6,6 +6,8 @@ same; PX4 with MISSION_REQUEST_INT). Only the first message is ours to repeat.
 
 - Requests and acknowledgements for another ground station, or of another list, are ignored.
 - ACCEPTED before the last item was sent belongs to something earlier, and is ignored.
+- DENIED (ArduPilot) and ERROR (PX4) instead of the first request mean that another station's
+  transfer is under way: the offer is repeated until that is over.
 - INVALID_SEQUENCE only says that an item came twice or late; the vehicle asks on.
 - An error after the last item may be the answer to its repetition, when all is stored already
   (ArduPilot): the result is UNSURE, and reading back tells.
@@ -26,6 +28,7 @@ from mavlink_vehicle.protocols.command import Address
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.mission_parts import (
     ACCEPTED,
+    BUSY_SENTENCE,
     CANCELLED,
     TransferResult,
     TransferTiming,
@@ -34,6 +37,7 @@ from mavlink_vehicle.protocols.mission_parts import (
 )
 
 _REQUESTS = ("MISSION_REQUEST", "MISSION_REQUEST_INT")
+_BUSY = (mavlink.MAV_MISSION_DENIED, mavlink.MAV_MISSION_ERROR)
 _UNCLEAR = (mavlink.MAV_MISSION_ERROR, CANCELLED)
 
 
@@ -127,6 +131,9 @@ class MissionUpload(Machine[UploadFinished]):
                 self._end = UploadFinished(TransferResult.DONE, opaque_id=opaque_id(message))
                 self._fire(UploadInput.ACCEPTED, now)
             return
+        if self.state is UploadState.OFFERING and self._items and result in _BUSY:
+            self._end = UploadFinished(TransferResult.BUSY, BUSY_SENTENCE)
+            return
         kind = TransferResult.REFUSED
         if result in _UNCLEAR and self._last_sent:
             kind = TransferResult.UNSURE
@@ -143,11 +150,11 @@ class MissionUpload(Machine[UploadFinished]):
             self._left -= 1
             self._fire(UploadInput.RETRY, now)
             return
-        unsure = self.state is UploadState.SENDING and self._last_sent
-        self._end = UploadFinished(
-            TransferResult.UNSURE if unsure else TransferResult.UNANSWERED,
-            "it did not acknowledge the last item" if unsure else "it does not answer",
-        )
+        if self.state is UploadState.SENDING and self._last_sent:
+            reason = "it did not acknowledge the last item"
+            self._end = UploadFinished(TransferResult.UNSURE, reason)
+        elif self.state is UploadState.SENDING or self._end.result is not TransferResult.BUSY:
+            self._end = UploadFinished(TransferResult.UNANSWERED, "it does not answer")
         self._fire(UploadInput.EXHAUSTED, now)
 
     def _target(self) -> tuple[int, int]:

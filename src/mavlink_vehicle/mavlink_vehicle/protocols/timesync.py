@@ -3,7 +3,8 @@
 We ask with our own time in ``ts1``; the autopilot answers with its time in ``tc1`` and our
 ``ts1`` as it came (https://mavlink.io/en/services/timesync.html). An answer is ours when it
 carries a ``ts1`` that we sent: PX4 leaves its target fields uninitialised, and autopilots
-answer other systems, too. The smallest of the last round trips is the best measure, because
+answer other systems, too. Our ids stand in its last digits, so that nobody else on this machine
+sends the same. The smallest of the last round trips is the best measure, because
 everything that disturbs one makes it longer.
 """
 
@@ -12,9 +13,11 @@ from __future__ import annotations
 from collections import deque
 
 from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.protocols.command import Address
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
 _NANOSECONDS = 1_000_000_000
+_IDENTITY_BITS = 0xFFFF  # 66 us: the time that is measured is kept apart from what is sent
 _KEPT = 10
 # An answer that takes longer than this is no answer.
 _FORGOTTEN_S = 5.0
@@ -26,6 +29,7 @@ class Timesync:
     def __init__(self, interval_s: float) -> None:
         """Prepare; 0 never asks."""
         self._interval_s = interval_s
+        self._identity = 0
         self._deadline: float | None = None
         self._asked: dict[int, float] = {}
         self._round_trips_s: deque[float] = deque(maxlen=_KEPT)
@@ -36,8 +40,9 @@ class Timesync:
         """Smallest of the last round trips; None before the first answer."""
         return min(self._round_trips_s, default=None)
 
-    def resume(self, now: float) -> None:
+    def resume(self, address: Address, now: float) -> None:
         """Begin to ask; what an earlier link took counts no more."""
+        self._identity = address.source_system << 8 | address.source_component
         self._round_trips_s.clear()
         self._deadline = now if self._interval_s > 0.0 else None
 
@@ -66,7 +71,7 @@ class Timesync:
         for ts1, asked_s in list(self._asked.items()):
             if now - asked_s > _FORGOTTEN_S:
                 del self._asked[ts1]
-        ts1 = int(now * _NANOSECONDS)
+        ts1 = int(now * _NANOSECONDS) & ~_IDENTITY_BITS | self._identity
         self._asked[ts1] = now
         self._outbox.append(make("TIMESYNC", tc1=0, ts1=ts1))
 
