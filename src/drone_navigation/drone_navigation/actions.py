@@ -5,10 +5,15 @@ callback is parked on an event in an executor thread and costs nothing while it 
 the driver thread publishes feedback and, by setting the event, lets the callback put the
 goal into its terminal state. Feedback and end come from one thread in one order, so no
 feedback follows the end.
+
+Only a goal in CANCELING can end CANCELED. So a goal that a ground station has cancelled is
+cancelled by the action's own service, too, called by this very node: its clients see what they
+would see if one of them had cancelled it. The vehicle does not wait for that.
 """
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -185,6 +190,10 @@ class GoalServers:
         # the parked execute callbacks are tasks of the executor, outside this group.
         group = MutuallyExclusiveCallbackGroup()
         self._servers = [self._serve(kind, group) for kind in ACTIONS]
+        self._cancellers = {
+            kind.name: node.create_client(CancelGoal, f"{kind.name}/_action/cancel_goal")
+            for kind in ACTIONS
+        }
 
     def _serve(self, kind: ActionKind, group: MutuallyExclusiveCallbackGroup) -> ActionServer:
         return _CompleteCancelActionServer(
@@ -234,6 +243,10 @@ class GoalServers:
             )
         except DriverError:
             accepted = False
+        session = self._sessions.get(goal_id)
+        if session is not None and session.finished is not None:
+            # The vehicle may have stopped before this request came around.
+            accepted = accepted or session.finished.state is GoalState.CANCELED
         return CancelResponse.ACCEPT if accepted else CancelResponse.REJECT
 
     def _execute(self, handle: ServerGoalHandle) -> Any:
@@ -244,7 +257,8 @@ class GoalServers:
         assert finished is not None
         if finished.state is GoalState.SUCCEEDED:
             handle.succeed()
-        elif finished.state is GoalState.CANCELED and _is_canceling(handle):
+        elif finished.state is GoalState.CANCELED:
+            _wait_until_canceling(handle)
             handle.canceled()
         else:
             handle.abort()
@@ -265,6 +279,15 @@ class GoalServers:
         message = session.kind.feedback(feedback, stamp)
         message.current_pose.header.frame_id = self._frames.map
         session.handle.publish_feedback(message)
+
+    def cancel(self, goal_id: str) -> None:
+        """Ask for a goal's cancel as a client does; whether it is answered is not waited for."""
+        session = self._sessions.get(goal_id)
+        if session is None or session.finished is not None:
+            return
+        request = CancelGoal.Request()
+        request.goal_info.goal_id = session.handle.goal_id
+        self._cancellers[session.kind.name].call_async(request)
 
     def finish(self, finished: GoalFinished) -> None:
         """Let the goal's execute callback return its result."""
@@ -297,14 +320,16 @@ class GoalServers:
         return not self._sessions
 
 
-def _is_canceling(handle: ServerGoalHandle) -> bool:
+def _wait_until_canceling(handle: ServerGoalHandle) -> None:
     """Wait until rclpy has noted the cancel that the bridge has already carried out.
 
     The bridge may end a goal before rclpy, in another thread, has put it into CANCELING, the
-    only state that leads to CANCELED.
+    only state that leads to CANCELED. A request that never comes is made up for.
     """
     deadline = time.monotonic() + _CANCEL_STATE_TIMEOUT_S
     pause = threading.Event()
     while not handle.is_cancel_requested and time.monotonic() < deadline:
         pause.wait(0.001)
-    return bool(handle.is_cancel_requested)
+    if not handle.is_cancel_requested:
+        with contextlib.suppress(rclpy_implementation.RCLError):  # it has just come
+            handle._update_state(GoalEvent.CANCEL_GOAL)

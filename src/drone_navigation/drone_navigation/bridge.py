@@ -34,13 +34,14 @@ from drone_navigation.reporting import Reporter
 from drone_navigation.requests import MapPose, Request
 from drone_navigation.services import Service, ServiceDesk
 from drone_navigation.settings import BridgeConfig
-from drone_navigation.takeover import Takeover
+from drone_navigation.stations import Stations
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
     ModeChanged,
     OperationFinished,
     OperationResult,
+    StationActed,
     VehicleEvent,
     VehicleRebooted,
 )
@@ -85,6 +86,7 @@ class Bridge:
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
+        self._stations = Stations(vehicle, self._report, self._parking)
 
     @property
     def active_goal_id(self) -> str | None:
@@ -134,6 +136,8 @@ class Bridge:
             self._report.ended(previous, replaced, now)
         goal.apply(GoalEvent.EXECUTE)
         self._report.accepted(goal)
+        if goal.plan is not None:
+            self._stations.free(now)
         goal.task.start(self._observe(goal, now), now)
 
     def cancel_goal(self, goal_id: str, now: float) -> bool:
@@ -142,10 +146,7 @@ class Bridge:
         if goal is None or goal.goal_id != goal_id:
             return False
         if goal.cancel_requested_s is None:
-            goal.apply(GoalEvent.CANCEL)
-            goal.cancel_requested_s = now
-            goal.task.cancel(now)
-            goal.next_step_s = min(goal.next_step_s, now)
+            goal.begin_cancel(now)
             self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
         return True
 
@@ -157,6 +158,7 @@ class Bridge:
         rejection = goal.task.pause(now)
         if rejection is not None:
             return False, rejection.message
+        goal.paused_by_client = True
         goal.next_step_s = min(goal.next_step_s, now)
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: paused")
         return True, f"Goal {goal.goal_id} is paused."
@@ -166,6 +168,11 @@ class Bridge:
         goal = self._goal
         if goal is None:
             return False, "No goal is active."
+        goal.paused_by_client = False
+        if goal.paused_by:
+            # Who has stopped it may stand beside it.
+            text = f"{goal.paused_by} Only a station lets the goal go on; or cancel it."
+            return False, text
         goal.task.unpause(now)
         goal.next_step_s = min(goal.next_step_s, now)
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed")
@@ -295,7 +302,11 @@ class Bridge:
         """Make a goal that goes on from where the active one, if any, has got to."""
         previous = self._goal
         handover, next_step_s = Handover(), now
-        if previous is not None and previous.takeover is not None:
+        if previous is not None and (
+            previous.takeover is not None
+            or previous.yielded is not None
+            or self._stations.ignores_setpoints
+        ):
             previous = None  # what it had sent is of no use any more
         if previous is not None:
             handover = Handover(
@@ -325,15 +336,29 @@ class Bridge:
         if goal.takeover is not None:
             judged = goal.takeover.judge(self._vehicle.state, now)
             if judged is not None:
-                self._abandon(*judged, now)
+                code, text = judged
+                if code is OutcomeCode.PILOT_OVERRIDE and goal.cancelled_by:
+                    code = OutcomeCode.CANCELED  # it was over already
+                self._abandon(code, text, now)
         elif not self._vehicle.connected:
             self._step_without_link(goal, now)
         elif self._parking.operation_id is None:  # else the mode is about to change, for us
             self._watch(goal, now)
-            self._step_task(goal, now)
+            observation = self._observe(goal, now)
+            if self._stations.yields(goal, observation, self._config.goto, now):
+                self._step_yielded(goal, observation, now)
+            else:
+                self._step_task(goal, observation, now)
 
-    def _step_task(self, goal: ActiveGoal, now: float) -> None:
-        intent = goal.task.step(self._observe(goal, now), now)
+    def _step_yielded(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
+        outcome = self._stations.step(goal, observation, self._config.goto, now)
+        if outcome is not None:
+            self._end(goal, outcome, now)
+        else:
+            self._report.status(goal, self._progress(goal, now))
+
+    def _step_task(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
+        intent = goal.task.step(observation, now)
         if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
             goal.operation = None  # the task has seen how it ended
         if isinstance(intent, Outcome):
@@ -457,6 +482,8 @@ class Bridge:
                 self._obstacles.take_ranges(event, now)
             elif isinstance(event, ModeChanged):
                 self._change_mode(event, now)
+            elif isinstance(event, StationActed):
+                self._stations.take(event, self._goal, self._config.on_station_pause, now)
             elif isinstance(event, VehicleRebooted):
                 self._report.log(LogLevel.WARN, "The autopilot restarted")
                 self._give_up_restarted(now)
@@ -479,22 +506,19 @@ class Bridge:
     def _change_mode(self, event: ModeChanged, now: float) -> None:
         self._report.note(notes.text(f"mode {event.name}"))
         self._report.log(LogLevel.INFO, f"Vehicle mode: {event.name}")
+        self._stations.leave_mode()
         if event.requested:
             return
         goal = self._goal
         mode = vehicle_mode(self._vehicle.profile, event.name)
+        if self._stations.change_mode(event, goal, now):
+            return
         if goal is not None and goal.task.accepts_mode(mode):
             return
         if self._vehicle.state.system_status == _MAV_STATE_BOOT:
             self._give_up_restarted(now)
         elif goal is not None and goal.takeover is None:
-            # Whose change it was may show a moment later; nothing is sent from now on.
-            goal.takeover = Takeover(event.name, now)
-            if goal.operation is not None:
-                self._vehicle.cancel_operation(now)
-                goal.operation = goal.operation_id = None
-            self._vehicle.close_stream()
-            goal.next_step_s = min(goal.next_step_s, now)
+            self._stations.take_away(goal, event, now)
 
     def _give_up_restarted(self, now: float) -> None:
         text = "The autopilot restarted while the goal was active; look at the vehicle."
@@ -509,9 +533,12 @@ class Bridge:
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:
         progress = goal.progress = goal.task.progress(self._observe(goal, now), now)
-        if self._vehicle.connected:
+        if not self._vehicle.connected:
+            return replace(progress, status=Status.LINK_LOST)
+        if goal.yielded is None:
             return progress
-        return replace(progress, status=Status.LINK_LOST)
+        status = Status.CANCELLING if goal.ending else Status.PAUSED
+        return replace(progress, status=status)
 
     def _feedback_deadline(self, goal: ActiveGoal) -> float:
         # Positions trigger feedback; without one for half a period, a timer does.

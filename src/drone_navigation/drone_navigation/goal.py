@@ -31,6 +31,7 @@ from navigation_core.tasks.base import (
     Status,
     Task,
 )
+from navigation_core.tasks.conditions import Dwell
 
 
 class LogLevel(Enum):
@@ -163,8 +164,20 @@ class PlanChanged:
     path_enu_m: tuple[Vector3, ...]
 
 
+@dataclass(frozen=True)
+class CancelWanted:
+    """A station has cancelled a goal: the vehicle stops, and the action is to be cancelled, too.
+
+    Attributes:
+        goal_id: UUID of the goal as hexadecimal digits.
+    """
+
+    goal_id: str
+
+
 Output: TypeAlias = (
     GoalFeedback
+    | CancelWanted
     | GoalFinished
     | GoalRejected
     | GoalHappened
@@ -173,6 +186,19 @@ Output: TypeAlias = (
     | Annotation
     | ServiceDone
 )
+
+
+@dataclass
+class Yielded:
+    """A vehicle that a station has stopped in a mode of its own; nothing is sent to it.
+
+    Attributes:
+        since_s: since when.
+        stopped: whether it has stood still for its time.
+    """
+
+    since_s: float
+    stopped: Dwell
 
 
 @dataclass
@@ -202,6 +228,10 @@ class ActiveGoal:
         path_enu_m: the way that was told last.
         plan: the straight ways that the server flies; None when the vehicle decides.
         takeover: a change of mode that ends it as soon as it is clear whose it was, or None.
+        cancelled_by: a sentence about the station that cancelled it; empty if none did.
+        paused_by: the same of one that has paused it, until that lets it go on.
+        paused_by_client: whether the pause service has paused it.
+        yielded: set while the vehicle is left alone because a station made it hold.
     """
 
     goal_id: str
@@ -226,6 +256,22 @@ class ActiveGoal:
     path_enu_m: tuple[Vector3, ...] = ()
     plan: FlightPlan | None = None
     takeover: Takeover | None = None
+    cancelled_by: str = ""
+    paused_by: str = ""
+    paused_by_client: bool = False
+    yielded: Yielded | None = None
+
+    @property
+    def ending(self) -> bool:
+        """Whether it is being brought to an end: cancelled, or stopped for a reason."""
+        return self.cancel_requested_s is not None or self.closing is not None
+
+    def begin_cancel(self, now: float) -> None:
+        """Have the task stop the vehicle; the goal then ends CANCELED."""
+        self.apply(GoalEvent.CANCEL)
+        self.cancel_requested_s = now
+        self.task.cancel(now)
+        self.next_step_s = min(self.next_step_s, now)
 
     @property
     def short_id(self) -> str:
@@ -269,7 +315,8 @@ class ActiveGoal:
         if error_m is None and pose is not None and self.target_enu_m is not None:
             error_m = math.dist(pose.position_enu_m, self.target_enu_m)
         route = None if self.progress is None else self.progress.route
-        message = " ".join([f"{code.value}: {outcome.message}", *dict.fromkeys(self.notes)])
+        words = [self.cancelled_by, outcome.message] if self.cancelled_by else [outcome.message]
+        message = f"{code.value}: {' '.join([*words, *dict.fromkeys(self.notes)])}"
         if said and said not in message:
             message += f" The autopilot's last words: '{said}'."
         return GoalFinished(

@@ -160,6 +160,11 @@ class MissionTracker:
         )
         self._circles = items[-1].item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
         self._offset = rules.offset
+        self._disowned = False
+
+    def disown(self) -> None:
+        """Somebody else has stored a mission: what is there is theirs, not to be removed."""
+        self._disowned = True
 
     def report(self, state: VehicleState, changed: str = "") -> MissionReport | None:
         """Return how the mission stands; None before the vehicle says it.
@@ -171,6 +176,8 @@ class MissionTracker:
         mission, offset = state.mission, self._offset
         if mission is None:
             return None
+        if self._disowned:
+            changed = changed or "it was replaced"
         count = len(self._waypoints)
         index = min(max(mission.current - offset, 0), count - 1)
         circling = self._circles and index == count - 1

@@ -46,6 +46,12 @@ class Parking:
         self._operation_id = vehicle.hold(now)
         return True
 
+    def change_over(self, now: float) -> None:
+        """Have the vehicle change to its hold mode before anything else; no stream runs on."""
+        self._vehicle.close_stream()
+        self._setpoint = None
+        self._operation_id = self._vehicle.hold(now)
+
     def keep_streaming(self, now: float) -> None:
         """Send a setpoint that holds, so that control will be given."""
         if not (self.needed and self._vehicle.stream_open):

@@ -8,6 +8,7 @@ from drone_navigation import notes
 from drone_navigation.goal import (
     ActiveGoal,
     Annotation,
+    CancelWanted,
     GoalFeedback,
     GoalFinished,
     GoalHappened,
@@ -120,6 +121,14 @@ class Reporter:
 
     def _happened(self, goal_id: str, event: str, what: str, message: str) -> None:
         self._outputs.append(GoalHappened(goal_id, event, what, message))
+
+    def remark(self, goal: ActiveGoal, text: str) -> None:
+        """Tell those who watch what happened to a goal whose status is the same as before."""
+        self._happened(goal.goal_id, "STATUS", goal.status.value, text)
+
+    def cancel_wanted(self, goal: ActiveGoal) -> None:
+        """Have the action cancelled that the goal came by."""
+        self._outputs.append(CancelWanted(goal.goal_id))
 
     def stillborn(self, goal_id: str, rejection: Rejection) -> None:
         """Tell that a goal, accepted a moment ago, can no longer begin."""

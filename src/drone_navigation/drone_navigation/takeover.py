@@ -25,12 +25,14 @@ class Takeover:
     """A change of mode that nobody here asked for.
 
     Attributes:
-        mode_name: the mode.
+        mode_name: the mode; empty when it is the same, but the vehicle was sent elsewhere.
         seen_s: when it was seen.
+        by: a sentence that says which station asked for it; empty if none was seen to.
     """
 
     mode_name: str
     seen_s: float
+    by: str = ""
 
     def judge(self, state: VehicleState, now: float) -> tuple[OutcomeCode, str] | None:
         """Say whose change it was, as a code and a sentence; None while it is not clear yet."""
@@ -39,10 +41,10 @@ class Takeover:
         if not known and now - self.seen_s < _JUDGE_S:
             return None
         if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
-            return OutcomeCode.PILOT_OVERRIDE, (
-                f"The mode became {self.mode_name}, which this server did not ask for; control "
-                "is left to the pilot until a new goal comes."
-            )
+            left = "control is left to the pilot until a new goal comes."
+            changed = f"The mode became {self.mode_name}, which this server did not ask for;"
+            words = [changed if self.mode_name else "The vehicle was sent elsewhere;", left]
+            return OutcomeCode.PILOT_OVERRIDE, " ".join([*words, *filter(None, [self.by])])
         words = [
             text.text for text in state.status_texts[-2:] if text.time_s >= self.seen_s - TEXT_AGE_S
         ]

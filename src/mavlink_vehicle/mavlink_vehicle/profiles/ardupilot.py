@@ -93,6 +93,8 @@ COPTER = Profile(
     setpoint_motions=frozenset({_P, _P | _V, _P | _V | _A, _V, _V | _A, _A}),
     # Without the acceleration it overshoots the speed of a trajectory by a tenth.
     setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+    # ArduCopter's mode_guided.cpp; neither rovers nor planes know the command.
+    pauses_in_mode=True,
     unsupported_messages=_PX4_MESSAGES,
     wanted_parameters=_FENCE_PARAMETERS,
     failsafe_settings=failsafe_settings.ARDUCOPTER,

@@ -117,6 +117,8 @@ class Profile:
             ArduCopter then stays on the ground, although it acknowledges the take-off.
         status_tells_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
             cannot run.
+        pauses_in_mode: whether MAV_CMD_DO_PAUSE_CONTINUE makes it stand in the control mode, and
+            ignore setpoints until it is told to go on or has been in another mode.
         earlier_mode_after_landing: whether it goes back, by itself, to the mode from before
             when it has landed.
         heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
@@ -154,6 +156,7 @@ class Profile:
     setpoints_outside_control_mode: bool = False
     setpoints_before_takeoff: bool = False
     status_tells_runnable: bool = False
+    pauses_in_mode: bool = False
     earlier_mode_after_landing: bool = False
     heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
     later_ack_counts: frozenset[int] = frozenset()

@@ -371,6 +371,12 @@ class Task(Protocol):
     def unpause(self, now: float) -> None:
         """Go on after a pause."""
 
+    def take_up(self, now: float) -> None:
+        """Go on with a vehicle that somebody else had stopped in another mode.
+
+        Called before the next step; where the task was, and what it commanded, is past.
+        """
+
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """Whether the vehicle may get into this mode by itself at this point of the task.
 

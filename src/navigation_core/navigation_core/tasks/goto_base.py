@@ -191,6 +191,16 @@ class GotoBase(ABC):
         """Go on after a pause."""
         self._pause_asked = False
 
+    def take_up(self, now: float) -> None:
+        """Take control again, and plan from where the vehicle is then."""
+        if self._phase is Phase.PREPARING or self._phase in _STOPPING:
+            return
+        self._flight.forget_commanded()
+        if self._avoider is not None:
+            self._avoider.restart_clock()
+        self._forget()
+        self._go(Event.NEEDS_CONTROL, now)
+
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
         if self._traits.control_before_takeoff:

@@ -79,6 +79,12 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
     (Phase.PAUSED, Event.POSITION_LOST): Phase.HOLDING,
     (Phase.PAUSED, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.DISARMING, Event.STOP_IN_AIR): Phase.BRAKING,
+    # A ground station had stopped it in a mode of its own, and lets it go on.
+    (Phase.NAVIGATING, Event.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.SETTLING, Event.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.HOLDING, Event.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.PAUSED, Event.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.BLOCKED, Event.NEEDS_CONTROL): Phase.PREPARING,
     # Wherever a flight begins or goes on, obstacles may leave no way.
     (Phase.PREPARING, Event.NO_WAY): Phase.BLOCKED,
     (Phase.TAKING_OFF, Event.NO_WAY): Phase.BLOCKED,

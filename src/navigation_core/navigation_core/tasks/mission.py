@@ -160,6 +160,9 @@ class FlyMission(WithoutSetpoints):
         """Go on with the item that was under way."""
         self._pause_asked = False
 
+    def take_up(self, now: float) -> None:
+        """It has held the vehicle in the same mode itself; nothing is past."""
+
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A PX4 holds by itself at the end, and when somebody removes the mission."""
         return self._phase is MissionPhase.FLYING and mode in (
@@ -318,12 +321,12 @@ class FlyMission(WithoutSetpoints):
             if not self._traits.hovers:
                 text += " It circles the last one."
             return Outcome(OutcomeCode.SUCCESS, text, self._measures.error_m(observation))
+        if self._pause_asked and observation.mode in (VehicleMode.MISSION, VehicleMode.HOLD):
+            self._go(MissionPhase.PAUSING, now)
+            return None
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)
         self._left_s = None
-        if self._pause_asked:
-            self._go(MissionPhase.PAUSING, now)
-            return None
         return self._look_for_motion(observation, now)
 
     def _out_of_mode(self, observation: Observation, now: float) -> _Answer:
@@ -355,6 +358,9 @@ class FlyMission(WithoutSetpoints):
         return Wait()
 
     def _stop_for_pause(self, observation: Observation, now: float) -> _Answer:
+        if self._holds_already(observation):
+            self._go(MissionPhase.PAUSED, now)
+            return None
         return self._do(
             OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
         )
@@ -378,7 +384,11 @@ class FlyMission(WithoutSetpoints):
         down = grounded or (self._armed_by_us and self._measures.on_ground(observation))
         kind = OperationKind.DISARM if down else OperationKind.HOLD
         timeout_s = self._config.cancel_timeout_s
-        answer = self._perform(Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s)
+        answer = None
+        if down or not self._holds_already(observation):
+            answer = self._perform(
+                Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s
+            )
         if isinstance(answer, Outcome):
             self._add_to_ending(answer.message)
             self._go(MissionPhase.CLEARING, now)
@@ -411,6 +421,12 @@ class FlyMission(WithoutSetpoints):
     def _add_to_ending(self, text: str) -> None:
         assert self._ending is not None
         self._ending = replace(self._ending, message=f"{self._ending.message} {text}")
+
+    def _holds_already(self, observation: Observation) -> bool:
+        """Whether it is in its hold mode, and nobody here has asked for another one."""
+        report = observation.operation
+        starting = report is not None and report.kind is OperationKind.START_MISSION
+        return self._operation is None and observation.mode is VehicleMode.HOLD and not starting
 
     def _arming(self, observation: Observation) -> bool:
         report = observation.operation

@@ -189,6 +189,15 @@ class FlyPlane(WithoutSetpoints):
         """Go on after a pause."""
         self._pause_asked = False
 
+    def take_up(self, now: float) -> None:
+        """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
+        self._speed_told_m_s = None
+        if self._phase in _IN_FLIGHT:
+            self._circling = Circling(self._traits.circle_radius_m)
+            self._go(_Phase.FLYING, now)
+        elif self._phase in _BEFORE_FLIGHT:
+            self._go(_Phase.PREPARING, now)
+
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A take-off has a mode of its own, and PX4 circles by itself after it."""
         if self._phase not in _BEFORE_FLIGHT:

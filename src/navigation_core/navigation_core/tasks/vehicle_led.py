@@ -141,6 +141,9 @@ class VehicleLed(WithoutSetpoints):
     def unpause(self, now: float) -> None:
         """Nothing to go on with."""
 
+    def take_up(self, now: float) -> None:
+        """Nothing to go on with: it is never paused."""
+
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """PX4 changes from its return mode to its landing mode, and to another on the ground."""
         if self._phase is not _Phase.UNDER_WAY:
