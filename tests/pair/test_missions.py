@@ -181,17 +181,17 @@ def tell_as_ground_station(flight: SimulatedFlight, *messages: Message) -> None:
         flight.simulation.link.write(codec.encode(message))
 
 
-def test_a_mission_cleared_by_somebody_else_ends_the_goal() -> None:
+def test_a_mission_cleared_by_somebody_else_cancels_the_goal() -> None:
     flight = flight_of("px4")
     goal_id = flight.start(mission((30.0, 0.0, 3.0)))
     flight.run_until(lambda: flight.truth()[0][0] > 8.0)
     tell_as_ground_station(flight, make("MISSION_CLEAR_ALL", target_system=1, target_component=1))
     end = flight.run_to_end(goal_id)
-    assert end.code.value == "MISSION_CHANGED", end.message
+    assert end.code.value == "CANCELED", end.message
     assert "removed" in end.message
 
 
-def test_a_mission_cut_short_by_somebody_else_ends_the_goal() -> None:
+def test_a_mission_cut_short_by_somebody_else_cancels_the_goal() -> None:
     """An ArduPilot cuts the stored mission at the length of an upload that has only begun."""
     flight = flight_of("ardupilot")
     goal_id = flight.start(mission((30.0, 0.0, 3.0), (30.0, 9.0, 3.0)))
@@ -199,10 +199,10 @@ def test_a_mission_cut_short_by_somebody_else_ends_the_goal() -> None:
     count = make("MISSION_COUNT", target_system=1, target_component=1, count=2)
     tell_as_ground_station(flight, count)
     end = flight.run_to_end(goal_id)
-    assert end.code.value == "MISSION_CHANGED", end.message
+    assert end.code.value == "CANCELED", end.message
 
 
-def test_an_item_that_somebody_else_replaces_in_flight_ends_the_goal() -> None:
+def test_an_item_that_somebody_else_replaces_in_flight_cancels_the_goal() -> None:
     """The number of items stays the same; only a text of the ArduPilot tells it."""
     flight = flight_of("ardupilot")
     goal_id = flight.start(mission((30.0, 0.0, 3.0), (30.0, 9.0, 3.0)))
@@ -215,7 +215,7 @@ def test_an_item_that_somebody_else_replaces_in_flight_ends_the_goal() -> None:
         fields = {name: getattr(item, name) for name in item.get_fieldnames()}
         tell_as_ground_station(flight, make("MISSION_ITEM_INT", **fields))
     end = flight.run_to_end(goal_id)
-    assert end.code.value == "MISSION_CHANGED", end.message
+    assert end.code.value == "CANCELED", end.message
     assert "Auto mission changed" in end.message
 
 

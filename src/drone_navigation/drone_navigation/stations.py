@@ -138,12 +138,12 @@ class Stations:
         """Take a change of mode that we did not ask for; True if a station's act explains it."""
         if goal is None:
             return False
-        mode = vehicle_mode(self._vehicle.profile, event.name)
-        if mode is VehicleMode.HOLD:
+        if self._holds_in(event.name):
             acted = self._recent(now)
             if goal.plan is None and not goal.ending and acted is not None and acted.act in _STOPS:
                 self._cancel(goal, told(acted), now)
             return bool(goal.cancelled_by or goal.paused_by)
+        mode = vehicle_mode(self._vehicle.profile, event.name)
         if goal.paused_by and not goal.ending and mode is _working_mode(goal):
             self._go_on(goal, now)
             return True
@@ -279,7 +279,12 @@ class Stations:
         mode = vehicle_mode(self._vehicle.profile, takeover.mode_name)
         if acted.act is StationAct.CONTINUED:
             return bool(goal.paused_by) and mode is _working_mode(goal)
-        return acted.act in _STOPS and mode is VehicleMode.HOLD
+        return acted.act in _STOPS and self._holds_in(takeover.mode_name)
+
+    def _holds_in(self, mode_name: str) -> bool:
+        """Whether it holds in this mode; a PX4 plane is flown by us in the same one."""
+        profile = self._vehicle.profile
+        return profile is not None and mode_name == profile.hold_mode
 
 
 def _starts_mission(acted: StationActed, goal: ActiveGoal, profile: Profile | None) -> bool:

@@ -321,7 +321,7 @@ class FlyMission(WithoutSetpoints):
             if not self._traits.hovers:
                 text += " It circles the last one."
             return Outcome(OutcomeCode.SUCCESS, text, self._measures.error_m(observation))
-        if self._pause_asked and observation.mode in (VehicleMode.MISSION, VehicleMode.HOLD):
+        if self._pause_asked:
             self._go(MissionPhase.PAUSING, now)
             return None
         if observation.mode is not VehicleMode.MISSION:
