@@ -33,9 +33,11 @@ def check_cancelled(flight: StationFlight, goal_id: str, words: str) -> None:
     assert end.state is GoalState.CANCELED, end.message
     assert end.message.startswith("CANCELED: ")
     assert words in end.message
-    if flight.hovers:
+    if "had not stopped" in end.message:
+        # A boat glides; PX4 has no law for boats, so that one circles about where it holds.
+        assert flight.kind == "boat"
+    elif flight.hovers:
         assert speed_m_s < 0.4
-        assert "had not stopped" not in end.message
     assert CancelWanted(goal_id) in [output for _, output in flight.outputs]
 
 

@@ -169,4 +169,4 @@ class StationFlight(SimulatedFlight):
     def stored(self) -> int:
         """How many items the vehicle says it has stored."""
         mission = self.vehicle.state.mission
-        return 0 if mission is None else mission.total
+        return 0 if mission is None or mission.total is None else mission.total

@@ -398,11 +398,23 @@ class FlyMission(WithoutSetpoints):
         speed_m_s = measured_speed(observation)
         slow = speed_m_s is not None and speed_m_s < self._config.stop_speed_m_s
         over = now - self._since_s > self._config.cancel_timeout_s
-        if self._stopped.holds(slow, now) or not self._traits.hovers or over:
-            self._add_to_ending("It circles." if not self._traits.hovers else "It has stopped.")
+        stopped = self._stopped.holds(slow, now)
+        if stopped or not self._traits.hovers or over:
+            self._add_to_ending(self._how_it_stopped(stopped, speed_m_s))
             self._go(MissionPhase.CLEARING, now)
             return None
         return Wait()
+
+    def _how_it_stopped(self, stopped: bool, speed_m_s: float | None) -> str:
+        if not self._traits.hovers:
+            return "It circles."
+        if stopped:
+            return "It has stopped."
+        speed = "an unknown speed" if speed_m_s is None else f"{speed_m_s:.2f} m/s"
+        return (
+            f"The vehicle had not stopped after {self._config.cancel_timeout_s:g} s; it moves at "
+            f"{speed}."
+        )
 
     def _clear(self, observation: Observation, now: float) -> _Answer:
         assert self._ending is not None
