@@ -11,6 +11,7 @@ from drone_navigation.actions import GoalServers
 from drone_navigation.bridge import Bridge
 from drone_navigation.goal import (
     Annotation,
+    CancelWanted,
     GoalFeedback,
     GoalFinished,
     GoalHappened,
@@ -112,6 +113,8 @@ class VehicleApplication:
             self._publish_feedback(output)
         elif isinstance(output, GoalFinished) and self._server is not None:
             self._server.finish(output)
+        elif isinstance(output, CancelWanted) and self._server is not None:
+            self._server.cancel(output.goal_id)
         elif isinstance(output, (GoalRejected, GoalHappened, PlanChanged)):
             self._publish_topic(output)
         elif isinstance(output, ServiceDone) and self._services is not None:
