@@ -1,0 +1,142 @@
+"""What a server costs with 1 to 50 simulated vehicles that fly goals with 10 Hz of feedback."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from tests.bench.fleet_client import name
+from tests.bench.rows import row
+
+HERE = Path(__file__).resolve().parent
+COUNTS = (1, 5, 10, 20, 50)
+GOAL_COUNT = 20
+GOAL_CORES, GOAL_MB = 1.0, 400.0
+FEEDBACK_HZ = 10.0
+WINDOW_S = 5.0
+_TIMEOUT_S = 60.0
+_TICKS_S = float(os.sysconf("SC_CLK_TCK"))
+_PAGE_MB = os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a server process needed while its vehicles flew.
+
+    Attributes:
+        cores: processor time by wall time.
+        memory_mb: resident memory.
+        feedback_hz: of the vehicle that gave least.
+    """
+
+    cores: float
+    memory_mb: float
+    feedback_hz: float
+
+
+def measures() -> list[dict[str, Any]]:
+    """Measure each number of vehicles."""
+    costs = {count: measure(count) for count in COUNTS}
+    one = costs[1]
+    rows = []
+    for count, cost in costs.items():
+        bound = count == GOAL_COUNT
+        rows += [
+            row(
+                f"server with {count} vehicles in flight, processor",
+                (cost.cores, "cores"),
+                ("one vehicle", one.cores),
+                f"< {GOAL_CORES:g} core" if bound else "-",
+                cost.cores < GOAL_CORES or not bound,
+            ),
+            row(
+                f"server with {count} vehicles in flight, memory",
+                (cost.memory_mb, "MB"),
+                ("one vehicle", one.memory_mb),
+                f"< {GOAL_MB:g} MB" if bound else "-",
+                cost.memory_mb < GOAL_MB or not bound,
+            ),
+            row(
+                f"server with {count} vehicles in flight, least feedback",
+                (cost.feedback_hz, "Hz"),
+                ("what is asked for", FEEDBACK_HZ),
+                f"> {0.9 * FEEDBACK_HZ:g} Hz" if count <= GOAL_COUNT else "-",
+                cost.feedback_hz > 0.9 * FEEDBACK_HZ or count > GOAL_COUNT,
+            ),
+        ]
+    return rows
+
+
+def set_up(count: int, port: int) -> str:
+    """Return a parameter file for so many vehicles on one port."""
+    names = [name(number) for number in range(count)]
+    lines = [
+        "navigation_server:",
+        "  ros__parameters:",
+        f"    vehicles: [{', '.join(names)}]",
+        f'    link_url: "udpin://127.0.0.1:{port}"',
+        "    arming: auto",
+    ]
+    for number, vehicle in enumerate(names):
+        lines += [
+            f"/{vehicle}/navigation_server:",
+            f"  ros__parameters: {{target_system: {number + 1}}}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def measure(count: int) -> Cost:
+    """Fly so many vehicles and return what their server needs."""
+    port = free_udp_port()
+    environment = ros_environment(free_domain(os.getpid() + count))
+    processes: list[Process] = []
+    with tempfile.TemporaryDirectory() as folder:
+        config = Path(folder) / "fleet.yaml"
+        config.write_text(set_up(count, port), encoding="utf-8")
+        try:
+            server = Process(
+                "server",
+                ["python", "-m", "drone_navigation.navigation_server", "--config", str(config)],
+                environment,
+            )
+            processes.append(server)
+            processes.append(
+                Process(
+                    "mavlink_sitl",
+                    ["python", "-m", "mavlink_sitl", "--link", f"udpout://127.0.0.1:{port}",
+                     "--count", str(count), "--ready-after", "1", "--quiet"],
+                    environment,
+                )
+            )  # fmt: skip
+            client = Process(
+                "client",
+                ["python", str(HERE / "fleet_client.py"), str(count), str(WINDOW_S)],
+                environment,
+            )
+            processes.append(client)
+            client.wait_for("flying", _TIMEOUT_S)
+            started_s, used_s = time.monotonic(), _processor_s(server.pid)
+            counts = client.wait_for("[", WINDOW_S + 10.0)
+            elapsed_s = time.monotonic() - started_s
+            cores = (_processor_s(server.pid) - used_s) / elapsed_s
+            memory_mb = _memory_mb(server.pid)
+            feedbacks = json.loads(counts)
+        finally:
+            for process in reversed(processes):
+                process.stop(0.1)  # nobody waits for these vehicles to stop
+    return Cost(cores, memory_mb, min(feedbacks) / WINDOW_S)
+
+
+def _processor_s(pid: int) -> float:
+    fields = Path(f"/proc/{pid}/stat").read_text("ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / _TICKS_S
+
+
+def _memory_mb(pid: int) -> float:
+    return int(Path(f"/proc/{pid}/statm").read_text("ascii").split()[1]) * _PAGE_MB

@@ -1,0 +1,94 @@
+"""Flies a goal with each of several vehicles and counts their feedback: ``fleet_client.py N S``.
+
+Prints "flying" when all N vehicles are on their way, and S seconds later as JSON how many
+feedbacks each of them gave in that time.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from functools import partial
+from typing import Any
+
+import rclpy
+from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+
+from custom_interfaces.action import Navigate
+from drone_navigation.names import ACTION_NAME
+
+SERVERS_S = 60.0
+# Far enough that nobody arrives, whatever the machine needs.
+NORTH_M, HEIGHT_M = 400.0, 5.0
+
+
+def name(number: int) -> str:
+    """Return the name of the vehicle with a number from 0 on."""
+    return f"v{number + 1}"
+
+
+class Flights:
+    """A goal for each vehicle, and what has come of it."""
+
+    def __init__(self, count: int) -> None:
+        """Make the clients."""
+        self.node = rclpy.create_node("fleet_client")
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.clients = [
+            ActionClient(self.node, Navigate, f"/{name(number)}/{ACTION_NAME}")
+            for number in range(count)
+        ]
+        self.accepted = [False] * count
+        self.navigating = [False] * count
+        self.feedbacks = [0] * count
+
+    def send(self, number: int) -> None:
+        """Send a goal, again until it is accepted."""
+        goal = Navigate.Goal()
+        goal.target_pose.header.frame_id = "map"
+        position = goal.target_pose.pose.position
+        position.y, position.z = NORTH_M, HEIGHT_M
+        goal.target_pose.pose.orientation.w = 1.0
+        future = self.clients[number].send_goal_async(goal, partial(self._feedback, number))
+        future.add_done_callback(partial(self._answer, number))
+
+    def _answer(self, number: int, future: Any) -> None:
+        self.accepted[number] = future.result().accepted
+        if not self.accepted[number]:
+            time.sleep(0.05)
+            self.send(number)
+
+    def _feedback(self, number: int, message: Any) -> None:
+        self.feedbacks[number] += 1
+        self.navigating[number] |= message.feedback.current_status == "NAVIGATING"
+
+    def spin_until(self, deadline_s: float) -> None:
+        """Take what comes until a time, or until all are on their way."""
+        while time.monotonic() < deadline_s:
+            self.executor.spin_once(timeout_sec=0.1)
+
+
+def main() -> None:
+    """Fly."""
+    count, window_s = int(sys.argv[1]), float(sys.argv[2])
+    rclpy.init()
+    flights = Flights(count)
+    for client in flights.clients:
+        if not client.wait_for_server(timeout_sec=SERVERS_S):
+            sys.exit("A vehicle's action server is missing.")
+    print("ready", flush=True)
+    for number in range(count):
+        flights.send(number)
+    while not all(flights.navigating):
+        flights.executor.spin_once(timeout_sec=0.1)
+    print("flying", flush=True)
+    flights.feedbacks = [0] * count
+    flights.spin_until(time.monotonic() + window_s)
+    print(json.dumps(flights.feedbacks), flush=True)
+
+
+if __name__ == "__main__":
+    main()
