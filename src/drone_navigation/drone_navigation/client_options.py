@@ -8,6 +8,7 @@ from pathlib import Path
 
 from drone_navigation.client_updates import Update, UpdateError, parse_update
 from drone_navigation.client_watch import LOST_TIMEOUT_S, SILENCE_S
+from drone_navigation.parameter_values import ConfigurationError, check_vehicle_names
 from drone_navigation.route_requests import LAPS_MAX
 
 EXIT_SUCCESS = 0
@@ -28,6 +29,7 @@ examples:
   navigation_client --goal 10 5 2 --avoid
   navigation_client --goal 10 5 2 --update "t=8: 5 5 2" --update "t=15: 0 0 2"
   navigation_client --plan my.plan --speed 3
+  navigation_client --vehicle a --goal 10 5 2
   navigation_client --goal 10 5 2 --json | jq 'select(.event == "ended")'
 
 exit codes:
@@ -62,6 +64,12 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def _add_goal(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--vehicle",
+        type=_vehicle,
+        metavar="NAME",
+        help="name of the vehicle, where a server has several",
+    )
     what = parser.add_mutually_exclusive_group()
     what.add_argument(
         "--goal",
@@ -153,6 +161,14 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
             parser.error(f"{name} is {value:g}; give a number of seconds, 0 or more.")
     options.update.sort(key=lambda update: update.at_s)
     return options
+
+
+def _vehicle(text: str) -> str:
+    try:
+        check_vehicle_names(text.strip("/").split("/"))
+    except ConfigurationError:
+        raise argparse.ArgumentTypeError(f"'{text}' cannot be the name of a vehicle") from None
+    return text.strip("/")
 
 
 def _update(text: str) -> Update:

@@ -7,6 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+from rclpy.action import get_action_names_and_types
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
@@ -25,7 +26,7 @@ from drone_navigation.client_options import (
 )
 from drone_navigation.client_updates import Update, UpdateError, parse_point
 from drone_navigation.client_view import View
-from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 
 _SPIN_S = 0.05
 # Two processes that run already find each other in less.
@@ -54,6 +55,7 @@ class NavigationClient:
             options: the command line.
             keyboard: where keys come from, if from anywhere.
         """
+        self._node = node
         self._view = view
         self._errand = errand
         self._options = options
@@ -107,11 +109,16 @@ class NavigationClient:
         if self._interrupts:
             self._course.say("Interrupted; no goal was sent.", bad=True)
             return EXIT_CANCELED
-        self._course.say(
-            f"No server offers {self._errand.name}; start navigation_server, in the same ROS "
-            "domain.",
-            bad=True,
-        )
+        name = self._node.resolve_service_name(self._errand.name)
+        others = [
+            other.removesuffix(f"/{ACTION_NAME}").strip("/")
+            for other, _ in get_action_names_and_types(self._node)
+            if other.endswith(f"/{ACTION_NAME}") and other.count("/") > 1
+        ]
+        advice = "start navigation_server, in the same ROS domain."
+        if others:
+            advice = f"vehicles are there: choose with --vehicle {' or '.join(sorted(others))}."
+        self._course.say(f"No server offers {name.strip('/')}; {advice}", bad=True)
         return EXIT_NO_SERVER
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:

@@ -68,6 +68,8 @@ class Member:
         self.deadline_s = -math.inf
         self.asked_s: float | None = None
         self.handled_s: float | None = None
+        self.rests_until_s = -math.inf
+        self.timer_worked = False
         self.fleet: Fleet | None = None
 
     def post(self, work: Callable[[], object]) -> None:
@@ -111,7 +113,9 @@ class Fleet:
         self._thread: DriverThread | None = None
         self._by_system = {member.system_id: member for member in members if member.system_id}
         self._only = self._members[0] if len(self._members) == 1 else None
-        self._touched: dict[Member, None] = {}
+        # With whom something has happened, since their messages and their deadlines were asked for.
+        self._unsent: dict[Member, None] = {}
+        self._untimed: dict[Member, None] = {}
         for member in members:
             member.fleet = self
 
@@ -145,8 +149,10 @@ class Fleet:
 
     def overhear(self, message: Message, now: float) -> None:
         """Hand what a ground station sent to the vehicle that it is for, or to all."""
-        target = self._by_system.get(getattr(message, "target_system", 0))
-        for member in self._members if target is None else (target,):
+        target = getattr(message, "target_system", 0)
+        for member in self._members:
+            if self._only is None and target not in (0, member.system_id):
+                continue
             self.work(member, partial(member.application.overhear, message, now))
 
     def handle_timer(self, now: float) -> None:
@@ -157,38 +163,45 @@ class Fleet:
             if member.given_up:
                 continue
             member.handled_s = member.asked_s
+            member.rests_until_s = now + _PAUSE_S
             try:
                 member.application.handle_timer(now)
             except Exception as error:
                 self._fail(member, error)
             else:
-                member.failing_since_s = None
+                member.timer_worked = True
 
     def next_deadline(self) -> float | None:
         """Return when the first of them wants to be called."""
-        for member in self._touched:
+        for member in self._untimed:
             member.deadline_s = self._deadline(member)
-        self._touched.clear()
+        self._untimed.clear()
         deadline_s = min(member.deadline_s for member in self._members)
         return None if deadline_s == math.inf else max(deadline_s, 0.0)
 
     def messages_to_send(self) -> list[Message]:
         """Return what those want to send with whom something has happened."""
         messages: list[Message] = []
-        for member in list(self._touched):
+        for member in self._unsent:
             if member.given_up:
                 continue
+            self._untimed[member] = None
             try:
                 messages += member.application.messages_to_send()
             except Exception as error:
                 self._fail(member, error)
+            else:
+                if member.timer_worked:
+                    member.failing_since_s = None
+            member.timer_worked = False
+        self._unsent.clear()
         return messages
 
     # --- work for one of them -------------------------------------------------------------
 
     def touch(self, member: Member) -> None:
         """Note that something happens with a vehicle: ask it for messages and its deadline."""
-        self._touched[member] = None
+        self._unsent[member] = self._untimed[member] = None
 
     def work(self, member: Member, work: Callable[[], object]) -> None:
         """Do something for one vehicle; what is raised ends its goal, and touches no other."""
@@ -209,24 +222,27 @@ class Fleet:
     def _deadline(self, member: Member) -> float:
         if member.given_up:
             return math.inf
-        now = self._clock.now()
         try:
             deadline_s = member.application.next_deadline()
         except Exception as error:
             self._fail(member, error)
-            return now + _PAUSE_S
+            return member.rests_until_s
         member.asked_s = deadline_s
         # Neither a failure nor a deadline that stays where it is may spin the processor.
         if member.failing_since_s is not None:
-            return now + _PAUSE_S
+            return member.rests_until_s
         if deadline_s is None:
             return math.inf
-        return max(deadline_s, now + _PAUSE_S) if deadline_s == member.handled_s else deadline_s
+        if deadline_s == member.handled_s:
+            return max(deadline_s, member.rests_until_s)
+        return deadline_s
 
     def _fail(self, member: Member, error: Exception) -> None:
         """Count a failure of what must go on: timers, deadlines, messages."""
         self._tell(member, error)
         now = self._clock.now()
+        if member.rests_until_s <= now:
+            member.rests_until_s = now + _PAUSE_S
         if member.failing_since_s is None:
             member.failing_since_s = now
         failing_s = now - member.failing_since_s

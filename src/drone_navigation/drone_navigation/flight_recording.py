@@ -103,6 +103,7 @@ def read_recording(path: Path) -> Recording:
     codec = Codec(source_system=255, source_component=190)
     messages = [(time_s, message) for time_s, data in records for message in codec.decode(data)]
     vehicle, others = _choose(messages)
+    systems = {system for system, _ in others}
     if vehicle is None:
         raise RecordingError(f"{path} holds no position of a vehicle.")
     for frame, remark in (
@@ -110,16 +111,16 @@ def read_recording(path: Path) -> Recording:
         (FromFirstPosition(), "The map's origin is not in it: drawn from the first position."),
         (LocalOnly(), "No global position is in it: drawn in the vehicle's local frame."),
     ):
-        reader = _Reader(vehicle, frame)
+        reader = _Reader(vehicle, systems - {vehicle[0]}, frame)
         for time_s, message in messages:
             reader.take(time_s, message)
         if reader.poses:
-            return reader.recording([others, remark])
+            return reader.recording([_remark(vehicle, systems), remark])
     raise RecordingError(f"{path} holds no position of system {vehicle[0]} that is valid.")
 
 
-def _choose(messages: Sequence[_Stamped]) -> tuple[_Source | None, str]:
-    """Return the first autopilot that tells a position, and a sentence about the others."""
+def _choose(messages: Sequence[_Stamped]) -> tuple[_Source | None, list[_Source]]:
+    """Return the first autopilot that tells a position, and all that do."""
     autopilots: set[_Source] = set()
     placed: dict[_Source, None] = {}
     for _, message in messages:
@@ -132,20 +133,22 @@ def _choose(messages: Sequence[_Stamped]) -> tuple[_Source | None, str]:
         ):
             placed.setdefault(source)
     candidates = [source for source in placed if source in autopilots] or list(placed)
-    if not candidates:
-        return None, ""
-    chosen = candidates[0]
-    systems = sorted({system for system, _ in candidates} - {chosen[0]})
-    if not systems:
-        return chosen, ""
-    listed = ", ".join(str(system) for system in systems)
-    return chosen, f"System {chosen[0]} is drawn; this recording has system {listed}, too."
+    return (candidates[0] if candidates else None), candidates
+
+
+def _remark(chosen: _Source, systems: set[int]) -> str:
+    others = sorted(systems - {chosen[0]})
+    if not others:
+        return ""
+    listed = ", ".join(str(system) for system in others)
+    return f"System {chosen[0]} is drawn; this recording has system {listed}, too."
 
 
 class _Reader:
     """Follows one vehicle through a recording."""
 
-    def __init__(self, vehicle: _Source, frame: Frame) -> None:
+    def __init__(self, vehicle: _Source, other_systems: set[int], frame: Frame) -> None:
+        self._other_systems = other_systems
         self.poses: list[tuple[float, MapPose, float]] = []
         self._vehicle = Vehicle(
             VehicleConfig(target_system=vehicle[0], target_component=vehicle[1])
@@ -169,7 +172,8 @@ class _Reader:
             # A clock that was set while recording must not turn a picture round.
             self._time_s = max(self._time_s, unix_s - self._start_s)
         if message.get_srcComponent() == notes.COMPONENT_ID:
-            if self._start_s is not None:
+            # Notes of a server with several vehicles are from the system that they are about.
+            if self._start_s is not None and message.get_srcSystem() not in self._other_systems:
                 self._noted.take(self._time_s, message)
             return
         before = self._vehicle.state

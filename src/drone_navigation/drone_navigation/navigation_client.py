@@ -32,7 +32,7 @@ def main(args: list[str] | None = None) -> int:
     with ExitStack() as on_exit:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         on_exit.callback(rclpy.try_shutdown)
-        node = Node("navigation_client")
+        node = Node("navigation_client", namespace=options.vehicle)
         on_exit.callback(node.destroy_node)
         # Keys are for people who see what they do.
         people = sys.stdin.isatty() and sys.stdout.isatty() and not options.json

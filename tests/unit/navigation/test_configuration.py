@@ -62,7 +62,9 @@ def test_there_is_a_set_up_for_each_firmware_and_kind(place: str) -> None:
 @pytest.mark.parametrize("path", FILES, ids=name_of)
 def test_a_file_begins_with_what_it_is_for_and_how_to_start_it(path: Path) -> None:
     first, *following = path.read_text("utf-8").splitlines()[:3]
-    assert first.startswith(("# A real ", "# A simulated ", "# The simulated "))
+    assert first.startswith(
+        ("# A real ", "# A simulated ", "# The simulated ", "# Three simulated ")
+    )
     assert any(f"navigation_server --config {name_of(path)}" in line for line in following)
 
 
@@ -106,7 +108,7 @@ def test_the_schema_says_the_same_as_the_table() -> None:
 def test_only_the_simulator_is_armed_unless_told() -> None:
     assert not make_config({}).bridge.goto.may_arm
     for path in FILES:
-        simulated = path.parent.name == "simulated" or path.name == "sitl.yaml"
+        simulated = path.parent.name == "simulated" or path.name in ("sitl.yaml", "fleet.yaml")
         assert parameters(path)["arming"] == ("auto" if simulated else "never"), path
 
 

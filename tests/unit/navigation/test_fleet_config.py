@@ -1,0 +1,89 @@
+"""Parameter files of several vehicles, and settings that they cannot share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from drone_navigation.configuration import ConfigurationError
+from drone_navigation.fleet_config import check_server_wide, make_vehicle_configs
+from drone_navigation.parameter_file import read_parameter_file
+from drone_navigation.parameter_table import ParameterValue
+
+ROOT = Path(__file__).resolve().parents[3]
+NODE = "navigation_server"
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "parameters.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_set_up_of_three_vehicles_is_one_for_each() -> None:
+    file = read_parameter_file(ROOT / "bridge_config/fleet.yaml", NODE)
+    configs = make_vehicle_configs(file.vehicles)
+    assert {name: config.vehicle.target_system for name, config in configs.items()} == {
+        "copter": 1, "px4": 2, "rover": 3,
+    }  # fmt: skip
+    assert configs["copter"].link_url == configs["px4"].link_url != configs["rover"].link_url
+    assert all(config.bridge.goto.may_arm for config in configs.values())
+
+
+def test_what_is_the_servers_is_every_vehicles_unless_its_own_part_says_otherwise(
+    tmp_path: Path,
+) -> None:
+    path = written(
+        tmp_path,
+        """
+        /**: {ros__parameters: {arming: auto, speed_default_m_s: 1.0}}
+        navigation_server: {ros__parameters: {vehicles: [a, b], speed_default_m_s: 2.0}}
+        /a/navigation_server: {ros__parameters: {target_system: 1}}
+        b: {navigation_server: {ros__parameters: {target_system: 2, speed_default_m_s: 3.0}}}
+        """,
+    )
+    configs = make_vehicle_configs(read_parameter_file(path, NODE).vehicles)
+    speeds = {
+        name: config.bridge.goto.limits.speed_horizontal_m_s for name, config in configs.items()
+    }
+    assert speeds == {"a": 2.0, "b": 3.0}
+    assert configs["a"].bridge.goto.may_arm
+
+
+def test_a_part_for_a_vehicle_that_is_not_named_is_a_slip(tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        """
+        navigation_server: {ros__parameters: {vehicles: [a]}}
+        /A/navigation_server: {ros__parameters: {target_system: 1}}
+        """,
+    )
+    with pytest.raises(ConfigurationError, match=r"/A/navigation_server.*does not name 'A'"):
+        read_parameter_file(path, NODE)
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "said"),
+    [
+        ({"a": {"target_system": 1}, "b": {"target_system": 1}}, "a and b have the same"),
+        ({"a": {"target_system": 1}, "b": {}}, "Vehicle b: .*target_system is 0"),
+        ({"a": {"target_system": 1, "arming": "maybe"}}, "Vehicle a: .*arming"),
+        (
+            {"a": {"target_system": 1, "gcs_links": ["udpin:127.0.0.1:14550"]}},
+            "gcs_links.*the vehicle's link",
+        ),
+    ],
+)
+def test_vehicles_that_cannot_be_told_apart_or_flown_are_refused_by_name(
+    vehicles: dict[str, dict[str, ParameterValue]], said: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        make_vehicle_configs(vehicles)
+
+
+def test_what_the_server_has_once_is_not_a_vehicles() -> None:
+    server: dict[str, ParameterValue] = {"record_tlog": "all.tlog"}
+    check_server_wide("a", {"record_tlog": "all.tlog", "arming": "auto"}, server)
+    with pytest.raises(ConfigurationError, match=r"Vehicle a: parameter record_tlog is the server"):
+        check_server_wide("a", {"record_tlog": "a.tlog"}, server)
