@@ -83,6 +83,7 @@ class Three:
         self.fleet.attach(Now())
         self.fleet.start(self.clock.now())
         self.turn()
+        self.turn()
         self.forget()
 
     def turn(self) -> list[Message]:
@@ -169,9 +170,10 @@ def test_the_first_deadline_is_the_fleets_and_only_its_owner_is_called(three: Th
 def test_those_that_have_waited_longest_come_first(three: Three) -> None:
     for number, application in enumerate(three.applications):
         application.deadline_s = 3.0 - number
-        application.outbox = [message("HEARTBEAT", number + 1)]
         three.members[number].post(lambda: None)
-    three.fleet.next_deadline()
+    three.turn()
+    for number, application in enumerate(three.applications):
+        application.outbox = [message("HEARTBEAT", number + 1)]
     three.advance(5.0)
     sent = three.turn()
     assert [heartbeat.get_srcSystem() for heartbeat in sent] == [3, 2, 1]
