@@ -1,0 +1,267 @@
+"""What ground stations may do to a goal under way: be counted, and nothing else."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mavlink_vehicle.codec import Codec, Message, make, with_source
+from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.io.links.udp import UdpLink
+from mavlink_vehicle.io.router import Router
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_core.outcomes import OutcomeCode
+from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
+from tests.support.udp_flight import HostileStation, UdpFlight, udp_flight
+
+FIRMWARES = {
+    "ardupilot": (),
+    "px4": ("--autopilot", "px4", "--param", "COM_OF_LOSS_T=2"),  # as on the wall: 0.5 s
+}
+LEG_M = 12.0
+MISSION, ALL_MISSIONS = 0, 255
+
+
+@pytest.fixture(scope="module", params=FIRMWARES.values(), ids=FIRMWARES.keys())
+def flight(request: pytest.FixtureRequest) -> Iterator[UdpFlight]:
+    """One vehicle in the air for all tests of a firmware."""
+    with udp_flight(*request.param) as flight:
+        flight.end(flight.send(0.0, 0.0, 5.0))
+        yield flight
+
+
+def fly_among(flight: UdpFlight, mischief: Callable[[], None], every_s: float = 0.0) -> None:
+    """Fly a leg during which mischief is done again and again; it must be flown as ever."""
+    here = flight.on_thread(lambda: flight.bridge.pose)
+    assert here is not None
+    x = -LEG_M if here.position_enu_m[0] > 0.0 else LEG_M
+    goal = flight.send(x, 0.0, 5.0)
+    while flight.under_way(goal):
+        mischief()
+        flight.pause(every_s)
+    end = flight.end(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert flight.setpoints() > 20
+    assert flight.errors == []
+
+
+def to_us(name: str, **fields: object) -> Message:
+    return make(name, target_system=1, target_component=191, **fields)
+
+
+def to_vehicle(name: str, **fields: object) -> Message:
+    return make(name, target_system=1, target_component=1, **fields)
+
+
+def test_a_station_that_floods_is_throttled(flight: UdpFlight) -> None:
+    station = flight.station()
+    beat = station.codec.encode(make("HEARTBEAT", type=6, autopilot=8)) * 20
+    before = flight.counts()
+
+    def flood() -> None:
+        for _ in range(50):
+            station.write(beat)
+
+    fly_among(flight, flood)
+    after = flight.counts()
+    assert after.throttled - before.throttled > 10_000
+    assert after.frames > before.frames
+
+
+def test_garbage_is_counted(flight: UdpFlight) -> None:
+    station = flight.station()
+    source = random.Random(1)
+    frame = station.codec.encode(make("STATUSTEXT", text="x" * 50))
+    before = flight.counts()
+
+    def babble() -> None:
+        bent = bytearray(frame)
+        bent[source.randrange(10, len(bent))] ^= 0x10
+        station.write(bytes(bent))
+        station.write(frame[: source.randrange(len(frame))])
+        station.write(source.randbytes(source.randrange(1, 300)))
+
+    fly_among(flight, babble, every_s=0.002)
+    after = flight.counts()
+    assert after.bad_crc > before.bad_crc
+    assert after.bytes_dropped > before.bytes_dropped
+
+
+def test_what_vehicle_and_server_said_before_is_dropped_when_a_station_says_it(
+    flight: UdpFlight,
+) -> None:
+    """It sends back all that it hears, the server's HEARTBEATs among it, and keeps old packets."""
+    station = flight.station()
+    station.send(make("HEARTBEAT", type=6, autopilot=8))
+    heard: list[bytes] = []
+    before = flight.counts()
+
+    def replay() -> None:
+        heard.extend(station.read())
+        for data in heard[-20:] + heard[:20]:
+            station.write(data)
+
+    fly_among(flight, replay, every_s=0.05)
+    after = flight.counts()
+    told = (after.looped, after.duplicates, after.spoofed)
+    assert len(heard) > 50
+    assert sum(told) > sum((before.looped, before.duplicates, before.spoofed)) + 50
+
+
+def test_missions_without_end_are_for_the_vehicle_to_refuse(flight: UdpFlight) -> None:
+    station = flight.station()
+
+    def upload() -> None:
+        station.send(
+            to_vehicle("MISSION_COUNT", count=65535),
+            to_vehicle("MISSION_ITEM_INT", seq=0, frame=6, command=16),
+            to_vehicle("MISSION_ITEM_INT", seq=65534, frame=6, command=16),
+            to_us("MISSION_COUNT", count=65535),
+            to_us("MISSION_ITEM_INT", seq=0, frame=6, command=16),
+        )
+        station.read()
+
+    fly_among(flight, upload, every_s=0.02)
+
+
+@pytest.mark.parametrize("who", [(1, 191), (1, 1)], ids=["the server", "the vehicle"])
+def test_who_speaks_in_another_name_is_not_believed(
+    flight: UdpFlight, who: tuple[int, int]
+) -> None:
+    station = flight.station(*who)
+    lies = [
+        make("HEARTBEAT", type=2, autopilot=3, base_mode=81, custom_mode=9, system_status=6),
+        make("LOCAL_POSITION_NED", time_boot_ms=2**31, x=900.0, y=900.0, z=-500.0),
+        make("GLOBAL_POSITION_INT", time_boot_ms=2**31, lat=1, lon=1, alt=1),
+        make("EXTENDED_SYS_STATE", landed_state=1),
+        make("SYS_STATUS", battery_remaining=1),
+        make("STATUSTEXT", severity=0, text="Failsafe: Land"),
+        to_vehicle("COMMAND_LONG", command=176, param1=1.0, param2=9.0),
+        to_vehicle("MISSION_CLEAR_ALL", mission_type=ALL_MISSIONS),
+        to_vehicle("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=1, x=500.0),
+    ]
+    before = flight.counts()
+
+    def lie() -> None:
+        station.send(*lies)
+
+    fly_among(flight, lie, every_s=0.02)
+    assert flight.counts().spoofed - before.spoofed > 50
+
+
+def test_forged_answers_are_for_nobody(flight: UdpFlight) -> None:
+    """They are addressed to the server, and say no to what it might have asked the vehicle."""
+    liars = [flight.station(), flight.station(1, 1), flight.station(1, 190)]
+    answers = [
+        *(
+            to_us("COMMAND_ACK", command=command, result=result)
+            for command in (22, 176, 192, 246, 400, 511, 512)
+            for result in (4, 5)
+        ),
+        to_us("MISSION_ACK", type=0),
+        to_us("MISSION_ACK", type=15, mission_type=MISSION),
+        to_us("MISSION_REQUEST_INT", seq=3),
+        make("TIMESYNC", tc1=10**15, ts1=1),
+        make("TIMESYNC", tc1=0, ts1=10**15),
+        make("PARAM_VALUE", param_id="FENCE_ENABLE", param_value=1.0, param_count=1),
+        make("PARAM_VALUE", param_id="WPNAV_SPEED", param_value=1.0, param_type=9),
+        make("PARAM_VALUE", param_id="MPC_XY_CRUISE", param_value=0.1, param_type=9),
+    ]
+    before = flight.on_thread(lambda: dict(flight.bridge.vehicle.parameters))
+
+    def answer() -> None:
+        for liar in liars:
+            liar.send(*answers)
+            liar.read()
+
+    fly_among(flight, answer, every_s=0.05)
+    assert flight.on_thread(lambda: dict(flight.bridge.vehicle.parameters)) == before
+
+
+def test_two_hundred_and_fifty_stations_at_once_disturb_nobody(flight: UdpFlight) -> None:
+    stations = [flight.station(system) for system in range(2, 256)]
+    before = flight.counts()
+
+    def all_speak() -> None:
+        for station in stations:
+            station.send(
+                make("HEARTBEAT", type=6, autopilot=8),
+                to_vehicle("PARAM_REQUEST_READ", param_id="SYSID_THISMAV", param_index=-1),
+            )
+            station.read()
+
+    fly_among(flight, all_speak, every_s=0.1)
+    assert flight.counts().frames > before.frames
+
+
+class Eavesdropper:
+    """A vehicle that is found, and the router between it and a ground station; no thread."""
+
+    def __init__(self) -> None:
+        """Let the vehicle be heard."""
+        links = [open_link("udpin://127.0.0.1:0") for _ in range(2)]
+        ports = [link.port for link in links if isinstance(link, UdpLink)]
+        self.router = Router(links[:1], lambda: Codec(1, 191), links[1:])
+        self.vehicle = Vehicle()
+        self.vehicle.start(0.0)
+        self.autopilot = HostileStation(ports[0], 1, 1)
+        self.station = HostileStation(ports[1])
+        self.autopilot.send(
+            make("HEARTBEAT", type=2, autopilot=3, base_mode=81, custom_mode=4, system_status=4),
+            make("GLOBAL_POSITION_INT", time_boot_ms=1000, lat=10**8, lon=10**8, alt=5000),
+            make("LOCAL_POSITION_NED", time_boot_ms=1000, x=1.0),
+        )
+        self.now = 1.0
+        while self.vehicle.state.system_id == 0 or self.vehicle.state.local_position is None:
+            self.turn()
+
+    def turn(self) -> int:
+        """Take what has come; returns how much of it came from the vehicle."""
+        received = self.router.receive(self.now)
+        for message in received:
+            self.vehicle.receive(message, self.now)
+        for message in self.router.overhear(self.now):
+            self.vehicle.overhear(message, self.now)
+        return len(received)
+
+    def close(self) -> None:
+        """Close the sockets."""
+        self.router.close()
+        self.autopilot.close()
+        self.station.close()
+
+
+@pytest.fixture(scope="module")
+def eavesdropper() -> Iterator[Eavesdropper]:
+    eavesdropper = Eavesdropper()
+    yield eavesdropper
+    eavesdropper.close()
+
+
+SOURCES = st.one_of(
+    st.sampled_from([(1, 1), (1, 191), (1, 190), (255, 190)]),
+    st.tuples(st.integers(1, 255), st.integers(1, 255)),
+)
+SAYINGS = st.tuples(st.sampled_from(CLASSES), st.integers(0, 2**16), SOURCES)
+
+
+@given(st.lists(st.one_of(SAYINGS, st.binary(min_size=1, max_size=80)), min_size=1, max_size=20))
+@settings(max_examples=200, deadline=None)
+def test_nothing_that_a_station_says_is_taken_for_telemetry(
+    eavesdropper: Eavesdropper, sayings: list[bytes | tuple[type[Message], int, tuple[int, int]]]
+) -> None:
+    before = eavesdropper.vehicle.state
+    for saying in sayings:
+        if isinstance(saying, bytes):
+            eavesdropper.station.write(saying)
+            continue
+        cls, seed, source = saying
+        message = random_message(cls, seed, STRANGE_FLOATS)
+        eavesdropper.station.send(with_source(message, *source))
+    eavesdropper.now += 0.2
+    assert eavesdropper.turn() == 0
+    assert eavesdropper.vehicle.state is before
