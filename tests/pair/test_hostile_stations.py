@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, Message, make, with_source
+from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
@@ -20,14 +22,14 @@ from tests.support.udp_flight import HostileStation, UdpFlight, udp_flight
 
 FIRMWARES = {
     "ardupilot": (),
-    "px4": ("--autopilot", "px4", "--param", "COM_OF_LOSS_T=2"),  # as on the wall: 0.5 s
+    "px4": ("--autopilot", "px4", "--param", "COM_OF_LOSS_T=1.5"),  # on the wall 0.5 s
 }
-LEG_M = 12.0
+LEG_M = 4.0
 MISSION, ALL_MISSIONS = 0, 255
 
 
-@pytest.fixture(scope="module", params=FIRMWARES.values(), ids=FIRMWARES.keys())
-def flight(request: pytest.FixtureRequest) -> Iterator[UdpFlight]:
+@pytest.fixture(scope="module", params=list(FIRMWARES.values()), ids=list(FIRMWARES))
+def flight(request: Any) -> Iterator[UdpFlight]:
     """One vehicle in the air for all tests of a firmware."""
     with udp_flight(*request.param) as flight:
         flight.end(flight.send(0.0, 0.0, 5.0))
@@ -205,6 +207,7 @@ class Eavesdropper:
         """Let the vehicle be heard."""
         links = [open_link("udpin://127.0.0.1:0") for _ in range(2)]
         ports = [link.port for link in links if isinstance(link, UdpLink)]
+        self.station_port = ports[1]
         self.router = Router(links[:1], lambda: Codec(1, 191), links[1:])
         self.vehicle = Vehicle()
         self.vehicle.start(0.0)
@@ -228,6 +231,10 @@ class Eavesdropper:
             self.vehicle.overhear(message, self.now)
         return len(received)
 
+    def counts(self) -> LinkStatistics:
+        """Return what was counted of the ground stations."""
+        return self.router.statistics.station_links()[0][1]
+
     def close(self) -> None:
         """Close the sockets."""
         self.router.close()
@@ -240,6 +247,30 @@ def eavesdropper() -> Iterator[Eavesdropper]:
     eavesdropper = Eavesdropper()
     yield eavesdropper
     eavesdropper.close()
+
+
+def test_what_is_passed_on_to_stations_is_bounded_and_the_vehicle_still_hears_all(
+    eavesdropper: Eavesdropper,
+) -> None:
+    """Each of many stations talks to all others, which grows with their square."""
+    stations = [HostileStation(eavesdropper.station_port, system) for system in range(2, 102)]
+    before = eavesdropper.counts()
+    eavesdropper.autopilot.read()
+    heard: list[bytes] = []
+    for _ in range(3):
+        eavesdropper.now += 0.1
+        for station in stations:
+            station.send(make("HEARTBEAT", type=6, autopilot=8))
+        eavesdropper.turn()
+        eavesdropper.turn()
+        heard += eavesdropper.autopilot.read()
+    after = eavesdropper.counts()
+    assert after.frames - before.frames == 300
+    assert after.withheld > before.withheld
+    sources = [m.get_srcSystem() for data in heard for m in Codec(1, 1).decode(data)]
+    assert sum(source in range(2, 102) for source in sources) == 300
+    for station in stations:
+        station.close()
 
 
 SOURCES = st.one_of(

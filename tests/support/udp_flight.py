@@ -27,7 +27,7 @@ from mavlink_vehicle.vehicle import Vehicle
 from tests.support.sitl_process import simulator
 
 ResultT = TypeVar("ResultT")
-SPEEDUP = 4.0
+SPEEDUP = 3.0
 LIMIT_S = 60.0
 
 

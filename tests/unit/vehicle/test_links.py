@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.links import Link, LinkKind, open_link, parse_url
 from mavlink_vehicle.io.links.tcp import TcpInLink
-from mavlink_vehicle.io.links.udp import MAX_PEERS, UdpLink
+from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_QUIET_S, UdpLink
 from mavlink_vehicle.io.tlog import TlogWriter
 
 LIMIT_S = 10.0
@@ -168,16 +168,31 @@ def test_udpin_learns_whom_to_answer_and_answers_all(opened: Callable[..., UdpLi
         assert collect(peer, b"answer") == b"answer"
 
 
-def test_udpin_forgets_the_quietest_when_there_are_too_many(
+def test_udpin_turns_away_whom_it_has_no_room_for_until_somebody_is_silent(
     opened: Callable[..., UdpLink],
 ) -> None:
-    link = opened("udpin://127.0.0.1:0")
+    """However many speak, those who spoke before them are still heard."""
+    reports: list[str] = []
+    link = opened("udpin://127.0.0.1:0", reports.append)
     sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(MAX_PEERS + 3)]
     for one in sockets:
-        with one:
-            one.sendto(b"x", ("127.0.0.1", link.port))
+        one.sendto(b"x", ("127.0.0.1", link.port))
+        if len(link.peers) < MAX_PEERS:
             collect(link, b"x")
+    assert link.receive() == []
     assert len(link.peers) == MAX_PEERS
+    assert sum("turned away, too many" in report for report in reports) == 1
+    first, last = link.peers[0], sockets[-1].getsockname()
+    link.poll(PEER_QUIET_S)
+    for one in sockets[1:MAX_PEERS]:
+        one.sendto(b"y", ("127.0.0.1", link.port))
+        collect(link, b"y")
+    sockets[-1].sendto(b"z", ("127.0.0.1", link.port))
+    collect(link, b"z")
+    assert first not in link.peers
+    assert last[1] in [peer[1] for peer in link.peers if peer is not None]
+    for one in sockets:
+        one.close()
 
 
 def test_udpout_survives_that_nobody_listens(opened: Callable[..., UdpLink]) -> None:

@@ -23,6 +23,7 @@ class LinkStatistics(CodecStatistics):
         duplicates: dropped, because the same frame had just come by another endpoint.
         spoofed: dropped, because a ground station spoke in the name of a vehicle, or in ours.
         throttled: dropped undecoded, because too many came.
+        withheld: not passed on to ground stations, because too much was to be passed on.
         unrouted: for a system that was not heard anywhere else; not passed on.
     """
 
@@ -32,6 +33,7 @@ class LinkStatistics(CodecStatistics):
     duplicates: int = 0
     spoofed: int = 0
     throttled: int = 0
+    withheld: int = 0
     unrouted: int = 0
 
     def add(self, other: CodecStatistics) -> None:

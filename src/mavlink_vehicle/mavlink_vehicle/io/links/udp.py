@@ -19,6 +19,9 @@ from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, resolve
 PEER_EXPIRY_S = 30.0
 """A peer of a `udpin` that is silent for longer is forgotten (an autopilot beats at 1 Hz)."""
 
+PEER_QUIET_S = 5.0
+"""When there are too many peers, one that is silent for this long gives way to a new one."""
+
 MAX_PEERS = 128
 """Enough for a fleet on one port; of more, those that have been silent longest are forgotten."""
 
@@ -39,6 +42,7 @@ class UdpLink:
         self._report = report
         self._listens = url.kind is LinkKind.UDP_IN
         self._heard_s: dict[Peer, float] = {}
+        self._full = False
         self._peers: tuple[Peer, ...] = () if self._listens else ONLY_PEER
         self._now = 0.0
         self._next_expiry_s = 0.0
@@ -104,8 +108,9 @@ class UdpLink:
             if not self._listens:
                 datagram = (datagram[0], None)
             elif datagram[1] != sender:
+                if not self._learn(datagram[1]):
+                    continue
                 sender = datagram[1]
-                self._learn(datagram[1])
             datagrams.append(datagram)
             room -= len(datagram[0])
             if room <= 0:
@@ -136,15 +141,29 @@ class UdpLink:
         """Close the socket."""
         self._socket.close()
 
-    def _learn(self, address: tuple[str, int]) -> None:
-        known = address in self._heard_s
+    def _learn(self, address: tuple[str, int]) -> bool:
+        """Note that a peer has spoken; False if there is no room for one more."""
+        if address in self._heard_s:
+            self._heard_s[address] = self._now
+            return True
+        if len(self._heard_s) >= MAX_PEERS and not self._make_room():
+            if not self._full:
+                self._report(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
+            self._full = True
+            return False
+        self._full = False
         self._heard_s[address] = self._now
-        if known:
-            return
-        if len(self._heard_s) > MAX_PEERS:
-            self._forget(min(self._heard_s, key=self._heard_s.__getitem__))
         self._peers = tuple(self._heard_s)
         self._report(f"{self._url}: {address[0]}:{address[1]} speaks.")
+        return True
+
+    def _make_room(self) -> bool:
+        """Forget the quietest peer, unless it has just spoken: newcomers push nobody out."""
+        quietest = min(self._heard_s, key=self._heard_s.__getitem__)
+        if self._now - self._heard_s[quietest] < PEER_QUIET_S:
+            return False
+        self._forget(quietest)
+        return True
 
     def _forget(self, peer: Peer) -> None:
         del self._heard_s[peer]
