@@ -16,6 +16,7 @@ from drone_navigation.configuration import make_config
 from drone_navigation.parameter_table import ParameterValue
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
+from mavlink_vehicle.io.endpoints import LinkStatistics
 
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 _TICK_S = 0.01
@@ -40,7 +41,7 @@ class Look:
         """Start both."""
         self.simulation = Simulation([simulated], seed=1)
         codec = Codec(1, 191)
-        self.checker = Checker(make_config(values), lambda: codec.statistics)
+        self.checker = Checker(make_config(values), lambda: LinkStatistics.of(codec.statistics))
         self.sent: list[bytes] = []
         self.now = 0.0
         self._codec = codec
@@ -252,7 +253,7 @@ def test_the_wrong_system_id_names_those_that_are_heard() -> None:
 
 def test_bytes_that_are_no_mavlink_point_to_the_baud_rate() -> None:
     codec = Codec(1, 191)
-    checker = Checker(make_config({}), lambda: codec.statistics)
+    checker = Checker(make_config({}), lambda: LinkStatistics.of(codec.statistics))
     checker.start(0.0)
     assert codec.decode(bytes(range(200))) == []
     report = make_report(checker, ADVICE, 1.0)

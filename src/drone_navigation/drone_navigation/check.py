@@ -18,8 +18,9 @@ from drone_navigation.configuration import ServerConfig
 from drone_navigation.link_health import LinkHealth
 from drone_navigation.requests import FRAME_BASE_LINK, NavigateRequest, Request, TakeoffRequest
 from drone_navigation.traits import traits_of
-from mavlink_vehicle.codec import CodecStatistics, Message, mavlink, with_source
+from mavlink_vehicle.codec import Message, mavlink, with_source
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.protocols.command import CommandRequest
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.vehicle import Vehicle
@@ -54,7 +55,7 @@ class MessageRate:
 class Checker:
     """Listens to one vehicle, and asks it what a goal depends on."""
 
-    def __init__(self, config: ServerConfig, statistics: Callable[[], CodecStatistics]) -> None:
+    def __init__(self, config: ServerConfig, statistics: Callable[[], LinkStatistics]) -> None:
         """Prepare for the vehicle of a configuration.
 
         Args:

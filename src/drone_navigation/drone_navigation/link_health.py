@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mavlink_vehicle.codec import CodecStatistics
+from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.vehicle import Vehicle
 
 
@@ -25,7 +25,7 @@ class LinkHealth:
     _lost: int = 0
     _time_s: float | None = None
 
-    def update(self, vehicle: Vehicle, statistics: CodecStatistics, now: float) -> None:
+    def update(self, vehicle: Vehicle, statistics: LinkStatistics, now: float) -> None:
         """Take the counts of this moment; the period ends here."""
         frames, lost = statistics.frames - self._frames, statistics.lost_total - self._lost
         period_s = None if self._time_s is None else now - self._time_s
@@ -43,6 +43,8 @@ class LinkHealth:
             "unsigned messages since start": str(statistics.unsigned),
             "wrongly signed messages since start": str(statistics.badly_signed),
             "replayed messages since start": str(statistics.replayed),
+            "messages that came twice since start": str(statistics.duplicates),
+            "messages too many since start": str(statistics.throttled),
             "last HEARTBEAT": "never" if heard_s is None else f"{now - heard_s:.1f} s ago",
             "round trip": "unknown" if round_trip_s is None else f"{1000.0 * round_trip_s:.1f} ms",
             "refused messages": ", ".join(sorted(vehicle.refused_messages)) or "none",

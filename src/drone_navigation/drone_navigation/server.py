@@ -80,7 +80,9 @@ class NavigationServer:
         self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
         for vehicle in self._vehicles:
-            vehicle.serve(partial(network.statistics_of, vehicle.member.system_id))
+            statistics = partial(network.statistics_of, vehicle.member.system_id)
+            first = vehicle is self._vehicles[0]
+            vehicle.serve(statistics, network.station_links if first else None)
 
     @property
     def running(self) -> bool:

@@ -24,6 +24,7 @@ from drone_navigation.failsafes import failsafe_code
 from drone_navigation.frame_names import PLAIN, FrameNames
 from drone_navigation.link_health import LinkHealth
 from drone_navigation.requests import MapPose
+from drone_navigation.station_health import StationHealth
 from mavlink_vehicle import frames
 from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
@@ -178,6 +179,17 @@ def diagnostic(bridge: Bridge, health: LinkHealth, name: str, hardware_id: str) 
     message.name = f"{name}: vehicle link"
     message.hardware_id = hardware_id
     message.level, message.message = _level(bridge, health)
+    message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
+    return message
+
+
+def station_diagnostic(health: StationHealth, name: str, url: str) -> DiagnosticStatus:
+    """Return what comes by a link to ground stations."""
+    message = DiagnosticStatus()
+    message.name = f"{name}: ground station link {url}"
+    message.hardware_id = url
+    message.level = DiagnosticStatus.WARN if health.trouble else DiagnosticStatus.OK
+    message.message = health.message
     message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
     return message
 

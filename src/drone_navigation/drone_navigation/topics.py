@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
@@ -21,8 +21,10 @@ from drone_navigation.convert import pose_stamped
 from drone_navigation.frame_names import PLAIN, FrameNames
 from drone_navigation.goal import GoalHappened, PlanChanged
 from drone_navigation.link_health import LinkHealth
+from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.obstacle_markers import ObstacleMarkers
-from mavlink_vehicle.codec import CodecStatistics
+from drone_navigation.station_health import StationHealth
+from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state import VehicleState
 
 try:  # The wheels of ROS have no tf2_msgs; an installed ROS does.
@@ -44,6 +46,8 @@ STREAM_QOS = QoSProfile(
 )
 _PERIOD_S = 1.0
 
+StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]
+
 
 class Topics:
     """Publishers of the server; used by the driver thread only."""
@@ -52,8 +56,9 @@ class Topics:
         self,
         node: Node,
         bridge: Bridge,
-        statistics: Callable[[], CodecStatistics],
+        statistics: Callable[[], LinkStatistics],
         frames: FrameNames = PLAIN,
+        stations: StationLinks | None = None,
     ) -> None:
         """Advertise the topics, all but ``/diagnostics`` and ``/tf`` under the node's name.
 
@@ -62,6 +67,8 @@ class Topics:
             bridge: what is told about.
             statistics: returns what was met on the vehicle's link.
             frames: names of the vehicle's frames.
+            stations: returns URL and counts of the links to ground stations, if this is the
+                one that tells of them.
         """
         self._node = node
         self._bridge = bridge
@@ -69,6 +76,8 @@ class Topics:
         self._frames = frames
         self._name = node.get_fully_qualified_name().strip("/")
         self._health = LinkHealth()
+        self._stations = stations
+        self._station_health: dict[str, StationHealth] = {}
         self._seen: VehicleState | None = None
         self._status: VehicleStatus | None = None
         self._next_s = 0.0
@@ -158,6 +167,10 @@ class Topics:
             messages.diagnostic(self._bridge, self._health, self._name, hardware),
             messages.obstacle_diagnostic(self._bridge, self._name, hardware, now),
         ]
+        for url, statistics in self._stations() if self._stations else ():
+            health = self._station_health.setdefault(url, StationHealth())
+            health.update(statistics)
+            message.status.append(messages.station_diagnostic(health, SERVER_NODE_NAME, url))
         self._diagnostics.publish(message)
 
     def _stamp(self) -> Any:

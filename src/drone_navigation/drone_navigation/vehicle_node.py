@@ -17,10 +17,10 @@ from drone_navigation.parameters import follow_changes
 from drone_navigation.sensor_topics import SensorTopics
 from drone_navigation.service_servers import ServiceServers
 from drone_navigation.spinning import Spinner
-from drone_navigation.topics import Topics
+from drone_navigation.topics import StationLinks, Topics
 from drone_navigation.vehicle_application import VehicleApplication
-from mavlink_vehicle.codec import CodecStatistics
 from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
@@ -71,11 +71,15 @@ class VehicleNode:
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
         self._server: GoalServers | None = None
 
-    def serve(self, statistics: Callable[[], CodecStatistics]) -> None:
+    def serve(
+        self, statistics: Callable[[], LinkStatistics], stations: StationLinks | None = None
+    ) -> None:
         """Offer actions, services and topics; the fleet has its driver by now.
 
         Args:
             statistics: returns what was met on the vehicle's link.
+            stations: returns URL and counts of the links to ground stations, if this node is
+                the one that tells of them.
         """
         node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
         frames = FrameNames.of(node.get_namespace())
@@ -86,7 +90,7 @@ class VehicleNode:
             lambda changed: member.post(lambda: bridge.configure(changed.bridge)),
         )
         services = ServiceServers(node, bridge, member, clock)
-        topics = Topics(node, bridge, statistics, frames)
+        topics = Topics(node, bridge, statistics, frames, stations)
         self._application.attach(node, server, services, topics)
         SensorTopics(node, bridge.obstacles, member, clock, self.config.bridge.obstacles, frames)
 

@@ -36,6 +36,13 @@ class LinkStatistics(CodecStatistics):
     withheld: int = 0
     unrouted: int = 0
 
+    @classmethod
+    def of(cls, other: CodecStatistics) -> LinkStatistics:
+        """Return the counts of a link that has one codec."""
+        link = cls()
+        link.add(other)
+        return link
+
     def add(self, other: CodecStatistics) -> None:
         """Add the counts of a codec or of another link."""
         for count in fields(other):

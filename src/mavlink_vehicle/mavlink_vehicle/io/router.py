@@ -197,6 +197,7 @@ class Router:
 
     def receive(self, now: float) -> list[Message]:
         """Return what came by vehicle links, a bounded number, and pass it on."""
+        self._now = now
         messages: list[Message] = []
         for port in self._vehicle_ports:
             self._take(port, messages, now)
@@ -224,7 +225,7 @@ class Router:
         recorded = self._recorder is None
         for endpoint in found:
             frame = endpoint.codec.encode(message)
-            self._table.ours.add((frame[5], frame[6]))
+            self._table.claim((frame[5], frame[6]))
             if self._station_ports:
                 self._table.remember_ours(frame, self._now)
             if self._recorder is not None and not recorded:
@@ -254,17 +255,22 @@ class Router:
 
     def _take(self, port: _Port, messages: list[Message], now: float) -> None:
         """Receive from a link, and pass on."""
-        link, admit = port.link, self._table.admit
+        link = port.link
         for data, peer in link.receive():
             endpoint = port.endpoints.get(peer) or self._join(port, peer)
             if (port.station or len(port.endpoints) > 1) and self._is_flooded(port, endpoint, data):
                 continue
+            sources = endpoint.sources
+            alone = len(self._table.endpoints) == 1 and not port.station
             for message in endpoint.codec.decode(data):
                 header = message._header
-                source = (header.srcSystem, header.srcComponent)
-                if admit(endpoint, message._msgbuf, source, now):
+                heard = sources.get((header.srcSystem, header.srcComponent))
+                if alone and heard is not None and heard.current and header.msgId != _HEARTBEAT:
+                    heard.frames += 1  # most of all telemetry, so this is to be fast
+                    heard.heard_s = now
                     messages.append(message)
-                    self._pass_message(endpoint, message, header.msgId)
+                elif self._pass_message(endpoint, message, now):
+                    messages.append(message)
             if self._unknown:
                 self._pass_unknown(endpoint, now)
         if link.peers is not port.peers:
@@ -282,12 +288,18 @@ class Router:
             port.resume_s = self._now + _PAUSE_S
         return True
 
-    def _pass_message(self, origin: _PeerEndpoint, message: Message, number: int) -> None:
+    def _pass_message(self, origin: _PeerEndpoint, message: Message, now: float) -> bool:
+        """Learn from a message, and pass it on; False if it must be dropped."""
+        header, frame = message._header, message._msgbuf
+        if not self._table.admit(origin, frame, (header.srcSystem, header.srcComponent), now):
+            return False
+        number = header.msgId
         if number == _HEARTBEAT and not origin.station and message.autopilot != _NO_AUTOPILOT:
-            self._table.protect(message._header.srcSystem)
+            self._table.protect(header.srcSystem)
         # Only the next hop may learn a key by SETUP_SIGNING.
         if len(self._table.endpoints) > 1 and number != _SETUP_SIGNING:
-            self._pass_on(origin, message._msgbuf, *_target(message))
+            self._pass_on(origin, frame, *_target(message))
+        return True
 
     def _pass_unknown(self, origin: _PeerEndpoint, now: float) -> None:
         """Pass on frames of which nobody can tell for whom they are: to all."""

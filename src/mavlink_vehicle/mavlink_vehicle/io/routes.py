@@ -63,6 +63,14 @@ class RoutingTable(Generic[EndpointT]):
                 if heard.current and now - heard.heard_s > ROUTE_EXPIRY_S:
                     self._unroute(source, heard)
 
+    def claim(self, source: Source) -> None:
+        """Take note that we send as `source` ourselves."""
+        if source in self.ours:
+            return
+        self.ours.add(source)
+        if source in self._routes:
+            self._unroute(source, self._routes[source].sources[source])
+
     def protect(self, system: int) -> None:
         """Let no ground station speak as what a vehicle link has heard of this system.
 
