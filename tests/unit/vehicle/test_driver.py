@@ -369,3 +369,29 @@ def test_a_vehicle_alone_is_an_application() -> None:
     application: Application = Vehicle()
     application.start(0.0)
     assert [message.get_type() for message in application.messages_to_send()] == ["HEARTBEAT"]
+
+
+def test_what_a_station_link_brings_is_overheard_and_not_received() -> None:
+    echo, errors = Echo(), list[Exception]()
+    vehicles, stations = (open_link("udpin://127.0.0.1:0") for _ in range(2))
+    driver = Driver(
+        echo,
+        Router([vehicles], lambda: Codec(1, 191), [stations]),
+        MonotonicClock(),
+        errors.append,
+    )
+    craft = open_link(f"udpout://127.0.0.1:{vehicles.port}")  # type: ignore[attr-defined]
+    ground = open_link(f"udpout://127.0.0.1:{stations.port}")  # type: ignore[attr-defined]
+    echo.fail_on.add("overhear")
+    driver.start()
+    try:
+        ground.send(Codec(255, 190).encode(make("SET_MODE", target_system=1)))
+        until(lambda: bool(errors))
+        driver.call(echo.fail_on.clear)
+        ground.send(Codec(255, 190).encode(make("SET_MODE", target_system=1)))
+        craft.send(Codec(1, 1).encode(make("ATTITUDE")))
+        until(lambda: echo.overheard == ["SET_MODE"] and echo.received == ["ATTITUDE"])
+    finally:
+        driver.stop()
+        craft.close()
+        ground.close()
