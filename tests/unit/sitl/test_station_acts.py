@@ -5,6 +5,7 @@ Each test names what was seen there, with a companion computer and a station on 
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -221,7 +222,7 @@ def test_each_link_has_its_own_sequence_without_gaps() -> None:
     for each in (companion, station):
         own = [m.get_seq() for _, m in each.log if m.get_srcComponent() == 1]
         assert len(own) > 50
-        assert all((b - a) % 256 == 1 for a, b in zip(own, own[1:], strict=False))
+        assert all((b - a) % 256 == 1 for a, b in itertools.pairwise(own))
 
 
 def test_heartbeats_and_set_mode_are_handed_on_to_the_other_link() -> None:
@@ -285,11 +286,11 @@ def test_a_reposition_with_a_height_alone_goes_on_to_the_place_of_the_item() -> 
 
 def test_the_largest_integers_are_no_place_and_nan_as_an_integer_is_denied() -> None:
     air = px4_mission()
-    place = {"x": NAN_AS_INTEGER, "y": NAN_AS_INTEGER, "z": NAN}
-    assert air.command_int(REPOSITION, 0, -1, 1, 0, NAN, **place) == DENIED
+    place = NAN_AS_INTEGER
+    assert air.command_int(REPOSITION, 0, -1, 1, 0, NAN, x=place, y=place, z=NAN) == DENIED
     assert air.custom_mode == px4.MISSION
-    place = {"x": LARGEST, "y": LARGEST, "z": NAN}
-    assert air.command_int(REPOSITION, 0, -1, 1, 0, NAN, **place) == ACCEPTED
+    place = LARGEST
+    assert air.command_int(REPOSITION, 0, -1, 1, 0, NAN, x=place, y=place, z=NAN) == ACCEPTED
     assert air.custom_mode == px4.LOITER
 
 
