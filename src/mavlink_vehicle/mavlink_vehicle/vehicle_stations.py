@@ -10,7 +10,7 @@ from mavlink_vehicle.events import (
     StationAct,
 )
 from mavlink_vehicle.mission_items import MissionItem
-from mavlink_vehicle.protocols.overheard import ANSWERS, HEARD, StationWatch
+from mavlink_vehicle.protocols.overheard import ANSWERS, HEARD, StationWatch, is_fence_taken
 from mavlink_vehicle.protocols.stored_mission import StoredMission
 from mavlink_vehicle.telemetry import MissionProgress
 from mavlink_vehicle.vehicle_config import VehicleConfig
@@ -61,6 +61,8 @@ class VehicleStations(VehicleMissions):
         if message.__class__ in ANSWERS:
             self._stations.answered(message, self.address, now)
             self._take_acts()
+            if is_fence_taken(message):
+                self._fence.refresh(now)
 
     def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
         super()._compare(before, heartbeat, now)

@@ -411,6 +411,30 @@ def test_a_station_that_reads_the_mission_does_nothing(network: Network) -> None
     assert network.say("MISSION_ACK", type=0) == []
 
 
+@pytest.mark.parametrize(
+    ("mission_type", "result", "again"),
+    [
+        (1, 0, True),
+        (255, 0, True),
+        (0, 0, False),
+        (2, 0, False),
+        (1, 1, False),
+    ],
+)
+def test_a_fence_that_another_station_uploads_is_read_at_once(
+    network: Network, mission_type: int, result: int, again: bool
+) -> None:
+    us = {"target_system": 1, "target_component": 191}
+    network.vehicle.handle_timer(network.now)
+    network.answer(network.autopilot("MISSION_COUNT", **us, count=0, mission_type=1))
+    assert network.vehicle.fence_items == ()
+    network.now += 1.0
+    network.to_station("MISSION_ACK", type=result, mission_type=mission_type)
+    network.vehicle.handle_timer(network.now)
+    sent = [message.get_type() for message in network.vehicle.messages_to_send()]
+    assert ("MISSION_REQUEST_LIST" in sent) == again
+
+
 # --- seen only in what the vehicle tells --------------------------------------------------
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from mavlink_vehicle import frames
+from mavlink_vehicle.events import StationAct
 from mavlink_vehicle.io.links import parse_url
 from mavlink_vehicle.profiles import GENERIC
-from mavlink_vehicle.protocols.command import Command
+from mavlink_vehicle.protocols.command import Command, command_name
 from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.machine import Machine
 from mavlink_vehicle.protocols.message_rates import MessageRates
@@ -20,6 +21,7 @@ from mavlink_vehicle.protocols.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.mission_upload import MissionUpload
 from mavlink_vehicle.protocols.operations import Operation
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
+from mavlink_vehicle.protocols.station_acts import COMMANDS
 from mavlink_vehicle.vehicle import VehicleConfig
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
@@ -53,6 +55,15 @@ def test_links_are_written_in_ways_that_work() -> None:
     assert len(rows) == 6
     for mavsdk, pymavlink in rows:
         assert parse_url(mavsdk) == parse_url(pymavlink)
+
+
+def test_the_acts_of_other_stations_and_their_commands_are_all_there() -> None:
+    rows = re.findall(r"^\| `([A-Z_]+)` \| ([^`\n]+) \|$", PROTOCOLS, re.MULTILINE)
+    assert [name for name, _ in rows] == [act.name for act in StationAct]
+    changes_of_mode = PROTOCOLS.partition("Changes of the mode are ")[2].partition(", in the")[0]
+    words = set(re.findall(r"\b[A-Z_]{6,}\b", " ".join(how for _, how in rows) + changes_of_mode))
+    for command in COMMANDS:
+        assert command_name(command) in words
 
 
 def test_settings_that_are_named_exist() -> None:

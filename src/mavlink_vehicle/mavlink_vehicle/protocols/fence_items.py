@@ -1,6 +1,7 @@
 """The circles and polygons that were uploaded to the vehicle as its fence, kept up to date.
 
-No message tells that somebody uploaded another fence, so the list is read again every minute.
+The list is read again every minute, as somebody on another link may upload another fence; at
+once when the autopilot was heard to take one.
 It waits while a mission is transferred: a PX4 does one transfer at a time
 (mavlink_mission.cpp).
 """
@@ -40,6 +41,11 @@ class FenceItems:
         self._address = address
         self._download = None
         self._begin_s = now
+
+    def refresh(self, now: float) -> None:
+        """Read the list again: it is another one."""
+        if self._address is not None and self._download is None:
+            self._begin_s = now
 
     def forget(self) -> None:
         """Drop what is known: the autopilot restarted."""

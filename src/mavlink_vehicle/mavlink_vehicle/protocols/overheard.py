@@ -82,6 +82,15 @@ class _Past:
     cleared_s: float | None = None
 
 
+def is_fence_taken(answer: Message) -> bool:
+    """Tell whether an answer of the autopilot says that it has another fence now, or none."""
+    return bool(
+        answer.__class__ is _MISSION_ACK
+        and answer.type == ACCEPTED
+        and answer.mission_type in (mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_ALL)
+    )
+
+
 class StationWatch:
     """Turns other stations' conversations with the autopilot into `StationActed`."""
 

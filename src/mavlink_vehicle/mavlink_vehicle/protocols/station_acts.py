@@ -73,7 +73,7 @@ def _set_current(message: Message, _profile: Profile) -> Act:
 
 
 def _command(message: Message, profile: Profile) -> Act | None:
-    reader = _COMMANDS.get(message.command)
+    reader = COMMANDS.get(message.command)
     return None if reader is None else reader(message, profile)
 
 
@@ -164,7 +164,7 @@ def _whole(value: float) -> int | None:
 
 
 _Reader = Callable[[Message, Profile], Act | None]
-_COMMANDS: dict[int, _Reader] = {
+COMMANDS: dict[int, _Reader] = {
     mavlink.MAV_CMD_DO_SET_MODE: _do_set_mode,
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: _do_set_standard_mode,
     mavlink.MAV_CMD_DO_PAUSE_CONTINUE: _pause_continue,
@@ -182,6 +182,7 @@ _COMMANDS: dict[int, _Reader] = {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: _going(lambda profile: profile.return_mode),
     mavlink.MAV_CMD_DO_ORBIT: _going(lambda _: None),
 }
+"""What reads a command, by its number."""
 _READERS: dict[type, _Reader] = {
     mavlink.MAVLink_command_long_message: _command,
     mavlink.MAVLink_command_int_message: _command,
