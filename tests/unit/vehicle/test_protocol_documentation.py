@@ -61,7 +61,8 @@ def test_the_acts_of_other_stations_and_their_commands_are_all_there() -> None:
     rows = re.findall(r"^\| `([A-Z_]+)` \| ([^`\n]+) \|$", PROTOCOLS, re.MULTILINE)
     assert [name for name, _ in rows] == [act.name for act in StationAct]
     changes_of_mode = PROTOCOLS.partition("Changes of the mode are ")[2].partition(", in the")[0]
-    words = set(re.findall(r"\b[A-Z_]{6,}\b", " ".join(how for _, how in rows) + changes_of_mode))
+    text = " ".join([*(how for _, how in rows), changes_of_mode])
+    words = set(re.findall(r"\b[A-Z_]{6,}\b", text))
     for command in COMMANDS:
         assert command_name(command) in words
 
