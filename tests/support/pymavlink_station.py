@@ -34,8 +34,8 @@ class PymavlinkStation:
         """Send bytes as they are."""
         self._link.write(data)
 
-    def hear(self, name: str, timeout_s: float = 10.0) -> Any:
-        """Wait for a message of one kind, which must be rightly signed if there is a key."""
+    def hear(self, name: str | list[str], timeout_s: float = 10.0) -> Any:
+        """Wait for a message of these kinds, which must be rightly signed if there is a key."""
         message = self._link.recv_match(type=name, blocking=True, timeout=timeout_s)
         assert message is not None, f"no {name} came"
         return message

@@ -20,6 +20,7 @@ COUNTS = {
     "duplicates": "duplicates since start",
     "spoofed": "in the name of a vehicle since start",
     "throttled": "too many since start",
+    "withheld": "too many to be passed on there since start",
     "unsigned": "unsigned messages since start",
     "badly_signed": "wrongly signed messages since start",
     "replayed": "replayed messages since start",
@@ -29,6 +30,7 @@ COUNTS = {
 _TROUBLE = {
     "spoofed": "A ground station speaks in the name of a vehicle",
     "throttled": "A ground station sends too much",
+    "withheld": "More is to be passed on than can be",
     "unsigned": "Unsigned messages are dropped",
     "badly_signed": "Wrongly signed messages are dropped",
     "replayed": "Replayed messages are dropped",

@@ -25,6 +25,7 @@ def test_every_count_has_words_for_people() -> None:
     [
         ("spoofed", "in the name of a vehicle"),
         ("throttled", "too much"),
+        ("withheld", "passed on"),
         ("badly_signed", "Wrongly signed"),
         ("unsigned", "Unsigned"),
         ("replayed", "Replayed"),
