@@ -41,12 +41,11 @@ class Flights:
             ActionClient(self.node, Navigate, f"/{name(number)}/{ACTION_NAME}")
             for number in range(count)
         ]
-        self.accepted = [False] * count
         self.navigating = [False] * count
         self.feedbacks = [0] * count
 
     def send(self, number: int) -> None:
-        """Send a goal, again until it is accepted."""
+        """Send a goal, and another one whenever it is refused or ends."""
         goal = Navigate.Goal()
         goal.target_pose.header.frame_id = "map"
         position = goal.target_pose.pose.position
@@ -56,8 +55,11 @@ class Flights:
         future.add_done_callback(partial(self._answer, number))
 
     def _answer(self, number: int, future: Any) -> None:
-        self.accepted[number] = future.result().accepted
-        if not self.accepted[number]:
+        handle = future.result()
+        if handle.accepted:
+            # One that ends, as by a link that a busy machine has lost for a while, is sent again.
+            handle.get_result_async().add_done_callback(lambda _: self.send(number))
+        else:
             time.sleep(0.05)
             self.send(number)
 
