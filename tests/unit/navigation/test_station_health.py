@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 
 import pytest
 
 from drone_navigation.station_health import COUNTS, StationHealth
 from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.io.links.tcp import MAX_CLIENTS
+from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_EXPIRY_S
+from mavlink_vehicle.io.router import (
+    NEIGHBOUR_FRAMES_HZ,
+    STATION_BURST,
+    STATION_COPIES_HZ,
+    STATION_FRAMES_HZ,
+)
+from mavlink_vehicle.io.routes import ROUTE_EXPIRY_S
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_every_count_has_words_for_people() -> None:
@@ -42,3 +54,14 @@ def test_trouble_is_told_while_it_lasts(name: str, words: str) -> None:
     statistics.frames += 1
     health.update(statistics)
     assert (health.trouble, health.message) == ("", "Ground stations are heard")
+
+
+def test_the_page_names_every_count_and_the_limits() -> None:
+    page = (ROOT / "docs/ground_stations.md").read_text("utf-8")
+    for words in COUNTS.values():
+        assert words.removesuffix(" since start") in page, words
+    limits = (STATION_FRAMES_HZ, STATION_BURST, NEIGHBOUR_FRAMES_HZ, STATION_COPIES_HZ)
+    assert all(f"{limit:.0f}" in page for limit in limits)
+    assert all(str(number) in page for number in (MAX_PEERS, MAX_CLIENTS))
+    assert f"{ROUTE_EXPIRY_S:.0f} s" in page
+    assert PEER_EXPIRY_S == ROUTE_EXPIRY_S
