@@ -84,7 +84,11 @@ TIMESYNCS = st.builds(
     PAUSES,
 )
 BEATS = st.builds(lambda pause_s: Said("HEARTBEAT", (), None, pause_s), PAUSES)
-STEPS = st.lists(st.one_of(ANSWERS, ANSWERS, TIMESYNCS, BEATS, st.sampled_from(sorted(START))))
+REPETITIONS = st.integers(1, 12)
+"""A packet comes again, late: the one so many before."""
+STEPS = st.lists(
+    st.one_of(ANSWERS, ANSWERS, TIMESYNCS, BEATS, REPETITIONS, st.sampled_from(sorted(START)))
+)
 
 
 @dataclass
@@ -99,6 +103,7 @@ class Story:
     def __post_init__(self) -> None:
         self.vehicle = Vehicle(VehicleConfig(message_rates_hz={"GLOBAL_POSITION_INT": 4.0}))
         self.say = AutopilotMessages()
+        self.heard: list[Message] = []
         self.vehicle.start(self.now)
         self.hear(self.beat())
         # It fills in whom it answers, which both know from the beginning.
@@ -108,6 +113,7 @@ class Story:
         return self.say.heartbeat(autopilot=self.autopilot, armed=True, status=4)
 
     def hear(self, message: Message) -> None:
+        self.heard.append(message)
         self.vehicle.receive(message, self.now)
         self.collect()
 
@@ -129,10 +135,13 @@ class Story:
         START[what](self.vehicle, self.now)
         self.collect()
 
-    def step(self, step: Said | str, alone: bool) -> None:
+    def step(self, step: Said | str | int, alone: bool) -> None:
         """Go on; `alone`: what is for others is not heard."""
         if isinstance(step, str):
             self.start(step)
+            return
+        if isinstance(step, int):
+            self.hear(self.heard[-step] if step <= len(self.heard) else self.heard[0])
             return
         self.wait(step.pause_s)
         fields = dict(step.fields)
@@ -149,7 +158,7 @@ class Story:
 
 @given(STEPS, st.sampled_from([mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4]))
 @settings(max_examples=400)
-def test_answers_to_others_change_nothing(steps: list[Said | str], autopilot: int) -> None:
+def test_answers_to_others_change_nothing(steps: list[Said | str | int], autopilot: int) -> None:
     among_others, alone = Story(autopilot), Story(autopilot)
     for step in steps:
         among_others.step(step, alone=False)

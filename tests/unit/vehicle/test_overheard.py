@@ -358,6 +358,18 @@ def test_a_crowd_of_stations_does_not_fill_the_memory(network: Network) -> None:
     assert len(network.vehicle.stations_heard) == 32
 
 
+def test_a_flood_of_jumps_is_cut_and_hides_no_pause(network: Network) -> None:
+    told_s = []
+    for number in range(2000):
+        network.now += 0.002
+        told_s += [network.now] * len(network.say("MISSION_SET_CURRENT", seq=number))
+    assert len(told_s) == 20
+    assert len(network.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0.0)) == 1
+    assert len(network.say("MISSION_CLEAR_ALL")) == 1
+    network.now += 20.0
+    assert len(network.say("MISSION_SET_CURRENT", seq=1)) == 1
+
+
 # --- another mission --------------------------------------------------------------------
 
 

@@ -31,6 +31,9 @@ REPEAT_S = 5.0
 UPLOAD_S = 10.0
 """An upload of which nothing was heard for so long is over; an ArduPilot gives up after 8 s."""
 _STATIONS_MAX = 32
+_NOTES = frozenset({StationAct.CHANGED_MODE, StationAct.CHANGED_ITEM})
+_NOTES_MAX, _NOTES_TIME_S = 20, 10.0
+"""More of those that ask nothing of us are a flood, and not told."""
 _REMEMBERED = 8
 
 _COUNT = mavlink.MAVLink_mission_count_message
@@ -98,6 +101,7 @@ class StationWatch:
         """Begin with nobody known."""
         self._stations: OrderedDict[Station, _Past] = OrderedDict()
         self._events: deque[StationActed] = deque()
+        self._notes_s: deque[float] = deque(maxlen=_NOTES_MAX)
 
     @property
     def stations(self) -> tuple[Station, ...]:
@@ -117,7 +121,9 @@ class StationWatch:
                 self._offered(message, self._past(station), now)
             return
         act = act_of(message, profile)
-        if act is not None and self._is_new(act, header.seq, self._past(station), now):
+        if act is None or not self._is_new(act, header.seq, self._past(station), now):
+            return
+        if act.what not in _NOTES or self._has_room(now):
             self._tell(station, act)
 
     def answered(self, message: Message, address: Address, now: float) -> None:
@@ -183,6 +189,12 @@ class StationWatch:
                     past.acts[index] = (act, sequence, now)
                 return False
         past.acts.append((act, sequence, now))
+        return True
+
+    def _has_room(self, now: float) -> bool:
+        if len(self._notes_s) == _NOTES_MAX and now - self._notes_s[0] < _NOTES_TIME_S:
+            return False
+        self._notes_s.append(now)
         return True
 
     def _tell(self, station: Station, act: Act) -> None:
