@@ -8,6 +8,7 @@ import pytest
 
 from drone_navigation.goal import CancelWanted
 from drone_navigation.lifecycle import GoalState
+from drone_navigation.requests import LandRequest, ReturnRequest
 from tests.support.station_flight import StationFlight
 
 VEHICLES = [
@@ -15,6 +16,8 @@ VEHICLES = [
     for autopilot in ("ardupilot", "px4")
     for vehicle in ("copter", "rover", "boat", "plane")
 ]
+KINDS = [kind for kind in VEHICLES if kind[1] != "boat"]
+"""Boats are rovers to all that follows."""
 GOALS = [pytest.param(False, id="setpoints"), pytest.param(True, id="mission")]
 _Act = Callable[[StationFlight], None]
 ACTS: dict[str, _Act] = {
@@ -74,3 +77,181 @@ def test_a_mission_changed_by_a_station_that_is_not_seen_cancels_the_goal(
     else:
         flight.upload(4, seen=False)
     check_cancelled(flight, goal_id, "A station that was not seen")
+
+
+# --- in which order it is seen ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("by_mission", GOALS)
+@pytest.mark.parametrize(("autopilot", "vehicle"), KINDS)
+def test_a_command_that_is_seen_after_the_change_of_mode_is_no_pilots_doing(
+    autopilot: str, vehicle: str, by_mission: bool
+) -> None:
+    flight = StationFlight(autopilot, vehicle)
+    goal_id = flight.begin(by_mission)
+    begun_s = flight.now
+    flight.hold_mode(heard_late_s=0.9)
+    check_cancelled(flight, goal_id, "Station 255/190 paused the vehicle (DO_SET_MODE")
+    profile = flight.vehicle.profile
+    assert profile is not None
+    retaken = profile.mode_number(profile.control_mode)
+    assert profile.hold_mode == profile.control_mode or retaken not in flight.modes_asked(begun_s)
+
+
+@pytest.mark.parametrize("by_mission", GOALS)
+def test_px4_clears_and_loiters_before_the_command_is_seen(by_mission: bool) -> None:
+    flight = StationFlight("px4", "copter")
+    goal_id = flight.begin(by_mission)
+    flight.clear(heard_late_s=0.5)
+    who = "A station that was not seen" if by_mission else "Station 255/190"
+    check_cancelled(flight, goal_id, f"{who} cleared the mission")
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_nothing_that_moves_it_is_sent_to_a_vehicle_that_a_station_has_stopped(
+    autopilot: str,
+) -> None:
+    flight = StationFlight(autopilot, "copter")
+    goal_id = flight.begin(False)
+    flight.hold_mode()
+    profile = flight.vehicle.profile
+    assert profile is not None
+    flight.run_until(lambda: flight.vehicle.mode_name == profile.hold_mode)
+    held_s = flight.now
+    flight.tick()
+    check_cancelled(flight, goal_id, "Station 255/190")
+    flight.run_for(3.0)
+    assert flight.setpoint_times(held_s + 0.05) == []
+    assert flight.modes_asked(held_s) == []
+    assert flight.vehicle.mode_name == profile.hold_mode
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.5])
+@pytest.mark.parametrize(("autopilot", "mode"), [("ardupilot", "LOITER"), ("px4", "AUTO.RTL")])
+def test_a_mode_that_does_not_only_hold_is_an_override_that_names_who_chose_it(
+    autopilot: str, mode: str, late_s: float
+) -> None:
+    flight = StationFlight(autopilot, "copter")
+    goal_id = flight.begin(False)
+    flight.mode(mode, heard_late_s=late_s)
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "PILOT_OVERRIDE", end.message
+    assert f"Station 255/190 changed the mode (DO_SET_MODE {mode})" in end.message
+
+
+def test_a_pilot_who_takes_over_during_a_stations_pause_overrides() -> None:
+    flight = StationFlight("ardupilot", "copter", on_station_pause="pause")
+    goal_id = flight.begin(False)
+    flight.hold_mode()
+    flight.run_to_status(goal_id, "PAUSED")
+    flight.run_for(5.0)
+    flight.set_mode_as_pilot("LOITER")
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "PILOT_OVERRIDE", end.message
+    assert "Station" not in end.message
+
+
+# --- pause and going on ------------------------------------------------------------------
+
+PAUSES: dict[str, tuple[_Act, _Act]] = {
+    "DO_PAUSE_CONTINUE": (
+        lambda flight: flight.pause_or_continue(False),
+        lambda flight: flight.pause_or_continue(True),
+    ),
+    "DO_REPOSITION": (
+        StationFlight.reposition_nowhere,
+        lambda flight: flight.pause_or_continue(True),
+    ),
+    "DO_SET_MODE": (StationFlight.hold_mode, StationFlight.working_mode),
+}
+
+
+@pytest.mark.parametrize("by_mission", GOALS)
+@pytest.mark.parametrize(("autopilot", "vehicle"), KINDS)
+def test_a_pause_may_be_a_pause_until_the_station_lets_it_go_on(
+    autopilot: str, vehicle: str, by_mission: bool
+) -> None:
+    flight = StationFlight(autopilot, vehicle, on_station_pause="pause")
+    goal_id = flight.begin(by_mission, far_m=50.0)
+    for name, (pause, go_on) in PAUSES.items():
+        pause(flight)
+        flight.run_until(lambda: flight.status(goal_id) == "PAUSED", 5.0)
+        flight.run_for(6.0)
+        assert not flight.ends(goal_id), (name, flight.ends(goal_id))
+        assert flight.status(goal_id) == "PAUSED"
+        assert not flight.hovers or flight.truth()[1] < 0.4, name
+        if (autopilot, vehicle, by_mission) == ("px4", "plane", False):
+            flight.pause_or_continue(True)  # its mode is the same, whether it holds or goes on
+        else:
+            go_on(flight)
+        flight.run_until(lambda: flight.status(goal_id) == "NAVIGATING", 15.0)
+        flight.run_until(lambda: flight.truth()[1] > 0.5, 15.0)
+        flight.run_for(1.0)
+        assert flight.status(goal_id) == "NAVIGATING", name
+    if flight.hovers:
+        assert flight.run_to_end(goal_id).code.value == "SUCCESS", flight.ends(goal_id)
+
+
+@pytest.mark.parametrize("pause", [pytest.param(p, id=n) for n, (p, _) in PAUSES.items()])
+@pytest.mark.parametrize("by_mission", GOALS)
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_goal_that_a_station_paused_can_be_cancelled_and_replaced(
+    autopilot: str, by_mission: bool, pause: _Act
+) -> None:
+    flight = StationFlight(autopilot, "copter", on_station_pause="pause")
+    first = flight.begin(by_mission)
+    pause(flight)
+    flight.run_to_status(first, "PAUSED")
+    flight.run_for(3.0)
+    done, text = flight.bridge.resume(flight.now)
+    assert not done
+    assert "Station 255/190 paused the vehicle" in text
+    assert flight.bridge.cancel_goal(first, flight.now)
+    end = flight.run_to_end(first, 15.0)
+    assert end.code.value == "CANCELED", end.message
+    assert flight.stored == 0
+    second = flight.begin(by_mission)
+    pause(flight)
+    flight.run_to_status(second, "PAUSED")
+    flight.run_for(3.0)
+    third = flight.send(0.0, 0.0, 4.0)
+    assert flight.ends(second)[0].code.value == "PREEMPTED"
+    end = flight.run_to_end(third)
+    assert end.code.value == "SUCCESS", end.message
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_lost_link_ends_a_paused_goal_and_a_short_silence_does_not(autopilot: str) -> None:
+    flight = StationFlight(autopilot, "copter", on_station_pause="pause")
+    goal_id = flight.begin(False)
+    flight.hold_mode()
+    flight.run_to_status(goal_id, "PAUSED")
+    flight.link_up = False
+    flight.run_for(4.0)
+    flight.link_up = True
+    flight.run_for(3.0)
+    assert flight.status(goal_id) == "PAUSED"
+    flight.link_up = False
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "LINK_LOST", end.message
+
+
+# --- landing and return --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("request_", [LandRequest(), ReturnRequest()], ids=["land", "return"])
+def test_a_landing_and_a_return_end_only_where_the_vehicle_itself_stops(
+    autopilot: str, request_: LandRequest | ReturnRequest
+) -> None:
+    flight = StationFlight(autopilot, "copter")
+    flight.run_to_end(flight.send(8.0, 0.0, 12.0))
+    goal_id = flight.start(request_)
+    flight.run_for(2.0)
+    flight.clear()
+    flight.pause_or_continue(False)
+    flight.run_for(1.0)
+    assert not flight.ends(goal_id), "neither stops what brings it down"
+    flight.hold_mode()
+    check_cancelled(flight, goal_id, "Station 255/190 paused the vehicle")
+    assert flight.truth()[0][2] > 2.0

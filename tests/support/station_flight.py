@@ -40,18 +40,18 @@ class StationFlight(SimulatedFlight):
 
     # --- goals ---------------------------------------------------------------------------
 
-    def far(self) -> Vector3:
-        """A place that it is on its way to for a while, off to the side of where it is."""
+    def far(self, far_m: float) -> Vector3:
+        """A place that it is on its way to for a while: so far off, for a plane further."""
         here = self.bridge.pose
         assert here is not None
         x, y, _ = here.position_enu_m
         if not self.hovers:
             return (x, 900.0 if y < 0.0 else -900.0, 70.0)
-        return (x, y + (30.0 if y < 15.0 else -30.0), 4.0 if self.kind == "copter" else 0.0)
+        return (x, y + (far_m if y < 15.0 else -far_m), 4.0 if self.kind == "copter" else 0.0)
 
-    def begin(self, by_mission: bool) -> str:
+    def begin(self, by_mission: bool, far_m: float = 30.0) -> str:
         """Start a goal to a place far off; it is under way when this returns."""
-        place = self.far()
+        place = self.far(far_m)
         request: Request = self.request(*place, speed=3.0 if self.hovers else 0.0)
         if by_mission:
             waypoint = WaypointRequest(place, acceptance_radius_m=2.0 if self.hovers else 60.0)
@@ -142,6 +142,12 @@ class StationFlight(SimulatedFlight):
         """The mode that holds by itself."""
         assert self.vehicle.profile is not None
         self.mode(self.vehicle.profile.hold_mode, **how)
+
+    def working_mode(self, **how: object) -> None:
+        """The mode in which the server flies it, or in which it flies the mission."""
+        profile = self.vehicle.profile
+        assert profile is not None
+        self.mode(profile.mission_mode if self.stored else profile.control_mode, **how)
 
     def command(self, command: int, *params: float, **how: object) -> None:
         """COMMAND_LONG."""

@@ -144,10 +144,13 @@ class Stations:
                 self._cancel(goal, told(acted), now)
             return bool(goal.cancelled_by or goal.paused_by)
         mode = vehicle_mode(self._vehicle.profile, event.name)
-        if goal.paused_by and not goal.ending and mode is _working_mode(goal):
+        if mode is not _working_mode(goal) or goal.ending or _stays_paused(goal):
+            return False
+        if goal.paused_by:
             self._go_on(goal, now)
             return True
-        return False
+        acted = self._recent(now)
+        return acted is not None and acted.act is StationAct.CONTINUED
 
     def leave_mode(self) -> None:
         """Take note of any change of mode: what was paused in the old one is so no more."""
@@ -278,7 +281,8 @@ class Stations:
         """Whether the change of mode that was seen before it is what this act brings."""
         mode = vehicle_mode(self._vehicle.profile, takeover.mode_name)
         if acted.act is StationAct.CONTINUED:
-            return bool(goal.paused_by) and mode is _working_mode(goal)
+            goes_on = goal.paused_by and not _stays_paused(goal)
+            return bool(goes_on) and mode is _working_mode(goal)
         return acted.act in _STOPS and self._holds_in(takeover.mode_name)
 
     def _holds_in(self, mode_name: str) -> bool:
@@ -297,6 +301,11 @@ def _sends_elsewhere(acted: StationActed, vehicle: Vehicle) -> bool:
     """Whether it sends the vehicle to another place in the mode that it is in already."""
     in_mode = acted.mode is not None and acted.mode == vehicle.state.custom_mode
     return in_mode and acted.how.startswith("DO_REPOSITION")
+
+
+def _stays_paused(goal: ActiveGoal) -> bool:
+    """Whether the pause service keeps it from the mode in which the vehicle flies by itself."""
+    return goal.paused_by_client and goal.mission is not None
 
 
 def _working_mode(goal: ActiveGoal) -> VehicleMode:
