@@ -1,0 +1,104 @@
+"""What a client of an action sees when a ground station cancels or pauses its goal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from action_msgs.msg import GoalStatus, GoalStatusArray
+from rclpy.qos import qos_profile_action_status_default
+
+from custom_interfaces.msg import GoalEvent
+from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from drone_navigation.processes import free_udp_port
+from mavlink_vehicle.codec import make
+from tests.support.pymavlink_station import PymavlinkStation
+from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
+
+pytestmark = pytest.mark.xdist_group("ros_stations")
+PAUSE_CONTINUE = 193
+TARGET = {"target_system": 1, "target_component": 1}
+
+
+class StationFlight(Flight):
+    """A server with a ground station beside it, which lets pauses be pauses."""
+
+    def __init__(self, folder: Path) -> None:
+        """Start all."""
+        port = free_udp_port()
+        super().__init__(
+            folder,
+            "--ros-args",
+            "-p", f"gcs_links:=['udpin://127.0.0.1:{port}']",
+            "-p", "on_station_pause:=pause",
+            "--",
+        )  # fmt: skip
+        self.station = PymavlinkStation(port)
+        self.states: list[int] = []
+        self.told: list[str] = []
+        self.subscribe(
+            GoalStatusArray,
+            f"{ACTION_NAME}/_action/status",
+            lambda message: self.states.append(message.status_list[-1].status),
+            qos_profile_action_status_default,
+        )
+        self.subscribe(
+            GoalEvent,
+            f"{SERVER_NODE_NAME}/goal_events",
+            lambda event: self.told.append(event.message),
+            20,
+        )
+
+    def under_way(self) -> GoalRecord:
+        """A goal that flies, with nothing seen yet of its end."""
+        record = self.send(navigate_goal(60.0, 0.0, 3.0))
+        assert record.accepted
+        self.wait_for_status(record, "NAVIGATING")
+        self.states.clear()
+        self.told.clear()
+        return record
+
+    def close(self) -> None:
+        """Stop all."""
+        self.station.close()
+        super().close()
+
+
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StationFlight]:
+    flight = StationFlight(tmp_path_factory.mktemp("stations"))
+    yield flight
+    flight.close()
+
+
+def test_a_goal_that_a_station_cancels_goes_through_canceling_to_canceled(
+    watched: StationFlight,
+) -> None:
+    record = watched.under_way()
+    watched.station.send(make("MISSION_CLEAR_ALL", **TARGET))
+    result = watched.wait_for_result(record)
+    assert record.status == GoalStatus.STATUS_CANCELED
+    sentence = "Station 254/190 cleared the mission (MISSION_CLEAR_ALL)."
+    assert result.message.startswith(f"CANCELED: {sentence}")
+    assert "stands still" in result.message
+    states = list(dict.fromkeys(watched.states))
+    assert states == [GoalStatus.STATUS_CANCELING, GoalStatus.STATUS_CANCELED]
+    assert sentence in watched.told
+    assert "CANCELLING" in record.statuses
+
+
+def test_a_paused_goal_goes_on_when_the_station_says_so(watched: StationFlight) -> None:
+    record = watched.under_way()
+    pause = make("COMMAND_LONG", **TARGET, command=PAUSE_CONTINUE, param1=0.0)
+    watched.station.send(pause)
+    watched.wait_for_status(record, "PAUSED")
+    answer = watched.call("resume")
+    assert not answer.success
+    assert "Station 254/190 paused the vehicle" in answer.message
+    watched.station.send(make("COMMAND_LONG", **TARGET, command=PAUSE_CONTINUE, param1=1.0))
+    watched.wait_for_status(record, "NAVIGATING")
+    watched.cancel(record)
+    result = watched.wait_for_result(record)
+    assert record.status == GoalStatus.STATUS_CANCELED
+    assert "Station" not in result.message
