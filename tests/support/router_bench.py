@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import select
 import socket
 import time
@@ -15,6 +16,7 @@ from mavlink_vehicle.io.tlog import TlogWriter
 
 LIMIT_S = 10.0
 LOOPBACK = "127.0.0.1"
+_marks = itertools.count(0xABCD)
 
 
 class Party:
@@ -143,13 +145,14 @@ def until(server: Server | tuple[Server, ...], condition: Callable[[], bool]) ->
 
 def settle(server: Server | tuple[Server, ...], *parties: Party) -> None:
     """Let everything that is under way arrive: what each party now sends comes after it."""
+    mark = next(_marks)
     for party in parties:
-        party.say("SYSTEM_TIME", time_boot_ms=0xABCD)
+        party.say("SYSTEM_TIME", time_boot_ms=mark)
 
     def arrived() -> bool:
         servers = server if isinstance(server, tuple) else (server,)
         heard = [m for one in servers for m in [*one.received, *one.overheard]]
-        marks = [m for m in heard if m.get_type() == "SYSTEM_TIME" and m.time_boot_ms == 0xABCD]
+        marks = [m for m in heard if m.get_type() == "SYSTEM_TIME" and m.time_boot_ms == mark]
         return {m.get_srcSystem() for m in marks} >= {p.codec._source[0] for p in parties}
 
     until(server, arrived)

@@ -11,7 +11,6 @@ COUNTS = {
     "unknown": "messages of unknown kind since start",
     "forwarded": "passed on since start",
     "sent": "sent there since start",
-    "withheld": "withheld from there since start",
     "lost_total": "lost since start",
     "bad_crc": "bad checksums since start",
     "bytes_dropped": "bytes outside frames since start",

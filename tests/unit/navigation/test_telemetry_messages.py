@@ -6,11 +6,14 @@ import math
 
 import pytest
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 
 from drone_navigation import telemetry_messages as messages
 from drone_navigation.requests import MapPose
+from drone_navigation.station_health import StationHealth
+from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state import VehicleState
 from mavlink_vehicle.telemetry import Attitude, Battery, GlobalPosition, GpsFix
 
@@ -91,3 +94,16 @@ def test_an_unknown_battery_is_nan() -> None:
     assert math.isnan(message.current)
     assert message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
     assert not message.present
+
+
+def test_trouble_with_ground_stations_is_a_warning_of_their_link() -> None:
+    health, statistics = StationHealth(), LinkStatistics(frames=1)
+    health.update(statistics)
+    status = messages.station_diagnostic(health, "navigation_server", "udpin://127.0.0.1:1")
+    assert status.name == "navigation_server: ground station link udpin://127.0.0.1:1"
+    assert (status.level, status.message) == (DiagnosticStatus.OK, "Ground stations are heard")
+    statistics.spoofed += 1
+    health.update(statistics)
+    status = messages.station_diagnostic(health, "navigation_server", "udpin://127.0.0.1:1")
+    assert (status.level, status.message) == (DiagnosticStatus.WARN, health.trouble)
+    assert {value.key: value.value for value in status.values} == health.values

@@ -296,3 +296,17 @@ def test_what_passes_is_recorded_once(tmp_path: Path, closing: ExitStack) -> Non
     assert lost not in packets
     ours = [m for p in packets for m in Codec(9, 9).decode(p) if m.get_srcComponent() == 191]
     assert len(ours) == 1
+
+
+def test_each_message_is_counted_once_alone_and_among_others(
+    server: Server, closing: ExitStack
+) -> None:
+    craft = vehicle(closing, server, 1)
+    frames = [craft.codec.encode(make(name)) for name in ("ATTITUDE", "HEARTBEAT", "ATTITUDE")]
+    craft.send(b"".join(frames))
+    settle(server, craft)
+    assert server.router.statistics.of_system(1).frames == 5
+    station(closing, server)
+    craft.send(b"".join(frames))
+    settle(server, craft)
+    assert server.router.statistics.of_system(1).frames == len(server.received) == 9

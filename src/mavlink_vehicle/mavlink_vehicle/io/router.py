@@ -256,25 +256,40 @@ class Router:
     def _take(self, port: _Port, messages: list[Message], now: float) -> None:
         """Receive from a link, and pass on."""
         link = port.link
+        endpoint: _PeerEndpoint | None = None
+        last: Peer = None
+        limited = alone = False
         for data, peer in link.receive():
-            endpoint = port.endpoints.get(peer) or self._join(port, peer)
-            if (port.station or len(port.endpoints) > 1) and self._is_flooded(port, endpoint, data):
+            if endpoint is None or peer != last:
+                last, endpoint = peer, port.endpoints.get(peer) or self._join(port, peer)
+                limited = port.station or len(port.endpoints) > 1
+                alone = len(self._table.endpoints) == 1 and not port.station
+            if limited and self._is_flooded(port, endpoint, data):
                 continue
-            sources = endpoint.sources
-            alone = len(self._table.endpoints) == 1 and not port.station
-            for message in endpoint.codec.decode(data):
-                header = message._header
-                heard = sources.get((header.srcSystem, header.srcComponent))
-                if alone and heard is not None and heard.current and header.msgId != _HEARTBEAT:
-                    heard.frames += 1  # most of all telemetry, so this is to be fast
-                    heard.heard_s = now
-                    messages.append(message)
-                elif self._pass_message(endpoint, message, now):
-                    messages.append(message)
+            decoded = endpoint.codec.decode(data)
+            if alone:
+                messages += self._admit_alone(endpoint, decoded, now)
+            else:
+                messages += [m for m in decoded if self._pass_message(endpoint, m, now)]
             if self._unknown:
                 self._pass_unknown(endpoint, now)
         if link.peers is not port.peers:
             self._follow_peers(port)
+
+    def _admit_alone(
+        self, endpoint: _PeerEndpoint, messages: list[Message], now: float
+    ) -> list[Message]:
+        """Take what comes where there is nobody to pass it on to; most telemetry does."""
+        sources = endpoint.sources
+        for index, message in enumerate(messages):
+            header = message._header
+            heard = sources.get((header.srcSystem, header.srcComponent))
+            if heard is None or not heard.current or header.msgId == _HEARTBEAT:
+                rest = [m for m in messages[index:] if self._pass_message(endpoint, m, now)]
+                return [*messages[:index], *rest]
+            heard.frames += 1
+            heard.heard_s = now
+        return messages
 
     def _is_flooded(self, port: _Port, endpoint: _PeerEndpoint, data: bytes) -> bool:
         """Tell whether data must be dropped because its sender sends too much."""
