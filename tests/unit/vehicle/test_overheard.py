@@ -10,7 +10,7 @@ import pytest
 from mavlink_vehicle.codec import Codec, Message, mavlink
 from mavlink_vehicle.events import StationAct, StationActed
 from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem
-from mavlink_vehicle.protocols.overheard import REPEAT_S, UPLOAD_S
+from mavlink_vehicle.protocols.overheard import CROSSED_S, REPEAT_S, UPLOAD_S
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 
@@ -330,6 +330,28 @@ def test_repetitions_of_one_command_count_once(network: Network) -> None:
         assert network.command(pause, 0.0, confirmation=confirmation) == []
     network.now += REPEAT_S + 0.1
     assert len(network.command(pause, 0.0)) == 1
+
+
+def test_what_comes_after_the_answer_is_another_wish(network: Network) -> None:
+    """Who clears, or pauses, two goals in a row means both."""
+    pause = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
+    assert len(network.command(pause, 0.0)) == 1
+    network.answer(network.autopilot.ack(mavlink.MAV_CMD_REQUEST_MESSAGE, 0))
+    network.to_station("COMMAND_ACK", command=mavlink.MAV_CMD_REQUEST_MESSAGE)
+    network.now += CROSSED_S + 0.1
+    assert network.command(pause, 0.0) == [], "that was another command's answer"
+    network.to_station("COMMAND_ACK", command=pause)
+    network.now += 0.5
+    assert network.command(pause, 0.0) == [], "it crossed the answer"
+    network.now += CROSSED_S
+    assert len(network.command(pause, 0.0)) == 1
+
+    assert len(network.say("MISSION_CLEAR_ALL")) == 1
+    network.now += 1.5
+    assert network.say("MISSION_CLEAR_ALL") == []
+    network.to_station("MISSION_ACK", type=0)
+    network.now += CROSSED_S + 0.1
+    assert len(network.say("MISSION_CLEAR_ALL")) == 1
 
 
 def test_a_second_pause_after_going_on_counts(network: Network) -> None:

@@ -8,6 +8,7 @@ what MISSION_CURRENT shows while nobody was seen.
 - Commands to other systems, or to a camera or gimbal, are nothing to us. A PX4 itself sends
   COMMAND_LONG to component 0 on every link (observed: gimbal), as the autopilot.
 - A command is repeated until it is acknowledged, and a packet may come twice: that is one act.
+  What comes after the answer is another one: who clears two goals in a row means both.
 - Another mission counts when the autopilot begins to take it, not when it is offered: it may be
   refused.
 
@@ -28,6 +29,8 @@ from mavlink_vehicle.protocols.station_acts import Act, act_of, is_mission_list
 
 REPEAT_S = 5.0
 """The same again within this time of the last is a repetition, not a new wish."""
+CROSSED_S = 1.0
+"""Once it was answered, only so long: the last repetition may have crossed the answer."""
 UPLOAD_S = 10.0
 """An upload of which nothing was heard for so long is over; an ArduPilot gives up after 8 s."""
 _STATIONS_MAX = 32
@@ -40,6 +43,8 @@ _COUNT = mavlink.MAVLink_mission_count_message
 _PARTIAL = mavlink.MAVLink_mission_write_partial_list_message
 _SET_MODE = mavlink.MAVLink_set_mode_message
 _MISSION_ACK = mavlink.MAVLink_mission_ack_message
+_COMMAND_ACK = mavlink.MAVLink_command_ack_message
+_BY_MISSION_ACK = -1
 _FOR_MISSIONS = (
     _COUNT,
     _PARTIAL,
@@ -57,6 +62,7 @@ HEARD = frozenset(
 """What of a station's messages can matter."""
 ANSWERS = frozenset(
     {
+        _COMMAND_ACK,
         _MISSION_ACK,
         mavlink.MAVLink_mission_request_message,
         mavlink.MAVLink_mission_request_int_message,
@@ -83,6 +89,9 @@ class _Past:
     acts: deque[tuple[Act, int, float]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     upload: _Upload | None = None
     cleared_s: float | None = None
+    awaits: int | None = None
+    """What answers the last act: the command that a COMMAND_ACK names, or _BY_MISSION_ACK."""
+    answered_s: float | None = None
 
 
 def is_fence_taken(answer: Message) -> bool:
@@ -121,18 +130,22 @@ class StationWatch:
                 self._offered(message, self._past(station), now)
             return
         act = act_of(message, profile)
-        if act is None or not self._is_new(act, header.seq, self._past(station), now):
+        if act is None or not self._is_new(act, message, self._past(station), now):
             return
         if act.what not in _NOTES or self._has_room(now):
             self._tell(station, act)
 
     def answered(self, message: Message, address: Address, now: float) -> None:
-        """Take in what the autopilot says of a mission transfer, to whomever."""
+        """Take in what the autopilot answers a station, whoever that is."""
         station = (message.target_system, message.target_component)
         past = self._stations.get(station)
-        if past is None or past.upload is None or message.__class__ not in ANSWERS:
+        if past is None or message.__class__ not in ANSWERS or not address.answers(message):
             return
-        if not address.answers(message) or not is_mission_list(message.mission_type):
+        if past.answered_s is None and past.awaits == _answer_to(message):
+            past.answered_s = now
+        if message.__class__ is _COMMAND_ACK or past.upload is None:
+            return
+        if not is_mission_list(message.mission_type):
             return
         upload = past.upload
         if now - upload.heard_s > UPLOAD_S:
@@ -179,16 +192,19 @@ class StationWatch:
             upload.told = True
             self._tell(station, Act(StationAct.REPLACED_MISSION, upload.how))
 
-    def _is_new(self, act: Act, sequence: int, past: _Past, now: float) -> bool:
+    def _is_new(self, act: Act, message: Message, past: _Past, now: float) -> bool:
+        sequence = message._header.seq
+        over = past.answered_s is not None and now - past.answered_s > CROSSED_S
         if act.what is StationAct.CLEARED_MISSION:
             past.cleared_s = now
         for index, (earlier, number, heard_s) in enumerate(past.acts):
-            is_last = index == len(past.acts) - 1
+            is_last = index == len(past.acts) - 1 and not over
             if earlier == act and now - heard_s <= REPEAT_S and (is_last or number == sequence):
                 if is_last:
                     past.acts[index] = (act, sequence, now)
                 return False
         past.acts.append((act, sequence, now))
+        past.awaits, past.answered_s = _answer_to(message), None
         return True
 
     def _has_room(self, now: float) -> bool:
@@ -199,6 +215,13 @@ class StationWatch:
 
     def _tell(self, station: Station, act: Act) -> None:
         self._events.append(StationActed(act.what, station, act.how, act.mode))
+
+
+def _answer_to(message: Message) -> int:
+    """Return what a message and its answer have in common."""
+    if message.__class__ is _SET_MODE:
+        return int(mavlink.MAV_CMD_DO_SET_MODE)
+    return int(getattr(message, "command", _BY_MISSION_ACK))
 
 
 def _not_stations(address: Address) -> tuple[Station, Station]:
