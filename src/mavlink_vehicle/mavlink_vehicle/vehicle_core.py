@@ -223,7 +223,10 @@ class VehicleCore:
             return
         kind = message.__class__
         newer = self._follow_order(kind, header.seq, now)
-        if newer is None or (kind is _COMMAND_ACK and not self._is_ours(message)):
+        if newer is None:
+            return
+        if kind is _COMMAND_ACK and not self._is_ours(message):
+            self._hear_answer(message, now)
             return
         state = reduce(before, message, now)
         if state.system_id == 0:
@@ -257,6 +260,9 @@ class VehicleCore:
         self._timesync.receive(message, now)
         self._parameters.receive(message, now)
         self._fence.receive(message, now)
+
+    def _hear_answer(self, message: Message, now: float) -> None:
+        """Take an acknowledgement to somebody else."""
 
     def _overhear(self, message: Message, now: float) -> None:
         """Take what sensors say that hang on a computer beside the autopilot."""

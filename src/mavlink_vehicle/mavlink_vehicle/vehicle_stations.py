@@ -56,6 +56,9 @@ class VehicleStations(VehicleMissions):
         super()._overhear(message, now)
         self.overhear(message, now)
 
+    def _hear_answer(self, message: Message, now: float) -> None:
+        self._stations.answered(message, self.address, now)
+
     def _hand_out(self, message: Message, now: float) -> None:
         super()._hand_out(message, now)
         if message.__class__ in ANSWERS:
