@@ -223,10 +223,7 @@ class VehicleCore:
             return
         kind = message.__class__
         newer = self._follow_order(kind, header.seq, now)
-        if newer is None:
-            return
-        if kind is _COMMAND_ACK and not self._is_ours(message):
-            self._hear_answer(message, now)
+        if newer is None or self._is_for_another(message, now):
             return
         state = reduce(before, message, now)
         if state.system_id == 0:
@@ -260,6 +257,13 @@ class VehicleCore:
         self._timesync.receive(message, now)
         self._parameters.receive(message, now)
         self._fence.receive(message, now)
+
+    def _is_for_another(self, message: Message, now: float) -> bool:
+        """Tell whether it is a COMMAND_ACK to somebody else, and let that be heard."""
+        if message.__class__ is not _COMMAND_ACK or self._is_ours(message):
+            return False
+        self._hear_answer(message, now)
+        return True
 
     def _hear_answer(self, message: Message, now: float) -> None:
         """Take an acknowledgement to somebody else."""
