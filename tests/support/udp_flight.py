@@ -15,7 +15,7 @@ from typing import TypeVar
 from drone_navigation.bridge import Bridge
 from drone_navigation.configuration import make_config
 from drone_navigation.goal import GoalFeedback, GoalFinished
-from drone_navigation.requests import NavigateRequest
+from drone_navigation.requests import NavigateRequest, Request, WaypointRequest, WaypointsRequest
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
@@ -27,7 +27,7 @@ from mavlink_vehicle.vehicle import Vehicle
 from tests.support.sitl_process import simulator
 
 ResultT = TypeVar("ResultT")
-SPEEDUP = 3.0
+SPEEDUP = 2.0
 LIMIT_S = 60.0
 
 
@@ -124,19 +124,17 @@ class UdpFlight:
             assert time.monotonic() < limit_s, f"not within {LIMIT_S:g} s: {what}"
             time.sleep(0.01)
 
-    def pause(self, seconds: float) -> None:
-        """Let time pass, in seconds of the wall."""
-        time.sleep(seconds)
-
     def ready(self) -> UdpFlight:
         """Wait until goals are taken."""
         request = _request((0.0, 0.0, 4.0))
         self.wait(lambda: self.bridge.check(request, self.clock.now()) is None, "ready")
         return self
 
-    def send(self, x: float, y: float, z: float) -> str:
+    def send(self, x: float, y: float, z: float, by_mission: bool = False) -> str:
         """Start a goal, and wait until the vehicle is on its way."""
-        request = _request((x, y, z))
+        request: Request = _request((x, y, z))
+        if by_mission:
+            request = WaypointsRequest((WaypointRequest((x, y, z)),), by_mission=True)
         goal_id = f"{next(self._ids):032x}"
 
         def start() -> None:
@@ -144,18 +142,19 @@ class UdpFlight:
             assert rejection is None, rejection
             self.bridge.start_goal(goal_id, request, self.clock.now())
 
+        self._application.status = ""
         self._driver.call(start)
-        self.wait(lambda: self._application.status == "NAVIGATING", "the way")
+        self.wait(lambda: self._has_begun(goal_id), "the way")
         return goal_id
 
-    def under_way(self, goal_id: str) -> bool:
-        """Tell whether a goal has not ended."""
-        return goal_id not in self._application.ends
+    def _has_begun(self, goal_id: str) -> bool:
+        return self._application.status == "NAVIGATING" or goal_id in self._application.ends
 
     def end(self, goal_id: str) -> GoalFinished:
         """Wait for the end of a goal."""
-        self.wait(lambda: not self.under_way(goal_id), "the end of the goal")
-        return self._application.ends[goal_id]
+        ends = self._application.ends
+        self.wait(lambda: goal_id in ends, "the end of the goal")
+        return ends[goal_id]
 
     def counts(self) -> LinkStatistics:
         """Return what was counted of the ground stations."""
