@@ -81,13 +81,18 @@ class Party:
 class Server:
     """A router with a vehicle port and a ground station port, and what its application gets."""
 
-    def __init__(self, stations: tuple[str, ...] = (), recorder: TlogWriter | None = None) -> None:
+    def __init__(
+        self,
+        stations: tuple[str, ...] = (),
+        recorder: TlogWriter | None = None,
+        vehicles: int = 1,
+    ) -> None:
         """Open the links; the first station link is a `udpin` on any port."""
         self.vehicles = open_link(f"udpin://{LOOPBACK}:0")
         self.ground = open_link(f"udpin://{LOOPBACK}:0")
         others = [open_link(url) for url in stations]
         self.router = Router(
-            [self.vehicles], lambda: Codec(1, 191), [self.ground, *others], recorder
+            [self.vehicles], lambda: Codec(1, 191), [self.ground, *others], recorder, vehicles
         )
         self.received: list[Message] = []
         self.overheard: list[Message] = []
@@ -105,9 +110,11 @@ class Server:
         self.router.send(with_source(make(name, **fields), *source))
 
 
-def opened(closing: ExitStack, *stations: str, recorder: TlogWriter | None = None) -> Server:
+def opened(
+    closing: ExitStack, *stations: str, recorder: TlogWriter | None = None, vehicles: int = 1
+) -> Server:
     """A server with these links to ground stations beside its own."""
-    server = Server(stations, recorder)
+    server = Server(stations, recorder, vehicles)
     closing.callback(server.router.close)
     return server
 

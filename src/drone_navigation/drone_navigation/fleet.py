@@ -19,10 +19,14 @@ from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import GIVE_UP_S, Application
+from mavlink_vehicle.io.endpoints import TokenBucket
 
 __all__ = ["DriverThread", "Fleet", "Member", "MemberApplication"]
 
 ResultT = TypeVar("ResultT")
+
+VEHICLE_MESSAGES_HZ, VEHICLE_BURST = 1000.0, 2000.0
+"""Messages of one of several vehicles that are worked on: ten times its telemetry."""
 
 # A timer that failed, or that has left its deadline where it was, is called again after this.
 _PAUSE_S = 0.05
@@ -56,6 +60,7 @@ class Member:
         system_id: MAVLink system of the vehicle; 0: whoever is heard first.
         application: what runs it.
         given_up: whether it has failed for too long.
+        throttled: messages of it that were dropped, because too many came.
     """
 
     def __init__(self, name: str, system_id: int, application: MemberApplication) -> None:
@@ -64,6 +69,8 @@ class Member:
         self.system_id = system_id
         self.application = application
         self.given_up = False
+        self.throttled = 0
+        self.bucket = TokenBucket(VEHICLE_MESSAGES_HZ, VEHICLE_BURST)
         self.failing_since_s: float | None = None
         self.deadline_s = -math.inf
         self.asked_s: float | None = None
@@ -142,9 +149,17 @@ class Fleet:
             self.work(member, partial(member.application.start, now))
 
     def receive(self, message: Message, now: float) -> None:
-        """Hand a message to the vehicle that it is from, or that it is for."""
+        """Hand a message to the vehicle that it is from, or that it is for.
+
+        Vehicles may come by one link, as behind another router, where nobody before could stop
+        one of them from taking the time of the others.
+        """
         member = self._only or self._member_of(message)
-        if member is not None:
+        if member is None:
+            return
+        if self._only is None and not member.bucket.take(1, now):
+            member.throttled += 1
+        else:
             self.work(member, partial(member.application.receive, message, now))
 
     def overhear(self, message: Message, now: float) -> None:

@@ -58,5 +58,5 @@ def open_network(
     stations = [open_link(url, report) for url in config.gcs_links]
     recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
     source = (config.vehicle.source_system or 1, config.vehicle.source_component)
-    router = Router(links, lambda: Codec(*source, signing), stations, recorder)
+    router = Router(links, lambda: Codec(*source, signing), stations, recorder, len(vehicles))
     return Network(router, recorder)

@@ -12,10 +12,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from drone_navigation.configuration import ServerConfig, make_config
-from drone_navigation.fleet import Fleet
+from drone_navigation.fleet import Fleet, Member
 from drone_navigation.fleet_config import check_fleet, make_vehicle_config
 from drone_navigation.names import SERVER_NODE_NAME
-from drone_navigation.network import open_network
+from drone_navigation.network import Network, open_network
 from drone_navigation.parameter_table import SERVER_WIDE, ParameterValue
 from drone_navigation.parameters import (
     declare_parameters,
@@ -25,6 +25,7 @@ from drone_navigation.parameters import (
 from drone_navigation.spinning import Spinner
 from drone_navigation.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.endpoints import LinkStatistics
 
 _STOP_TIMEOUT_S = 3.0
 _RESULT_GRACE_S = 0.3
@@ -80,7 +81,7 @@ class NavigationServer:
         self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
         for vehicle in self._vehicles:
-            statistics = partial(network.statistics_of, vehicle.member.system_id)
+            statistics = partial(_statistics, network, vehicle.member)
             first = vehicle is self._vehicles[0]
             vehicle.serve(statistics, network.station_links if first else None)
 
@@ -124,6 +125,12 @@ class NavigationServer:
         for vehicle in busy:
             vehicle.abandon()
         pause.wait(_RESULT_GRACE_S)  # for the results to reach the clients
+
+
+def _statistics(network: Network, member: Member) -> LinkStatistics:
+    found = network.statistics_of(member.system_id)
+    found.throttled += member.throttled
+    return found
 
 
 def _vehicle_settings(

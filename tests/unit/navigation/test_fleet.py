@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from drone_navigation.fleet import Fleet, Member
+from drone_navigation.fleet import VEHICLE_BURST, Fleet, Member
 from mavlink_vehicle.codec import Message, make, with_source
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import ManualClock
@@ -132,6 +132,17 @@ def test_a_stations_command_is_overheard_by_whom_it_is_for_or_by_all(three: Thre
     assert three.done == [["overheard COMMAND_LONG"], [], []]
     three.fleet.overhear(message("COMMAND_LONG", 255, target_system=0), 0.0)
     assert [len(done) for done in three.done] == [2, 1, 1]
+
+
+def test_a_vehicle_that_floods_is_heard_up_to_a_rate_and_the_rest_is_counted(three: Three) -> None:
+    for number in range(3 * int(VEHICLE_BURST)):
+        three.fleet.receive(message("ATTITUDE", 1), 0.0)
+        if number % 100 == 0:
+            three.fleet.receive(message("ATTITUDE", 2), 0.0)
+    assert [len(done) for done in three.done] == [VEHICLE_BURST, 60, 0]
+    assert [member.throttled for member in three.members] == [2 * VEHICLE_BURST, 0, 0]
+    three.fleet.receive(message("ATTITUDE", 1), 1.0)
+    assert three.members[0].throttled == 2 * VEHICLE_BURST
 
 
 def test_one_vehicle_alone_hears_everybody() -> None:

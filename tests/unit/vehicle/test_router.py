@@ -12,7 +12,7 @@ import pytest
 
 from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_EXPIRY_S
-from mavlink_vehicle.io.router import STATION_BURST
+from mavlink_vehicle.io.router import NEIGHBOUR_BURST, STATION_BURST
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.signing import Signing
 from tests.support.router_bench import (
@@ -225,6 +225,27 @@ def test_a_flood_of_a_station_is_throttled_and_the_quiet_vehicle_is_heard(
     assert counts.throttled > 0
     assert counts.throttled + counts.frames == 60 * 50 + 3
     assert counts.frames >= STATION_BURST
+
+
+def test_a_peer_that_speaks_for_several_vehicles_may_send_as_much_as_they(
+    closing: ExitStack,
+) -> None:
+    throttled = {}
+    for vehicles in (1, 3):
+        server = opened(closing, vehicles=vehicles)
+        relay = vehicle(closing, server, 1)
+        vehicle(closing, server, 9)
+        for system in (2, 3):
+            relay.send(Codec(system, 1).encode(make("HEARTBEAT", autopilot=3)))
+        settle(server, relay)
+        datagram = b"".join(relay.codec.encode(make("ATTITUDE")) for _ in range(20))
+        now = time.monotonic()  # and no later: nothing is filled up again
+        for _ in range(int(1.5 * NEIGHBOUR_BURST) // 20):
+            relay.send(datagram)
+            server.router.receive(now)
+        throttled[vehicles] = server.router.statistics.of_system(1).throttled
+    assert throttled[1] > 0
+    assert throttled[3] == 0
 
 
 def test_garbage_of_a_station_reaches_nobody(server: Server, closing: ExitStack) -> None:

@@ -97,7 +97,7 @@ class TokenBucket:
         self._tokens = burst
         self._filled_s = -math.inf
 
-    def take(self, count: int, now: float) -> bool:
+    def take(self, count: float, now: float) -> bool:
         """Take `count` at once if that many are there, else none."""
         tokens = min(self._burst, self._tokens + (now - self._filled_s) * self._rate_hz)
         self._filled_s = now

@@ -138,6 +138,7 @@ class Router:
         make_codec: MakeCodec,
         station_links: Sequence[Link] = (),
         recorder: TlogWriter | None = None,
+        vehicles: int = 1,
     ) -> None:
         """Put them together.
 
@@ -147,7 +148,10 @@ class Router:
             station_links: what leads to ground stations; the router closes them.
             recorder: takes what passes vehicle links, both ways, and what ground stations
                 send that is passed on; the router closes it.
+            vehicles: how many are expected; a peer that speaks for several may send so many
+                times as much.
         """
+        self._vehicles = vehicles
         self._vehicle_ports = [_Port(link, station=False) for link in vehicle_links]
         self._station_ports = [_Port(link, station=True) for link in station_links]
         self._ports = [*self._vehicle_ports, *self._station_ports]
@@ -262,7 +266,7 @@ class Router:
         for data, peer in link.receive():
             if endpoint is None or peer != last:
                 last, endpoint = peer, port.endpoints.get(peer) or self._join(port, peer)
-                limited = port.station or len(port.endpoints) > 1
+                limited = port.station or len(port.endpoints) > 1 or self._vehicles > 1
                 alone = len(self._table.endpoints) == 1 and not port.station
             if limited and self._is_flooded(port, endpoint, data):
                 continue
@@ -294,7 +298,8 @@ class Router:
     def _is_flooded(self, port: _Port, endpoint: _PeerEndpoint, data: bytes) -> bool:
         """Tell whether data must be dropped because its sender sends too much."""
         count = count_frames(data)
-        if endpoint.bucket.take(count, self._now) and (
+        speakers = 1 if port.station else max(1, min(len(endpoint.sources), self._vehicles))
+        if endpoint.bucket.take(count / speakers, self._now) and (
             not port.station or self._stations_bucket.take(count, self._now)
         ):
             return False
