@@ -76,6 +76,24 @@ def test_a_garbling_vehicle_does_not_disturb_the_quiet_one_on_its_port(
     assert server.router.statistics.of_system(0).frames == ours.frames + theirs.frames
 
 
+def test_a_vehicle_that_floods_its_port_is_throttled_and_its_neighbour_is_heard(
+    server: Server, closing: ExitStack
+) -> None:
+    quiet, loud = vehicle(closing, server, 1), vehicle(closing, server, 2)
+    flood = loud.codec.encode(make("HEARTBEAT", type=2, autopilot=12)) * 400
+    for number in range(40):
+        loud.send(flood)
+        quiet.say("ATTITUDE", time_boot_ms=number)
+        server.turn()
+    settle(server, quiet)
+    heard = [m.time_boot_ms for m in server.received if m.get_type() == "ATTITUDE"]
+    assert heard == list(range(40))
+    ours, theirs = (server.router.statistics.of_system(system) for system in (1, 2))
+    assert ours.throttled == 0
+    assert min(theirs.throttled, theirs.frames) > 0
+    assert theirs.throttled + theirs.frames == 40 * 400 + 1
+
+
 def test_a_vehicle_that_restarts_on_another_port_gets_its_setpoints_there(
     server: Server, closing: ExitStack
 ) -> None:

@@ -29,7 +29,7 @@ NEIGHBOUR_FRAMES_HZ, NEIGHBOUR_BURST = 3000.0, 6000.0
 STATIONS_FRAMES_HZ, STATIONS_BURST = 2000.0, 4000.0
 """The same for all ground stations together, however many there are."""
 
-STATION_COPIES_HZ, STATION_COPIES_BURST = 4000.0, 4000.0
+STATION_COPIES_HZ, STATION_COPIES_BURST = 4000.0, 1000.0
 """Frames passed on to all ground stations together, each some 10 to 20 us of work: four stations
 that hear ten vehicles. Without it what every station says to all others grows with their square."""
 
