@@ -13,7 +13,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 
 from custom_interfaces.action import Navigate, NavigateWaypoints
-from custom_interfaces.msg import GoalCode, Waypoint
+from custom_interfaces.msg import Waypoint
 from drone_navigation.processes import free_udp_port
 from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
 
@@ -55,7 +55,7 @@ class Watched:
         """The goal's message, once it has ended CANCELED by what the station did."""
         result = self.flight.wait_for_result(record)
         assert record.status == GoalStatus.STATUS_CANCELED, result.message
-        assert result.error_code == GoalCode.CANCELED, result.message
+        assert result.message.startswith("CANCELED: "), result.message
         assert STATION in result.message
         assert how in result.message
         return str(result.message)
@@ -64,7 +64,7 @@ class Watched:
         """The goal's message, once it has ended because the station flies."""
         result = self.flight.wait_for_result(record)
         assert record.status == GoalStatus.STATUS_ABORTED, result.message
-        assert result.error_code == GoalCode.PILOT_OVERRIDE, result.message
+        assert result.message.startswith("PILOT_OVERRIDE: "), result.message
         assert STATION in result.message
         assert how in result.message
         return str(result.message)
@@ -91,6 +91,11 @@ def ardupilot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
     yield from begun(tmp_path_factory.mktemp("ardupilot"))
 
 
+@pytest.fixture(scope="module")
+def px4(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
+    yield from begun(tmp_path_factory.mktemp("px4"), "--autopilot", "px4")
+
+
 def test_a_station_reads_parameters_and_positions_while_a_goal_flies(ardupilot: Watched) -> None:
     record = ardupilot.fly(8.0, 0.0, 4.0)
     assert ardupilot.station.param.get_param_float("WPNAV_SPEED") == 1000.0
@@ -100,3 +105,73 @@ def test_a_station_reads_parameters_and_positions_while_a_goal_flies(ardupilot: 
     result = ardupilot.flight.wait_for_result(record)
     assert result.success, result.message
     assert ardupilot.station.north_east_up() == pytest.approx((0.0, 8.0, 4.0), abs=1.0)
+
+
+@pytest.mark.parametrize("by_mission", [False, True], ids=["setpoints", "mission"])
+def test_clearing_the_mission_cancels_a_goal(ardupilot: Watched, by_mission: bool) -> None:
+    """An ArduPilot in AUTO refuses it, and is stopped by the server."""
+    if by_mission:
+        record = ardupilot.fly_mission((60.0, 10.0, 4.0), (60.0, 20.0, 4.0))
+    else:
+        record = ardupilot.fly(60.0, 0.0, 4.0)
+    ardupilot.station.send("MISSION_CLEAR_ALL", target_system=1, target_component=1, mission_type=0)
+    ardupilot.cancelled(record, "cleared the mission (MISSION_CLEAR_ALL)")
+    assert len(ardupilot.places()) <= 1, "of ours nothing is left"
+
+
+def test_a_mission_is_downloaded_and_then_cleared_as_mavsdk_does_it(ardupilot: Watched) -> None:
+    """It uploads home alone."""
+    record = ardupilot.fly_mission((60.0, 10.0, 4.0), (60.0, 20.0, 4.0))
+    assert len(ardupilot.places()) >= 3, "home and two waypoints"
+    ardupilot.station.mission.clear_mission()
+    ardupilot.cancelled(record, "uploaded another mission (MISSION_COUNT 1)")
+
+
+def test_another_mission_uploaded_over_it_cancels_the_goal_and_stays(ardupilot: Watched) -> None:
+    record = ardupilot.fly_mission((60.0, -10.0, 4.0), (60.0, -20.0, 4.0))
+    theirs = ardupilot.station.items((16, -20.0, 0.0, 6.0), (16, -20.0, 10.0, 6.0))
+    ardupilot.station.mission.upload_mission(theirs)
+    ardupilot.cancelled(record, "uploaded another mission (MISSION_COUNT 3)")
+    assert ardupilot.places()[1:] == [(item.x, item.y) for item in theirs[1:]]
+
+
+def test_a_pause_of_a_mission_cancels_the_goal(ardupilot: Watched) -> None:
+    record = ardupilot.fly_mission((60.0, 10.0, 4.0), (60.0, 20.0, 4.0))
+    ardupilot.station.mission.pause_mission()
+    ardupilot.cancelled(record, "paused the vehicle")
+
+
+def test_a_paused_copter_flies_the_next_goal(ardupilot: Watched) -> None:
+    """In GUIDED an ArduCopter ignores setpoints until it is told to go on, or leaves the mode."""
+    record = ardupilot.fly(60.0, 0.0, 4.0)
+    pause = {f"param{number}": 0 for number in range(1, 8)}
+    target = {"target_system": 1, "target_component": 1}
+    ardupilot.station.send("COMMAND_LONG", command=193, confirmation=0, **pause, **target)
+    ardupilot.cancelled(record, "paused the vehicle (DO_PAUSE_CONTINUE 0)")
+    position = record.result.final_pose.pose.position
+    record = ardupilot.fly(position.x + 4.0, position.y, position.z)
+    assert ardupilot.flight.wait_for_result(record).success
+
+
+def test_a_change_of_mode_is_an_override_that_names_the_station(ardupilot: Watched) -> None:
+    record = ardupilot.fly(0.0, 60.0, 4.0)
+    ardupilot.station.action.return_to_launch()
+    ardupilot.taken_over(record, "DO_SET_MODE RTL")
+
+
+def test_px4_is_cleared_paused_and_taken_over(px4: Watched) -> None:
+    record = px4.fly(60.0, 0.0, 6.0)
+    assert px4.station.param.get_param_float("MPC_XY_CRUISE") == 5.0
+    px4.station.mission.clear_mission()
+    px4.cancelled(record, "MISSION_CLEAR_ALL")
+    record = px4.fly_mission((60.0, 10.0, 6.0), (60.0, 20.0, 6.0))
+    assert len(px4.places()) >= 2
+    px4.station.mission.clear_mission()
+    px4.cancelled(record, "MISSION_CLEAR_ALL")
+    record = px4.fly_mission((60.0, -10.0, 6.0), (60.0, -20.0, 6.0))
+    px4.station.mission.pause_mission()
+    px4.cancelled(record, "paused")
+    record = px4.fly(0.0, 60.0, 6.0)
+    home_m = px4.station.telemetry.home().absolute_altitude_m
+    px4.station.action.goto_location(*px4.station.point(0.0, 0.0), home_m + 8.0, 0.0)
+    px4.taken_over(record, "DO_REPOSITION")

@@ -341,7 +341,7 @@ def test_what_comes_after_the_answer_is_another_wish(network: Network) -> None:
     network.now += CROSSED_S + 0.1
     assert network.command(pause, 0.0) == [], "that was another command's answer"
     network.to_station("COMMAND_ACK", command=pause)
-    network.now += 0.5
+    network.now += CROSSED_S / 2.0
     assert network.command(pause, 0.0) == [], "it crossed the answer"
     network.now += CROSSED_S
     assert len(network.command(pause, 0.0)) == 1

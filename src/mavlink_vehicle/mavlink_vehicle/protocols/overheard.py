@@ -29,7 +29,7 @@ from mavlink_vehicle.protocols.station_acts import Act, act_of, is_mission_list
 
 REPEAT_S = 5.0
 """The same again within this time of the last is a repetition, not a new wish."""
-CROSSED_S = 1.0
+CROSSED_S = 0.5
 """Once it was answered, only so long: the last repetition may have crossed the answer."""
 UPLOAD_S = 10.0
 """An upload of which nothing was heard for so long is over; an ArduPilot gives up after 8 s."""
