@@ -17,6 +17,7 @@ from drone_navigation.parameter_table import ParameterValue
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.signing import Signing
 
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 _TICK_S = 0.01
@@ -44,6 +45,11 @@ class Look:
         self.checker = Checker(make_config(values), lambda: LinkStatistics.of(codec.statistics))
         self.sent: list[bytes] = []
         self.now = 0.0
+        self._codec = codec
+        self.checker.start(self.now)
+
+    def listen_with(self, codec: Codec) -> None:
+        """Hear by another codec, which the checker counts by, from now on."""
         self._codec = codec
         self.checker.start(self.now)
 
@@ -249,6 +255,17 @@ def test_the_wrong_system_id_names_those_that_are_heard() -> None:
     assert report.verdict is Verdict.NO_VEHICLE
     assert "1/1" in report.missing[0].what
     assert "target_system" in report.missing[0].advice
+
+
+def test_a_vehicle_without_our_key_points_to_the_signing() -> None:
+    flight = look()
+    signed = Codec(1, 191, Signing(bytes(range(32)), lambda: 1.8e9))
+    flight.checker = Checker(make_config({}), lambda: LinkStatistics.of(signed.statistics))
+    flight.listen_with(signed)
+    report = flight.run_to_end(3.0)
+    assert report.verdict is Verdict.NO_VEHICLE
+    assert "not with our key" in report.missing[0].what
+    assert "signing_key_file" in report.missing[0].advice
 
 
 def test_bytes_that_are_no_mavlink_point_to_the_baud_rate() -> None:

@@ -8,9 +8,13 @@ import pytest
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
+from mavlink_vehicle.io.links import open_link
+from mavlink_vehicle.io.links.udp import UdpLink
+from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.signing import Signing
 from navigation_core.outcomes import OutcomeCode
 from tests.support.simulated_flight import SimulatedFlight
+from tests.support.udp_flight import HostileStation
 
 KEY = hashlib.sha256(b"hangar 7").digest()
 NOW_UNIX_S = 1_800_000_000.0
@@ -91,6 +95,36 @@ def test_neither_silence_nor_lies_of_strangers_disturb_a_signed_goal(autopilot: 
     after = flight.codec.statistics
     told = (after.unsigned, after.badly_signed, after.replayed)
     assert [b - a for a, b in zip(taken, told, strict=True)] == [500, 500, 100]
+
+
+def test_strangers_on_the_port_of_a_vehicle_are_counted_with_it() -> None:
+    """None of what they say is believed, not even who they are."""
+    links = [open_link("udpin://127.0.0.1:0")]
+    signing = Signing(KEY, lambda: NOW_UNIX_S)
+    router = Router(links, lambda: Codec(1, 191, signing))
+    assert isinstance(links[0], UdpLink)
+    beat = make("HEARTBEAT", type=2, autopilot=3)
+    parties = [HostileStation(links[0].port, 1, 1) for _ in range(4)]
+    known, unsigned, forger, echo = parties
+    frame = Codec(1, 1, Signing(KEY, lambda: NOW_UNIX_S)).encode(beat)
+    known.write(frame)
+    received = router.receive(0.0)
+    unsigned.send(beat, beat)
+    forger.write(Codec(1, 1, Signing(bytes(32), lambda: NOW_UNIX_S)).encode(beat))
+    echo.write(frame * 3)
+    router.poll(1.0)
+    received += router.receive(1.0)
+    for now in (1.0, 20.0, 40.0, 41.0):
+        counts = router.statistics.of_system(1)
+        told = (counts.frames, counts.unsigned, counts.badly_signed, counts.replayed)
+        assert told == (1, 2, 1, 3), "also when they are forgotten"
+        router.poll(now)
+        known.write(b"-")
+        received += router.receive(now)
+    assert len(received) == 1
+    router.close()
+    for party in parties:
+        party.close()
 
 
 @pytest.mark.parametrize("autopilot", FIRMWARES)

@@ -147,6 +147,10 @@ class UdpFlight:
         self.wait(lambda: self._has_begun(goal_id), "the way")
         return goal_id
 
+    def under_way(self, goal_id: str) -> bool:
+        """Tell whether a goal has not ended."""
+        return goal_id not in self._application.ends
+
     def _has_begun(self, goal_id: str) -> bool:
         return self._application.status == "NAVIGATING" or goal_id in self._application.ends
 

@@ -83,6 +83,7 @@ class _Port:
         self.endpoints: dict[Peer, _PeerEndpoint] = {}
         self.peers: tuple[Peer, ...] = ()
         self.gone = LinkStatistics()
+        self.strangers = LinkStatistics()
         self.resume_s = -math.inf
 
     def statistics(self) -> LinkStatistics:
@@ -111,7 +112,10 @@ class RouterStatistics:
         return [(port.link.description, port.statistics()) for port in self._station_ports]
 
     def of_system(self, system: int) -> LinkStatistics:
-        """Return the counts of a vehicle's endpoints; of all vehicle links for system 0."""
+        """Return the counts of a vehicle's endpoints; of all vehicle links for system 0.
+
+        Whoever was never understood on the vehicle's link, as for want of the key, is counted, too.
+        """
         total = LinkStatistics()
         if system == 0:
             for _, statistics in self.vehicle_links():
@@ -119,9 +123,15 @@ class RouterStatistics:
             return total
         total.add(self.gone.get(system, LinkStatistics()))
         for port in self._vehicle_ports:
-            for endpoint in port.endpoints.values():
-                if system in endpoint.systems():
-                    total.add(endpoint.statistics_of(system))
+            endpoints = port.endpoints.values()
+            heard = [endpoint for endpoint in endpoints if system in endpoint.systems()]
+            for endpoint in heard:
+                total.add(endpoint.statistics_of(system))
+            if heard:
+                total.add(port.strangers)
+                for endpoint in endpoints:
+                    if not endpoint.sources:
+                        total.add(endpoint.statistics())
         return total
 
 
@@ -362,6 +372,8 @@ class Router:
             endpoint = port.endpoints.pop(peer)
             self._table.remove(endpoint)
             port.gone.add(endpoint.statistics())
+            if not endpoint.sources:
+                port.strangers.add(endpoint.statistics())
             if not port.station:
                 for system in endpoint.systems():
                     gone = self.statistics.gone.setdefault(system, LinkStatistics())
