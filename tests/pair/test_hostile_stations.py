@@ -11,14 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavlink_vehicle.codec import Codec, Message, make, with_source
+from mavlink_sitl.config import VehicleConfig
+from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
+from mavlink_vehicle.protocols.overheard import HEARD
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
+from tests.support.simulated_flight import SimulatedFlight
 from tests.support.udp_flight import HostileStation, UdpFlight, udp_flight
 
 FIRMWARES = {
@@ -27,6 +30,7 @@ FIRMWARES = {
 }
 LEG_M = 3.0
 ALL_MISSIONS = 255
+COMMANDS = (mavlink.MAVLINK_MSG_ID_COMMAND_INT, mavlink.MAVLINK_MSG_ID_COMMAND_LONG)
 GOALS = pytest.mark.parametrize("by_mission", [False, True], ids=["setpoints", "mission"])
 
 
@@ -285,3 +289,36 @@ def test_nothing_that_a_station_says_is_taken_for_telemetry(
     eavesdropper.now += 0.2
     assert eavesdropper.turn() == 0
     assert eavesdropper.vehicle.state is before
+
+
+def addressed(cls: Any, seed: int) -> Message:
+    """Return a message with random content; if it is a command, to the vehicle and one it knows."""
+    message = random_message(cls, seed, STRANGE_FLOATS)
+    for name, value in (("target_system", 1), ("target_component", 1)):
+        if name in cls.fieldnames:
+            setattr(message, name, value)
+    if cls.id in COMMANDS:
+        message.command = (20, 21, 22, 176, 192, 193, 224, 252, 300, 400)[seed % 10]
+    return with_source(message, 255, 190)
+
+
+@pytest.mark.parametrize("autopilot", FIRMWARES)
+def test_whatever_stations_say_a_goal_ends_once_and_the_next_is_flown(autopilot: str) -> None:
+    """The vehicle itself hears none of it: only what the server makes of it is tried here."""
+    simulated = VehicleConfig(ready_after_s=1.0, autopilot=autopilot)
+    flight = SimulatedFlight(simulated=simulated, on_station_pause="pause").ready()
+    flight.run_for(3.0)
+    station, ear = Codec(255, 190), Codec(1, 191)
+    goals = [flight.send(30.0, 0.0, 4.0)]
+    kinds = sorted(HEARD, key=lambda cls: int(cls.id))
+    order = [(cls, seed) for cls in kinds for seed in range(30 if cls.id in COMMANDS else 8)]
+    random.Random(1).shuffle(order)
+    for cls, seed in order:
+        (message,) = ear.decode(station.encode(addressed(cls, seed)))
+        flight.bridge.overhear(message, flight.now)
+        flight.run_for(0.05)
+        if flight.bridge.active_goal_id is None and len(goals) < 50:
+            goals.append(flight.send(30.0 if len(goals) % 2 else -30.0, 0.0, 4.0))
+    last = flight.send(0.0, 0.0, 5.0)
+    assert flight.run_to_end(last).code is OutcomeCode.SUCCESS
+    assert [len(flight.ends(goal)) for goal in goals] == [1] * len(goals)
