@@ -26,6 +26,7 @@ from tests.support.ground_station import (
     copter,
     flying,
 )
+from tests.support.kinds import plane, rover
 from tests.support.missions import answer, home, upload, waypoint
 from tests.support.px4_station import NAN, Px4Station, flying_px4, plan_item
 
@@ -113,6 +114,35 @@ def test_a_reposition_without_a_place_is_no_pause_with_ardupilot(x: int, y: int,
     assert station.command_int(REPOSITION, 0, -1, 1, 0, NAN, x=x, y=y, z=z) == DENIED
     assert station.command(REPOSITION, -1, 1, 0, NAN, NAN, NAN, NAN) == UNSUPPORTED
     assert moves(station) > 15.0
+
+
+# ArduRover and ArduPlane.
+
+
+@pytest.fixture(scope="module", params=["rover", "plane"])
+def traveller(request: pytest.FixtureRequest) -> GroundStation:
+    """One that is under way to a far place in GUIDED."""
+    station = rover() if request.param == "rover" else plane()
+    place = waypoint(2000, 0)
+    at = {"x": place.x, "y": place.y}
+    assert station.command_int(REPOSITION, 6, -1, 1, 0, 0, z=50.0, **at) == ACCEPTED
+    station.run(3.0)
+    return station
+
+
+@pytest.mark.parametrize("go_on", [0.0, 1.0])
+def test_travellers_do_not_know_pauses_and_go_on(traveller: GroundStation, go_on: float) -> None:
+    assert traveller.command(PAUSE, go_on) == UNSUPPORTED
+    assert moves(traveller) > 10.0
+
+
+@pytest.mark.parametrize(("x", "z"), [(LARGEST, NAN), (NAN_AS_INTEGER, NAN), (0, 50.0)])
+def test_travellers_deny_a_reposition_without_a_place_and_go_on(
+    traveller: GroundStation, x: int, z: float
+) -> None:
+    assert traveller.command_int(REPOSITION, 6, -1, 1, 0, NAN, x=x, y=x, z=z) == DENIED
+    assert traveller.command(REPOSITION, -1, 1, 0, NAN, NAN, NAN, NAN) == UNSUPPORTED
+    assert moves(traveller) > 10.0
 
 
 # ArduCopter, AUTO.
