@@ -2,7 +2,7 @@
 
 The same story is told twice to two vehicles of ours: once with everything, once with a message
 of no meaning in the place of each that is for somebody else. Both must send the same, at the
-same times, and come to the same ends.
+same times, and come to the same ends. Only of another fence both are told.
 """
 
 from __future__ import annotations
@@ -52,6 +52,11 @@ class Said:
     fields: tuple[tuple[str, object], ...]
     to: tuple[int, int] | None
     pause_s: float
+
+    @property
+    def is_fence_taken(self) -> bool:
+        """The one answer to others that matters: there is another fence, which we read then."""
+        return self.name == "MISSION_ACK" and dict(self.fields) == {"type": 0, "mission_type": 1}
 
 
 def said(name: str, **fields: st.SearchStrategy[int]) -> st.SearchStrategy[Said]:
@@ -147,7 +152,7 @@ class Story:
         fields = dict(step.fields)
         if step.name == "HEARTBEAT":
             self.hear(self.beat())
-        elif alone and step.to in OTHERS:
+        elif alone and step.to in OTHERS and not step.is_fence_taken:
             self.hear(self.say("VIBRATION"))
         elif step.name == "TIMESYNC" or step.to is None:
             self.hear(self.say(step.name, **fields))

@@ -105,6 +105,20 @@ def test_messages_of_other_lists_are_not_its_own() -> None:
     assert reading.reader.items == ()
 
 
+def test_a_fence_that_is_replaced_while_it_is_read_is_read_anew() -> None:
+    reading = Reading()
+    reading.tell("MISSION_COUNT", 0.1, count=2)
+    reading.circle(0.2)
+    reading.sent()
+    reading.reader.refresh(0.3)
+    reading.reader.handle_timer(0.3)
+    assert reading.sent() == ["MISSION_REQUEST_LIST"]
+    reading.tell("MISSION_COUNT", 0.4, count=1)
+    reading.circle(0.5, radius_m=20.0)
+    assert reading.reader.items is not None
+    assert [item.params[0] for item in reading.reader.items] == [20.0]
+
+
 def test_another_stations_upload_does_not_make_the_fence_disappear() -> None:
     """An ArduPilot answers DENIED while it takes a fence from somebody."""
     reading = Reading()

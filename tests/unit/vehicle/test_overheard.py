@@ -495,6 +495,19 @@ def test_mission_current_tells_what_nobody_was_seen_to_do(
     assert network.answer(network.current(total, mission_id)) == []
 
 
+def test_a_mission_replaced_before_it_was_told_once_is_noticed() -> None:
+    """A PX4 tells its mission once a second, and two stations may upload in that time."""
+    network = Network("px4")
+    network.upload()
+    assert network.answer(network.current(5, 8)) == []
+    network.now += 1.0
+    assert network.answer(network.current(5, 8)) == []
+    network.now += 1.0
+    (act,) = network.answer(network.current(5, 8))
+    assert (act.act, act.station) == (REPLACED, None)
+    assert act.how == "MISSION_CURRENT shows 5 items instead of 3"
+
+
 def test_an_ardupilots_words_tell_a_change_that_mission_current_does_not_show(
     network: Network,
 ) -> None:

@@ -43,9 +43,9 @@ class FenceItems:
         self._begin_s = now
 
     def refresh(self, now: float) -> None:
-        """Read the list again: it is another one."""
-        if self._address is not None and self._download is None:
-            self._begin_s = now
+        """Read the list again, from the beginning: it is another one."""
+        if self._address is not None:
+            self._download, self._begin_s = None, now
 
     def forget(self) -> None:
         """Drop what is known: the autopilot restarted."""

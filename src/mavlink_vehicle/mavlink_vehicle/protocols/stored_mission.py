@@ -14,6 +14,9 @@ from mavlink_vehicle.events import StationAct
 from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.telemetry import MissionProgress
 
+_SETTLE_S = 2.0
+"""What MISSION_CURRENT tells for so long is so, even if ours was never told."""
+
 
 class StoredMission:
     """Compares what the vehicle tells with the mission that was stored for us."""
@@ -25,6 +28,7 @@ class StoredMission:
         self._count: int | None = None
         self._rules = MissionRules()
         self._place = -1
+        self._other_s: float | None = None
         self._ours: MissionProgress | None = None
 
     def stored(self, count: int, rules: MissionRules, place: int) -> None:
@@ -41,7 +45,7 @@ class StoredMission:
     def forget(self) -> None:
         """There is no mission of ours any more, or not yet."""
         self.change = ""
-        self._count = self._ours = None
+        self._count = self._ours = self._other_s = None
 
     def observe(self, mission: MissionProgress, place: int) -> StationAct | None:
         """Compare a MISSION_CURRENT that has just come; place is that of its packet.
@@ -50,15 +54,24 @@ class StoredMission:
         """
         if self._count is None or self.change or place <= self._place:
             return None
-        if self._ours is None:
-            if mission.total == self._count:
-                self._ours, self._place = mission, place
+        if mission.total == self._count and self._ours is None:
+            self._ours, self._place = mission, place
+        if self._ours is None and not self._is_settled(mission):
             return None
-        self.change = _difference(self._ours, mission)
+        ours = self._ours or mission._replace(total=self._count)
+        self.change = _difference(ours, mission)
         if not self.change:
             return None
         removed = mission.total == 0
         return StationAct.CLEARED_MISSION if removed else StationAct.REPLACED_MISSION
+
+    def _is_settled(self, mission: MissionProgress) -> bool:
+        """Whether ours must have been replaced before it was told once."""
+        if mission.total is None:
+            return False
+        if self._other_s is None:
+            self._other_s = mission.time_s
+        return mission.time_s - self._other_s >= _SETTLE_S
 
     def observe_texts(self, texts: Iterable[str], place: int) -> StationAct | None:
         """Look at texts that have just come, as `observe` looks at MISSION_CURRENT."""
