@@ -1,7 +1,7 @@
 """Flies a goal with each of several vehicles and counts their feedback: ``fleet_client.py N S``.
 
-Prints "flying" when all N vehicles are on their way, or a time is over, and S seconds later as JSON how many
-feedbacks each of them gave in that time.
+Prints "flying" when all N vehicles are on their way, or a time is over, and S seconds later as
+JSON how many feedbacks each of them gave in that time.
 """
 
 from __future__ import annotations

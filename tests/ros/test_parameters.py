@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,7 +13,12 @@ from rclpy.parameter import Parameter
 
 from drone_navigation.configuration import ConfigurationError, ServerConfig, make_config
 from drone_navigation.parameter_table import FIXED, PARAMETERS
-from drone_navigation.parameters import declare_parameters, follow_changes
+from drone_navigation.parameters import (
+    declare_parameters,
+    declare_vehicle_parameters,
+    follow_changes,
+)
+from drone_navigation.server import vehicle_arguments
 from tests.support.ros_flight import new_domain
 
 MakeNode = Callable[..., Node]
@@ -146,3 +152,74 @@ def test_what_is_taken_at_the_start_cannot_change(
     assert not result.successful
     assert "read-only" in result.reason
     assert applied == []
+
+
+FLEET = """
+navigation_server: {ros__parameters: {vehicles: [a, b], arming: auto, speed_default_m_s: 2.0}}
+/a/navigation_server: {ros__parameters: {target_system: 1, speed_default_m_s: 1.0}}
+b: {navigation_server: {ros__parameters: {target_system: 2, colour: blue}}}
+/north/navigation_server: {ros__parameters: {vehicles: [a]}}
+/north/a/navigation_server: {ros__parameters: {target_system: 7}}
+/wide/navigation_server: {ros__parameters: {record_tlog: own.tlog}}
+"""
+
+
+@pytest.fixture
+def make_vehicle(context: rclpy.Context, tmp_path: Path) -> Iterator[MakeNode]:
+    """Makes a vehicle's node as a server does that was started with a parameter file."""
+    path = tmp_path / "fleet.yaml"
+    path.write_text(FLEET, encoding="utf-8")
+    nodes: list[Node] = []
+
+    def make(namespace: str, *arguments: str) -> Node:
+        argv = ["navigation_server", "--ros-args", *arguments, "--params-file", str(path)]
+        nodes.append(
+            Node(
+                "navigation_server",
+                namespace=namespace,
+                context=context,
+                cli_args=vehicle_arguments(argv),
+                use_global_arguments=False,
+            )
+        )
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.destroy_node()
+
+
+SERVER = {spec.name: spec.default for spec in PARAMETERS} | {
+    "vehicles": ["a", "b"], "arming": "auto", "speed_default_m_s": 2.0,
+}  # fmt: skip
+
+
+def test_a_vehicle_has_the_servers_values_but_for_its_own(make_vehicle: MakeNode) -> None:
+    node = make_vehicle("/a")
+    values = declare_vehicle_parameters(node, "a", SERVER)
+    assert (values["target_system"], values["speed_default_m_s"]) == (1, 1.0)
+    assert values["arming"] == "auto"
+    assert node.get_parameter("arming").value == "auto"
+    assert not node.has_parameter("vehicles")
+    assert make_config(values).vehicle.target_system == 1
+
+
+def test_what_renames_or_moves_the_server_does_not_make_its_vehicles_one(
+    make_vehicle: MakeNode,
+) -> None:
+    moves = ("-r", "__ns:=/north", "--remap", "__node:=other", "-p", "speed_up_m_s:=2.5")
+    node = make_vehicle("/north/a", *moves)
+    assert node.get_fully_qualified_name() == "/north/a/navigation_server"
+    values = declare_vehicle_parameters(node, "a", SERVER)
+    assert (values["target_system"], values["speed_up_m_s"]) == (7, 2.5)
+
+
+@pytest.mark.parametrize(
+    ("namespace", "said"),
+    [("/b", "Vehicle b: .*'colour'"), ("/wide", "record_tlog is the server's")],
+)
+def test_a_vehicles_parameter_that_it_cannot_have_is_refused_by_name(
+    make_vehicle: MakeNode, namespace: str, said: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        declare_vehicle_parameters(make_vehicle(namespace), namespace.strip("/"), SERVER)
