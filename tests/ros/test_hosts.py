@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,49 +25,70 @@ STEADY = ("--speed", "2")
 STRIDE_MAX_M = 1.5
 
 
-class Fleet:
-    """Hosts `alone` and `base`, each with a server; `field` with the vehicle of `base`; `desk`."""
+# The settings of `pair`.
+PAIR = """
+navigation_server: {ros__parameters: {vehicles: [a, d], link_url: "udpin://127.0.0.1:14550"}}
+/a/navigation_server: {ros__parameters: {target_system: 1}}
+/d/navigation_server: {ros__parameters: {target_system: 2}}
+"""
 
-    def __init__(self, network: Network) -> None:
+
+class Fleet:
+    """Hosts with servers: `pair` flies a and d, `base` flies b, which is at `field`; and `desk`."""
+
+    def __init__(self, network: Network, folder: Path) -> None:
         self._environment = networked(ros_environment(DOMAIN))
         self._processes: list[Process] = []
-        self.alone, self.base, self.field, self.desk = network.hosts
+        self.network = network
+        self.pair, self.base, self.field, self.desk = network.hosts
         try:
+            settings = folder / "pair.yaml"
+            settings.write_text(PAIR, encoding="utf-8")
+            timing = (
+                "-r",
+                "__ns:=/b",
+                "-p",
+                "heartbeat_timeout_s:=1.5",
+                "-p",
+                "link_lost_abort_s:=4.0",
+            )
+            link = f"udpin://{self.base.address}:14550"
             self.servers = {
-                "a": self._server(self.alone, "a", "127.0.0.1"),
-                "b": self._server(self.base, "b", self.base.address),
+                "a": self._server(self.pair, "--config", str(settings)),
+                "b": self._server(
+                    self.base, "--link", link, "--ros-args", "-r", "__ns:=/b", *timing
+                ),
             }
-            self._vehicle(self.alone, "127.0.0.1")
-            self._vehicle(self.field, self.base.address)
-            for server in self.servers.values():
-                server.wait_for("Position valid", READY_S)
+            self._vehicles(self.pair, "127.0.0.1", 2)
+            self._vehicles(self.field, self.base.address, 1)
+            for name, vehicle in (("a", "a"), ("a", "d"), ("b", "b")):
+                position = f"{vehicle}.navigation_server]: Position valid"
+                self.servers[name].wait_for(position, READY_S)
         except BaseException:
             self.close()
             raise
 
-    def _start(self, host: Host, name: str, *arguments: str) -> Process:
-        process = host.process(name, ["python", "-m", *arguments], self._environment)
+    def _start(self, host: Host, name: str, *arguments: str, peers: str = "") -> Process:
+        environment = {**self._environment, "ROS_STATIC_PEERS": peers}
+        process = host.process(name, ["python", "-m", *arguments], environment)
         self._processes.append(process)
         return process
 
-    def _server(self, host: Host, name: str, address: str) -> Process:
+    def _server(self, host: Host, *options: str) -> Process:
         return self._start(
-            host, "server", "drone_navigation.navigation_server",
-            "--link", f"udpin://{address}:14550", "--arming", "auto",
-            "--ros-args", "-r", f"__ns:=/{name}",
-            "-p", "heartbeat_timeout_s:=1.5", "-p", "link_lost_abort_s:=4.0",
-        )  # fmt: skip
+            host, "server", "drone_navigation.navigation_server", "--arming", "auto", *options
+        )
 
-    def _vehicle(self, host: Host, server: str) -> None:
+    def _vehicles(self, host: Host, server: str, count: int) -> None:
         link = f"udpout://{server}:14550"
-        self._start(host, "vehicle", "mavlink_sitl", "--link", link, "--ready-after", "0.5")
+        options = ("--link", link, "--ready-after", "0.5", "--count", str(count))
+        self._start(host, "vehicles", "mavlink_sitl", *options)
 
-    def fly(self, name: str, east_m: float, *options: str) -> Process:
-        """Send vehicle ``name`` to a point in the east, from the desk."""
-        return self._start(
-            self.desk, f"client of {name}", "drone_navigation.navigation_client", "--json",
-            "--goal", f"{east_m:g}", "0", "3", *options, "--ros-args", "-r", f"__ns:=/{name}",
-        )  # fmt: skip
+    def fly(self, name: str, *options: str, peers: str = "") -> Process:
+        """Send vehicle ``name`` somewhere, from the desk."""
+        module = "drone_navigation.navigation_client"
+        words = ("--json", "--vehicle", name, *options)
+        return self._start(self.desk, f"client of {name}", module, *words, peers=peers)
 
     def close(self) -> None:
         for process in reversed(self._processes):
@@ -74,17 +96,22 @@ class Fleet:
 
 
 @pytest.fixture(scope="module")
-def fleet() -> Iterator[Fleet]:
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
     try:
-        network = Network("alone", "base", "field", "desk")
+        network = Network("pair", "base", "field", "desk")
     except NoNamespacesError as error:
         pytest.skip(f"No network namespaces of one's own here: {error}")
     try:
-        fleet = Fleet(network)
+        fleet = Fleet(network, tmp_path_factory.mktemp("hosts"))
         yield fleet
         fleet.close()
     finally:
         network.close()
+
+
+def east(metres: float) -> tuple[str, ...]:
+    """Return a goal at 3 m height."""
+    return ("--goal", f"{metres:g}", "0", "3")
 
 
 def told(client: Process) -> list[dict[str, Any]]:
@@ -117,30 +144,31 @@ def assert_never_noticed(client: Process) -> None:
     assert max(math.dist(*pair) for pair in itertools.pairwise(way)) < STRIDE_MAX_M
 
 
-def test_a_host_that_is_cut_off_flies_on_and_tells_the_end_later(fleet: Fleet) -> None:
+def test_a_host_that_is_cut_off_flies_on_and_tells_the_ends_later(fleet: Fleet) -> None:
     # The one that is not cut off flies longer than DDS remembers the one that is: 20 s.
-    other = fleet.fly("b", 46.0, *STEADY)
-    cut = fleet.fly("a", 12.0, *STEADY, "--lost-timeout", "120")
-    wait_for_flight(other)
-    wait_for_flight(cut)
-    fleet.alone.unplug()
+    other = fleet.fly("b", *east(46.0), *STEADY)
+    cut = [fleet.fly(name, *east(12.0), *STEADY, "--lost-timeout", "120") for name in ("a", "d")]
+    for client in (other, *cut):
+        wait_for_flight(client)
+    fleet.pair.unplug()
     try:
         fleet.servers["a"].wait_for("SUCCEEDED", FLIGHT_S)
-        assert end(cut) == ""
-        cut.wait_for("No word from the server for 5 s", READY_S)
+        cut[0].wait_for("No word from the server for 5 s", READY_S)
         assert_never_noticed(other)
+        assert [end(client) for client in cut] == ["", ""]
     finally:
-        fleet.alone.plug()
-    assert cut.wait(READY_S) == 0, cut.text
-    assert end(cut) == "SUCCESS"
-    assert "The server is heard again" in said(cut)
-    again = fleet.fly("a", 0.0)
+        fleet.pair.plug()
+    for client in cut:
+        assert client.wait(READY_S) == 0, client.text
+        assert end(client) == "SUCCESS"
+        assert "The server is heard again" in said(client)
+    again = fleet.fly("a", *east(0.0))
     assert again.wait(FLIGHT_S) == 0, again.text
 
 
 def test_a_vehicle_that_is_cut_off_ends_its_goal_and_no_other(fleet: Fleet) -> None:
-    other = fleet.fly("a", 20.0, *STEADY)
-    cut = fleet.fly("b", 0.0, *STEADY)
+    other = fleet.fly("a", *east(20.0), *STEADY)
+    cut = fleet.fly("b", *east(0.0), *STEADY)
     wait_for_flight(other)
     wait_for_flight(cut)
     fleet.field.unplug()
@@ -151,13 +179,13 @@ def test_a_vehicle_that_is_cut_off_ends_its_goal_and_no_other(fleet: Fleet) -> N
     finally:
         fleet.field.plug()
     assert_never_noticed(other)
-    again = fleet.fly("b", 40.0)
+    again = fleet.fly("b", *east(40.0))
     assert again.wait(FLIGHT_S) == 0, again.text
 
 
 def test_a_client_that_is_cut_off_gives_up_in_time_and_the_vehicle_arrives(fleet: Fleet) -> None:
     line = len(fleet.servers["b"].lines)
-    cut = fleet.fly("b", 28.0, *STEADY, "--lost-timeout", "6")
+    cut = fleet.fly("b", *east(28.0), *STEADY, "--lost-timeout", "6")
     wait_for_flight(cut)
     fleet.desk.unplug()
     try:
@@ -167,3 +195,16 @@ def test_a_client_that_is_cut_off_gives_up_in_time_and_the_vehicle_arrives(fleet
         fleet.desk.plug()
     assert end(cut) == ""
     assert "The server is gone: no word from it for 6 s. If only the network is cut" in said(cut)
+
+
+def test_where_multicast_is_dropped_peers_that_are_named_are_found(fleet: Fleet) -> None:
+    here = ("--frame", "base_link", "--goal", "0", "0", "0")
+    fleet.network.drop_multicast(True)
+    try:
+        lost = fleet.fly("b", *here, "--server-timeout", "3")
+        found = fleet.fly("b", *here, peers=fleet.base.address)
+        assert lost.wait(READY_S) == 5, lost.text
+        assert "No server offers" in said(lost)
+        assert found.wait(FLIGHT_S) == 0, found.text
+    finally:
+        fleet.network.drop_multicast(False)

@@ -106,6 +106,13 @@ class Host(_Namespace):
         """Cut the cable, at the switch: the host keeps its address and sees no carrier."""
         self._switch.run("ip", "link", "set", self._port, "down")
 
+    def drop_multicast(self, drop: bool) -> None:
+        """Keep multicast from this host."""
+        flood = "off" if drop else "on"
+        self._switch.run(
+            "ip", "link", "set", self._port, "type", "bridge_slave", "mcast_flood", flood
+        )
+
     def plug(self) -> None:
         """Mend the cable."""
         self._switch.run("ip", "link", "set", self._port, "up")
@@ -147,6 +154,11 @@ class Network:
         except BaseException:
             self.close()
             raise
+
+    def drop_multicast(self, drop: bool) -> None:
+        """Drop it at the switch, as many access points of Wi-Fi do, or pass it on again."""
+        for host in self.hosts:
+            host.drop_multicast(drop)
 
     def close(self) -> None:
         """Let all namespaces go; their processes are to be stopped before."""
