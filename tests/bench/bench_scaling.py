@@ -141,22 +141,32 @@ def _print_link(seconds: float, parameters: tuple[str, ...]) -> None:
 # --- a domain ----------------------------------------------------------------------------
 
 
-def domain_load(count: int, seconds: float) -> dict[str, Any]:
+def domain_load(count: int, vehicles: int, seconds: float) -> dict[str, Any]:
     """Return what it costs a host to join a domain of ``count`` hosts with a server each.
+
+    Args:
+        count: of the servers.
+        vehicles: of each server.
+        seconds: how long the idle domain is looked at.
 
     Returns:
         ``found_s`` until all are found, ``found_bytes`` that came and went until
-        everything has settled, ``idle_bytes_s`` after that, ``endpoints`` of a server.
+        everything has settled, ``idle_bytes_s`` after that, ``endpoints`` of a vehicle.
 
     Raises:
         NoNamespacesError: there can be no hosts here.
     """
-    names = [f"s{number}" for number in range(count)]
-    network = Network(*names, "desk")
+    hosts = [f"s{number}" for number in range(count)]
+    names = [f"{host}v{number}" for host in hosts for number in range(vehicles)]
+    network = Network(*hosts, "desk")
     environment = networked(ros_environment(_DOMAIN))
     with ExitStack() as stack:
         stack.callback(network.close)
-        servers = [_server(host, stack, environment) for host in network.hosts[:-1]]
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        servers = []
+        for host in network.hosts[:-1]:
+            own = [name for name in names if name.startswith(f"{host.name}v")]
+            servers.append(_server(host, own, folder, stack, environment))
         for server in servers:
             server.wait_for("ready on", _READY_S)
         time.sleep(_SETTLE_S)
@@ -191,14 +201,15 @@ def goal_load(seconds: float) -> float:
     with ExitStack() as stack:
         stack.callback(network.close)
         base, desk = network.hosts
-        server = _server(base, stack, environment)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        server = _server(base, ["a"], folder, stack, environment)
         vehicle = ["python", "-m", "mavlink_sitl", "--link", "udpout://127.0.0.1:14550"]
         stack.callback(base.process("vehicle", vehicle, environment).stop)
         server.wait_for("Position valid", _READY_S)
         client = desk.process(
             "client",
             ["python", "-m", "drone_navigation.navigation_client", "--plain", "--goal", "200", "0",
-             "5", "--ros-args", "-r", "__ns:=/s0"],
+             "5", "--vehicle", "a"],
             environment,
         )  # fmt: skip
         stack.callback(client.stop)
@@ -208,21 +219,27 @@ def goal_load(seconds: float) -> float:
         return (sum(desk.counted()) - before) / seconds
 
 
-def _server(host: Host, stack: ExitStack, environment: dict[str, str]) -> Process:
-    process = host.process(
-        "server",
-        ["python", "-m", "drone_navigation.navigation_server", "--arming", "auto", "--ros-args",
-         "-r", f"__ns:=/{host.name}"],
-        environment,
-    )  # fmt: skip
+def _server(
+    host: Host, names: list[str], folder: Path, stack: ExitStack, environment: dict[str, str]
+) -> Process:
+    settings: dict[str, Any] = {
+        f"/{name}/navigation_server": {"ros__parameters": {"target_system": system}}
+        for system, name in enumerate(names, 1)
+    }
+    settings["navigation_server"] = {"ros__parameters": {"vehicles": names, "arming": "auto"}}
+    file = folder / f"{host.name}.yaml"
+    file.write_text(json.dumps(settings), encoding="utf-8")  # JSON is YAML, too
+    words = ["python", "-m", "drone_navigation.navigation_server", "--config", str(file)]
+    process = host.process("server", words, environment)
     stack.callback(process.stop)
     return process
 
 
-def _print_domain(counts: list[int], seconds: float) -> None:
-    print("servers  found after  to find them  then          endpoints of each")
+def _print_domain(counts: list[int], vehicles: int, seconds: float) -> None:
+    print(f"{vehicles} vehicles a server; the machine has {os.cpu_count()} processors")
+    print("servers  found after  to find them  then          endpoints of a vehicle")
     for count in counts:
-        load = domain_load(count, seconds)
+        load = domain_load(count, vehicles, seconds)
         print(
             f"{count:7}  {load['found_s']:9.2f} s  {load['found_bytes'] / 1e3:9.0f} kB  "
             f"{load['idle_bytes_s']:7.0f} B/s  {load['endpoints']:9}",
@@ -239,6 +256,7 @@ def main() -> int:
     link.add_argument("-p", action="append", default=[], metavar="NAME:=VALUE", dest="parameters")
     domain = parts.add_parser("domain", help="time and bytes until a host has found all servers")
     domain.add_argument("--servers", type=int, nargs="+", default=[1, 2, 4, 8], metavar="N")
+    domain.add_argument("--vehicles", type=int, default=1, metavar="N", help="of each server")
     domain.add_argument("--seconds", type=float, default=15.0, help="of the idle domain")
     goal = parts.add_parser("goal", help="bytes between a server's host and that of a client")
     goal.add_argument("--seconds", type=float, default=10.0, help="of the flight")
@@ -247,7 +265,7 @@ def main() -> int:
         if options.part == "link":
             _print_link(options.seconds, tuple(options.parameters))
         elif options.part == "domain":
-            _print_domain(options.servers, options.seconds)
+            _print_domain(options.servers, options.vehicles, options.seconds)
         else:
             print(f"one goal in flight: {goal_load(options.seconds):.0f} B/s, both ways")
     except NoNamespacesError as error:

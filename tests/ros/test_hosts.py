@@ -44,20 +44,13 @@ class Fleet:
         try:
             settings = folder / "pair.yaml"
             settings.write_text(PAIR, encoding="utf-8")
-            timing = (
-                "-r",
-                "__ns:=/b",
-                "-p",
-                "heartbeat_timeout_s:=1.5",
-                "-p",
-                "link_lost_abort_s:=4.0",
-            )
+            own = ["-r", "__ns:=/b"]
+            for setting in ("heartbeat_timeout_s:=1.5", "link_lost_abort_s:=4.0"):
+                own += ["-p", setting]
             link = f"udpin://{self.base.address}:14550"
             self.servers = {
                 "a": self._server(self.pair, "--config", str(settings)),
-                "b": self._server(
-                    self.base, "--link", link, "--ros-args", "-r", "__ns:=/b", *timing
-                ),
+                "b": self._server(self.base, "--link", link, "--ros-args", *own),
             }
             self._vehicles(self.pair, "127.0.0.1", 2)
             self._vehicles(self.field, self.base.address, 1)
