@@ -292,13 +292,21 @@ def test_nothing_that_a_station_says_is_taken_for_telemetry(
 
 
 def addressed(cls: Any, seed: int) -> Message:
-    """Return a message with random content; if it is a command, to the vehicle and one it knows."""
+    """Return a message to the vehicle with random content, likely enough to mean something."""
+    source = random.Random(seed)
     message = random_message(cls, seed, STRANGE_FLOATS)
-    for name, value in (("target_system", 1), ("target_component", 1)):
-        if name in cls.fieldnames:
-            setattr(message, name, value)
+    likely: dict[str, tuple[float, ...]] = {
+        "target_system": (1,),
+        "target_component": (1,),
+        "mission_type": (0, 0, 1, 255),
+        "param1": (0.0, 1.0),
+    }
     if cls.id in COMMANDS:
-        message.command = (20, 21, 22, 176, 192, 193, 224, 252, 300, 400)[seed % 10]
+        likely["command"] = (20, 21, 22, 176, 192, 193, 193, 224, 252, 300, 400)
+        likely["param2"] = (*(float(n) for n in range(10)), float(4 << 16), float(3 << 24))
+    for name, values in likely.items():
+        if name in cls.fieldnames:
+            setattr(message, name, source.choice(values))
     return with_source(message, 255, 190)
 
 
@@ -319,6 +327,7 @@ def test_whatever_stations_say_a_goal_ends_once_and_the_next_is_flown(autopilot:
         flight.run_for(0.05)
         if flight.bridge.active_goal_id is None and len(goals) < 50:
             goals.append(flight.send(30.0 if len(goals) % 2 else -30.0, 0.0, 4.0))
+    assert len(goals) > 1, "some of it has stopped a goal"
     last = flight.send(0.0, 0.0, 5.0)
     assert flight.run_to_end(last).code is OutcomeCode.SUCCESS
     assert [len(flight.ends(goal)) for goal in goals] == [1] * len(goals)
