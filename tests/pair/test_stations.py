@@ -151,6 +151,75 @@ def test_a_pilot_who_takes_over_during_a_stations_pause_overrides() -> None:
     assert "Station" not in end.message
 
 
+def test_a_pilot_who_holds_a_paused_vehicle_overrides_and_is_not_fought() -> None:
+    flight = StationFlight("ardupilot", "rover", on_station_pause="pause")
+    goal_id = flight.begin(False)
+    flight.pause_or_continue(False)  # which rovers do not know: the server stops it
+    flight.run_to_status(goal_id, "PAUSED")
+    flight.run_for(5.0)
+    flight.set_mode_as_pilot("HOLD")
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "PILOT_OVERRIDE", end.message
+
+
+@pytest.mark.parametrize("by_mission", GOALS)
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("status", ["PREPARING", "ARMING", "TAKING_OFF"])
+def test_what_does_not_fly_yet_is_cancelled_by_a_pause(
+    autopilot: str, by_mission: bool, status: str
+) -> None:
+    flight = StationFlight(autopilot, "copter", on_station_pause="pause")
+    goal_id = flight.start(flight.goal((10.0, 0.0, 4.0), by_mission))
+    if status != "PREPARING":
+        flight.run_to_status(goal_id, status)
+    flight.pause_or_continue(False)
+    end = flight.run_to_end(goal_id, 40.0)
+    assert end.code.value == "CANCELED", end.message
+    assert "Station 255/190" in end.message
+    flight.run_for(3.0)
+    if status != "TAKING_OFF":
+        assert not flight.vehicle.state.armed
+    end = flight.run_to_end(flight.send(5.0, 0.0, 4.0))
+    assert end.code.value == "SUCCESS", end.message
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "vehicle"), [("ardupilot", "copter"), ("ardupilot", "plane"), ("px4", "plane")]
+)
+def test_a_vehicle_that_is_sent_elsewhere_in_the_same_mode_is_left_to_the_station(
+    autopilot: str, vehicle: str
+) -> None:
+    flight = StationFlight(autopilot, vehicle)
+    goal_id = flight.begin(False)
+    flight.reposition(-35.3600, 149.1652, 700.0)
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "PILOT_OVERRIDE", end.message
+    assert "Station 255/190" in end.message
+    assert "DO_REPOSITION to a place" in end.message
+    north_m = flight.truth()[0][1]
+    flight.run_for(20.0)
+    assert flight.truth()[0][1] > north_m + 20.0
+
+
+def test_who_disarms_a_vehicle_is_named() -> None:
+    flight = StationFlight("ardupilot", "rover")
+    goal_id = flight.begin(False)
+    flight.command(400, 0.0, 21196.0)
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "DISARMED", end.message
+    assert "Station 255/190 changed the mode (COMPONENT_ARM_DISARM 0" in end.message
+
+
+def test_a_server_that_stops_while_a_station_has_the_vehicle_paused_says_so() -> None:
+    flight = StationFlight("px4", "copter", on_station_pause="pause")
+    goal_id = flight.begin(False)
+    flight.hold_mode()
+    flight.run_to_status(goal_id, "PAUSED")
+    flight.bridge.shut_down(flight.now)
+    end = flight.run_to_end(goal_id, 15.0)
+    assert end.code.value == "SHUTTING_DOWN", end.message
+
+
 # --- pause and going on ------------------------------------------------------------------
 
 PAUSES: dict[str, tuple[_Act, _Act]] = {

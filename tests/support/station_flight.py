@@ -49,14 +49,16 @@ class StationFlight(SimulatedFlight):
             return (x, 900.0 if y < 0.0 else -900.0, 70.0)
         return (x, y + (far_m if y < 15.0 else -far_m), 4.0 if self.kind == "copter" else 0.0)
 
+    def goal(self, place: Vector3, by_mission: bool) -> Request:
+        """A goal to one place."""
+        if not by_mission:
+            return self.request(*place, speed=3.0 if self.hovers else 0.0)
+        waypoint = WaypointRequest(place, acceptance_radius_m=2.0 if self.hovers else 60.0)
+        return WaypointsRequest((waypoint,), by_mission=True)
+
     def begin(self, by_mission: bool, far_m: float = 30.0) -> str:
         """Start a goal to a place far off; it is under way when this returns."""
-        place = self.far(far_m)
-        request: Request = self.request(*place, speed=3.0 if self.hovers else 0.0)
-        if by_mission:
-            waypoint = WaypointRequest(place, acceptance_radius_m=2.0 if self.hovers else 60.0)
-            request = WaypointsRequest((waypoint,), by_mission=True)
-        goal_id = self.start(request)
+        goal_id = self.start(self.goal(self.far(far_m), by_mission))
         self.run_until(lambda: self.status(goal_id) == "NAVIGATING", 120.0)
         self.run_for(3.0)
         assert self.status(goal_id) == "NAVIGATING", self.outputs[-3:]
@@ -125,6 +127,14 @@ class StationFlight(SimulatedFlight):
             x=_INT32_MAX, y=_INT32_MAX, z=math.nan,
         )  # fmt: skip
         self.tell(message, **how)  # type: ignore[arg-type]
+
+    def reposition(self, latitude_deg: float, longitude_deg: float, amsl_m: float) -> None:
+        """DO_REPOSITION to a place, with the change of mode."""
+        message = make(
+            "COMMAND_INT", **TARGET, frame=0, command=mavlink.MAV_CMD_DO_REPOSITION, param1=-1.0,
+            param2=1.0, x=round(latitude_deg * 1e7), y=round(longitude_deg * 1e7), z=amsl_m,
+        )  # fmt: skip
+        self.tell(message)
 
     def mode(self, name: str | None, **how: object) -> None:
         """DO_SET_MODE by name."""

@@ -24,6 +24,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.client import Client
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
@@ -190,10 +191,8 @@ class GoalServers:
         # the parked execute callbacks are tasks of the executor, outside this group.
         group = MutuallyExclusiveCallbackGroup()
         self._servers = [self._serve(kind, group) for kind in ACTIONS]
-        self._cancellers = {
-            kind.name: node.create_client(CancelGoal, f"{kind.name}/_action/cancel_goal")
-            for kind in ACTIONS
-        }
+        # By action, made with the first goal of each: most of a fleet's are never needed.
+        self._cancellers: dict[str, Client] = {}
 
     def _serve(self, kind: ActionKind, group: MutuallyExclusiveCallbackGroup) -> ActionServer:
         return _CompleteCancelActionServer(
@@ -228,6 +227,9 @@ class GoalServers:
 
     def _on_accepted(self, kind: ActionKind, handle: ServerGoalHandle) -> None:
         goal_id = bytes(handle.goal_id.uuid).hex()
+        if kind.name not in self._cancellers:
+            service = f"{kind.name}/_action/cancel_goal"
+            self._cancellers[kind.name] = self._node.create_client(CancelGoal, service)
         with self._lock:
             self._sessions[goal_id] = _Session(kind, handle, self._clock.now())
         request = self._request(kind, handle.request)
@@ -287,7 +289,11 @@ class GoalServers:
             return
         request = CancelGoal.Request()
         request.goal_info.goal_id = session.handle.goal_id
-        self._cancellers[session.kind.name].call_async(request)
+        try:
+            self._cancellers[session.kind.name].call_async(request)
+        except rclpy_implementation.RCLError as error:
+            # The goal's end makes up for it; the vehicle is stopping already.
+            self._node.get_logger().warning(f"A cancel could not be sent: {error}")
 
     def finish(self, finished: GoalFinished) -> None:
         """Let the goal's execute callback return its result."""

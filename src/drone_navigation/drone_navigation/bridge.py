@@ -438,6 +438,7 @@ class Bridge:
     def _end(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         """End the active goal, leaving a vehicle that still obeys us standing still."""
         self._goal = None
+        outcome = self._stations.name(outcome, now)
         vehicle = self._vehicle
         if goal.operation is not None:
             vehicle.cancel_operation(now)

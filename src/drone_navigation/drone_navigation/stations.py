@@ -12,7 +12,6 @@ alone: nothing is sent that moves it, until the station lets it go on or another
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import Enum, auto
 
 from drone_navigation import notes
 from drone_navigation.goal import ActiveGoal, LogLevel, Yielded
@@ -20,10 +19,19 @@ from drone_navigation.observation import vehicle_mode
 from drone_navigation.parking import Parking
 from drone_navigation.reporting import Reporter
 from drone_navigation.settings import StationPause
+from drone_navigation.station_rules import (
+    STOPS,
+    Consequence,
+    consequence,
+    note_text,
+    sends_elsewhere,
+    stays_paused,
+    told,
+    working_mode,
+)
 from drone_navigation.takeover import Takeover
 from drone_navigation.traits import traits_of
 from mavlink_vehicle.events import ModeChanged, StationAct, StationActed
-from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Observation, Outcome, VehicleMode
@@ -34,48 +42,6 @@ from navigation_core.tasks.measurement import is_airborne, measured_speed
 # A change of mode that a command brings is seen within this time of it: HEARTBEAT comes once a
 # second, and a link has its delay.
 _BRINGS_S = 2.0
-_STOPS = frozenset({StationAct.CLEARED_MISSION, StationAct.REPLACED_MISSION, StationAct.PAUSED})
-
-
-class Consequence(Enum):
-    """What an act is to a goal."""
-
-    NOTE = auto()
-    """It is told, and names who did it if the mode changes."""
-    CANCEL = auto()
-    PAUSE = auto()
-    GO_ON = auto()
-
-
-def consequence(
-    acted: StationActed, goal: ActiveGoal, on_pause: StationPause, profile: Profile | None
-) -> Consequence:
-    """Say what an act is to a goal.
-
-    A landing and a return go on whatever becomes of the mission, and through a pause that the
-    vehicle does not follow: with an empty battery they are what keeps it safe.
-    """
-    act = acted.act
-    if goal.ending:
-        return Consequence.NOTE
-    if act is StationAct.CONTINUED:
-        goes_on = goal.paused_by and not _starts_mission(acted, goal, profile)
-        return Consequence.GO_ON if goes_on else Consequence.NOTE
-    if goal.plan is None or act not in _STOPS:
-        return Consequence.NOTE
-    if act is StationAct.REPLACED_MISSION:
-        return Consequence.NOTE if goal.mission is None else Consequence.CANCEL
-    if act is StationAct.PAUSED and on_pause is StationPause.PAUSE:
-        return Consequence.PAUSE
-    return Consequence.CANCEL
-
-
-def told(acted: StationActed) -> str:
-    """Return a sentence: which system did what, and how."""
-    who = "A station that was not seen"
-    if acted.station is not None:
-        who = f"Station {acted.station[0]}/{acted.station[1]}"
-    return f"{who} {acted.act.value} ({acted.how})."
 
 
 class Stations:
@@ -108,12 +74,12 @@ class Stations:
         self._follow_pause(acted)
         sentence = told(acted)
         self._report.log(LogLevel.WARN if goal is not None else LogLevel.INFO, sentence)
-        self._report.note(notes.text(_note(acted)))
+        self._report.note(notes.text(note_text(acted)))
         if goal is None:
             return
         self._report.remark(goal, sentence)
-        what = consequence(acted, goal, on_pause, self._vehicle.profile)
-        if goal.takeover is None and _sends_elsewhere(acted, self._vehicle):
+        what = consequence(acted, goal, on_pause, self._vehicle)
+        if goal.takeover is None and sends_elsewhere(acted, self._vehicle):
             goal.takeover = Takeover("", now, sentence)
             self._let_go(goal, now)
             return
@@ -138,18 +104,19 @@ class Stations:
         """Take a change of mode that we did not ask for; True if a station's act explains it."""
         if goal is None:
             return False
+        acted = self._recent(now)
         if self._holds_in(event.name):
-            acted = self._recent(now)
-            if goal.plan is None and not goal.ending and acted is not None and acted.act in _STOPS:
+            if acted is None or acted.act not in STOPS:
+                return bool(goal.cancelled_by)
+            if goal.plan is None and not goal.ending:
                 self._cancel(goal, told(acted), now)
             return bool(goal.cancelled_by or goal.paused_by)
         mode = vehicle_mode(self._vehicle.profile, event.name)
-        if mode is not _working_mode(goal) or goal.ending or _stays_paused(goal):
+        if mode is not working_mode(goal) or goal.ending or stays_paused(goal):
             return False
         if goal.paused_by:
             self._go_on(goal, now)
             return True
-        acted = self._recent(now)
         return acted is not None and acted.act is StationAct.CONTINUED
 
     def leave_mode(self) -> None:
@@ -161,6 +128,14 @@ class Stations:
         acted = self._recent(now)
         goal.takeover = Takeover(event.name, now, "" if acted is None else told(acted))
         self._let_go(goal, now)
+
+    def name(self, outcome: Outcome, now: float) -> Outcome:
+        """Add who was seen to take the vehicle away, to an end that comes of that."""
+        acted = self._recent(now)
+        taken = outcome.code in (OutcomeCode.DISARMED, OutcomeCode.PILOT_OVERRIDE)
+        if acted is None or not taken or acted.act is not StationAct.CHANGED_MODE:
+            return outcome
+        return replace(outcome, message=f"{outcome.message} {told(acted)}")
 
     # --- a vehicle that is left alone -----------------------------------------------------
 
@@ -281,37 +256,11 @@ class Stations:
         """Whether the change of mode that was seen before it is what this act brings."""
         mode = vehicle_mode(self._vehicle.profile, takeover.mode_name)
         if acted.act is StationAct.CONTINUED:
-            goes_on = goal.paused_by and not _stays_paused(goal)
-            return bool(goes_on) and mode is _working_mode(goal)
-        return acted.act in _STOPS and self._holds_in(takeover.mode_name)
+            goes_on = goal.paused_by and not stays_paused(goal)
+            return bool(goes_on) and mode is working_mode(goal)
+        return acted.act in STOPS and self._holds_in(takeover.mode_name)
 
     def _holds_in(self, mode_name: str) -> bool:
         """Whether it holds in this mode; a PX4 plane is flown by us in the same one."""
         profile = self._vehicle.profile
         return profile is not None and mode_name == profile.hold_mode
-
-
-def _starts_mission(acted: StationActed, goal: ActiveGoal, profile: Profile | None) -> bool:
-    """Whether it starts the stored mission, where the goal flies none."""
-    mode = None if profile is None else profile.mission_mode
-    return goal.mission is None and acted.how.split()[-1] in ("MISSION_START", mode)
-
-
-def _sends_elsewhere(acted: StationActed, vehicle: Vehicle) -> bool:
-    """Whether it sends the vehicle to another place in the mode that it is in already."""
-    in_mode = acted.mode is not None and acted.mode == vehicle.state.custom_mode
-    return in_mode and acted.how.startswith("DO_REPOSITION")
-
-
-def _stays_paused(goal: ActiveGoal) -> bool:
-    """Whether the pause service keeps it from the mode in which the vehicle flies by itself."""
-    return goal.paused_by_client and goal.mission is not None
-
-
-def _working_mode(goal: ActiveGoal) -> VehicleMode:
-    return VehicleMode.CONTROL if goal.mission is None else VehicleMode.MISSION
-
-
-def _note(acted: StationActed) -> str:
-    who = "?" if acted.station is None else f"{acted.station[0]}/{acted.station[1]}"
-    return f"station {who} {acted.how}"

@@ -82,6 +82,7 @@ class FlyMission(WithoutSetpoints):
         self._operation: Operation | None = None
         self._armed_by_us = False
         self._stored = False
+        self._left_mode = False
         self._started = False
         self._cancel_asked = False
         self._pause_asked = False
@@ -418,6 +419,14 @@ class FlyMission(WithoutSetpoints):
 
     def _clear(self, observation: Observation, now: float) -> _Answer:
         assert self._ending is not None
+        # A PX4 that stands in its mission mode without a mission will not arm again.
+        stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
+        if stands_in_mode and not self._left_mode:
+            hold = Perform(OperationKind.HOLD)
+            answer = self._perform(hold, self._ending.code, observation, now, _CLEAR_S)
+            if answer is not None and not isinstance(answer, Outcome):
+                return answer
+            self._left_mode = True
         changed = observation.mission is not None and observation.mission.changed
         if not self._stored or changed:
             return self._ending
