@@ -127,6 +127,27 @@ def test_strangers_on_the_port_of_a_vehicle_are_counted_with_it() -> None:
         party.close()
 
 
+def test_a_link_has_one_number_in_signatures_whoever_comes_and_goes() -> None:
+    """An autopilot follows 16 streams and no more; a peer that reconnects must not be a new one."""
+    links = [open_link("udpin://127.0.0.1:0") for _ in range(2)]
+    signing = Signing(KEY, lambda: NOW_UNIX_S)
+    router = Router(links[:1], lambda: Codec(1, 191, signing), links[1:])
+    numbers: list[set[int]] = [set(), set()]
+    for turn in range(20):
+        for link, seen in zip(links, numbers, strict=True):
+            assert isinstance(link, UdpLink)
+            peer = HostileStation(link.port)
+            peer.write(b"-")
+            router.poll(turn * 40.0)
+            router.receive(turn * 40.0)
+            router.overhear(turn * 40.0)
+            router.send(make("HEARTBEAT", type=6))
+            seen.update(frame[-13] for frame in peer.read())
+            peer.close()
+    assert numbers == [{0}, {1}]
+    router.close()
+
+
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 def test_a_vehicle_with_another_key_is_never_heard(autopilot: str) -> None:
     flight = SignedFlight(autopilot, vehicle_key=bytes(range(32)))

@@ -179,6 +179,9 @@ class Codec:
 
     Attributes:
         statistics: what was met so far.
+        link_id: what signatures name as the link, 0 to 255. The same for all endpoints of a link,
+            however often they come and go: MAVLink's C library, and so an autopilot, follows 16
+            streams (MAVLINK_MAX_SIGNING_STREAMS) and refuses any further one until it restarts.
         frame_observer: called with the raw bytes of each frame that was received, known to
             the dialect or not, SETUP_SIGNING excepted; a recorder goes here.
         unknown_observer: called with the raw bytes of each frame that the dialect lacks.
@@ -199,6 +202,7 @@ class Codec:
             if not 1 <= number <= 255:
                 raise MessageError(f"A MAVLink {what} id is 1 to 255, not {number}.")
         self.statistics = CodecStatistics()
+        self.link_id = 0
         self.frame_observer: Callable[[bytes], None] | None = None
         self.unknown_observer: Callable[[bytes], None] | None = None
         self._source = (source_system, source_component)
@@ -208,7 +212,6 @@ class Codec:
         if signing is not None:
             self._packer.signing.secret_key = signing.key
             self._packer.signing.sign_outgoing = True
-            self._packer.signing.link_id = signing.new_link_id()
         self._next_sequence: dict[tuple[int, int], int] = {}
         self._last_sequence: dict[tuple[int, int], int] = {}
 
@@ -226,6 +229,7 @@ class Codec:
         packer.srcSystem, packer.srcComponent = source
         packer.seq = self._next_sequence.get(source, 0)
         if self._signing is not None:
+            packer.signing.link_id = self.link_id
             packer.signing.timestamp = self._signing.next_timestamp()
         try:
             frame: bytes = message.pack(packer)

@@ -59,12 +59,6 @@ class Signing:
         self._last = 0
         self._streams: dict[bytes, int] = {}
         self._forgotten = 0
-        self._links = 0
-
-    def new_link_id(self) -> int:
-        """Return the link id, 0 to 255, for one more endpoint that is sent to."""
-        self._links += 1
-        return (self._links - 1) % 256
 
     def next_timestamp(self) -> int:
         """Return the time for a frame to send, 10 us since 2015: each later than the last."""

