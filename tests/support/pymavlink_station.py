@@ -34,9 +34,13 @@ class PymavlinkStation:
         """Send bytes as they are."""
         self._link.write(data)
 
+    def try_to_hear(self, name: str | list[str], timeout_s: float) -> Any:
+        """Wait for a message of these kinds; None if none comes."""
+        return self._link.recv_match(type=name, blocking=True, timeout=timeout_s)
+
     def hear(self, name: str | list[str], timeout_s: float = 10.0) -> Any:
         """Wait for a message of these kinds, which must be rightly signed if there is a key."""
-        message = self._link.recv_match(type=name, blocking=True, timeout=timeout_s)
+        message = self.try_to_hear(name, timeout_s)
         assert message is not None, f"no {name} came"
         return message
 

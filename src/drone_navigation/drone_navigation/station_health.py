@@ -11,6 +11,7 @@ COUNTS = {
     "unknown": "messages of unknown kind since start",
     "forwarded": "passed on since start",
     "sent": "sent there since start",
+    "unsent": "could not be sent there since start",
     "lost_total": "lost since start",
     "bad_crc": "bad checksums since start",
     "bytes_dropped": "bytes outside frames since start",

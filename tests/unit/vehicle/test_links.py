@@ -157,7 +157,7 @@ def test_udpin_learns_whom_to_answer_and_answers_all(opened: Callable[..., UdpLi
     reports: list[str] = []
     link = opened("udpin://127.0.0.1:0", reports.append)
     assert link.is_open
-    link.send(b"nobody hears this")
+    assert not link.send(b"nobody hears this")
     peers = [opened(f"udpout://127.0.0.1:{link.port}") for _ in range(2)]
     for number, peer in enumerate(peers):
         peer.send(b"hello%d" % number)
@@ -243,7 +243,7 @@ def test_tcp_passes_a_stream_both_ways_and_to_all(opened: Callable[..., TcpInLin
     listener = opened("tcpin://127.0.0.1:0")
     callers = [opened(f"tcpout://127.0.0.1:{listener.port}") for _ in range(2)]
     assert not callers[0].is_open
-    callers[0].send(b"dropped, as it isn't connected yet")
+    assert not callers[0].send(b"dropped, as it isn't connected yet")
     until(lambda: all(caller.is_open for caller in callers), *callers)
     long = bytes(range(256)) * 40
     callers[0].send(long)
@@ -284,8 +284,9 @@ def test_tcp_drops_whole_frames_when_the_peer_does_not_read(
     until(lambda: caller.is_open, caller)
     until(lambda: not listener.receive() and len(listener.filenos()) == 2, listener)
     frame = b"<" + bytes(1022) + b">"
-    for _ in range(20_000):  # 20 MB: more than any buffer holds
-        listener.send(frame)
+    taken = [listener.send(frame) for _ in range(20_000)]  # 20 MB: more than any buffer holds
+    assert taken[0]
+    assert not taken[-1]
     received = b""
     quiet = 0
     while quiet < 20:
@@ -321,7 +322,7 @@ def test_serial_passes_bytes_both_ways(
     reports: list[str] = []
     link = opened(f"serial://{name}:57600", reports.append)
     assert link.fileno() == -1
-    link.send(b"dropped, as it isn't open yet")
+    assert not link.send(b"dropped, as it isn't open yet")
     link.poll(0.0)
     assert link.is_open
     assert reports == [f"serial://{name}:57600: open."]

@@ -12,7 +12,7 @@ import pytest
 
 from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_EXPIRY_S
-from mavlink_vehicle.io.router import NEIGHBOUR_BURST, STATION_BURST
+from mavlink_vehicle.io.ports import NEIGHBOUR_BURST, STATION_BURST
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.signing import Signing
 from tests.support.router_bench import (

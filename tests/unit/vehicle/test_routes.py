@@ -287,6 +287,43 @@ def test_never_back_never_twice_and_by_name_only_to_where_it_was_heard(
             assert not system or spoken_of or not endpoint.station
 
 
+CHANGES = st.one_of(
+    st.tuples(st.just("frame"), st.integers(0, 3), SOURCES),
+    st.tuples(st.just("remove"), st.integers(0, 3), SOURCES),
+    st.tuples(st.just("expire"), st.integers(0, 3), SOURCES),
+    st.tuples(st.just("claim"), st.integers(0, 3), SOURCES),
+)
+
+
+@given(st.lists(CHANGES, max_size=60))
+def test_ways_lead_only_to_endpoints_that_are_there_and_have_heard_who_is_meant(
+    changes: list[tuple[str, int, tuple[int, int]]],
+) -> None:
+    table: RoutingTable[Endpoint] = RoutingTable()
+    here = [Endpoint(station=index > 1) for index in range(4)]
+    for endpoint in here:
+        table.add(endpoint)
+    for now, (what, index, source) in enumerate(changes):
+        if what == "frame":
+            table.admit(here[index], b"%d" % now, source, 10.0 * now)
+        elif what == "remove":
+            table.remove(here[index])
+            here[index] = Endpoint(station=index > 1)
+            table.add(here[index])
+        elif what == "expire":
+            table.expire(10.0 * now)
+        else:
+            table.claim(source)
+        for system in (1, 2, 3):
+            for component in (0, 1, 2):
+                ways = table.ways_to(system, component)
+                assert all(way in here for way in ways)
+                assert all(any(who[0] == system for who in way.sources) for way in ways)
+                exact = [way for way in ways if (system, component) in way.sources]
+                if (system, component) in table.ours:
+                    assert not any(way.sources[system, component].current for way in exact)
+
+
 # Floods
 
 

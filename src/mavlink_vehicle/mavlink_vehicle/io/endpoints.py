@@ -19,6 +19,7 @@ class LinkStatistics(CodecStatistics):
     Attributes:
         forwarded: frames that came here and were passed on to other endpoints.
         sent: frames that went out here, our own and forwarded ones.
+        unsent: did not go out here: no room, not connected, or nobody there.
         looped: dropped, because we had sent them ourselves.
         duplicates: dropped, because the same frame had just come by another endpoint.
         spoofed: dropped, because a ground station spoke in the name of a vehicle, or in ours.
@@ -29,6 +30,7 @@ class LinkStatistics(CodecStatistics):
 
     forwarded: int = 0
     sent: int = 0
+    unsent: int = 0
     looped: int = 0
     duplicates: int = 0
     spoofed: int = 0

@@ -13,21 +13,16 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from mavlink_vehicle.codec import TARGETED, Codec, Message, mavlink
-from mavlink_vehicle.io.endpoints import Endpoint, LinkStatistics, TokenBucket, count_frames
+from mavlink_vehicle.io.endpoints import LinkStatistics, TokenBucket, count_frames
 from mavlink_vehicle.io.links import Link, Peer
+from mavlink_vehicle.io.ports import PeerEndpoint, Port, RouterStatistics
 from mavlink_vehicle.io.routes import RoutingTable
 from mavlink_vehicle.io.tlog import TlogWriter
 
 MakeCodec: TypeAlias = Callable[[], Codec]
 
-STATION_FRAMES_HZ, STATION_BURST = 500.0, 1000.0
-"""What a ground station may send: several times what uploads and joysticks need."""
-
-NEIGHBOUR_FRAMES_HZ, NEIGHBOUR_BURST = 3000.0, 6000.0
-"""What a vehicle may send that shares its port with others: thirty times its telemetry."""
-
 STATIONS_FRAMES_HZ, STATIONS_BURST = 2000.0, 4000.0
-"""The same for all ground stations together, however many there are."""
+"""What all ground stations together may send, however many there are."""
 
 STATION_COPIES_HZ, STATION_COPIES_BURST = 4000.0, 1000.0
 """Frames passed on to all ground stations together, each some 10 to 20 us of work: four stations
@@ -38,101 +33,6 @@ _EXPIRY_CHECK_S = 1.0
 _HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _SETUP_SIGNING = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 _NO_AUTOPILOT = mavlink.MAV_AUTOPILOT_INVALID
-
-
-class _PeerEndpoint(Endpoint):
-    """A peer of a link, with its own codec."""
-
-    def __init__(self, port: _Port, peer: Peer, codec: Codec) -> None:
-        super().__init__(port.station)
-        self.link = port.link
-        self.peer = peer
-        self.codec = codec
-        rate_hz, burst = NEIGHBOUR_FRAMES_HZ, NEIGHBOUR_BURST
-        if port.station:
-            rate_hz, burst = STATION_FRAMES_HZ, STATION_BURST
-        self.bucket = TokenBucket(rate_hz, burst)
-
-    def send(self, frame: bytes) -> None:
-        self.counts.sent += 1
-        self.link.send(frame, self.peer)
-
-    def statistics(self) -> LinkStatistics:
-        total = LinkStatistics()
-        total.add(self.codec.statistics)
-        total.add(self.counts)
-        return total
-
-    def statistics_of(self, system: int) -> LinkStatistics:
-        """What of its counts is of one system; what has no sender is of all."""
-        total = self.statistics()
-        total.frames = sum(h.frames for (number, _), h in self.sources.items() if number == system)
-        total.lost = {source: n for source, n in total.lost.items() if source[0] == system}
-        return total
-
-    def systems(self) -> set[int]:
-        return {system for system, _ in self.sources}
-
-
-class _Port:
-    """A link, and the endpoints that its peers are."""
-
-    def __init__(self, link: Link, station: bool) -> None:
-        self.link = link
-        self.station = station
-        self.endpoints: dict[Peer, _PeerEndpoint] = {}
-        self.peers: tuple[Peer, ...] = ()
-        self.gone = LinkStatistics()
-        self.strangers = LinkStatistics()
-        self.resume_s = -math.inf
-
-    def statistics(self) -> LinkStatistics:
-        total = LinkStatistics()
-        total.add(self.gone)
-        for endpoint in self.endpoints.values():
-            total.add(endpoint.statistics())
-        return total
-
-
-class RouterStatistics:
-    """What was counted since the start; read it on the router's thread."""
-
-    def __init__(self, vehicle_ports: list[_Port], station_ports: list[_Port]) -> None:
-        """Look at these ports from now on."""
-        self._vehicle_ports = vehicle_ports
-        self._station_ports = station_ports
-        self.gone: dict[int, LinkStatistics] = {}
-
-    def vehicle_links(self) -> list[tuple[str, LinkStatistics]]:
-        """Return URL and counts of each vehicle link."""
-        return [(port.link.description, port.statistics()) for port in self._vehicle_ports]
-
-    def station_links(self) -> list[tuple[str, LinkStatistics]]:
-        """Return URL and counts of each station link."""
-        return [(port.link.description, port.statistics()) for port in self._station_ports]
-
-    def of_system(self, system: int) -> LinkStatistics:
-        """Return the counts of a vehicle's endpoints; of all vehicle links for system 0.
-
-        Whoever was never understood on the vehicle's link, as for want of the key, is counted, too.
-        """
-        total = LinkStatistics()
-        if system == 0:
-            for _, statistics in self.vehicle_links():
-                total.add(statistics)
-            return total
-        total.add(self.gone.get(system, LinkStatistics()))
-        for port in self._vehicle_ports:
-            endpoints = port.endpoints.values()
-            heard = [endpoint for endpoint in endpoints if system in endpoint.systems()]
-            for endpoint in heard:
-                total.add(endpoint.statistics_of(system))
-            if heard:
-                total.add(port.strangers)
-                for endpoint in endpoints:
-                    if not endpoint.sources:
-                        total.add(endpoint.statistics())
-        return total
 
 
 class Router:
@@ -162,13 +62,13 @@ class Router:
                 times as much.
         """
         self._vehicles = vehicles
-        self._vehicle_ports = [_Port(link, station=False) for link in vehicle_links]
-        self._station_ports = [_Port(link, station=True) for link in station_links]
+        self._vehicle_ports = [Port(link, station=False) for link in vehicle_links]
+        self._station_ports = [Port(link, station=True) for link in station_links]
         self._ports = [*self._vehicle_ports, *self._station_ports]
         self._make_codec = make_codec
         self._recorder = recorder
         self._failure_told = False
-        self._table: RoutingTable[_PeerEndpoint] = RoutingTable()
+        self._table: RoutingTable[PeerEndpoint] = RoutingTable()
         self._unknown: list[bytes] = []
         self._stations_bucket = TokenBucket(STATIONS_FRAMES_HZ, STATIONS_BURST)
         self._copies = TokenBucket(STATION_COPIES_HZ, STATION_COPIES_BURST)
@@ -267,10 +167,10 @@ class Router:
         if self._recorder is not None:
             self._recorder.close()
 
-    def _take(self, port: _Port, messages: list[Message], now: float) -> None:
+    def _take(self, port: Port, messages: list[Message], now: float) -> None:
         """Receive from a link, and pass on."""
         link = port.link
-        endpoint: _PeerEndpoint | None = None
+        endpoint: PeerEndpoint | None = None
         last: Peer = None
         limited = alone = False
         for data, peer in link.receive():
@@ -291,7 +191,7 @@ class Router:
             self._follow_peers(port)
 
     def _admit_alone(
-        self, endpoint: _PeerEndpoint, messages: list[Message], now: float
+        self, endpoint: PeerEndpoint, messages: list[Message], now: float
     ) -> list[Message]:
         """Take what comes where there is nobody to pass it on to; most telemetry does."""
         sources = endpoint.sources
@@ -305,7 +205,7 @@ class Router:
             heard.heard_s = now
         return messages
 
-    def _is_flooded(self, port: _Port, endpoint: _PeerEndpoint, data: bytes) -> bool:
+    def _is_flooded(self, port: Port, endpoint: PeerEndpoint, data: bytes) -> bool:
         """Tell whether data must be dropped because its sender sends too much."""
         count = count_frames(data)
         speakers = 1 if port.station else max(1, min(len(endpoint.sources), self._vehicles))
@@ -318,7 +218,7 @@ class Router:
             port.resume_s = self._now + _PAUSE_S
         return True
 
-    def _pass_message(self, origin: _PeerEndpoint, message: Message, now: float) -> bool:
+    def _pass_message(self, origin: PeerEndpoint, message: Message, now: float) -> bool:
         """Learn from a message, and pass it on; False if it must be dropped."""
         header, frame = message._header, message._msgbuf
         if not self._table.admit(origin, frame, (header.srcSystem, header.srcComponent), now):
@@ -331,7 +231,7 @@ class Router:
             self._pass_on(origin, frame, *_target(message))
         return True
 
-    def _pass_unknown(self, origin: _PeerEndpoint, now: float) -> None:
+    def _pass_unknown(self, origin: PeerEndpoint, now: float) -> None:
         """Pass on frames of which nobody can tell for whom they are: to all."""
         for frame in self._unknown:
             system, component = frame[5:7] if frame[0] == 0xFD else frame[3:5]
@@ -339,7 +239,7 @@ class Router:
                 self._pass_on(origin, frame, 0, 0)
         self._unknown.clear()
 
-    def _pass_on(self, origin: _PeerEndpoint, frame: bytes, system: int, component: int) -> None:
+    def _pass_on(self, origin: PeerEndpoint, frame: bytes, system: int, component: int) -> None:
         found = self._table.destinations(origin, system, component)
         for endpoint in found:
             if endpoint.station and not self._copies.take(1, self._now):
@@ -353,17 +253,17 @@ class Router:
         elif origin.station and system and (system, component) not in self._table.ours:
             origin.counts.unrouted += 1
 
-    def _join(self, port: _Port, peer: Peer) -> _PeerEndpoint:
+    def _join(self, port: Port, peer: Peer) -> PeerEndpoint:
         codec = self._make_codec()
         codec.link_id = self._ports.index(port) % 256
         codec.unknown_observer = self._unknown.append
         if self._recorder is not None and not port.station:
             codec.frame_observer = self._recorder.write
-        endpoint = port.endpoints[peer] = _PeerEndpoint(port, peer, codec)
+        endpoint = port.endpoints[peer] = PeerEndpoint(port, peer, codec)
         self._table.add(endpoint)
         return endpoint
 
-    def _follow_peers(self, port: _Port) -> None:
+    def _follow_peers(self, port: Port) -> None:
         """Let the endpoints be the link's peers of now."""
         port.peers = peers = port.link.peers
         for peer in peers:

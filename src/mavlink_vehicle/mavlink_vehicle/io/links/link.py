@@ -52,8 +52,8 @@ class Link(Protocol):
     def receive(self) -> list[tuple[bytes, Peer]]:
         """Return what has come, datagrams or pieces of a stream, and from whom."""
 
-    def send(self, data: bytes, peer: Peer = None) -> None:
-        """Send to one peer, or to all of them.
+    def send(self, data: bytes, peer: Peer = None) -> bool:
+        """Send to one peer, or to all of them; False if none could be sent to.
 
         What can't be sent now is dropped, as MAVLink repeats what matters.
         """

@@ -86,22 +86,24 @@ class SerialLink:
             self._lose(error)
         return pieces
 
-    def send(self, data: bytes, peer: Peer = None) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> bool:
         """Send; dropped while the device is closed or its buffer is full."""
         if not self._open:
-            return
-        if len(self._unsent) > _MAX_UNSENT:
+            return False
+        room = len(self._unsent) <= _MAX_UNSENT
+        if not room:
             data = b""  # it is stuck; drop whole frames
         self._unsent += data
         try:
             # Not by pyserial, which waits for room even when told not to.
             sent = os.write(self._port.fileno(), self._unsent) if self._unsent else 0
         except BlockingIOError:
-            return
+            return room
         except OSError as error:
             self._lose(error)
-            return
+            return False
         self._unsent = self._unsent[sent:]
+        return room
 
     def poll(self, now: float) -> float | None:
         """Open the device if it isn't."""

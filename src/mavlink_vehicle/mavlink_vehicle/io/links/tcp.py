@@ -53,9 +53,17 @@ class _Stream:
                 break
         return True
 
+    @property
+    def has_room(self) -> bool:
+        """Whether the next frame will be sent or kept."""
+        return len(self._unsent) <= _MAX_UNSENT
+
     def send(self, data: bytes) -> bool:
-        """Send, or keep for later; frames that find no room are dropped whole."""
-        if len(self._unsent) > _MAX_UNSENT:
+        """Send, or keep for later; False when the peer is gone.
+
+        Frames that find no room are dropped whole.
+        """
+        if not self.has_room:
             data = b""
         unsent = self._unsent + data
         try:
@@ -118,10 +126,15 @@ class TcpOutLink:
             self._lose()
         return pieces
 
-    def send(self, data: bytes, peer: Peer = None) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> bool:
         """Send; dropped while not connected."""
-        if self._stream is not None and not self._stream.send(data):
-            self._lose()
+        if self._stream is None:
+            return False
+        room = self._stream.has_room
+        if self._stream.send(data):
+            return room
+        self._lose()
+        return False
 
     def poll(self, now: float) -> float | None:
         """Connect, or look whether the connection stands."""
@@ -258,12 +271,18 @@ class TcpInLink:
                 self._drop(client)
         return pieces
 
-    def send(self, data: bytes, peer: Peer = None) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> bool:
         """Send to a peer, or to all."""
-        clients = self._clients
+        clients, sent = self._clients, False
         for client in tuple(clients.values()) if peer is None else (clients.get(peer),):
-            if client is not None and not client.send(data):
+            if client is None:
+                continue
+            room = client.has_room
+            if client.send(data):
+                sent = sent or room
+            else:
                 self._drop(client)
+        return sent
 
     def poll(self, now: float) -> float | None:
         """Nothing is ever due."""

@@ -62,8 +62,9 @@ class TlogLink:
         self._next = max(self._next, stop)
         return [(packet, None) for _, packet in due]
 
-    def send(self, data: bytes, peer: Peer = None) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> bool:
         """Nobody is there."""
+        return False
 
     def poll(self, now: float) -> float | None:
         """See what is due; return when the next packet is."""

@@ -117,16 +117,19 @@ class UdpLink:
                 break
         return datagrams
 
-    def send(self, data: bytes, peer: Peer = None) -> None:
+    def send(self, data: bytes, peer: Peer = None) -> bool:
         """Send to a peer, or to all that have spoken lately."""
+        sent = False
         for address in self._peers if peer is None else (peer,):
             try:
                 if address is None:
                     self._socket.send(data)
                 else:
                     self._socket.sendto(data, address)
+                sent = True
             except OSError:  # full, or nobody there: as good as lost on the way
                 continue
+        return sent
 
     def poll(self, now: float) -> float | None:
         """Forget who is silent. That may be late, so there is no deadline."""
