@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -156,3 +157,21 @@ def test_each_of_several_vehicles_is_checked(fleet: FleetFlight) -> None:
     assert check.wait(80.0) == 0, check.text
     reports = json.loads(check.text[check.text.index("{\n") :])
     assert {name: report["verdict"] for name, report in reports.items()} == {"a": 0, "b": 0}
+
+
+def test_a_server_that_is_stopped_ends_the_goals_of_all_and_then_itself(
+    fleet: FleetFlight,
+) -> None:
+    records = fly_all(fleet, {"copter": (40.0, 0.0, 4.0), "px4": (40.0, 0.0, 4.0)})
+    fleet.wait(
+        lambda: all(record.feedback for record in records.values()), FLIGHT_TIMEOUT_S, "feedback"
+    )
+    fleet.server.signal(signal.SIGINT)
+    fleet.wait(
+        lambda: all(record.result is not None for record in records.values()),
+        FLIGHT_TIMEOUT_S,
+        "the end of all goals",
+    )
+    for name, record in records.items():
+        assert record.result.message.startswith("SHUTTING_DOWN"), (name, record.result.message)
+    assert fleet.server.wait(30.0) == 0

@@ -181,6 +181,7 @@ class GoalServers:
     ) -> None:
         """Offer the actions on ``node``; poses are told in ``frames``."""
         self._frames = frames
+        self._closed = False
         self._node = node
         self._bridge = bridge
         self._driver = driver
@@ -210,6 +211,9 @@ class GoalServers:
     # --- executor threads --------------------------------------------------------------
 
     def _on_goal(self, request: Request) -> GoalResponse:
+        if self._closed:
+            self._node.get_logger().warning("Goal rejected: the server is being stopped")
+            return GoalResponse.REJECT
         try:
             rejection: Rejection | None = self._driver.call(
                 lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
@@ -304,6 +308,10 @@ class GoalServers:
         session.done.set()
 
     # --- main thread --------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Take no more goals; those that were accepted go on."""
+        self._closed = True
 
     def abandon(self, code: OutcomeCode, text: str) -> None:
         """End every goal that is still open, without the bridge: it no longer runs."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 
@@ -101,10 +102,12 @@ class NavigationServer:
     def stop(self) -> None:
         """Bring the vehicles to a stop, end their goals, and close everything; bounded in time."""
         self._stop_goals()
-        for vehicle in self._vehicles:
-            vehicle.stop(_STOP_TIMEOUT_S)
+        spinners: list[VehicleNode | Spinner] = [*self._vehicles]
         if self._spinner is not None:
-            self._spinner.stop(_STOP_TIMEOUT_S)
+            spinners.append(self._spinner)
+        with ThreadPoolExecutor(len(spinners)) as together:
+            for spinner in spinners:
+                together.submit(spinner.stop, _STOP_TIMEOUT_S)
         self._driver.stop(_STOP_TIMEOUT_S)
 
     def _stop_goals(self) -> None:

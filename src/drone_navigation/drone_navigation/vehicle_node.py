@@ -103,7 +103,9 @@ class VehicleNode:
         self._spinner.start()
 
     def shut_down(self) -> None:
-        """Have the vehicle brought to a stop, and its goal ended."""
+        """Take no more goals, and have the vehicle brought to a stop and its goal ended."""
+        if self._server is not None:
+            self._server.close()
         self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
 
     def is_idle(self) -> bool:
