@@ -7,15 +7,16 @@ import signal
 import pytest
 
 from drone_navigation.processes import Process
-from tests.support.ros_flight import READY_TIMEOUT_S, Flight
+from tests.support.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
-pytestmark = pytest.mark.xdist_group("ros_client")
+# Each waits for a take-off and then for a silence, which busy machines draw out.
+pytestmark = [pytest.mark.xdist_group("ros_client"), pytest.mark.timeout(150)]
 
 
 def fly(flight: Flight, *options: str) -> Process:
     words = ["python", "-m", "drone_navigation.navigation_client", "--goal", "60", "0", "3"]
     client = Process("client", [*words, "--speed", "1", *options], flight.environment)
-    client.wait_for("NAVIGATING", READY_TIMEOUT_S)
+    client.wait_for("NAVIGATING", FLIGHT_TIMEOUT_S)
     return client
 
 
@@ -33,7 +34,7 @@ def start_server(flight: Flight) -> None:
 def test_a_server_that_is_killed_is_given_up_after_the_lost_timeout(flight: Flight) -> None:
     client = fly(flight, "--lost-timeout", "6")
     kill_server(flight)
-    assert client.wait(READY_TIMEOUT_S) == 5, client.text
+    assert client.wait(FLIGHT_TIMEOUT_S) == 5, client.text
     assert "No word from the server for 5 s: it has ended, hangs, or the network" in client.text
     assert "The server is gone: no word from it for 6 s." in client.text
     start_server(flight)
@@ -43,6 +44,6 @@ def test_a_server_started_anew_does_not_know_the_goal(flight: Flight) -> None:
     client = fly(flight)
     kill_server(flight)
     start_server(flight)
-    assert client.wait(READY_TIMEOUT_S) == 5, client.text
+    assert client.wait(FLIGHT_TIMEOUT_S) == 5, client.text
     assert "The server no longer knows goal 1: it was started anew" in client.text
     assert "The server is gone" not in client.text
