@@ -29,13 +29,15 @@ _TARGETS_NAMED_MAX = 12
 _PAUSE_S = 5.0
 
 
-def plot_flight(path: Path, picture: Path) -> Recording:
+def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recording:
     """Draw the recording at ``path`` into the PNG ``picture``, and return what was drawn.
+
+    Of several vehicles it is that of ``system``, or the first.
 
     Raises:
         RecordingError: the recording tells no flight.
     """
-    recording = read_recording(path)
+    recording = read_recording(path, system)
     figure = plt.figure(figsize=(14.0, 8.0), layout="constrained", facecolor=scene.PAPER)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.25, 1.0), height_ratios=(1.0, 1.0, 1.0))
     _draw_view(figure.add_subplot(grid[:2, 0]), ABOVE, recording)
@@ -178,6 +180,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("log", type=Path, help="the tlog")
     parser.add_argument("-o", "--output", type=Path, help="picture (default: beside the log)")
+    parser.add_argument("--system", type=int, metavar="ID", help="which vehicle (default: first)")
     return parser
 
 
@@ -186,7 +189,7 @@ def main(args: list[str] | None = None) -> int:
     options = make_parser().parse_args(args)
     picture: Path = options.output or options.log.with_suffix(".png")
     try:
-        recording = plot_flight(options.log, picture)
+        recording = plot_flight(options.log, picture, options.system)
     except RecordingError as error:
         print(f"flight_plot: {error}", file=sys.stderr)
         return EXIT_FAILED

@@ -90,8 +90,8 @@ class Recording:
         return float(self.times_s[-1])
 
 
-def read_recording(path: Path) -> Recording:
-    """Read the flight of the first vehicle in a tlog that tells a position.
+def read_recording(path: Path, system: int | None = None) -> Recording:
+    """Read the flight of a vehicle in a tlog that tells a position: a system's, or the first.
 
     Raises:
         RecordingError: there is no such file, or no position in it.
@@ -102,10 +102,12 @@ def read_recording(path: Path) -> Recording:
         raise RecordingError(str(error)) from error
     codec = Codec(source_system=255, source_component=190)
     messages = [(time_s, message) for time_s, data in records for message in codec.decode(data)]
-    vehicle, others = _choose(messages)
-    systems = {system for system, _ in others}
+    vehicle, candidates = _choose(messages, system)
+    systems = {number for number, _ in candidates}
     if vehicle is None:
-        raise RecordingError(f"{path} holds no position of a vehicle.")
+        wanted = "a vehicle" if system is None else f"system {system}"
+        told = f"; it has system {_listed(systems)}" if systems else ""
+        raise RecordingError(f"{path} holds no position of {wanted}{told}.")
     for frame, remark in (
         (MapFrame(), ""),
         (FromFirstPosition(), "The map's origin is not in it: drawn from the first position."),
@@ -119,8 +121,10 @@ def read_recording(path: Path) -> Recording:
     raise RecordingError(f"{path} holds no position of system {vehicle[0]} that is valid.")
 
 
-def _choose(messages: Sequence[_Stamped]) -> tuple[_Source | None, list[_Source]]:
-    """Return the first autopilot that tells a position, and all that do."""
+def _choose(
+    messages: Sequence[_Stamped], system: int | None
+) -> tuple[_Source | None, list[_Source]]:
+    """Return the first autopilot (of a system) that tells a position, and all that do."""
     autopilots: set[_Source] = set()
     placed: dict[_Source, None] = {}
     for _, message in messages:
@@ -133,15 +137,19 @@ def _choose(messages: Sequence[_Stamped]) -> tuple[_Source | None, list[_Source]
         ):
             placed.setdefault(source)
     candidates = [source for source in placed if source in autopilots] or list(placed)
-    return (candidates[0] if candidates else None), candidates
+    wanted = [source for source in candidates if system in (None, source[0])]
+    return (wanted[0] if wanted else None), candidates
 
 
 def _remark(chosen: _Source, systems: set[int]) -> str:
-    others = sorted(systems - {chosen[0]})
+    others = systems - {chosen[0]}
     if not others:
         return ""
-    listed = ", ".join(str(system) for system in others)
-    return f"System {chosen[0]} is drawn; this recording has system {listed}, too."
+    return f"System {chosen[0]} is drawn; this recording has system {_listed(others)}, too."
+
+
+def _listed(systems: set[int]) -> str:
+    return ", ".join(str(system) for system in sorted(systems))
 
 
 class _Reader:

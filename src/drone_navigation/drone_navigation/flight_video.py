@@ -63,14 +63,14 @@ class _Progress:
             print(f"picture {self.done} of {self.count}", file=sys.stderr, flush=True)
 
 
-def make_video(log: Path, mp4: Path, gif: Path) -> None:
-    """Make the films of the recording at ``log``.
+def make_video(log: Path, mp4: Path, gif: Path, system: int | None = None) -> None:
+    """Make the films of the recording at ``log``: of a vehicle's system, or of the first.
 
     Raises:
         RecordingError: the recording tells no flight.
         VideoError: the MP4 cannot be written; the GIF has been.
     """
-    recording = read_recording(log)
+    recording = read_recording(log, system)
     pace = make_pace(recording, _FILM_S, _FRAMES_HZ)
     film = Film(recording, pace.speedup)
     progress = _Progress(time.monotonic, len(pace.times_s()))
@@ -138,6 +138,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where they go (default: beside the log)"
     )
+    parser.add_argument("--system", type=int, metavar="ID", help="which vehicle (default: first)")
     return parser
 
 
@@ -147,7 +148,7 @@ def main(args: list[str] | None = None) -> int:
     folder: Path = options.output or options.log.parent
     mp4, gif = (folder / options.log.with_suffix(end).name for end in (".mp4", ".gif"))
     try:
-        make_video(options.log, mp4, gif)
+        make_video(options.log, mp4, gif, options.system)
     except (RecordingError, VideoError) as error:
         hint = " `make demo` flies it." if options.log == _LOG and not _LOG.exists() else ""
         print(f"flight_video: {error}{hint}", file=sys.stderr)

@@ -197,3 +197,20 @@ def test_a_recording_that_is_cut_off_is_read_up_to_there(tmp_path: Path) -> None
     until_s = list(TlogReader(log))[-1][0] - next(iter(TlogReader(log)))[0]
     assert 0.0 < recording.duration_s <= until_s
     assert math.isfinite(recording.positions_enu_m.sum())
+
+
+def test_of_several_vehicles_each_is_read_with_its_own_notes(tmp_path: Path) -> None:
+    messages = flight()
+    for system in (2, 3):
+        source = (system, 1)
+        messages += [(0.1, heartbeat(source))]
+        messages += [(0.2 + i, local(0.0, 0.0, -1.0, 1000 * i, source)) for i in range(5)]
+        goal = notes.goal_accepted(f"goal{system}", (float(system), 0.0, 3.0))
+        messages += [(4.0, with_source(goal, system, notes.COMPONENT_ID))]
+    path = write(tmp_path / "a.tlog", sorted(messages, key=lambda m: m[0]))
+    for system in (2, 3):
+        (goal_read,) = read_recording(path, system).goals.values
+        assert goal_read.targets_enu_m == ((float(system), 0.0, 3.0),)
+    assert not read_recording(path, 1).goals.values
+    with pytest.raises(RecordingError, match="no position of system 7; it has system 1, 2, 3"):
+        read_recording(path, 7)
