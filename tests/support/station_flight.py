@@ -60,7 +60,7 @@ class StationFlight(SimulatedFlight):
         """Start a goal to a place far off; it is under way when this returns."""
         goal_id = self.start(self.goal(self.far(far_m), by_mission))
         self.run_until(lambda: self.status(goal_id) == "NAVIGATING", 120.0)
-        self.run_for(3.0)
+        self.run_for(2.0)
         assert self.status(goal_id) == "NAVIGATING", self.outputs[-3:]
         return goal_id
 
