@@ -25,6 +25,9 @@ from mavlink_vehicle.vehicle_operations import VehicleOperations
 
 _TIME_S = 50.0
 _TIME_PER_ITEM_S = 0.3
+_JUDGED_S = 1.0
+"""So long a PX4 may reject the start of a mission that it has just taken: it judges it first. On
+a fast link an upload, its read-back and the start take 10 ms."""
 
 
 class VehicleMissions(VehicleOperations):
@@ -79,7 +82,7 @@ class VehicleMissions(VehicleOperations):
             if rules.start_command
             else MissionModeGoal(name, mode, profile)
         )
-        timing = OperationTiming(self.config.operation_timeout_s)
+        timing = OperationTiming(self.config.operation_timeout_s, rejected_s=_JUDGED_S)
         return self._begin(profile, goal, Wanted(mode=mode), timing, now)
 
     def set_current_item(self, index: int, now: float) -> int:

@@ -359,6 +359,7 @@ def test_a_mission_uploaded_in_flight_is_entered_at_the_old_number_and_rtl_chang
     air = flying_px4()
     places = [waypoint(4.0 * n, 0.0) for n in range(6)]
     assert upload(air, near_home(places)) == 0
+    air.run(0.2)
     assert air.mode(px4.MISSION) == ACCEPTED
     air.send(mav.MAVLink_mission_set_current_message(1, 1, 5))
     home = item(RTL, frame=2, anywhere=True)
@@ -372,6 +373,7 @@ def test_a_mission_uploaded_in_flight_is_entered_at_the_old_number_and_rtl_chang
 def test_an_item_marked_as_current_is_where_a_new_mission_begins() -> None:
     air = flying_px4()
     assert upload(air, near_home([waypoint(4.0 * n, 0.0) for n in range(6)])) == 0
+    air.run(0.2)
     assert air.mode(px4.MISSION) == ACCEPTED
     air.send(mav.MAVLink_mission_set_current_message(1, 1, 5))
     first, second = near_home([waypoint(30.0, 0.0), waypoint(30.0, 30.0)])
@@ -386,6 +388,7 @@ def test_of_a_waypoint_and_a_deed_after_it_only_the_deed_is_told_as_reached() ->
     slower = item(178, frame=2, params=(1.0, 2.0, -1.0), anywhere=True)
     mission = [*near_home([waypoint(3.0, 0.0)]), slower, *near_home([waypoint(60.0, 0.0)])]
     assert upload(air, mission) == 0
+    air.run(0.2)
     assert air.mode(px4.MISSION) == ACCEPTED
     air.run(8.0)
     assert air.changes("MISSION_ITEM_REACHED", "seq") == [1]
@@ -402,6 +405,7 @@ def test_an_infeasible_mission_is_refused_in_the_air() -> None:
 def test_an_infeasible_mission_uploaded_over_the_one_that_flies_ends_in_a_hold() -> None:
     air = flying_px4()
     assert upload(air, near_home([waypoint(30.0, 0.0), waypoint(30.0, 30.0)])) == 0
+    air.run(0.2)
     assert air.mode(px4.MISSION) == ACCEPTED
     air.run(3.0)
     air.gcs_heartbeat()

@@ -304,6 +304,14 @@ def test_a_reposition_without_place_and_height_stops_a_px4_and_its_mission_resum
     assert air.velocity[0] > 2.0
 
 
+def test_a_mission_is_not_started_in_the_air_before_it_is_judged() -> None:
+    air = flying_px4(10.0)
+    assert upload(air, [plan_item(16, 100, 0, 10.0), plan_item(16, 100, 60, 10.0)]) == 0
+    assert air.mode(px4.MISSION) == 1
+    air.run(0.3)
+    assert air.mode(px4.MISSION) == 0
+
+
 def test_a_reposition_with_a_height_alone_goes_on_to_the_place_of_the_item() -> None:
     air = px4_mission()
     height = air.last("GLOBAL_POSITION_INT").alt / 1000.0

@@ -413,7 +413,7 @@ def test_the_table_is_complete() -> None:
         OperationState.CONFIRMING: always | answers | {OperationInput.AGAIN},
         OperationState.REFUSING: always
         | answers
-        | {OperationInput.UNDER_WAY, OperationInput.WAITED},
+        | {OperationInput.UNDER_WAY, OperationInput.WAITED, OperationInput.AGAIN},
         OperationState.FINISHED: set(),
     }
     for state, inputs in expected.items():

@@ -257,6 +257,8 @@ class Px4Vehicle(Copter):
             return Result.TEMPORARILY_REJECTED if known and sub == 0 else Result.ACCEPTED
         if self.armed and not self.can_run(number):
             return Result.TEMPORARILY_REJECTED
+        if self.armed and number == px4.MISSION and not self.feasibility.known():
+            return Result.TEMPORARILY_REJECTED  # of a mission just uploaded
         self.intend(number)
         return Result.ACCEPTED
 

@@ -67,6 +67,7 @@ class OperationTiming:
         pause_s: pause after all repetitions of a command that nobody answered; then it is sent
             again, in case the link was down.
         gate_s: time for the gate to open.
+        rejected_s: time in which a command that is TEMPORARILY_REJECTED is sent again.
     """
 
     timeout_s: float = 10.0
@@ -74,6 +75,7 @@ class OperationTiming:
     doubt_s: float = 3.0
     pause_s: float = 1.0
     gate_s: float = 3.0
+    rejected_s: float = 0.0
 
 
 class OperationState(enum.Enum):
@@ -99,7 +101,7 @@ class OperationInput(enum.Enum):
     ACCEPTED = "COMMAND_ACK: accepted"
     REFUSED = "COMMAND_ACK: anything else"
     UNANSWERED = "no COMMAND_ACK after all repetitions"
-    AGAIN = "still no COMMAND_ACK; time is left"
+    AGAIN = "no COMMAND_ACK, or a rejection for now; time is left"
     TIME_UP = "the operation's time is up"
     WAITED = "reasons have had their time"
     CANCEL = "cancelled"

@@ -20,7 +20,7 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationFinished, OperationResult
 from mavlink_vehicle.protocols.command import (
     ACCEPTED,
@@ -44,6 +44,7 @@ from mavlink_vehicle.state import VehicleState
 
 _NOTHING_SENT = (OperationState.IDLE, OperationState.PREPARING, OperationState.FINISHED)
 _GATE_LOOK_S = 0.1
+_REJECTED_AGAIN_S = 0.2
 
 
 class Operation(Machine[OperationFinished]):
@@ -89,6 +90,7 @@ class Operation(Machine[OperationFinished]):
         self._limit_s = 0.0
         self._heartbeat_from_s = -math.inf
         self._refused_until_s: float | None = None
+        self._rejected_until_s: float | None = None
         self._answer: int | None = None
         self._result = OperationResult.CANCELLED
         self._reason = ""
@@ -264,6 +266,7 @@ class Operation(Machine[OperationFinished]):
 
     def _send_again(self, now: float) -> None:
         sent = self._command.attempts
+        self._refused_until_s = None
         self._command = Command(
             self.goal.request, self._address, self._command_timing, sent_before=sent
         )
@@ -276,9 +279,14 @@ class Operation(Machine[OperationFinished]):
 
     def _refuse(self, now: float) -> None:
         self._again_s = None
-        repeated = self._command.attempts > 1
+        repeated = self._command.attempts > 1 and self._rejected_until_s is None
         wait_s = self._timing.doubt_s if repeated else self._timing.texts_s
         self._refused_until_s = now + wait_s
+        if self._answer == mavlink.MAV_RESULT_TEMPORARILY_REJECTED:
+            if self._rejected_until_s is None:
+                self._rejected_until_s = now + self._timing.rejected_s
+            if now < self._rejected_until_s:
+                self._again_s = now + _REJECTED_AGAIN_S
         self._set_deadline()
 
     def _achieve(self, now: float) -> None:
@@ -352,6 +360,7 @@ class Operation(Machine[OperationFinished]):
         (_S.REFUSING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.REFUSING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
         (_S.REFUSING, _I.REFUSED): (_S.REFUSING, None),
+        (_S.REFUSING, _I.AGAIN): (_S.COMMANDING, _send_again),
         (_S.REFUSING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
         (_S.REFUSING, _I.WAITED): (_S.FINISHED, _give_reasons),
         (_S.REFUSING, _I.CANCEL): (_S.FINISHED, _fail),
