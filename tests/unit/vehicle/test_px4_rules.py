@@ -24,7 +24,7 @@ from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 
 LOITER, TAKEOFF, LAND, RTL = 0x03040000, 0x02040000, 0x06040000, 0x05040000
-OFFBOARD = 0x00060000
+OFFBOARD, MISSION = 0x00060000, 0x04040000
 SET_MODE, NAV_TAKEOFF = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_TAKEOFF
 ACCEPTED, REJECTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 SPEED = SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0))
@@ -105,6 +105,30 @@ def test_of_two_acknowledgements_only_the_second_counts() -> None:
     (end,) = [e for e in px4.wait(1.0) if isinstance(e, OperationFinished)]
     assert end.result is OperationResult.REFUSED
     assert "TEMPORARILY_REJECTED" in end.reason
+
+
+def test_a_mission_start_that_is_rejected_while_the_mission_is_judged_is_asked_for_again() -> None:
+    px4 = Px4()
+    refused = (px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, REJECTED))
+    px4.vehicle.start_mission(px4.now)
+    assert ends(px4.tell(*refused) + px4.wait(0.3)) == []
+    assert len(px4.commands(SET_MODE)) == 2
+    px4.tell(px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, ACCEPTED))
+    assert ends(px4.tell(px4.beat(MISSION))) == [OperationResult.ACHIEVED]
+
+
+def test_a_mission_that_stays_rejected_is_refused() -> None:
+    px4 = Px4()
+    px4.vehicle.start_mission(px4.now)
+    results: list[OperationResult] = []
+    answered = 0
+    for _ in range(12):
+        if len(px4.commands(SET_MODE)) > answered:
+            answered = len(px4.commands(SET_MODE))
+            px4.tell(px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, REJECTED))
+        results += ends(px4.wait(0.25))
+    assert results == [OperationResult.REFUSED]
+    assert answered > 2
 
 
 def test_two_good_acknowledgements_are_no_success_without_the_heartbeat() -> None:
