@@ -124,7 +124,7 @@ def test_a_mission_is_downloaded_and_then_cleared_as_mavsdk_does_it(ardupilot: W
     record = ardupilot.fly_mission((60.0, 10.0, 4.0), (60.0, 20.0, 4.0))
     assert len(ardupilot.places()) >= 3, "home and two waypoints"
     ardupilot.station.mission.clear_mission()
-    ardupilot.cancelled(record, "uploaded another mission (MISSION_COUNT 1)")
+    ardupilot.cancelled(record, "cleared the mission (MISSION_COUNT 1)")
 
 
 def test_another_mission_uploaded_over_it_cancels_the_goal_and_stays(ardupilot: Watched) -> None:

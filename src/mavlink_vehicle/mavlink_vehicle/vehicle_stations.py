@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import (
     OperationFinished,
     OperationKind,
@@ -16,6 +16,9 @@ from mavlink_vehicle.telemetry import MissionProgress
 from mavlink_vehicle.vehicle_config import VehicleConfig
 from mavlink_vehicle.vehicle_missions import VehicleMissions
 from mavlink_vehicle.vehicle_state import VehicleState
+
+_ACTIVE = mavlink.MISSION_STATE_ACTIVE
+_PAUSED = mavlink.MISSION_STATE_PAUSED
 
 
 class VehicleStations(VehicleMissions):
@@ -74,7 +77,23 @@ class VehicleStations(VehicleMissions):
         done = self._done_to_mission(before)
         if done is not None:
             self._stations.mission_changed(done, self._ours.change, now)
-            self._take_acts()
+        self._compare_pause(before, now)
+        self._take_acts()
+
+    def _compare_pause(self, before: VehicleState, now: float) -> None:
+        """See an ArduCopter pause in the mode in which it flies the mission (observed)."""
+        profile, mission, earlier = self.profile, self.state.mission, before.mission
+        if profile is None or not profile.pauses_in_mode or mission is None or earlier is None:
+            return
+        if profile.mission_mode is None or self.mode_name != profile.mission_mode:
+            return
+        states = (earlier.state, mission.state)
+        if states == (_ACTIVE, _PAUSED):
+            how = "MISSION_CURRENT shows that it is paused"
+            self._stations.pause_changed(StationAct.PAUSED, how, now)
+        elif states == (_PAUSED, _ACTIVE):
+            how = "MISSION_CURRENT shows that it goes on"
+            self._stations.pause_changed(StationAct.CONTINUED, how, now)
 
     def _done_to_mission(self, before: VehicleState) -> StationAct | None:
         mission, texts = self.state.mission, self.state.texts

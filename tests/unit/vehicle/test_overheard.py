@@ -407,9 +407,23 @@ def test_another_mission_counts_when_the_vehicle_begins_to_take_it(
     assert network.to_station("MISSION_ACK", type=0) == []
 
 
-def test_an_empty_mission_counts_when_it_is_acknowledged(network: Network) -> None:
-    assert network.say("MISSION_COUNT", count=0) == []
-    assert told(network.to_station("MISSION_ACK", type=0)) == [(REPLACED, QGC, "MISSION_COUNT 0")]
+@pytest.mark.parametrize(
+    ("autopilot", "count", "act"),
+    [
+        ("ardupilot", 0, CLEARED),
+        ("ardupilot", 1, CLEARED),  # home alone, as MAVSDK clears it
+        ("ardupilot", 2, REPLACED),
+        ("px4", 0, CLEARED),
+        ("px4", 1, REPLACED),
+    ],
+)
+def test_an_empty_mission_clears_when_it_is_acknowledged(
+    autopilot: str, count: int, act: StationAct
+) -> None:
+    network = Network(autopilot)
+    assert network.say("MISSION_COUNT", count=count) == []
+    acts = network.to_station("MISSION_ACK", type=0)
+    assert told(acts) == [(act, QGC, f"MISSION_COUNT {count}")]
 
 
 def test_a_refused_mission_is_none(network: Network) -> None:
@@ -586,3 +600,39 @@ def test_an_upload_that_the_vehicle_gave_up_explains_nothing_later() -> None:
     network.answer(network.current(3, 8))
     (act,) = network.answer(network.current(2, 9))
     assert act.station is None
+
+
+# --- a pause that nobody was seen to ask for ----------------------------------------------
+
+
+def flying_its_mission(autopilot: str) -> Network:
+    network = Network(autopilot)
+    network.upload()
+    px4 = network.px4
+    kind = mavlink.MAV_AUTOPILOT_PX4 if px4 else mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    mode = PX4_MISSION if px4 else AUTO
+    network.answer(network.autopilot.heartbeat(mode, autopilot=kind))
+    assert network.vehicle.mode_name == ("AUTO.MISSION" if px4 else "AUTO")
+    network.answer(network.current(3, 8 if px4 else 0))
+    return network
+
+
+def test_mission_current_tells_that_an_arducopter_was_paused_and_goes_on() -> None:
+    network = flying_its_mission("ardupilot")
+    (paused,) = network.answer(network.current(3, state=4))
+    assert (paused.act, paused.station) == (PAUSED, None)
+    assert network.answer(network.current(3, state=4)) == []
+    (goes_on,) = network.answer(network.current(3, state=3))
+    assert (goes_on.act, goes_on.station) == (CONTINUED, None)
+
+
+def test_a_pause_whose_author_was_seen_is_not_told_again() -> None:
+    network = flying_its_mission("ardupilot")
+    network.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0.0)
+    assert network.answer(network.current(3, state=4)) == []
+
+
+def test_the_state_of_a_px4s_mission_tells_no_pause() -> None:
+    """It says so of a mission that was left, too (observed)."""
+    network = flying_its_mission("px4")
+    assert network.answer(network.current(3, 8, state=4)) == []

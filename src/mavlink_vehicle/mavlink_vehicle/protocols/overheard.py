@@ -79,6 +79,7 @@ class _Upload:
 
     how: str
     heard_s: float
+    what: StationAct = StationAct.REPLACED_MISSION
     told: bool = False
 
 
@@ -127,7 +128,7 @@ class StationWatch:
             return
         if message.__class__ in (_COUNT, _PARTIAL):
             if is_mission_list(message.mission_type):
-                self._offered(message, self._past(station), now)
+                self._offered(message, self._past(station), profile, now)
             return
         act = act_of(message, profile)
         if act is None or not self._is_new(act, message, self._past(station), now):
@@ -164,6 +165,13 @@ class StationWatch:
                 return
         self._events.append(StationActed(what, None, how))
 
+    def pause_changed(self, what: StationAct, how: str, now: float) -> None:
+        """Take note that it was paused, or goes on; told unless a station was seen to do it."""
+        for past in self._stations.values():
+            if any(act.what is what and now - at <= REPEAT_S for act, _, at in past.acts):
+                return
+        self._events.append(StationActed(what, None, how))
+
     def next_event(self) -> StationActed | None:
         """Take the next event out of the queue."""
         return self._events.popleft() if self._events else None
@@ -175,22 +183,24 @@ class StationWatch:
             self._stations.popitem(last=False)
         return past
 
-    def _offered(self, message: Message, past: _Past, now: float) -> None:
-        how = (
-            f"MISSION_COUNT {message.count}"
-            if message.__class__ is _COUNT
-            else "MISSION_WRITE_PARTIAL_LIST"
-        )
+    def _offered(self, message: Message, past: _Past, profile: Profile, now: float) -> None:
+        how, what = "MISSION_WRITE_PARTIAL_LIST", StationAct.REPLACED_MISSION
+        if message.__class__ is _COUNT:
+            how = f"MISSION_COUNT {message.count}"
+            home = 0 if profile.missions is None else profile.missions.offset
+            # MAVSDK clears an ArduPilot's mission in this way: nothing but home is left.
+            if message.count <= home:
+                what = StationAct.CLEARED_MISSION
         upload = past.upload
         if upload is not None and upload.how == how and now - upload.heard_s <= REPEAT_S:
             upload.heard_s = now
             return
-        past.upload = _Upload(how, now)
+        past.upload = _Upload(how, now, what)
 
     def _taken(self, station: Station, upload: _Upload) -> None:
         if not upload.told:
             upload.told = True
-            self._tell(station, Act(StationAct.REPLACED_MISSION, upload.how))
+            self._tell(station, Act(upload.what, upload.how))
 
     def _is_new(self, act: Act, message: Message, past: _Past, now: float) -> bool:
         sequence = message._header.seq
