@@ -79,6 +79,30 @@ def test_a_mission_changed_by_a_station_that_is_not_seen_cancels_the_goal(
     check_cancelled(flight, goal_id, "A station that was not seen")
 
 
+def test_a_pause_in_auto_that_nobody_was_seen_to_ask_for_cancels_the_goal() -> None:
+    flight = StationFlight("ardupilot", "copter")
+    goal_id = flight.begin(True)
+    flight.run_for(5.0)  # a take-off is not paused
+    flight.pause_or_continue(False, seen=False)
+    check_cancelled(flight, goal_id, "A station that was not seen paused the vehicle")
+
+
+def test_a_mission_emptied_but_for_home_cancels_a_goal_flown_by_setpoints() -> None:
+    """So does MAVSDK clear an ArduPilot's mission."""
+    flight = StationFlight("ardupilot", "copter")
+    goal_id = flight.begin(False)
+    flight.upload(1)
+    check_cancelled(flight, goal_id, "Station 255/190 cleared the mission (MISSION_COUNT 1)")
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_another_mission_leaves_a_goal_flown_by_setpoints_alone(autopilot: str) -> None:
+    flight = StationFlight(autopilot, "copter")
+    goal_id = flight.begin(False)
+    flight.upload(4)
+    assert flight.run_to_end(goal_id).state is GoalState.SUCCEEDED
+
+
 # --- in which order it is seen ---------------------------------------------------------
 
 
