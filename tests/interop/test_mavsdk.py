@@ -27,6 +27,7 @@ from mavsdk.plugins.geofence import (
 from mavsdk.plugins.mission import MissionItem as PlanItem
 from mavsdk.plugins.mission import MissionPlan
 from mavsdk.plugins.offboard import PositionNedYaw
+from mavsdk.plugins.telemetry import FlightMode
 
 from tests.support.mavsdk_station import (
     TAKE_OFF,
@@ -136,6 +137,20 @@ def test_ardupilot_parameters_and_geofence() -> None:
         assert not flight.geofence.download_geofence().polygons
 
 
+def start_uploaded_mission(flight: Station) -> None:
+    """Start a mission again and again: a PX4 in the air rejects that while it judges it."""
+    started_s = time.monotonic()
+
+    def flies() -> bool:
+        nonlocal started_s
+        if time.monotonic() >= started_s:
+            flight.plan.start_mission()
+            started_s = time.monotonic() + 1.0
+        return bool(flight.telemetry.flight_mode() == FlightMode.MISSION)
+
+    wait(flies, "mission mode")
+
+
 @pytest.mark.timeout(120)
 def test_px4_take_off_goto_offboard_mission_fence_parameters_and_land() -> None:
     with connected("--autopilot", "px4") as flight:
@@ -162,7 +177,7 @@ def test_px4_take_off_goto_offboard_mission_fence_parameters_and_land() -> None:
         ]
         flight.plan.upload_mission(MissionPlan(items))
         assert len(flight.plan.download_mission().mission_items) == 3
-        flight.plan.start_mission()
+        start_uploaded_mission(flight)
         wait(lambda: flight.plan.mission_progress().current >= 1, "the second item")
         flight.plan.pause_mission()
         time.sleep(5.0 / SPEEDUP)
