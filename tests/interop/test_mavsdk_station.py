@@ -143,6 +143,7 @@ def test_a_pause_of_a_mission_cancels_the_goal(ardupilot: Watched) -> None:
 
 def test_a_paused_copter_flies_the_next_goal(ardupilot: Watched) -> None:
     """In GUIDED an ArduCopter ignores setpoints until it is told to go on, or leaves the mode."""
+    assert ardupilot.flight.wait_for_result(ardupilot.fly(0.0, 0.0, 4.0)).success
     record = ardupilot.fly(60.0, 0.0, 4.0)
     pause = {f"param{number}": 0 for number in range(1, 8)}
     target = {"target_system": 1, "target_component": 1}
