@@ -145,7 +145,7 @@ def test_the_keys_pause_resume_send_and_cancel(terminal: Terminal) -> None:
     terminal.type("\r")
     terminal.wait_for("Goal 2 accepted", 10.0)
     terminal.wait_for(" 2: goal (0, 0, 3) m in frame map", 10.0)
-    assert "Goal 1 ended as PREEMPTED" in terminal.text
+    terminal.wait_for("Goal 1 ended as PREEMPTED", 10.0)
     terminal.type("g1 2\x1b")  # thought better of
     terminal.type("c")
     assert terminal.wait(30.0) == 4, terminal.text
