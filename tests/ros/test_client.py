@@ -143,9 +143,11 @@ def test_the_keys_pause_resume_send_and_cancel(terminal: Terminal) -> None:
     terminal.type(" 3")
     terminal.wait_for("0 0 3", 10.0)  # goes on from what was typed
     terminal.type("\r")
-    terminal.wait_for("Goal 2 accepted", 10.0)
+    # The end of the first comes before the second is accepted, or after.
     terminal.wait_for(" 2: goal (0, 0, 3) m in frame map", 10.0)
-    terminal.wait_for("Goal 1 ended as PREEMPTED", 10.0)
+    if "Goal 1 ended as PREEMPTED" not in terminal.text:
+        terminal.wait_for("Goal 1 ended as PREEMPTED", 10.0)
+    assert "Goal 2 accepted" in terminal.text
     terminal.type("g1 2\x1b")  # thought better of
     terminal.type("c")
     assert terminal.wait(30.0) == 4, terminal.text

@@ -7,6 +7,7 @@ import itertools
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 from navigation_core.geometry import KinematicState, Vector3, distance
@@ -426,6 +427,35 @@ def test_what_drives_behind_its_setpoint_plans_and_brakes_from_where_it_is(
         assert flight.carrot is not None
         assert flight.carrot.state.position_enu_m[0] == pytest.approx(begins_at_m, abs=0.05)
         flight.commanded = setpoint
+
+
+def test_what_stands_blocked_does_not_pass_on_the_little_speed_that_is_measured() -> None:
+    vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
+    vehicle.velocity = (0.15, 0.0, 0.0)
+    avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
+    flight = TaskFlight(GotoGoal((30.0, 0.0, 0.0)), CONFIG, None, None, avoidance, ROVER)
+    flight.plan_stop(vehicle.observe())
+    assert flight.carrot is not None
+    assert flight.carrot.state.velocity_enu_m_s == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("speed_m_s", [0.1, 1.0])
+def test_what_drives_comes_to_rest_beside_what_crowds_it(speed_m_s: float) -> None:
+    """Nearer than what makes it give way, so that its stop is in conflict all the time."""
+    vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
+    vehicle.velocity = (speed_m_s, 0.0, 0.0)
+    avoidance = dataclasses.replace(AVOIDANCE, heights_m=None, blocked_timeout_s=10.0)
+    crowd_m = AVOIDANCE.conflict_clearance_m - 0.05
+    ring = [
+        Cylinder(f"post {i}", (3.0 * math.cos(i), 3.0 * math.sin(i)), 3.0 - crowd_m)
+        for i in np.linspace(0.3, 2.0 * math.pi - 0.3, 8)
+    ]
+    vehicle.obstacles = Obstacles.of(tuple(ring))
+    task = Goto(GotoGoal((30.0, 0.0, 0.0)), CONFIG, traits=ROVER, avoidance=avoidance)
+    watched = Watched(task, vehicle)
+    watched.fly()
+    assert math.hypot(*vehicle.velocity[:2]) < 0.05
+    assert math.hypot(*vehicle.position[:2]) < 1.5
 
 
 def test_what_cannot_turn_on_the_spot_stays_where_it_could_only_come_nearer() -> None:

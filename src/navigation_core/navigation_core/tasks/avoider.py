@@ -158,7 +158,10 @@ class Avoider:
         if flight.way is not None and not carrot.ended:
             conflict = self._is_in_conflict(flight.way, carrot, observation)
             leads_away = bool(flight.way.passed_s)
-            if conflict or (leads_away and self._must_brake(observation)):
+            # What drives begins each plan as fast as it is: a brake that is under way would
+            # never get slower if it were planned anew in every step.
+            brakes = not leads_away and flight.starts_here
+            if (conflict and not brakes) or (leads_away and self._must_brake(observation)):
                 flight.plan_stop(observation)
             return
         here = measured_state(observation).position_enu_m

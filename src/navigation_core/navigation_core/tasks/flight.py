@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+from navigation_core.braking import STANDING_M_S
 from navigation_core.geometry import (
     KinematicState,
     Vector3,
     distance,
     horizontal_norm,
+    norm,
     subtract,
     wrap_angle,
 )
@@ -87,12 +89,12 @@ class Flight:
         self.undecided = False
         self._leads_to_goal = False
         self.ways = self.way_out = None
-        self._starts_here = False
+        self.starts_here = False
         if avoidance is not None:
             self.ways = WayPlanner(avoidance, traits, self.limits)
             # What drives lags behind its setpoint by metres. A way or a brake from there would
             # come too late, and could begin in what it was to keep away from.
-            self._starts_here = not traits.flies
+            self.starts_here = not traits.flies
             self.way_out = WayOut(avoidance, traits, self.limits)
 
     @property
@@ -208,7 +210,7 @@ class Flight:
     def start(self, observation: Observation) -> KinematicState:
         """Return where a way around obstacles begins; there must have been a setpoint."""
         assert self.commanded is not None
-        if self._starts_here and is_located(observation, self._config.position_stale_s):
+        if self.starts_here and is_located(observation, self._config.position_stale_s):
             return measured_state(observation)
         return self.commanded
 
@@ -242,6 +244,10 @@ class Flight:
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
+        if self.starts_here and norm(self.commanded.velocity_enu_m_s) < STANDING_M_S:
+            # A standstill is measured with a little speed. A brake that begins with that, asked
+            # for again and again, would pass it on, and the vehicle would creep.
+            self.commanded = KinematicState(self.commanded.position_enu_m)
         if self.way_out is None:
             trajectory = plan_stop(self.commanded, self.limits)
         else:
@@ -308,7 +314,7 @@ class Flight:
 
     def _must_start_anew(self, observation: Observation) -> bool:
         """Whether the last setpoint is nothing to go on from."""
-        if self._starts_here or self.is_stale:
+        if self.starts_here or self.is_stale:
             return True
         assert self.commanded is not None
         here = measured_state(observation).position_enu_m
