@@ -1,0 +1,1 @@
+"""Recorded flights: telemetry logs read in bulk and exported, without ROS."""

@@ -1,0 +1,83 @@
+"""When each packet of a piece of a tlog was recorded, and what to think of those times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight_logs.checksums import rows
+from flight_logs.framing import STAMP_SIZE, Packets
+
+# pymavlink's reader, too, takes a time after a damaged place to be wrong if it is that far off.
+_CREDIBLE_GAP_S = 3 * 24 * 3600.0
+# In microseconds, about 1987 and 2112: the times of today are between the two, and the same
+# bytes in the wrong order are far beyond.
+_EARLY_US, _LATE_US = 1 << 49, 1 << 52
+
+
+@dataclass(frozen=True)
+class Stamps:
+    """The times of some packets.
+
+    Attributes:
+        time_s: seconds since 1970, shape (n,).
+        lost: packets whose own time is missing or damaged; they have that of the one before.
+        steps_back: how often a packet is earlier than the one before.
+        mostly_missing: there is no room for a time before most of the packets.
+        swapped: the times make sense only with their bytes the other way round.
+    """
+
+    time_s: NDArray[np.float64]
+    lost: int
+    steps_back: int
+    mostly_missing: bool
+    swapped: bool
+
+
+def read_stamps(
+    data: NDArray[np.uint8],
+    packets: Packets,
+    previous_stop: NDArray[np.int64],
+    last_time_s: float | None,
+) -> Stamps:
+    """Read the eight bytes before each packet: microseconds since 1970, big-endian.
+
+    Args:
+        data: the bytes the packets are in.
+        packets: one or more.
+        previous_stop: where the record before each packet ends, shape (n,).
+        last_time_s: time of the packet before the first, None when there was none.
+    """
+    gap = packets.start - previous_stop
+    stamps_us = rows(data, np.maximum(packets.start - STAMP_SIZE, 0), STAMP_SIZE).view(">u8")[:, 0]
+    time_s = stamps_us.astype(np.float64) * 1e-6
+    missing = gap < STAMP_SIZE
+    known = np.flatnonzero(~missing)
+    before_s = last_time_s
+    if before_s is None and len(known):
+        before_s = float(time_s[known[0]])
+    lost = 0
+    for index in np.flatnonzero(gap != STAMP_SIZE).tolist():
+        if index:
+            before_s = float(time_s[index - 1])
+        if before_s is not None and (
+            missing[index] or abs(time_s[index] - before_s) > _CREDIBLE_GAP_S
+        ):
+            time_s[index] = before_s
+            lost += 1
+    earlier = np.diff(time_s, prepend=time_s[0] if last_time_s is None else last_time_s) < 0
+    return Stamps(
+        time_s,
+        lost,
+        steps_back=int(earlier.sum()),
+        mostly_missing=2 * int(missing.sum()) > len(packets),
+        swapped=len(known) > 0 and _swapped(stamps_us[known]),
+    )
+
+
+def _swapped(stamps_us: NDArray[np.uint64]) -> bool:
+    as_written = np.median(stamps_us.astype(np.float64))
+    other_way = np.median(stamps_us.byteswap().astype(np.float64))
+    return bool(as_written >= _LATE_US and _EARLY_US <= other_way < _LATE_US)
