@@ -69,11 +69,11 @@ def _right_block(
     matrix = rows(data, starts, size + _CHECKSUM_SIZE + odd)
     sent = matrix[:, size] | matrix[:, size + 1].astype(np.uint16) << 8
     matrix[:, size] = extras
-    pairs = matrix.view("<u2")
+    pairs = np.ascontiguousarray(matrix.view("<u2").T)
     by_byte, by_pair = _tables()
     crc = np.full(len(starts), _START, dtype=np.uint16)
-    for column in range((size + odd) // 2):
-        crc = by_pair[crc ^ pairs[:, column]]
+    for column in pairs[: (size + odd) // 2]:
+        crc = by_pair.take(crc ^ column)
     if not odd:
         crc = by_byte[(crc ^ extras) & 0xFF] ^ crc >> 8
     return np.asarray(crc == sent)

@@ -8,7 +8,7 @@ wherever it begins. A packet is what has a right checksum and doesn't begin insi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,38 +31,66 @@ _FLAG_SIGNED = 0x01
 
 @dataclass(frozen=True)
 class Packets:
-    """Packets, or what could be some; all arrays of shape (n,), in the order of the file.
+    """Packets; all arrays of shape (n,), in the order of the file.
 
     Attributes:
         start: where the first byte is, in the buffer.
         payload: where the payload begins.
         length: bytes of the payload, as sent.
         stop: where the packet ends.
-        message: place in `dialect.messages()`; -1 for one that the dialect doesn't have.
-        number: message id.
+        message: place in `dialect.messages()`.
         signed: whether a signature follows the checksum.
-        linked: another packet begins where it should after this one, or the data end there.
     """
 
     start: NDArray[np.int64]
     payload: NDArray[np.int64]
-    length: NDArray[np.int64]
+    length: NDArray[np.uint8]
     stop: NDArray[np.int64]
     message: NDArray[np.int16]
-    number: NDArray[np.int64]
     signed: NDArray[np.bool_]
-    linked: NDArray[np.bool_]
 
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self.start)
 
-    def __getitem__(self, chosen: NDArray[np.bool_] | NDArray[np.int64] | slice) -> Packets:
-        """Return some of them: a mask, places or a slice."""
-        return Packets(*(getattr(self, field.name)[chosen] for field in fields(self)))
+    def at(self, places: NDArray[np.int64] | slice) -> Packets:
+        """Return some of them."""
+        return Packets(
+            self.start[places],
+            self.payload[places],
+            self.length[places],
+            self.stop[places],
+            self.message[places],
+            self.signed[places],
+        )
 
 
-def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets, Packets]:
+@dataclass(frozen=True)
+class Loose:
+    """What stands where a packet should and isn't one; all arrays of shape (n,).
+
+    Attributes:
+        start: where the first byte is, in the buffer.
+        stop: where it ends.
+        number: the message's number.
+        known: whether the dialect has that message, so that the checksum must be wrong.
+    """
+
+    start: NDArray[np.int64]
+    stop: NDArray[np.int64]
+    number: NDArray[np.int64]
+    known: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.start)
+
+    def at(self, places: NDArray[np.int64] | slice) -> Loose:
+        """Return some of them."""
+        return Loose(self.start[places], self.stop[places], self.number[places], self.known[places])
+
+
+def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets, Loose]:
     """Find the packets that lie in `data[first:end]`.
 
     Args:
@@ -71,89 +99,97 @@ def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets
         end: where the data end.
 
     Returns:
-        The packets, none overlapping another; and what looks like a packet of a message that
-        the dialect doesn't have, or like one whose checksum is wrong, outside the packets.
+        The packets, none overlapping another; and, outside the packets and their times, what
+        another packet follows as if it were one.
     """
     candidates = _candidates(data, first, end)
-    known = candidates.message >= 0
-    linked = candidates[known & candidates.linked]
-    packets = _without_overlaps(linked[_right(data, linked)])
-    rest = candidates[known & ~candidates.linked]
-    rest = rest[~_overlap(rest.start, rest.stop, packets)]
-    found = rest[_right(data, rest)]
+    start, stop, known = candidates.start, candidates.stop, candidates.message >= 0
+    # A signature is not covered by the checksum: another packet may stand in what damage left.
+    checked = candidates.payload + candidates.length + _CHECKSUM_SIZE
+    follower = data[np.minimum(stop + STAMP_SIZE, end)]
+    linked = (stop == end) | (follower == _MAGIC_1) | (follower == _MAGIC_2)
+    places = _right(data, candidates, np.flatnonzero(known & linked))
+    places = places[_apart(start[places], checked[places])]
+    unlinked = np.flatnonzero(known & ~linked)
+    touching = _touching(start[unlinked], checked[unlinked], start[places], checked[places])
+    found = _right(data, candidates, unlinked[~touching])
     if len(found):
-        packets = _merged(packets, _without_overlaps(found))
-    loose = candidates[candidates.linked]
-    loose = loose[~_overlap(loose.start - STAMP_SIZE, loose.stop + STAMP_SIZE, packets)]
-    return packets, _without_overlaps(loose, apart=STAMP_SIZE)
+        places = np.sort(np.append(places, found[_apart(start[found], checked[found])]))
+    stop[places[:-1]] = np.minimum(stop[places[:-1]], start[places[1:]])
+    linked[places] = False
+    loose = np.flatnonzero(linked)
+    before, behind = start[loose] - STAMP_SIZE, stop[loose] + STAMP_SIZE
+    loose = loose[~_touching(before, behind, start[places], stop[places])]
+    loose = loose[_apart(start[loose], stop[loose] + STAMP_SIZE)]
+    numbers = _numbers(data, candidates.payload[loose], start[loose])
+    return candidates.at(places), Loose(start[loose], stop[loose], numbers, known[loose])
 
 
 def _candidates(data: NDArray[np.uint8], first: int, end: int) -> Packets:
+    """Return where packets could begin; message -1 where the dialect has none."""
     # In arithmetic of one byte, 0xFD + 3 is 0 and 0xFE + 3 is 1.
     start = first + np.flatnonzero(data[first:end] + np.uint8(3) < np.uint8(2))
     version_2 = data[start] == _MAGIC_2
-    flags = np.where(version_2, data[start + 2], 0).astype(np.uint8)
-    # A row of equal bytes, as an erased medium leaves it, is no header.
-    keep = (flags <= _FLAG_SIGNED) & (version_2 | _bytes_differ(data, start))
-    start, version_2, signed = start[keep], version_2[keep], flags[keep] == _FLAG_SIGNED
+    flags = data[start + 2] * version_2
     payload = start + np.where(version_2, _HEADER_2, _HEADER_1)
-    length = data[start + 1].astype(np.int64)
-    stop = payload + length + _CHECKSUM_SIZE + _SIGNATURE_SIZE * signed
-    low = data[payload - 1].astype(np.int64)
-    number = np.where(
-        version_2, data[start + 7] | data[start + 8].astype(np.int64) << 8 | low << 16, low
-    )
-    follower = data[np.minimum(stop + STAMP_SIZE, end)]
+    length = data[start + 1]
+    stop = payload + length + _CHECKSUM_SIZE + _SIGNATURE_SIZE * (flags == _FLAG_SIGNED)
+    keep = np.flatnonzero((flags <= _FLAG_SIGNED) & (stop <= end) & _differing(data, start))
+    start, payload = start[keep], payload[keep]
     index = index_by_number()
-    message = index[np.minimum(number, len(index) - 1)]
-    linked = (stop == end) | (follower == _MAGIC_1) | (follower == _MAGIC_2)
-    found = Packets(start, payload, length, stop, message, number, signed, linked)
-    return found[stop <= end]
+    message = index[np.minimum(_numbers(data, payload, start), len(index) - 1)]
+    return Packets(start, payload, length[keep], stop[keep], message, flags[keep] == _FLAG_SIGNED)
 
 
-def _bytes_differ(data: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Tell where the bytes of a MAVLink 1 header aren't all the same."""
-    first = data[start]
-    differ = np.zeros(len(start), dtype=np.bool_)
-    for offset in range(1, _HEADER_1):
-        differ |= data[start + offset] != first
-    return differ
+def _numbers(
+    data: NDArray[np.uint8], payload: NDArray[np.int64], start: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return the message numbers: one byte in MAVLink 1, three in MAVLink 2."""
+    last = data[payload - 1].astype(np.int64)
+    of_version_2 = data[payload - 3] | data[payload - 2].astype(np.int64) << 8 | last << 16
+    return np.where(payload - start == _HEADER_2, of_version_2, last)
 
 
-def _right(data: NDArray[np.uint8], packets: Packets) -> NDArray[np.bool_]:
-    covered = packets.payload + packets.length - packets.start - 1
-    return right_checksums(data, packets.start, covered, crc_extras()[packets.message])
+def _differing(data: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Tell where a header's bytes aren't all the same, as an erased medium leaves them."""
+    return np.asarray(
+        (data[start + 1] != data[start])
+        | (data[start + 3] != data[start])
+        | (data[start + 4] != data[start])
+        | (data[start + 5] != data[start])
+    )
 
 
-def _without_overlaps(packets: Packets, apart: int = 0) -> Packets:
-    """Leave out what begins before the end (and `apart` bytes) of one that is kept."""
-    start, stop = packets.start, packets.stop + apart
+def _right(
+    data: NDArray[np.uint8], candidates: Packets, places: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return those of the places where the checksum is right."""
+    start = candidates.start[places]
+    covered = candidates.payload[places] + candidates.length[places] - start - 1
+    extras = crc_extras()[candidates.message[places]]
+    return places[right_checksums(data, start, covered, extras)]
+
+
+def _apart(start: NDArray[np.int64], stop: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Tell what to keep so that nothing begins before the end of something that is kept."""
+    keep = np.ones(len(start), dtype=np.bool_)
     clashes = np.flatnonzero(start[1:] < np.maximum.accumulate(stop)[:-1]) + 1
-    if len(clashes) == 0:
-        return packets
-    keep = np.ones(len(packets), dtype=np.bool_)
     last = 0
     for index in clashes.tolist():
         if keep[index - 1]:
             last = index - 1
         keep[index] = start[index] >= stop[last]
-    return packets[keep]
+    return keep
 
 
-def _overlap(
-    start: NDArray[np.int64], stop: NDArray[np.int64], packets: Packets
+def _touching(
+    start: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    packet_start: NDArray[np.int64],
+    packet_stop: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Tell which of the pieces from `start` to `stop` touch one of the packets."""
-    # The first packet that ends behind a piece's start is the only one to ask.
-    following = np.searchsorted(packets.stop, start, side="right")
-    starts = np.append(packets.start, np.iinfo(np.int64).max)
+    """Tell which of the pieces from `start` to `stop` share a byte with one of the packets."""
+    # Of the packets that end behind a piece's start, the first is the only one to ask.
+    following = np.searchsorted(packet_stop, start, side="right")
+    starts = np.append(packet_start, np.iinfo(np.int64).max)
     return np.asarray(starts[following] < stop)
-
-
-def _merged(one: Packets, other: Packets) -> Packets:
-    order = np.argsort(np.concatenate([one.start, other.start]), kind="stable")
-    both = (
-        np.concatenate([getattr(one, item.name), getattr(other, item.name)])
-        for item in fields(Packets)
-    )
-    return Packets(*both)[order]

@@ -17,11 +17,11 @@ from flight_logs.errors import (
     RawStreamError,
     SwappedStampsError,
 )
-from flight_logs.framing import PACKET_SIZE_LIMIT, PADDING, STAMP_SIZE, Packets, find_packets
-from flight_logs.stamps import Stamps, read_stamps
+from flight_logs.framing import PACKET_SIZE_LIMIT, PADDING, STAMP_SIZE, Loose, Packets, find_packets
+from flight_logs.stamps import Stamps, are_swapped, read_stamps
 
-DEFAULT_CHUNK_BYTES = 8 << 20
-_LEAST_CHUNK_BYTES = 64 << 10
+DEFAULT_CHUNK_BYTES = 4 << 20
+_LEAST_CHUNK_BYTES = 4 << 10
 # What becomes of a place in the file depends on the packets after it, but not on the third.
 _MARGIN = 3 * (PACKET_SIZE_LIMIT + STAMP_SIZE)
 _SEARCHED_BYTES = 16 << 20
@@ -45,7 +45,7 @@ class Piece:
 
     data: NDArray[np.uint8]
     packets: Packets
-    loose: Packets
+    loose: Loose
     stamps: Stamps | None
     bytes: int
     bytes_outside: int
@@ -75,7 +75,7 @@ def _checked(path: Path, scanner: _Scanner) -> Iterator[Piece]:
     for piece in scanner.pieces():
         position = piece.position
         if not is_tlog and piece.stamps is not None:
-            _refuse_other_formats(path, piece.stamps)
+            _refuse_other_formats(path, piece, piece.stamps)
             is_tlog = True
         # Nothing but messages of another dialect can be a tlog, too.
         is_tlog = is_tlog or 2 * piece.bytes_outside < piece.bytes
@@ -91,13 +91,13 @@ def _checked(path: Path, scanner: _Scanner) -> Iterator[Piece]:
         )
 
 
-def _refuse_other_formats(path: Path, stamps: Stamps) -> None:
+def _refuse_other_formats(path: Path, piece: Piece, stamps: Stamps) -> None:
     if stamps.mostly_missing:
         raise RawStreamError(
             f"{path} is a raw telemetry stream: its packets have no times. Give the tlog that was "
             "recorded with it."
         )
-    if stamps.swapped:
+    if are_swapped(piece.data, piece.packets):
         raise SwappedStampsError(
             f"The times in {path} are little-endian; a tlog has eight bytes of microseconds since "
             "1970, big-endian, before each packet. Write it anew with those bytes turned round."
@@ -152,10 +152,13 @@ class _Scanner:
 
     def _piece(self, limit: int, ended: bool, file_size: int) -> Piece:
         packets, loose = find_packets(self._data, self._first, self._held)
-        packets = packets[packets.start < limit]
-        loose = loose[(loose.start < limit) & (loose.start >= STAMP_SIZE)]
+        packets = packets.at(slice(int(np.searchsorted(packets.start, limit))))
+        loose = loose.at(slice(*np.searchsorted(loose.start, [STAMP_SIZE, limit]).tolist()))
         stops = np.sort(np.concatenate([[self._last_stop], packets.stop, loose.stop]))
-        previous_stop = stops[np.searchsorted(stops, packets.start, side="right") - 1]
+        if len(loose):
+            previous_stop = stops[np.searchsorted(stops, packets.start, side="right") - 1]
+        else:
+            previous_stop = stops[:-1]
         self._last_stop = int(stops[-1])
         end = self._held if ended else max(self._last_stop, limit - STAMP_SIZE)
         stamps = None

@@ -41,7 +41,9 @@ def records_by_name(
     found = {}
     for index, places in groups(packets.message):
         if wanted is None or table[index].name in wanted:
-            found[table[index].name] = _records(data, packets[places], time_s[places], table[index])
+            found[table[index].name] = _records(
+                data, packets.at(places), time_s[places], table[index]
+            )
     return found
 
 
@@ -51,11 +53,10 @@ def _records(
     records: Records = np.zeros(len(packets), dtype=message.dtype)
     if message.size:
         payload = rows(data, packets.payload, message.size)
-        short = np.flatnonzero(packets.length < message.size)
-        if len(short):
-            # Zeros at the end of a payload aren't sent.
-            sent = np.arange(message.size) < packets.length[short, np.newaxis]
-            payload[short] *= sent
+        if packets.length.min() < message.size:
+            # Zeros at the end of a payload aren't sent; the checksum follows instead.
+            columns = np.arange(message.size, dtype=np.uint8)
+            payload *= columns < packets.length[:, np.newaxis]
         bytes_of: NDArray[Any] = records.view(np.uint8).reshape(len(packets), -1)
         bytes_of[:, PAYLOAD_OFFSET : PAYLOAD_OFFSET + message.size] = payload
     version_1 = packets.payload - packets.start == min(_SOURCE_OFFSETS)

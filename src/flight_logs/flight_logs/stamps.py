@@ -26,14 +26,12 @@ class Stamps:
         lost: packets whose own time is missing or damaged; they have that of the one before.
         steps_back: how often a packet is earlier than the one before.
         mostly_missing: there is no room for a time before most of the packets.
-        swapped: the times make sense only with their bytes the other way round.
     """
 
     time_s: NDArray[np.float64]
     lost: int
     steps_back: int
     mostly_missing: bool
-    swapped: bool
 
 
 def read_stamps(
@@ -51,8 +49,7 @@ def read_stamps(
         last_time_s: time of the packet before the first, None when there was none.
     """
     gap = packets.start - previous_stop
-    stamps_us = rows(data, np.maximum(packets.start - STAMP_SIZE, 0), STAMP_SIZE).view(">u8")[:, 0]
-    time_s = stamps_us.astype(np.float64) * 1e-6
+    time_s = _stamps_us(data, packets).astype(np.float64) * 1e-6
     missing = gap < STAMP_SIZE
     known = np.flatnonzero(~missing)
     before_s = last_time_s
@@ -73,11 +70,17 @@ def read_stamps(
         lost,
         steps_back=int(earlier.sum()),
         mostly_missing=2 * int(missing.sum()) > len(packets),
-        swapped=len(known) > 0 and _swapped(stamps_us[known]),
     )
 
 
-def _swapped(stamps_us: NDArray[np.uint64]) -> bool:
+def are_swapped(data: NDArray[np.uint8], packets: Packets) -> bool:
+    """Tell whether the times make sense only with their bytes the other way round."""
+    stamps_us = _stamps_us(data, packets)
     as_written = np.median(stamps_us.astype(np.float64))
     other_way = np.median(stamps_us.byteswap().astype(np.float64))
     return bool(as_written >= _LATE_US and _EARLY_US <= other_way < _LATE_US)
+
+
+def _stamps_us(data: NDArray[np.uint8], packets: Packets) -> NDArray[np.uint64]:
+    places = np.maximum(packets.start - STAMP_SIZE, 0)
+    return rows(data, places, STAMP_SIZE).view(">u8")[:, 0]

@@ -173,7 +173,7 @@ def iterate_tlog(
 
 
 def _counts(piece: Piece) -> Counts:
-    known = piece.loose.message >= 0
+    known = piece.loose.known
     unknown = Counter(piece.loose.number[~known].tolist())
     return Counts(
         bytes=piece.bytes,
