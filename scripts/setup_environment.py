@@ -319,7 +319,8 @@ def record_environment(ros: str, base: dict[str, str]) -> None:
     variables = os.fsdecode(output.stdout).split("\0")
     after = dict(variable.split("=", 1) for variable in variables if "=" in variable)
     # `ros2 run` finds the executables here; this makes them commands.
-    after["PATH"] = f"{INSTALL / 'drone_navigation/lib/drone_navigation'}:{after['PATH']}"
+    for package in ("flight_logs", "drone_navigation"):
+        after["PATH"] = f"{INSTALL / package / 'lib' / package}:{after['PATH']}"
     lines = [f"# for {ros}", "# Written by scripts/setup_environment.py, read by setup.bash."]
     before = outside(ros)
     if ros == "system":

@@ -20,4 +20,5 @@ setup(
     python_requires=">=3.10",
     install_requires=["numpy", "plotly", "pyarrow", "rich"],
     zip_safe=False,
+    entry_points={"console_scripts": ["tlog_export = flight_logs.export_command:main"]},
 )

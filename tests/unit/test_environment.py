@@ -198,7 +198,7 @@ def test_environment_enters_strict_shells_twice_from_anywhere(tmp_path: Path) ->
         {enter}; once=$(env | grep -v '^_=' | sort)
         {enter}; twice=$(env | grep -v '^_=' | sort)
         [ "$once" = "$twice" ]
-        command -v navigation_server navigation_client python
+        command -v navigation_server navigation_client tlog_export python
         python -c 'import custom_interfaces.action, drone_navigation, mavlink_sitl, rclpy'
         echo "$ROS_AUTOMATIC_DISCOVERY_RANGE"
     """
@@ -208,6 +208,7 @@ def test_environment_enters_strict_shells_twice_from_anywhere(tmp_path: Path) ->
     assert result.stdout.splitlines() == [
         f"{executables}/navigation_server",
         f"{executables}/navigation_client",
+        f"{ROOT}/install/flight_logs/lib/flight_logs/tlog_export",
         f"{ROOT}/.venv/bin/python",
         "LOCALHOST",
     ]

@@ -67,10 +67,17 @@ def test_installed_packages_are_those_of_the_lock() -> None:
             assert installed in wanted.specifier, f"{wanted.name} {installed}"
 
 
-def test_entry_points_can_be_called() -> None:
-    points = importlib.metadata.distribution("drone_navigation").entry_points
+@pytest.mark.parametrize(
+    ("package", "commands"),
+    [
+        ("drone_navigation", {"navigation_server", "navigation_client"}),
+        ("flight_logs", {"tlog_export"}),
+    ],
+)
+def test_entry_points_can_be_called(package: str, commands: set[str]) -> None:
+    points = importlib.metadata.distribution(package).entry_points
     scripts = {point.name: point.load() for point in points if point.group == "console_scripts"}
-    assert scripts.keys() == {"navigation_server", "navigation_client"}
+    assert scripts.keys() == commands
     assert all(callable(main) for main in scripts.values())
 
 

@@ -87,7 +87,7 @@ def _checked(path: Path, scanner: _Scanner) -> Iterator[Piece]:
     if not is_tlog:
         raise NotATlogError(
             f"{path} is not a tlog: there is no MAVLink packet in its "
-            + (f"first {position >> 20} MiB." if position >= _SEARCHED_BYTES else "bytes.")
+            + (f"first {_SEARCHED_BYTES >> 20} MiB." if position >= _SEARCHED_BYTES else "bytes.")
         )
 
 

@@ -1,0 +1,88 @@
+"""The command `tlog_export`: writes the messages of a log as Parquet or CSV."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from flight_logs.errors import ExportError, LogError
+from flight_logs.export import Exported, Format, export_tlog
+from flight_logs.progress import bytes_bar
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line."""
+    parser = argparse.ArgumentParser(
+        prog="tlog_export",
+        description="Write the messages of a telemetry log (tlog), a file for each.",
+    )
+    parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
+    parser.add_argument("--to", type=Path, required=True, metavar="DIR", help="folder to write to")
+    parser.add_argument(
+        "--format",
+        choices=[kind.value for kind in Format],
+        default=Format.PARQUET.value,
+        help="of the files (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--messages",
+        type=_names,
+        metavar="A,B",
+        help="only these, for example ATTITUDE,GPS_RAW_INT",
+    )
+    parser.add_argument(
+        "--enum-names",
+        action="store_true",
+        help="write MAV_STATE_ACTIVE in place of 4, and so on",
+    )
+    return parser
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip().upper() for name in text.split(",") if name.strip())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Export; 0 when it is done, 1 when a file can't be written, 2 for bad input."""
+    options = make_parser().parse_args(arguments)
+    try:
+        with bytes_bar(f"Reading {options.log.name}") as progress:
+            exported = export_tlog(
+                options.log,
+                options.to,
+                Format(options.format),
+                messages=options.messages,
+                enum_names=options.enum_names,
+                progress=progress,
+            )
+    except LogError as error:
+        print(error, file=sys.stderr)
+        return EXIT_FAILED if isinstance(error, ExportError) else EXIT_BAD_INPUT
+    print(_summary(exported, options.to))
+    return EXIT_OK
+
+
+def _summary(exported: Exported, folder: Path) -> str:
+    counts = exported.counts
+    skipped = {
+        "with bad checksums": counts.bad_checksums,
+        "of messages that the dialect doesn't have": sum(counts.unknown_messages.values()),
+    }
+    told = [f"{count} {what}" for what, count in skipped.items() if count]
+    if counts.bytes_outside:
+        told.append(f"{counts.bytes_outside} bytes that belong to no packet")
+    rows = sum(exported.rows.values())
+    done = f"Wrote {rows} messages of {len(exported.rows)} kinds to {folder}."
+    if not exported.rows:
+        done = "The log has none of those messages; nothing was written."
+    return done + (f" Skipped: {', '.join(told)}." if told else "")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
