@@ -116,9 +116,14 @@ def message_names() -> Mapping[str, MessageTable]:
     return {message.name: message for message in messages()}
 
 
+def message_indices(numbers: NDArray[np.int64]) -> NDArray[np.int16]:
+    """Return the places in `messages()` by message number; -1 where the dialect has none."""
+    index = _index_by_number()
+    return index[np.minimum(numbers, len(index) - 1)]
+
+
 @cache
-def index_by_number() -> NDArray[np.int16]:
-    """Place in `messages()` by message number; -1 where the dialect has none, and at the end."""
+def _index_by_number() -> NDArray[np.int16]:
     table = messages()
     index = np.full(table[-1].number + 2, -1, dtype=np.int16)
     index[[message.number for message in table]] = np.arange(len(table))

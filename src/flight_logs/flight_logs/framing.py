@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.checksums import right_checksums
-from flight_logs.dialect import crc_extras, index_by_number
+from flight_logs.checksums import right_checksums, rows
+from flight_logs.dialect import crc_extras, message_indices
 
 STAMP_SIZE = 8
 PACKET_SIZE_LIMIT = 280
@@ -38,16 +38,16 @@ class Packets:
         payload: where the payload begins.
         length: bytes of the payload, as sent.
         stop: where the packet ends.
-        message: place in `dialect.messages()`.
         signed: whether a signature follows the checksum.
+        number: the message's number.
     """
 
     start: NDArray[np.int64]
     payload: NDArray[np.int64]
     length: NDArray[np.uint8]
     stop: NDArray[np.int64]
-    message: NDArray[np.int16]
     signed: NDArray[np.bool_]
+    number: NDArray[np.int64]
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -60,8 +60,8 @@ class Packets:
             self.payload[places],
             self.length[places],
             self.stop[places],
-            self.message[places],
             self.signed[places],
+            self.number[places],
         )
 
 
@@ -103,7 +103,8 @@ def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets
         another packet follows as if it were one.
     """
     candidates = _candidates(data, first, end)
-    start, stop, known = candidates.start, candidates.stop, candidates.message >= 0
+    start, stop = candidates.start, candidates.stop
+    known = message_indices(candidates.number) >= 0
     # A signature is not covered by the checksum: another packet may stand in what damage left.
     checked = candidates.payload + candidates.length + _CHECKSUM_SIZE
     follower = data[np.minimum(stop + STAMP_SIZE, end)]
@@ -121,43 +122,29 @@ def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets
     before, behind = start[loose] - STAMP_SIZE, stop[loose] + STAMP_SIZE
     loose = loose[~_touching(before, behind, start[places], stop[places])]
     loose = loose[_apart(start[loose], stop[loose] + STAMP_SIZE)]
-    numbers = _numbers(data, candidates.payload[loose], start[loose])
-    return candidates.at(places), Loose(start[loose], stop[loose], numbers, known[loose])
+    found_loose = Loose(start[loose], stop[loose], candidates.number[loose], known[loose])
+    return candidates.at(places), found_loose
 
 
 def _candidates(data: NDArray[np.uint8], first: int, end: int) -> Packets:
-    """Return where packets could begin; message -1 where the dialect has none."""
+    """Return where packets could begin."""
     # In arithmetic of one byte, 0xFD + 3 is 0 and 0xFE + 3 is 1.
     start = first + np.flatnonzero(data[first:end] + np.uint8(3) < np.uint8(2))
-    version_2 = data[start] == _MAGIC_2
-    flags = data[start + 2] * version_2
+    header = rows(data, start, _HEADER_2)
+    version_2 = header[:, 0] == _MAGIC_2
+    flags = header[:, 2] * version_2
+    signed = flags == _FLAG_SIGNED
     payload = start + np.where(version_2, _HEADER_2, _HEADER_1)
-    length = data[start + 1]
-    stop = payload + length + _CHECKSUM_SIZE + _SIGNATURE_SIZE * (flags == _FLAG_SIGNED)
-    keep = np.flatnonzero((flags <= _FLAG_SIGNED) & (stop <= end) & _differing(data, start))
-    start, payload = start[keep], payload[keep]
-    index = index_by_number()
-    message = index[np.minimum(_numbers(data, payload, start), len(index) - 1)]
-    return Packets(start, payload, length[keep], stop[keep], message, flags[keep] == _FLAG_SIGNED)
-
-
-def _numbers(
-    data: NDArray[np.uint8], payload: NDArray[np.int64], start: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Return the message numbers: one byte in MAVLink 1, three in MAVLink 2."""
-    last = data[payload - 1].astype(np.int64)
-    of_version_2 = data[payload - 3] | data[payload - 2].astype(np.int64) << 8 | last << 16
-    return np.where(payload - start == _HEADER_2, of_version_2, last)
-
-
-def _differing(data: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Tell where a header's bytes aren't all the same, as an erased medium leaves them."""
-    return np.asarray(
-        (data[start + 1] != data[start])
-        | (data[start + 3] != data[start])
-        | (data[start + 4] != data[start])
-        | (data[start + 5] != data[start])
-    )
+    stop = payload + header[:, 1] + _CHECKSUM_SIZE + _SIGNATURE_SIZE * signed
+    possible = (flags <= _FLAG_SIGNED) & (stop <= end)
+    # A header whose bytes are all the same is what an erased medium holds.
+    alike = np.flatnonzero(header[:, 0] == header[:, 1])
+    possible[alike] &= (header[alike, 2:_HEADER_1] != header[alike, :1]).any(axis=1)
+    keep = np.flatnonzero(possible)
+    header, version_2 = header[keep], version_2[keep]
+    long_number = header[:, 7:].astype(np.int64) @ np.array([1, 1 << 8, 1 << 16])
+    number = np.where(version_2, long_number, header[:, 5])
+    return Packets(start[keep], payload[keep], header[:, 1], stop[keep], signed[keep], number)
 
 
 def _right(
@@ -166,7 +153,7 @@ def _right(
     """Return those of the places where the checksum is right."""
     start = candidates.start[places]
     covered = candidates.payload[places] + candidates.length[places] - start - 1
-    extras = crc_extras()[candidates.message[places]]
+    extras = crc_extras()[message_indices(candidates.number[places])]
     return places[right_checksums(data, start, covered, extras)]
 
 

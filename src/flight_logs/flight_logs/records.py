@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight_logs.checksums import rows
-from flight_logs.dialect import HEADER_FIELDS, PAYLOAD_OFFSET, MessageTable, messages
+from flight_logs.dialect import PAYLOAD_OFFSET, MessageTable, message_indices, messages
 from flight_logs.framing import Packets
-from flight_logs.grouping import groups
+from flight_logs.grouping import grouped
 
 Records: TypeAlias = NDArray[np.void]
 """A structured array of one message, shape (n,): see `dialect.MessageTable.dtype`."""
 
-# Sequence number, system and component stand side by side, behind length (and flags).
-_SOURCE_OFFSETS = {6: 2, 10: 4}
+_HEADER_1 = 6
+_SOURCE_SIZE = 3
+"""Sequence number, system and component stand side by side, behind length (and flags)."""
 
 
 def records_by_name(
@@ -38,18 +39,22 @@ def records_by_name(
         Records by the name of the message, in the order of the file.
     """
     table = messages()
+    order, kinds = grouped(message_indices(packets.number))
+    packets, time_s = packets.at(order), time_s[order]
+    version_1 = packets.payload - packets.start == _HEADER_1
+    source = rows(data, packets.start + np.where(version_1, 2, 4), _SOURCE_SIZE)
     found = {}
-    for index, places in groups(packets.message):
+    for index, chosen in kinds:
         if wanted is None or table[index].name in wanted:
-            found[table[index].name] = _records(
-                data, packets.at(places), time_s[places], table[index]
-            )
+            records = _records(data, packets.at(chosen), table[index])
+            records["time_s"] = time_s[chosen]
+            records["sequence_number"], records["system"], records["component"] = source[chosen].T
+            found[table[index].name] = records
     return found
 
 
-def _records(
-    data: NDArray[np.uint8], packets: Packets, time_s: NDArray[np.float64], message: MessageTable
-) -> Records:
+def _records(data: NDArray[np.uint8], packets: Packets, message: MessageTable) -> Records:
+    """Return records with the messages' fields; what stands before those is zero."""
     records: Records = np.zeros(len(packets), dtype=message.dtype)
     if message.size:
         payload = rows(data, packets.payload, message.size)
@@ -59,11 +64,6 @@ def _records(
             payload *= columns < packets.length[:, np.newaxis]
         bytes_of: NDArray[Any] = records.view(np.uint8).reshape(len(packets), -1)
         bytes_of[:, PAYLOAD_OFFSET : PAYLOAD_OFFSET + message.size] = payload
-    version_1 = packets.payload - packets.start == min(_SOURCE_OFFSETS)
-    source = packets.start + np.where(version_1, _SOURCE_OFFSETS[6], _SOURCE_OFFSETS[10])
-    values = (time_s, data[source + 1], data[source + 2], data[source])
-    for name, value in zip(HEADER_FIELDS, values, strict=True):
-        records[name] = value
     return records
 
 

@@ -1,0 +1,105 @@
+"""Logs from 1 MB to 1 GB: messages per second of processor time, and memory.
+
+The logs are the recordings of `tests/replay/data`, ArduPilot and PX4, one after the other and
+again and again, with times that go on. They are made in a temporary folder; one that doesn't
+fit on the disk is left out, and says so. Each reader works in a process of its own, so that its
+memory is its own. The reference, `mavutil`, reads the log of 1 MB each time, right before:
+its time is in proportion to the length.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavlink_vehicle.io.tlog import TlogReader
+from tests.bench.rows import row
+
+ROOT = Path(__file__).resolve().parents[2]
+RECORDINGS = sorted(ROOT.glob("tests/replay/data/*.tlog"))
+SIZES_MB = (1, 10, 100, 1000)
+WHOLE_LIMIT_MB = 100
+"""Longer logs are read piece by piece."""
+ROUNDS = {1: 9, 10: 3}
+RATIO_GOAL = 20.0
+MEMORY_GOAL_MB = 2048.0
+STAMP_SIZE = 8
+MB = 1_000_000
+
+
+def measures() -> list[dict[str, Any]]:
+    """Measure logs of all sizes."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        part = Path(folder) / "part.tlog"
+        write_log(part, MB)
+        for size_mb in SIZES_MB:
+            free_mb = shutil.disk_usage(folder).free / MB
+            if free_mb < 2 * size_mb:
+                print(f"No log of {size_mb} MB: only {free_mb:.0f} MB of {folder} are free.")
+                continue
+            rows += _measure(Path(folder), part, size_mb)
+    return rows
+
+
+def _measure(folder: Path, part: Path, size_mb: int) -> list[dict[str, Any]]:
+    log = folder / "log.tlog"
+    write_log(log, size_mb * MB)
+    reader = "read_tlog" if size_mb <= WHOLE_LIMIT_MB else "iterate_tlog"
+    by_mavutil = _read("mavutil", part, rounds=3)
+    ours = _read(reader, log, ROUNDS.get(size_mb, 1))
+    log.unlink()
+    rate, reference = (what["messages"] / what["seconds"] for what in (ours, by_mavutil))
+    met = rate >= RATIO_GOAL * reference
+    name = f"messages per second of processor time, {reader}, log of {size_mb} MB"
+    memory = f"memory of {reader}, log of {size_mb} MB"
+    peak_mb = ours["peak_mb"]
+    small = ("mavutil, 1 MB", by_mavutil["peak_mb"])
+    return [
+        row(name, (rate, "1/s"), ("mavutil", reference), f">= {RATIO_GOAL:g} x", met),
+        row(memory, (peak_mb, "MB"), small, "< 2 GB", peak_mb < MEMORY_GOAL_MB),
+    ]
+
+
+def _read(reader: str, path: Path, rounds: int) -> dict[str, Any]:
+    command = [sys.executable, "-m", "tests.bench.log_reading", reader, str(path), str(rounds)]
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True)
+    result: dict[str, Any] = json.loads(done.stdout)
+    return result
+
+
+def write_log(path: Path, size: int) -> None:
+    """Write a log of about `size` bytes, a little more: it ends with a whole packet."""
+    data = np.frombuffer(
+        b"".join(recording.read_bytes() for recording in RECORDINGS), dtype=np.uint8
+    ).copy()
+    lengths = [len(packet) + STAMP_SIZE for file in RECORDINGS for _, packet in TlogReader(file)]
+    ends = np.cumsum(lengths, dtype=np.int64)
+    places = ends - lengths
+    # A packet every 2 ms: about what two vehicles send.
+    stamps_us = 1_700_000_000_000_000 + 2000 * np.arange(len(places), dtype=np.uint64)
+    written = 0
+    with path.open("wb") as file:
+        while written < size:
+            _stamp(data, places, stamps_us)
+            stamps_us += np.uint64(2000 * len(places))
+            rest = int(np.searchsorted(ends, size - written))
+            end = int(ends[min(rest, len(ends) - 1)])
+            file.write(data[:end].tobytes())
+            written += end
+
+
+def _stamp(
+    data: NDArray[np.uint8], places: NDArray[np.int64], stamps_us: NDArray[np.uint64]
+) -> None:
+    columns = stamps_us.astype(">u8").view(np.uint8).reshape(-1, STAMP_SIZE)
+    for offset in range(STAMP_SIZE):
+        data[places + offset] = columns[:, offset]

@@ -1,0 +1,58 @@
+"""Reads a log in a process of its own and prints, as JSON, messages, seconds and memory.
+
+``python -m tests.bench.log_reading READER LOG ROUNDS``: the least processor time of the rounds
+counts, because whatever disturbs a round only adds to it.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from flight_logs.tlog import iterate_tlog, read_tlog
+
+
+def _read(path: Path) -> int:
+    return sum(len(records) for records in read_tlog(path).values())
+
+
+def _iterate(path: Path) -> int:
+    return sum(len(records) for part in iterate_tlog(path) for records in part.values())
+
+
+def _mavutil(path: Path) -> int:
+    from pymavlink import mavutil  # noqa: PLC0415 - the other readers shouldn't carry its memory
+
+    # What `mavlink_connection` gives for a log also makes an index first, and is slower.
+    log = mavutil.mavlogfile(str(path))
+    count = 0
+    while log.recv_msg() is not None:
+        count += 1
+    return count
+
+
+READERS: dict[str, Callable[[Path], int]] = {
+    "read_tlog": _read,
+    "iterate_tlog": _iterate,
+    "mavutil": _mavutil,
+}
+
+
+def main(reader: str, path: Path, rounds: int) -> None:
+    """Read the log as often as told, and print what it took."""
+    least_s = float("inf")
+    messages = 0
+    for _ in range(rounds):
+        started_s = time.process_time()
+        messages = READERS[reader](path)
+        least_s = min(least_s, time.process_time() - started_s)
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    print(json.dumps({"messages": messages, "seconds": least_s, "peak_mb": peak_mb}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]))
