@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import struct
 from collections.abc import Sequence
+from typing import Any
 
 from mavlink_vehicle.codec import mavlink
 from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
@@ -41,6 +42,19 @@ def unknown_packet(payload: bytes) -> bytes:
     """A packet of a message that the dialect doesn't have."""
     number = struct.pack("<I", UNKNOWN_NUMBER)[:3]
     return bytes([0xFD, len(payload), 0, 0, 7, 1, 1]) + number + payload + b"\x12\x34"
+
+
+def packet_of_length(cls: Any, payload: bytes, version: int = 2, signed: bool = False) -> bytes:
+    """A packet of a message with a payload of any length, as a sender of another dialect makes."""
+    number = struct.pack("<I", cls.id)
+    source = bytes([9, 1, 1])
+    if version == 1:
+        head = bytes([len(payload)]) + source + number[:1]
+    else:
+        head = bytes([len(payload), signed, 0]) + source + number[:3]
+    check = mavlink.x25crc(head + payload + bytes([cls.crc_extra])).crc
+    magic = b"\xfe" if version == 1 else b"\xfd"
+    return magic + head + payload + struct.pack("<H", check) + bytes(13 * signed)
 
 
 def tlog_of(packets: Sequence[bytes], start_us: int = START_US, step_us: int = STEP_US) -> bytes:

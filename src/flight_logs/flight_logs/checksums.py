@@ -93,7 +93,11 @@ def _right_block(
 
 @cache
 def _tables() -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """The checksum after one byte, by that byte, and after two, by both: it has only 16 bits."""
+    """Make what a checksum goes on by.
+
+    After one byte it is `by_byte[low byte of (crc ^ byte)] ^ crc >> 8`, and after two, as it has
+    no more than 16 bits, `by_pair[crc ^ pair]`.
+    """
     by_byte = np.arange(256, dtype=np.uint16)
     for _ in range(8):
         by_byte = np.where(by_byte & 1, by_byte >> 1 ^ _POLYNOMIAL, by_byte >> 1).astype(np.uint16)

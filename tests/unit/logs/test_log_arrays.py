@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import tracemalloc
 from pathlib import Path
 
@@ -12,8 +13,9 @@ from flight_logs.dialect import HEADER_FIELDS, enum_entries, messages
 from flight_logs.errors import LogError
 from flight_logs.tlog import Counts, iterate_tlog, read_tlog
 from mavlink_vehicle.codec import mavlink
-from tests.support.made_logs import random_packets, tlog_of
+from tests.support.made_logs import packet_of_length, random_packets, tlog_of
 from tests.support.random_messages import CLASSES
+from tests.support.read_logs import assert_same_contents
 
 RECORDING = Path(__file__).resolve().parents[2] / "data/copter_lowbatt.tlog"
 
@@ -27,6 +29,21 @@ def test_every_layout_is_pymavlinks() -> None:
         ends = [offset + kind.itemsize for kind, offset, *_ in places]
         assert [offset for _, offset, *_ in places] == [places[0][1], *ends[:-1]], message.name
         assert ends[-1] - places[0][1] == cls.unpacker.size
+
+
+@pytest.mark.parametrize(("version", "signed"), [(1, False), (2, False), (2, True)])
+def test_payloads_of_every_length_are_read(tmp_path: Path, version: int, signed: bool) -> None:
+    path = tmp_path / "lengths.tlog"
+    source = random.Random(version)
+    cls = mavlink.MAVLink_attitude_message
+    packets = [
+        packet_of_length(cls, source.randbytes(length), version, signed) for length in range(256)
+    ]
+    path.write_bytes(tlog_of(packets))
+    log = read_tlog(path)
+    assert log.counts.signed == 256 * signed
+    decoded = [mavlink.MAVLink(None).decode(bytearray(packet)) for packet in packets]
+    assert_same_contents("ATTITUDE", log["ATTITUDE"], decoded)
 
 
 def test_all_messages_of_the_dialect_are_there() -> None:
