@@ -162,6 +162,14 @@ def test_damage_is_counted_by_kind(path: Path) -> None:
     assert counts.bytes == path.stat().st_size
 
 
+def test_what_an_unknown_message_carries_is_not_counted_beside_it(path: Path) -> None:
+    carrier = unknown_packet(tlog_of([unknown_packet(b"")] * 3))
+    path.write_bytes(tlog_of([*heartbeats(1), carrier, *heartbeats(1)]))
+    counts = read_tlog(path).counts
+    assert counts.unknown_messages == {54_321: 1}
+    assert counts.bytes_outside == 0
+
+
 def test_a_log_of_another_dialect_is_an_empty_log_with_its_counts(path: Path) -> None:
     path.write_bytes(tlog_of([unknown_packet(bytes(index)) for index in range(10)]))
     log = read_tlog(path)
