@@ -28,7 +28,7 @@ RECORDINGS = sorted(ROOT.glob("tests/replay/data/*.tlog"))
 SIZES_MB = (1, 10, 100, 1000)
 WHOLE_LIMIT_MB = 100
 """Longer logs are read piece by piece."""
-ROUNDS = {1: 9, 10: 3}
+ROUNDS = {1: 9, 10: 3, 100: 2}
 RATIO_GOAL = 20.0
 MEMORY_GOAL_MB = 2048.0
 STAMP_SIZE = 8

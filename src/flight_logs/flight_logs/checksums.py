@@ -7,19 +7,18 @@ byte and without the checksum, then over the message's extra byte.
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-
-from flight_logs.grouping import grouped
 
 _POLYNOMIAL = 0x8408
 _START = 0xFFFF
 _CHECKSUM_SIZE = 2
 _BLOCK_ROWS = 8192  # what is worked on at a time stays in the processor's cache
-# Packets of similar length are worked on together, in rows of these widths. The last is more
+# Packets of similar length are worked on together, in rows of these widths. The first is more
 # than the longest header and payload have.
-_WIDTHS = (16, 24, 32, 40, 48, 56, 64, 80, 96, 128, 192, 266)
+_WIDTHS = (266, 192, 128, 96, 80, 64, 56, 48, 40, 32, 24, 16, 0)
 
 
 def rows(data: NDArray[np.uint8], starts: NDArray[np.int64], size: int) -> NDArray[np.uint8]:
@@ -57,28 +56,30 @@ def right_checksums(
     Returns:
         Shape (k,).
     """
-    right = np.zeros(len(starts), dtype=np.bool_)
-    order, tiers = grouped(np.searchsorted(_WIDTHS, covered))
-    for index, chosen in tiers:
-        places = order[chosen]
-        for begin in range(0, len(places), _BLOCK_ROWS):
-            block = places[begin : begin + _BLOCK_ROWS]
-            longest_first = block[np.argsort(covered[block].astype(np.uint16))[::-1]]
-            right[longest_first] = _right_block(
-                rows(data, starts[longest_first] + 1, _WIDTHS[index] + _CHECKSUM_SIZE),
-                covered[longest_first],
-                extras[longest_first],
-            )
-    return right
+    order = np.argsort(covered.astype(np.uint16), kind="stable")[::-1]
+    starts, covered, extras = starts[order] + 1, covered[order], extras[order]
+    right = np.empty(len(order), dtype=np.bool_)
+    begin = 0
+    for width, below in pairwise(_WIDTHS):
+        end = int(np.searchsorted(-covered, -below))
+        for first in range(begin, end, _BLOCK_ROWS):
+            block = slice(first, min(first + _BLOCK_ROWS, end))
+            matrix = rows(data, starts[block], width + _CHECKSUM_SIZE)
+            right[block] = _right_block(matrix, covered[block], extras[block])
+        begin = end
+    result = np.empty_like(right)
+    result[order] = right
+    return result
 
 
 def _right_block(
     matrix: NDArray[np.uint8], covered: NDArray[np.int64], extras: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
     """Tell of packets in rows, longest first, whether the checksums behind them are right."""
-    numbers = np.arange(len(matrix))
-    sent = matrix[numbers, covered] | matrix[numbers, covered + 1].astype(np.uint16) << 8
-    matrix[numbers, covered] = extras
+    cells = matrix.reshape(-1)
+    ends = np.arange(0, len(cells), matrix.shape[1]) + covered
+    sent = cells[ends] | cells[ends + 1].astype(np.uint16) << 8
+    cells[ends] = extras
     pairs = np.ascontiguousarray(matrix.view("<u2").T)
     by_byte, by_pair = _tables()
     crc = np.full(len(matrix), _START, dtype=np.uint16)
