@@ -62,6 +62,8 @@ class SimulatedFlight:
         self.kind = vehicle.vehicle
         self.sent: list[tuple[float, Message]] = []
         self.codec = Codec(1, 191)
+        self.on_sent: Callable[[bytes], None] | None = None
+        self.on_output: Callable[[object], None] | None = None
         self._ids = itertools.count(1)
         self.bridge.start(self.now)
 
@@ -81,6 +83,8 @@ class SimulatedFlight:
         for message in self.bridge.messages_to_send():
             self.sent.append((self.now, message))
             data = self.codec.encode(message)
+            if self.on_sent is not None:
+                self.on_sent(data)
             if self.link_up:
                 self.simulation.link.write(data)
         self._collect()
@@ -89,6 +93,8 @@ class SimulatedFlight:
         while (output := self.bridge.next_output()) is not None:
             self.outputs.append((self.now, output))
             self._by_kind.setdefault(type(output), []).append(output)
+            if self.on_output is not None:
+                self.on_output(output)
 
     def run_for(self, seconds: float) -> None:
         """Go on for a while."""

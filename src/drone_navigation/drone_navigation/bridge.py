@@ -31,7 +31,7 @@ from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.operations import STREAMED, begin_operation, begin_upload
 from drone_navigation.parking import Parking
 from drone_navigation.reporting import Reporter
-from drone_navigation.requests import MapPose, Request
+from drone_navigation.requests import MapPose, Request, action_name
 from drone_navigation.services import Service, ServiceDesk
 from drone_navigation.settings import BridgeConfig
 from drone_navigation.stations import Stations
@@ -104,6 +104,11 @@ class Bridge:
         return self._map_frame.pose(self._vehicle.state)
 
     @property
+    def height_m(self) -> float | None:
+        """The vehicle's height above the ground, or None."""
+        return self._report.height_m
+
+    @property
     def obstacles(self) -> ObstacleFeed:
         """What is in the way; takes what sensors of ROS see."""
         return self._obstacles
@@ -135,6 +140,7 @@ class Bridge:
             replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
             self._report.ended(previous, replaced, now)
         goal.apply(GoalEvent.EXECUTE)
+        goal.kind = action_name(request)
         self._report.accepted(goal)
         if goal.plan is not None:
             self._stations.free(now)

@@ -20,7 +20,7 @@ from drone_navigation import notes
 from drone_navigation.map_frame import MapFrame
 from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.recorded_frames import Frame, FromFirstPosition, LocalOnly
-from drone_navigation.recorded_notes import Goal, NotesReader
+from drone_navigation.recorded_notes import NotesReader, RecordedGoal
 from drone_navigation.requests import MapPose
 from drone_navigation.settings import ObstacleConfig
 from drone_navigation.timeline import Timeline
@@ -57,7 +57,8 @@ class Recording:
         positions_enu_m: shape (N, 3), in the map frame.
         yaws_enu_rad: shape (N,).
         speeds_m_s: shape (N,), over the ground.
-        goals: as they were accepted.
+        goals: those that lead to a place, as they were accepted.
+        all_goals: all of them, with what became of each.
         plans: the way to be flown, as it was planned each time.
         replans: how often the way was planned anew because of obstacles.
         distance_m: way that remains.
@@ -74,7 +75,8 @@ class Recording:
     positions_enu_m: NDArray[np.float64]
     yaws_enu_rad: NDArray[np.float64]
     speeds_m_s: NDArray[np.float64]
-    goals: Timeline[Goal]
+    goals: Timeline[RecordedGoal]
+    all_goals: tuple[RecordedGoal, ...]
     plans: Timeline[tuple[Vector3, ...]]
     replans: Timeline[int]
     distance_m: Timeline[float]
@@ -248,7 +250,8 @@ class _Reader:
             positions_enu_m=np.array([pose.position_enu_m for _, pose, _ in self.poses]),
             yaws_enu_rad=np.array([pose.yaw_enu_rad for _, pose, _ in self.poses]),
             speeds_m_s=np.array([speed for _, _, speed in self.poses]),
-            goals=Timeline.of(noted.goals),
+            goals=Timeline.of([(g.accepted_s, g) for g in noted.goals if g.targets_enu_m]),
+            all_goals=tuple(noted.goals),
             plans=Timeline.of(noted.plans),
             replans=Timeline.of(noted.replans),
             distance_m=Timeline.of(noted.distance_m),

@@ -232,6 +232,7 @@ class ActiveGoal:
         paused_by: the same of one that has paused it, until that lets it go on.
         paused_by_client: whether the pause service has paused it.
         yielded: set while the vehicle is left alone because a station made it hold.
+        kind: name of the action that it came by.
     """
 
     goal_id: str
@@ -260,6 +261,7 @@ class ActiveGoal:
     paused_by: str = ""
     paused_by_client: bool = False
     yielded: Yielded | None = None
+    kind: str = ""
 
     @property
     def ending(self) -> bool:

@@ -9,9 +9,13 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
+from dataclasses import dataclass
 
+from drone_navigation.goal import GoalFinished, GoalHappened
 from mavlink_vehicle import codec
 from mavlink_vehicle.codec import Message
+from mavlink_vehicle.status_text import CHUNK_SIZE
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.base import Progress
 
@@ -21,6 +25,12 @@ _MAV_SEVERITY_INFO = 6
 _PLAN_NAME = b"plan"
 _PLAN_POINTS = 19
 _PLAN_POINTS_MAX = 95
+_TEXT_IDS = 0xFFFF
+_EVENT = re.compile(
+    r"goal (?P<id>[0-9a-f]+|-) (?P<event>ACCEPTED|REJECTED|STATUS|ENDED) (?P<what>\w+)"
+    r"(?: after (?P<elapsed>[\d.]+) s)?(?:, (?P<error>[\d.]+) m off)?"
+    r"(?:, (?P<reached>\d+) waypoints)?:(?: (?P<message>.*))?"
+)
 
 
 def text(words: str) -> Message:
@@ -28,6 +38,94 @@ def text(words: str) -> Message:
     return codec.make(
         "STATUSTEXT", severity=_MAV_SEVERITY_INFO, text=words.encode("ascii", "replace")[:50]
     )
+
+
+def long_text(words: str, text_id: int) -> list[Message]:
+    """Return a text of any length as STATUSTEXTs, in chunks if it needs several.
+
+    Args:
+        words: what isn't ASCII becomes "?".
+        text_id: any number; another one for the next text.
+    """
+    data = words.encode("ascii", "replace")
+    if len(data) <= CHUNK_SIZE:
+        return [text(words)]
+    # The last chunk is never full: so it is known as the last.
+    return [
+        codec.make(
+            "STATUSTEXT",
+            severity=_MAV_SEVERITY_INFO,
+            text=data[start : start + CHUNK_SIZE],
+            id=text_id % _TEXT_IDS + 1,
+            chunk_seq=number,
+        )
+        for number, start in enumerate(range(0, len(data) + 1, CHUNK_SIZE))
+    ]
+
+
+@dataclass(frozen=True)
+class NotedEvent:
+    """An event of a goal's life as it was noted.
+
+    Attributes:
+        happened: what those saw who watched.
+        kind: for ACCEPTED, the name of the goal's action.
+        elapsed_s: for ENDED, the time since the goal was accepted.
+        final_error_m: for ENDED, the distance to the target; None if it could not be measured.
+        waypoints_reached: for ENDED, of a route.
+    """
+
+    happened: GoalHappened
+    kind: str = ""
+    elapsed_s: float | None = None
+    final_error_m: float | None = None
+    waypoints_reached: int = 0
+
+
+def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None = None) -> str:
+    """Return an event of a goal in words, which :func:`parse_event` reads back.
+
+    Args:
+        happened: the event.
+        kind: for ACCEPTED, the name of the goal's action.
+        finished: for ENDED, how.
+    """
+    words = f"goal {happened.goal_id or '-'} {happened.event} {happened.what or kind}"
+    if finished is not None:
+        words += f" after {finished.elapsed_s:.3f} s"
+        if finished.final_error_m is not None:
+            words += f", {finished.final_error_m:.3f} m off"
+        if finished.waypoints_reached:
+            words += f", {finished.waypoints_reached} waypoints"
+    return f"{words}: {happened.message}".rstrip()
+
+
+def parse_event(words: str) -> NotedEvent | None:
+    """Return the event that was noted in the words of :func:`event`, or None."""
+    found = _EVENT.fullmatch(words)
+    if found is None:
+        return None
+    accepted = found["event"] == "ACCEPTED"
+    happened = GoalHappened(
+        "" if found["id"] == "-" else found["id"],
+        found["event"],
+        "" if accepted else found["what"],
+        found["message"] or "",
+    )
+    return NotedEvent(
+        happened,
+        found["what"] if accepted else "",
+        _number(found["elapsed"]),
+        _number(found["error"]),
+        int(found["reached"] or 0),
+    )
+
+
+def _number(digits: str | None) -> float | None:
+    try:
+        return None if digits is None else float(digits)
+    except ValueError:  # damaged
+        return None
 
 
 def goal_accepted(short_id: str, target_enu_m: Vector3) -> Message:
@@ -85,20 +183,26 @@ def parse_plan(message: Message) -> tuple[tuple[Vector3, ...], bool] | None:
 
 
 def progress(state: Progress, now: float) -> list[Message]:
-    """Return the distance (m) and the time (s) that remain, and the replans, as named values."""
+    """Return what a feedback tells, as named values; "replans" is the last of each feedback.
+
+    The distance (m) and the time (s) that remain; of a route the current waypoint, the lap, and
+    how many waypoints are left and were reached; how often the way was planned anew.
+    """
     boot_ms = int(now * 1000.0) & 0xFFFFFFFF
+    figures: dict[str, float] = {
+        "dist_rem": state.distance_remaining_m,
+        "time_rem": state.time_remaining_s,
+    }
+    counts = {"replans": state.replans}
+    if (route := state.route) is not None:
+        counts = {
+            "waypoint": route.current,
+            "lap": route.lap,
+            "left": route.remaining,
+            "reached": route.reached,
+        } | counts
     return [
-        codec.make(
-            "NAMED_VALUE_FLOAT",
-            time_boot_ms=boot_ms,
-            name=b"dist_rem",
-            value=state.distance_remaining_m,
-        ),
-        codec.make(
-            "NAMED_VALUE_FLOAT",
-            time_boot_ms=boot_ms,
-            name=b"time_rem",
-            value=state.time_remaining_s,
-        ),
-        codec.make("NAMED_VALUE_INT", time_boot_ms=boot_ms, name=b"replans", value=state.replans),
+        codec.make(f"NAMED_VALUE_{kind}", time_boot_ms=boot_ms, name=name.encode(), value=value)
+        for kind, values in (("FLOAT", figures), ("INT", counts))
+        for name, value in values.items()
     ]

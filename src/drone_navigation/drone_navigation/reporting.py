@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 
 from drone_navigation import notes
@@ -48,6 +49,7 @@ class Reporter:
         self._map_frame = map_frame
         self._outputs: deque[Output] = deque()
         self._position_known = False
+        self._text_ids = itertools.count()
 
     def next_output(self) -> Output | None:
         """Return the next thing to tell, or None."""
@@ -71,10 +73,8 @@ class Reporter:
     def accepted(self, goal: ActiveGoal) -> None:
         """Tell that a goal begins."""
         self.log(LogLevel.INFO, f"Goal {goal.short_id} accepted: {goal.description}")
-        self._happened(goal.goal_id, "ACCEPTED", "", goal.description)
-        if goal.target_enu_m is None:
-            self.note(notes.text(f"goal {goal.short_id} {goal.description}"))
-        else:
+        self._happened(goal.goal_id, "ACCEPTED", "", goal.description, goal.kind)
+        if goal.target_enu_m is not None:
             route = (goal.target_enu_m,) if goal.plan is None else goal.plan.targets_enu_m
             for target in route:
                 self.note(notes.goal_accepted(goal.short_id, target))
@@ -90,7 +90,6 @@ class Reporter:
         text = f"{goal.short_id} {progress.status.value}"
         why = f": {progress.blocked}" if progress.blocked else ""
         self.log(LogLevel.INFO, f"Goal {text}{why}")
-        self.note(notes.text(f"goal {text}"))
 
     def feedback(self, goal: ActiveGoal, progress: Progress, now: float) -> None:
         """Tell how far a goal is."""
@@ -103,7 +102,7 @@ class Reporter:
                 time_remaining_s=progress.time_remaining_s,
                 battery_remaining=None if state.battery is None else state.battery.remaining,
                 status=progress.status,
-                height_m=self._height_m(),
+                height_m=self.height_m,
                 route=progress.route,
                 replans=progress.replans,
             )
@@ -119,8 +118,19 @@ class Reporter:
             for message in notes.plan(path_enu_m):
                 self.note(message)
 
-    def _happened(self, goal_id: str, event: str, what: str, message: str) -> None:
-        self._outputs.append(GoalHappened(goal_id, event, what, message))
+    def _happened(
+        self,
+        goal_id: str,
+        event: str,
+        what: str,
+        message: str,
+        kind: str = "",
+        finished: GoalFinished | None = None,
+    ) -> None:
+        happened = GoalHappened(goal_id, event, what, message)
+        self._outputs.append(happened)
+        for note in notes.long_text(notes.event(happened, kind, finished), next(self._text_ids)):
+            self.note(note)
 
     def remark(self, goal: ActiveGoal, text: str) -> None:
         """Tell those who watch what happened to a goal whose status is the same as before."""
@@ -143,7 +153,9 @@ class Reporter:
         """Answer a service."""
         self._outputs.append(ServiceDone(number, success, message))
 
-    def _height_m(self) -> float | None:
+    @property
+    def height_m(self) -> float | None:
+        """The vehicle's height above the ground, or None while it is not known."""
         state = self._vehicle.state
         pose = self._map_frame.pose(state)
         if pose is None:
@@ -157,10 +169,11 @@ class Reporter:
         said = texts[-1].strip() if texts else ""
         finished = goal.finish(outcome, self._map_frame.pose(state), now, said)
         self._outputs.append(finished)
-        self._happened(goal.goal_id, "ENDED", finished.code.value, finished.message)
+        self._happened(
+            goal.goal_id, "ENDED", finished.code.value, finished.message, finished=finished
+        )
         if goal.path_enu_m:
             self._outputs.append(PlanChanged(()))
-        self.note(notes.text(f"goal {goal.short_id} ended {finished.code.value}"))
         self.log(
             LogLevel.INFO if finished.code is OutcomeCode.SUCCESS else LogLevel.WARN,
             f"Goal {goal.short_id} {finished.state.value}: {finished.message}",

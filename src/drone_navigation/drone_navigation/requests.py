@@ -8,6 +8,13 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TypeAlias
 
+from drone_navigation.names import (
+    ACTION_NAME,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+    TAKEOFF_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
 from mavlink_vehicle import frames
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -116,6 +123,20 @@ class ReturnRequest:
 Request: TypeAlias = (
     NavigateRequest | WaypointsRequest | TakeoffRequest | LandRequest | ReturnRequest
 )
+
+
+_ACTIONS: dict[type[Request], str] = {
+    NavigateRequest: ACTION_NAME,
+    WaypointsRequest: WAYPOINTS_ACTION_NAME,
+    TakeoffRequest: TAKEOFF_ACTION_NAME,
+    LandRequest: LAND_ACTION_NAME,
+    ReturnRequest: RETURN_ACTION_NAME,
+}
+
+
+def action_name(request: Request) -> str:
+    """Return the name of the action that a request comes by."""
+    return _ACTIONS[type(request)]
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from drone_navigation import flight_plot, flight_scene, flight_video
 from drone_navigation.flight_film import Film, Pace, Picture, make_pace
 from drone_navigation.flight_recording import Recording, read_recording
 from drone_navigation.flight_scene import ABOVE, View
-from drone_navigation.recorded_notes import Goal
+from drone_navigation.recorded_notes import RecordedGoal as Goal
 from drone_navigation.timeline import Timeline
 from navigation_core.obstacles import Box, Cylinder, Obstacles
 

@@ -1,0 +1,120 @@
+"""What is noted into a recording is all that a report or a bag needs of a goal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drone_navigation import notes
+from drone_navigation.goal import GoalFeedback, GoalHappened
+from drone_navigation.recorded_notes import NotesReader
+from drone_navigation.requests import LandRequest
+from mavlink_vehicle.codec import Codec, Message, with_source
+from mavlink_vehicle.io.tlog import TlogReader
+from navigation_core.tasks.base import Progress, RouteProgress, Status
+from tests.support.recorded_flight import EPOCH_S, Recorder
+from tests.support.simulated_flight import SimulatedFlight
+
+GOAL = "0123456789abcdef0123456789abcdef"
+
+
+def written_and_read(messages: list[Message]) -> NotesReader:
+    """Notes as they come back from a recording, a tenth of a second apart."""
+    writer, codec, reader = Codec(1, notes.COMPONENT_ID), Codec(255, 190), NotesReader()
+    for number, message in enumerate(messages):
+        data = writer.encode(with_source(message, 1, notes.COMPONENT_ID))
+        for read in codec.decode(data):
+            reader.take(0.1 * number, read)
+    return reader
+
+
+WORDS = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=300).map(str.strip)
+
+
+@given(WORDS, st.sampled_from(["STATUS", "ENDED", "REJECTED", "ACCEPTED"]))
+def test_an_event_of_any_length_is_read_back_as_it_was(message: str, event: str) -> None:
+    what = "" if event == "ACCEPTED" else "NO_PATH"
+    happened = GoalHappened("" if event == "REJECTED" else GOAL, event, what, message)
+    chunks = notes.long_text(notes.event(happened, "land"), 7)
+    ((_, noted),) = written_and_read(chunks).events
+    assert noted.happened == happened
+    assert noted.kind == ("land" if event == "ACCEPTED" else "")
+
+
+@pytest.mark.parametrize("length", [49, 50, 51, 99, 100, 101, 150])
+def test_a_text_that_fills_its_last_chunk_is_complete(length: int) -> None:
+    reader = written_and_read(notes.long_text("x" * length, 65_535))
+    assert [text for _, text in reader.remarks] == ["x" * length]
+
+
+def test_a_lost_chunk_costs_that_text_only() -> None:
+    first = notes.long_text(f"first {'x' * 100}", 1)
+    second = notes.long_text(f"second {'y' * 100}", 2)
+    reader = written_and_read([first[0], *first[2:], *second, *[notes.text("z")] * 20])
+    texts = [text for _, text in reader.remarks]
+    assert f"second {'y' * 100}" in texts
+    assert not any(text == f"first {'x' * 100}" for text in texts)
+
+
+def test_a_feedback_tells_the_waypoint_and_the_lap() -> None:
+    route = RouteProgress(current=2, lap=1, remaining=4, reached=5)
+    reader = written_and_read(notes.progress(Progress(Status.NAVIGATING, 1.5, 2.5, route, 3), 9.0))
+    assert reader.counts == {"waypoint": 2, "lap": 1, "left": 4, "reached": 5, "replans": 3}
+    assert (reader.distance_m[0][1], reader.time_left_s[0][1]) == (1.5, 2.5)
+    assert reader.feedbacks == 1
+
+
+def test_what_older_versions_noted_is_still_read() -> None:
+    reader = written_and_read(
+        [
+            notes.goal_accepted("abcdef12", (1.0, 2.0, 3.0)),
+            notes.text("goal abcdef12 NAVIGATING"),
+            notes.text("mode GUIDED"),
+            notes.text("goal abcdef12 ended NO_PATH"),
+            notes.text("goal fedcba98 take off to 5 m"),
+        ]
+    )
+    (goal,) = reader.goals
+    assert (goal.goal_id, goal.targets_enu_m, goal.code) == (
+        "abcdef12", ((1.0, 2.0, 3.0),), "NO_PATH",
+    )  # fmt: skip
+    assert goal.statuses == [(0.1, "NAVIGATING", "")]
+    assert goal.ended_s == pytest.approx(0.3)
+    assert [text for _, text in reader.status] == [
+        "NAVIGATING", "ended NO_PATH", "take off to 5 m",
+    ]  # fmt: skip
+    assert reader.remarks == [(0.2, "mode GUIDED")]
+    assert not reader.events
+
+
+def test_a_recorded_flight_tells_all_of_its_goals(tmp_path: Path) -> None:
+    flight = SimulatedFlight()
+    recorder = Recorder(flight, tmp_path / "a.tlog")
+    flight.ready()
+    flight.check(flight.request(9e5, 0.0, 3.0))
+    first = flight.send(4.0, 0.0, 3.0)
+    first_end = flight.run_to_end(first)
+    second = flight.start(LandRequest())
+    flight.run_to_end(second)
+    recorder.close()
+    reader, codec = NotesReader(), Codec(255, 190)
+    for time_s, data in TlogReader(tmp_path / "a.tlog"):
+        for message in codec.decode(data):
+            if message.get_srcComponent() == notes.COMPONENT_ID:
+                reader.take(time_s - EPOCH_S, message)
+    told = [output for _, output in flight.outputs if isinstance(output, GoalHappened)]
+    assert [noted.happened for _, noted in reader.events] == told
+    assert told[0].event == "REJECTED"
+    goal, landing = reader.goals
+    assert (goal.goal_id, goal.kind) == (first, "navigate_to_waypoint")
+    assert (landing.goal_id, landing.kind) == (second, "land")
+    assert goal.targets_enu_m == ((4.0, 0.0, 3.0),)
+    assert (goal.code, goal.message) == ("SUCCESS", first_end.message)
+    assert goal.elapsed_s == pytest.approx(first_end.elapsed_s, abs=1e-3)
+    assert goal.final_error_m == pytest.approx(first_end.final_error_m, abs=1e-3)
+    assert goal.ended_s == pytest.approx(goal.accepted_s + first_end.elapsed_s, abs=0.02)
+    assert goal.statuses[0][1] == "ARMING"
+    assert reader.feedbacks == len(flight.all(GoalFeedback))
