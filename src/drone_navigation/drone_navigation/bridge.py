@@ -72,10 +72,18 @@ _OF_ONE_MISSION = frozenset(
 
 
 class Bridge:
-    """Works one goal at a time with one vehicle."""
+    """Works one goal at a time with one vehicle.
+
+    Attributes:
+        recorded_goal_id: in a replay, the goal of the server that was recorded, or None.
+    """
 
     def __init__(self, vehicle: Vehicle, config: BridgeConfig) -> None:
         """Compose; nothing happens before :meth:`start`."""
+        self._refusal: Rejection | None = None
+        self._compose(vehicle, config)
+
+    def _compose(self, vehicle: Vehicle, config: BridgeConfig) -> None:
         self._vehicle = vehicle
         self._config = config
         self._map_frame = MapFrame()
@@ -83,6 +91,7 @@ class Bridge:
         self._report = Reporter(vehicle, self._map_frame)
         self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
         self._goal: ActiveGoal | None = None
+        self.recorded_goal_id: str | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
@@ -90,8 +99,8 @@ class Bridge:
 
     @property
     def active_goal_id(self) -> str | None:
-        """UUID of the goal that is being worked on, as hexadecimal digits."""
-        return None if self._goal is None else self._goal.goal_id
+        """UUID of the goal that is worked on, or was while recorded, as hexadecimal digits."""
+        return self.recorded_goal_id if self._goal is None else self._goal.goal_id
 
     @property
     def vehicle(self) -> Vehicle:
@@ -112,6 +121,14 @@ class Bridge:
     def obstacles(self) -> ObstacleFeed:
         """What is in the way; takes what sensors of ROS see."""
         return self._obstacles
+
+    def begin_again(self) -> None:
+        """Forget everything, as before :meth:`start`: a recording is played once more."""
+        self._compose(Vehicle(self._vehicle.config), self._config)
+
+    def refuse(self, refusal: Rejection) -> None:
+        """Refuse all goals and services from now on: there is nobody who could do them."""
+        self._refusal = refusal
 
     # --- requests from clients -------------------------------------------------------
 
@@ -186,6 +203,9 @@ class Bridge:
 
     def serve(self, number: int, service: Service, now: float) -> None:
         """Do what a service asks of the vehicle; a ``ServiceDone`` with the number answers."""
+        if self._refusal is not None:
+            self._report.served(number, False, self._refusal.message)
+            return
         goal = self._goal
         if goal is not None and service is not Service.HOLD:
             text = f"Goal {goal.goal_id} is active; cancel it first."
@@ -292,6 +312,8 @@ class Bridge:
     # --- goals -------------------------------------------------------------------------
 
     def _admit(self, request: Request, now: float) -> Admitted | Rejection:
+        if self._refusal is not None:
+            return self._refusal
         self._guard.tell_fence()
         admitted = admit(
             request,

@@ -58,6 +58,7 @@ class ServerConfig:
         vehicles: names of the vehicles; none: one vehicle without a namespace.
         gcs_links: links to ground stations.
         signing_key_file: path of the key of MAVLink 2 signing, or None.
+        replay_speed: seconds of a recording in a second; 0: as fast as possible.
     """
 
     link_url: str
@@ -67,6 +68,7 @@ class ServerConfig:
     vehicles: tuple[str, ...] = ()
     gcs_links: tuple[str, ...] = ()
     signing_key_file: str | None = None
+    replay_speed: float = 1.0
 
 
 def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
@@ -112,6 +114,7 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
         vehicles=texts(merged["vehicles"]),
         gcs_links=gcs_links,
         signing_key_file=text("signing_key_file") or None,
+        replay_speed=number("replay_speed"),
     )
 
 

@@ -40,7 +40,7 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "link_url",
         "udpin://127.0.0.1:14550",
         "MAVLink link to the autopilot, as MAVSDK or pymavlink write it: udpin://HOST:PORT, "
-        "udpout://HOST:PORT, tcp://HOST:PORT, serial:///dev/NAME:BAUD.",
+        "udpout://HOST:PORT, tcp://HOST:PORT, serial:///dev/NAME:BAUD; or tlog:PATH to replay.",
     ),
     ParameterSpec(
         "vehicles",
@@ -64,6 +64,14 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "record_tlog",
         "",
         "Path of a telemetry log that records all MAVLink traffic, both ways; empty records none.",
+    ),
+    ParameterSpec(
+        "replay_speed",
+        1.0,
+        "With tlog:PATH, how many seconds of the recording pass in a second; 0 is as fast as "
+        "possible.",
+        0.0,
+        1000.0,
     ),
     ParameterSpec(
         "target_system",
@@ -311,6 +319,8 @@ FIXED = frozenset(
 )
 
 # Of the server as a whole; all others are a vehicle's own, where there are several.
-SERVER_WIDE = frozenset({"vehicles", "gcs_links", "signing_key_file", "record_tlog"})
+SERVER_WIDE = frozenset(
+    {"vehicles", "gcs_links", "signing_key_file", "record_tlog", "replay_speed"}
+)
 
 SPECS: dict[str, ParameterSpec] = {spec.name: spec for spec in PARAMETERS}

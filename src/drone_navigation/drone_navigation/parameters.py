@@ -88,7 +88,7 @@ def refuse_changes(node: Node, example: str) -> None:
     """
 
     def on_set(parameters: list[Parameter]) -> SetParametersResult:
-        ours = any(parameter.name in SPECS for parameter in parameters)
+        ours = any(parameter.name in SPECS.keys() - {"replay_speed"} for parameter in parameters)
         reason = f"The vehicles have settings of their own; set it on a node such as {example}."
         return SetParametersResult(successful=not ours, reason=reason if ours else "")
 

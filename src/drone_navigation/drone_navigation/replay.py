@@ -2,11 +2,12 @@
 
 Nothing in here waits, reads a clock or sends: time is what the recording says, and what the
 bridge wants to send is dropped. So a recording gives the same again and again, as fast as the
-machine goes. :func:`play` yields after each thing that happened, and the caller collects what
-the bridge puts out.
+machine goes. A :class:`Player` does one thing at a time; :func:`play` yields after each, and the
+caller collects what the bridge puts out.
 
 The two directions of a recording are told apart by who speaks, as on a link: what the server
-itself sent is no news to it, and its notes (:mod:`drone_navigation.notes`) come by themselves.
+itself sent is no news to it and isn't played, and its notes (:mod:`drone_navigation.notes`) come
+by themselves.
 """
 
 from __future__ import annotations
@@ -15,12 +16,16 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from drone_navigation import notes
-from drone_navigation.bridge import Bridge
 from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.io.driver import Application
+
+OWN_COMPONENT = 191
+"""The component that a server speaks as, unless it is told otherwise."""
 
 LONGEST_SILENCE_S = 120.0
 """More silence than this is not lived through: by then nothing changes any more."""
 
+_MAGIC_2 = 0xFD
 # Deadlines in one silence: a mistake in the bridge must not become an endless loop.
 _TIMERS_MAX = 100_000
 
@@ -67,7 +72,8 @@ class Played:
         now: seconds since the recording began.
         unix_s: the recorder's clock at that time.
         message: what came; None for a timer.
-        is_note: the message is one of the recorder's own notes, which the bridge doesn't hear.
+        is_note: the message is one of the recorder's own notes. These, and what the server itself
+            sent, the bridge doesn't hear.
     """
 
     now: float
@@ -76,50 +82,119 @@ class Played:
     is_note: bool = False
 
 
+class Player:
+    """Plays a recording to an application that was not started yet, one thing at a time.
+
+    Attributes:
+        now: seconds since the recording began, of the last thing that happened.
+        time: what the recorder's clock did.
+        codec: decodes what others than the server said, and counts what could not be decoded.
+    """
+
+    def __init__(
+        self,
+        records: Iterable[tuple[float, bytes]],
+        application: Application,
+        codec: Codec,
+        time: RecordedTime | None = None,
+        own_component: int = OWN_COMPONENT,
+    ) -> None:
+        """Look at the first record; the application is started by the first :meth:`step`.
+
+        Args:
+            records: (unix time in seconds, packet), as ``TlogReader`` yields them.
+            application: a bridge, or a fleet of them.
+            codec: for what others said.
+            time: a time to begin at, if not zero.
+            own_component: the component that the server spoke as; what it said isn't played.
+        """
+        self.time = RecordedTime() if time is None else time
+        self.now = self.time.now
+        self.codec = codec
+        self._own_codec = Codec(255, 190)
+        self._own_component = own_component
+        self._records = iter(records)
+        self._application = application
+        self._started = False
+        self._timers = 0
+        self._next: tuple[float, bytes] | None = None
+        self._next_s = self.now
+        self._load()
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing is left; timers that are due later don't count."""
+        return self._next is None
+
+    def due_s(self) -> float | None:
+        """Return when the next thing happens (s); None at the recording's end."""
+        if self._next is None:
+            return None
+        deadline = self._application.next_deadline() if self._started else None
+        if deadline is None or deadline > self._next_s:
+            return self._next_s
+        return max(self.now, deadline)
+
+    def step(self) -> list[Played]:
+        """Let the next thing happen: a timer, or the messages of a packet.
+
+        Raises:
+            ReplayError: timers of the application do not come to rest.
+        """
+        if self._next is None:
+            return []
+        unix_s, packet = self._next
+        if not self._started:
+            self._started = True
+            self._application.start(self.now)
+        deadline = self._application.next_deadline()
+        if deadline is not None and deadline <= self._next_s:
+            return [self._run_timer(deadline, unix_s)]
+        self.now, self._timers = self._next_s, 0
+        self._load()
+        return self._take(packet, unix_s)
+
+    def _load(self) -> None:
+        self._next = next(self._records, None)
+        if self._next is not None:
+            self._next_s = self.time.advance(self._next[0])
+
+    def _run_timer(self, deadline: float, unix_s: float) -> Played:
+        self._timers += 1
+        if self._timers > _TIMERS_MAX:
+            raise ReplayError(
+                f"The timers do not come to rest {self.now:.3f} s into the recording."
+            )
+        self.now = max(self.now, deadline)
+        self._application.handle_timer(self.now)
+        self._application.messages_to_send()
+        return Played(self.now, unix_s - (self._next_s - self.now), None)
+
+    def _take(self, packet: bytes, unix_s: float) -> list[Played]:
+        component = packet[6] if packet[0] == _MAGIC_2 else packet[4]
+        is_note = component == notes.COMPONENT_ID
+        is_own = is_note or component == self._own_component
+        played = []
+        for message in (self._own_codec if is_own else self.codec).decode(packet):
+            if not is_own:
+                self._application.receive(message, self.now)
+                self._application.messages_to_send()
+            played.append(Played(self.now, unix_s, message, is_note))
+        return played
+
+
 def play(
     records: Iterable[tuple[float, bytes]],
-    bridge: Bridge,
+    application: Application,
     codec: Codec,
     time: RecordedTime | None = None,
+    own_component: int = OWN_COMPONENT,
 ) -> Iterator[Played]:
-    """Play a recording to a bridge that was not started yet.
-
-    Args:
-        records: (unix time in seconds, packet), as ``TlogReader`` yields them.
-        bridge: it is started; what it wants to send is dropped.
-        codec: decodes the packets, and counts what could not be decoded.
-        time: tells afterwards what the recorder's clock did; made here if not given.
+    """Play a whole recording; see :class:`Player` for the arguments.
 
     Yields:
         After each message and each timer, when outputs and state can be looked at.
     """
-    time = RecordedTime() if time is None else time
-    started = False
-    for unix_s, packet in records:
-        before = time.now
-        now = time.advance(unix_s)
-        if not started:
-            started = True
-            bridge.start(now)
-        for timer_s in _run_timers(bridge, before, now):
-            yield Played(timer_s, unix_s - (now - timer_s), None)
-        for message in codec.decode(packet):
-            note = message.get_srcComponent() == notes.COMPONENT_ID
-            if not note:
-                bridge.receive(message, now)
-                bridge.messages_to_send()
-            yield Played(now, unix_s, message, note)
-
-
-def _run_timers(bridge: Bridge, start_s: float, end_s: float) -> Iterator[float]:
-    """Let the bridge do what falls due up to a time, each thing at its own time."""
-    now = start_s
-    for _ in range(_TIMERS_MAX):
-        deadline = bridge.next_deadline()
-        if deadline is None or deadline > end_s:
-            return
-        now = max(now, deadline)
-        bridge.handle_timer(now)
-        bridge.messages_to_send()
-        yield now
-    raise ReplayError(f"The bridge's timers do not come to rest {now:.3f} s into the recording.")
+    player = Player(records, application, codec, time, own_component)
+    while not player.ended:
+        yield from player.step()

@@ -23,9 +23,12 @@ from drone_navigation.parameters import (
     declare_vehicle_parameters,
     refuse_changes,
 )
+from drone_navigation.replay_driver import ReplayDriver
+from drone_navigation.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
 from drone_navigation.spinning import Spinner
 from drone_navigation.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.endpoints import LinkStatistics
 
 _STOP_TIMEOUT_S = 3.0
@@ -64,7 +67,6 @@ class NavigationServer:
             LinkError: a link cannot be opened, or the file of the signing key holds none.
             OSError: the recording cannot be written.
         """
-        self._clock = clock
         values = declare_parameters(root, simulator)
         config = make_config(values)
         self._spinner: Spinner | None = None
@@ -74,12 +76,30 @@ class NavigationServer:
             check_fleet(dict(zip(config.vehicles, (own for _, _, own in settings), strict=True)))
             refuse_changes(root, settings[0][0].get_fully_qualified_name())
             self._spinner = Spinner(root, SingleThreadedExecutor())
-        network = open_network(config, [made for _, _, made in settings], root.get_logger().info)
+        configs = [made for _, _, made in settings]
+        network: Network | ReplayNetwork
+        recording = recording_of(config, configs)
+        if recording is None:
+            network = open_network(config, configs, root.get_logger().info)
+        else:
+            component = config.vehicle.source_component
+            network = ReplayNetwork(ReplayDriver(recording, config.replay_speed, component))
+            clock = network.driver.clock
+        self._clock = clock
         self._vehicles = [
             VehicleNode(node, own, made, network.recorder, clock) for node, own, made in settings
         ]
-        self._fleet = Fleet([vehicle.member for vehicle in self._vehicles], clock)
-        self._driver = network.drive(self._fleet, clock)
+        members = [vehicle.member for vehicle in self._vehicles]
+        self._driver: Driver | ReplayDriver
+        if isinstance(network, ReplayNetwork):
+            self._driver = network.driver
+            fleet = ReplayFleet(members, clock)
+            network.driver.play_to(fleet)
+            self._fleet: Fleet = fleet
+            self._replay = ReplayNode(root, self._vehicles, network.driver)
+        else:
+            self._fleet = Fleet(members, clock)
+            self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
         for vehicle in self._vehicles:
             statistics = partial(_statistics, network, vehicle.member)
@@ -130,7 +150,7 @@ class NavigationServer:
         pause.wait(_RESULT_GRACE_S)  # for the results to reach the clients
 
 
-def _statistics(network: Network, member: Member) -> LinkStatistics:
+def _statistics(network: Network | ReplayNetwork, member: Member) -> LinkStatistics:
     found = network.statistics_of(member.system_id)
     found.throttled += member.throttled
     return found

@@ -95,6 +95,12 @@ class Topics:
         )
         self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
 
+    def begin_again(self) -> None:
+        """Forget what was published: a recording is played from its beginning."""
+        self._health = LinkHealth()
+        self._seen = self._status = None
+        self._next_s = 0.0
+
     def publish_rejection(self, text: str) -> None:
         """Publish why the last goal was refused, as "CODE: sentence"."""
         self._last_rejection.publish(String(data=text))

@@ -22,6 +22,7 @@ from drone_navigation.goal import (
     PlanChanged,
     ServiceDone,
 )
+from drone_navigation.noted_outputs import NotedOutputs
 from drone_navigation.service_servers import ServiceServers
 from drone_navigation.topics import Topics
 from mavlink_vehicle.codec import Codec, Message, with_source
@@ -39,6 +40,7 @@ class VehicleApplication:
         self._recorder = recorder
         self._clock = clock
         self._notes = Codec(source_system=1, source_component=notes.COMPONENT_ID)
+        self._noted = NotedOutputs(bridge)
         self._server: GoalServers | None = None
         self._services: ServiceServers | None = None
         self._topics: Topics | None = None
@@ -66,6 +68,20 @@ class VehicleApplication:
         """Hand over what a ground station sent, and publish what follows from it at once."""
         self._bridge.overhear(message, now)
         self._publish()
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Put out again what a server noted into the recording that is played."""
+        system_id = self._bridge.vehicle.state.system_id
+        if system_id in (0, None, message.get_srcSystem()):
+            for output in self._noted.take(message, now):
+                self._put_out(output)
+
+    def begin_again(self) -> None:
+        """Forget all: a recording is played from its beginning."""
+        self._bridge.begin_again()
+        self._noted = NotedOutputs(self._bridge)
+        if self._topics is not None:
+            self._topics.begin_again()
 
     def handle_timer(self, now: float) -> None:
         """Let the bridge do what is due."""

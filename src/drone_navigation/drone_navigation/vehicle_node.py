@@ -24,6 +24,7 @@ from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
 
 # One thread for each goal that is parked on its event, and some for goal, cancel and
 # result requests. A replaced goal leaves its thread within milliseconds. They are only
@@ -101,6 +102,10 @@ class VehicleNode:
             f"Navigation server ready on {self.config.link_url}; it {arming}"
         )
         self._spinner.start()
+
+    def refuse(self, refusal: Rejection) -> None:
+        """Refuse all goals and services from now on."""
+        self._bridge.refuse(refusal)
 
     def shut_down(self) -> None:
         """Take no more goals, and have the vehicle brought to a stop and its goal ended."""

@@ -5,6 +5,7 @@ This is the format of MAVProxy, Mission Planner and QGroundControl ("tlog").
 
 from __future__ import annotations
 
+import re
 import struct
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +15,7 @@ from mavlink_vehicle.errors import LinkError
 
 _STAMP = struct.Struct(">Q")
 _MAGIC_1, _MAGIC_2 = 0xFE, 0xFD
+_MAGIC = re.compile(b"[\xfd\xfe]")
 _SIGNED = 0x01
 
 
@@ -75,6 +77,11 @@ class TlogReader:
 
     A last record that is cut short, as after a kill, ends the recording. Damaged places are
     skipped up to the next packet.
+
+    Attributes:
+        path: the file.
+        position: how many bytes of it the last iteration has taken.
+        size: bytes in all.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -88,6 +95,7 @@ class TlogReader:
             self._data = self.path.read_bytes()
         except OSError as error:
             raise LinkError(f"Cannot read {path}: {error.strerror or error}.") from error
+        self.position, self.size = 0, len(self._data)
         if len(self._data) > _STAMP.size and self._data[_STAMP.size] not in (_MAGIC_1, _MAGIC_2):
             raise LinkError(f"{path} is not a tlog: no MAVLink packet follows the first time.")
 
@@ -99,10 +107,14 @@ class TlogReader:
             start = position + _STAMP.size
             size = _packet_size(data, start)
             if size == 0:
-                position += 1
+                found = _MAGIC.search(data, start + 1)
+                if found is None:
+                    return
+                position = found.start() - _STAMP.size
                 continue
             if start + size > end:
                 return
+            self.position = start + size
             yield _STAMP.unpack_from(data, position)[0] * 1e-6, data[start : start + size]
             position = start + size
 

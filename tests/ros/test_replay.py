@@ -1,0 +1,301 @@
+"""A recording in the place of a vehicle: subscribers see what they saw when it was flown."""
+
+from __future__ import annotations
+
+import os
+import struct
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+import yaml
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path as PathMessage
+from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+
+from custom_interfaces.action import Takeoff
+from custom_interfaces.msg import GoalEvent, VehicleStatus
+from drone_navigation.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
+from drone_navigation.processes import Process, ros_environment
+from mavlink_vehicle.codec import Codec, with_source
+from mavlink_vehicle.io.tlog import TlogReader
+from tests.support.ros_flight import Flight, navigate_goal, new_domain
+
+pytestmark = [pytest.mark.xdist_group("ros_replay"), pytest.mark.timeout(180)]
+
+# Deep enough to lose nothing of what comes as fast as possible.
+DEEP_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=20_000)
+LATCHED_DEEP_QOS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=20_000, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+TOPICS: dict[str, tuple[Any, QoSProfile]] = {
+    "pose": (PoseStamped, DEEP_QOS),
+    "vehicle_status": (VehicleStatus, DEEP_QOS),
+    "goal_events": (GoalEvent, DEEP_QOS),
+    "plan": (PathMessage, DEEP_QOS),
+}
+
+
+@dataclass
+class Heard:
+    """What a subscriber heard of one vehicle, in order."""
+
+    messages: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in TOPICS})
+
+    def subscribe(self, subscribe: Callable[..., Any], namespace: str = "") -> None:
+        for name, (kind, qos) in TOPICS.items():
+            subscribe(
+                kind, f"{namespace}{SERVER_NODE_NAME}/{name}", self.messages[name].append, qos
+            )
+
+    def poses(self) -> list[tuple[float, ...]]:
+        found = [message.pose for message in self.messages["pose"]]
+        return [(*_xyz(p.position), p.orientation.z, p.orientation.w) for p in found]
+
+    def statuses(self) -> list[tuple[Any, ...]]:
+        """Without those that are like the one before."""
+        told = [
+            (
+                s.mode, s.armed, s.in_control, s.landed_state, s.position_valid, s.failsafe,
+                s.active_goal, s.connected, s.autopilot, s.last_status_text,
+            )
+            for s in self.messages["vehicle_status"]
+        ]  # fmt: skip
+        return [one for one, before in zip(told, [None, *told], strict=False) if one != before]
+
+    def events(self) -> list[tuple[str, ...]]:
+        return [(e.goal_id, e.event, e.what, e.message) for e in self.messages["goal_events"]]
+
+    def plans(self) -> list[list[tuple[float, ...]]]:
+        return [[_xyz(p.pose.position) for p in m.poses] for m in self.messages["plan"]]
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.sec + stamp.nanosec * 1e-9)
+
+
+def _xyz(point: Any) -> tuple[float, ...]:
+    return point.x, point.y, point.z
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A flight that was recorded, and what a subscriber heard while it was flown."""
+
+    tlog: Path
+    heard: Heard
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
+    folder = tmp_path_factory.mktemp("flown")
+    flight, heard = Flight(folder), Heard()
+    try:
+        heard.subscribe(flight.subscribe)
+        flight.spin_for(1.0)
+        flight.send(navigate_goal(9e5, 0.0, 3.0))
+        flight.wait_for_result(flight.send(navigate_goal(4.0, 2.0, 3.0)))
+        flight.spin_for(0.5)
+    finally:
+        flight.close()
+    (tlog,) = folder.glob("*.tlog")
+    return Flown(tlog, heard)
+
+
+class Replay:
+    """A server on a recording, and a subscriber."""
+
+    def __init__(self, *arguments: str) -> None:
+        environment = ros_environment(new_domain())
+        self.server = Process(
+            "navigation_server",
+            ["python", "-m", "drone_navigation.navigation_server", *arguments],
+            environment,
+        )
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, domain_id=int(environment["ROS_DOMAIN_ID"]))
+        self.node = rclpy.create_node("test_client", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+
+    def subscribe(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: Any) -> None:
+        self.node.create_subscription(kind, topic, callback, qos)
+
+    def wait(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            assert time.monotonic() < deadline, self.server.text[-3000:]
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def spin_for(self, seconds: float) -> None:
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def call(self, name: str) -> str:
+        """Call a service of the replay; returns its sentence."""
+        client = self.node.create_client(Trigger, f"{SERVER_NODE_NAME}/{name}")
+        assert client.wait_for_service(timeout_sec=10.0)
+        future = client.call_async(Trigger.Request())
+        self.wait(future.done)
+        assert future.result().success or name in ("arm", "pause"), future.result().message
+        return str(future.result().message)
+
+    def close(self) -> None:
+        self.node.destroy_node()
+        self._executor.shutdown()
+        rclpy.try_shutdown(context=self._context)
+        self.server.stop()
+
+
+@pytest.fixture(scope="module")
+def replay(flown: Flown) -> Iterator[Replay]:
+    replay = Replay("--link", f"tlog:{flown.tlog}", "--ros-args", "-p", "replay_speed:=0.0")
+    yield replay
+    replay.close()
+
+
+def contains(whole: list[Any], part: list[Any]) -> bool:
+    """Whether a list is somewhere in another one, without gaps."""
+    return any(whole[i : i + len(part)] == part for i in range(len(whole) - len(part) + 1))
+
+
+def play_again(replay: Replay, heard: Heard) -> None:
+    """Play from the beginning to the end, with all subscriptions in place."""
+    replay.server.wait_for("The recording has ended", 30.0)
+    ends = replay.server.text.count("The recording has ended")
+    replay.spin_for(1.5)
+    for messages in heard.messages.values():
+        messages.clear()
+    replay.call("replay/start")
+    replay.wait(lambda: replay.server.text.count("The recording has ended") > ends)
+    replay.spin_for(1.0)
+
+
+def test_subscribers_see_what_they_saw_when_it_was_flown(flown: Flown, replay: Replay) -> None:
+    live, heard = flown.heard, Heard()
+    heard.subscribe(replay.subscribe)
+    play_again(replay, heard)
+    assert heard.events() == live.events()
+    assert [event for _, event, _, _ in live.events()][:2] == ["REJECTED", "ACCEPTED"]
+    assert len(live.poses()) > 50
+    assert contains(heard.poses(), live.poses())
+    assert len(live.statuses()) > 3
+    assert contains(heard.statuses(), live.statuses())
+    assert len(heard.plans()) == len(live.plans()) > 1
+    for again, first in zip(heard.plans(), live.plans(), strict=True):
+        assert again == [pytest.approx(point, abs=1e-5) for point in first]
+
+
+def test_played_twice_it_is_the_same_and_its_stamps_are_of_then(
+    flown: Flown, replay: Replay
+) -> None:
+    heard, clocks = Heard(), list[Clock]()
+    heard.subscribe(replay.subscribe)
+    replay.subscribe(Clock, "/clock", clocks.append, DEEP_QOS)
+    play_again(replay, heard)
+    first = [heard.poses(), heard.statuses(), heard.events(), heard.plans()]
+    stamps = [_seconds(message.header.stamp) for message in heard.messages["pose"]]
+    play_again(replay, heard)
+    assert [heard.poses(), heard.statuses(), heard.events(), heard.plans()] == first
+    assert [_seconds(message.header.stamp) for message in heard.messages["pose"]] == stamps
+    recorded = [time_s for time_s, _ in TlogReader(flown.tlog)]
+    assert stamps == sorted(stamps)
+    assert recorded[0] <= stamps[0]
+    assert stamps[-1] <= recorded[-1] + 1e-3
+    assert recorded[0] - 1e-3 <= _seconds(clocks[-1].clock) <= recorded[-1] + 1e-3
+
+
+def test_a_recording_cannot_be_flown_and_says_so(replay: Replay) -> None:
+    client = ActionClient(replay.node, Takeoff, TAKEOFF_ACTION_NAME)
+    assert client.wait_for_server(timeout_sec=10.0)
+    future = client.send_goal_async(Takeoff.Goal(altitude=3.0))
+    replay.wait(future.done)
+    assert not future.result().accepted
+    replay.server.wait_for("is a recording, which can't be flown", 5.0)
+    assert "can't be flown" in replay.call("arm")
+    assert replay.call("pause") == "No goal is active."
+
+
+def test_it_is_paused_and_goes_on_at_another_speed(flown: Flown) -> None:
+    replay = Replay("--link", f"tlog:{flown.tlog}")
+    try:
+        clocks = list[Clock]()
+        replay.subscribe(Clock, "/clock", clocks.append, DEEP_QOS)
+        replay.wait(lambda: len(clocks) > 5)
+        assert "stands still" in replay.call("replay/pause")
+        replay.spin_for(0.5)
+        stood = len(clocks)
+        replay.spin_for(0.5)
+        assert len(clocks) == stood
+        parameters = AsyncParameterClient(replay.node, SERVER_NODE_NAME)
+        parameters.wait_for_services(timeout_sec=10.0)
+        future = parameters.set_parameters([Parameter("replay_speed", value=50.0)])
+        replay.wait(future.done)
+        assert all(result.successful for result in future.result().results)
+        assert "goes on" in replay.call("replay/resume")
+        replay.wait(lambda: "The recording has ended" in replay.server.text)
+        assert len(clocks) > stood
+        assert "waits at its beginning" in replay.call("replay/stop")
+    finally:
+        replay.close()
+
+
+def test_vehicles_of_one_recording_each_hear_their_own(flown: Flown, tmp_path: Path) -> None:
+    both = tmp_path / "both.tlog"
+    both.write_bytes(with_a_second_vehicle(flown.tlog))
+    config = tmp_path / "both.yaml"
+    config.write_text(
+        yaml.safe_dump(
+            {
+                "navigation_server": {
+                    "ros__parameters": {
+                        "vehicles": ["a", "b"],
+                        "link_url": f"tlog:{both}",
+                        "replay_speed": 0.0,
+                    }
+                },
+                **{
+                    f"/{name}/navigation_server": {"ros__parameters": {"target_system": number}}
+                    for name, number in (("a", 1), ("b", 2))
+                },
+            }
+        )
+    )
+    replay = Replay("--config", str(config))
+    try:
+        heard = {"a": Heard(), "b": Heard()}
+        for name, one in heard.items():
+            one.subscribe(replay.subscribe, f"/{name}/")
+        play_again(replay, heard["a"])
+        assert heard["a"].events() == flown.heard.events()
+        assert contains(heard["a"].poses(), flown.heard.poses())
+        assert heard["b"].poses()[-len(flown.heard.poses()) :] != []
+        assert not heard["b"].events()
+        assert {status[-2] for status in heard["b"].statuses()} >= {"ArduCopter"}
+    finally:
+        replay.close()
+
+
+def with_a_second_vehicle(tlog: Path) -> bytes:
+    """Return a recording with all that the autopilot says twice, as system 1 and as system 2."""
+    codec, second = Codec(255, 190), Codec(2, 1)
+    whole = b""
+    for time_s, packet in TlogReader(tlog):
+        stamp = struct.pack(">Q", round(time_s * 1e6))
+        whole += stamp + packet
+        for message in codec.decode(packet):
+            if (message.get_srcSystem(), message.get_srcComponent()) == (1, 1):
+                whole += stamp + second.encode(with_source(message, 2, 1))
+    return whole
