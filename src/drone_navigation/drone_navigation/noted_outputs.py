@@ -55,6 +55,11 @@ class NotedOutputs:
             outputs.append(self._feedback(noted.goals[-1].goal_id))
         return outputs
 
+    def action_of(self, goal_id: str) -> str:
+        """Return the name of the action of a goal that was accepted; empty if it is not noted."""
+        goals = reversed(self._notes.goals)
+        return next((goal.kind for goal in goals if goal.goal_id == goal_id), "")
+
     def _event(self, noted: NotedEvent) -> list[Output]:
         happened = noted.happened
         outputs: list[Output] = [happened]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
@@ -49,12 +48,25 @@ _PERIOD_S = 1.0
 StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]
 
 
+class PublishingNode(Protocol):
+    """What is needed of a ROS node; :mod:`drone_navigation.bag_topics` has another one."""
+
+    def create_publisher(self, message_type: Any, topic: str, qos: QoSProfile | int) -> Any:
+        """Return what has a method ``publish``."""
+
+    def get_fully_qualified_name(self) -> str:
+        """Return the node's name with its namespace."""
+
+    def get_clock(self) -> Any:
+        """Return what tells the time of stamps."""
+
+
 class Topics:
     """Publishers of the server; used by the driver thread only."""
 
     def __init__(
         self,
-        node: Node,
+        node: PublishingNode,
         bridge: Bridge,
         statistics: Callable[[], LinkStatistics],
         frames: FrameNames = PLAIN,
