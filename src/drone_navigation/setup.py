@@ -21,12 +21,13 @@ setup(
         (f"share/{PACKAGE}/launch", sorted(map(str, Path("launch").glob("*.py")))),
     ],
     python_requires=">=3.10",
-    install_requires=["numpy", "PyYAML", "jsonschema", "rich", "matplotlib", "pillow"],
+    install_requires=["numpy", "PyYAML", "jsonschema", "rich", "matplotlib", "pillow", "mcap"],
     zip_safe=False,
     entry_points={
         "console_scripts": [
             "navigation_server = drone_navigation.navigation_server:main",
             "navigation_client = drone_navigation.navigation_client:main",
+            "tlog2mcap = drone_navigation.tlog2mcap:main",
         ],
     },
 )

@@ -21,6 +21,7 @@ from drone_navigation.flight_plot import make_parser as plot_parser
 from drone_navigation.flight_video import make_parser as video_parser
 from drone_navigation.parameter_table import PARAMETERS
 from drone_navigation.server_options import make_parser as server_parser
+from drone_navigation.tlog2mcap import make_parser as bag_parser
 from flight_logs.export_command import make_parser as export_parser
 from mavlink_sitl.options import make_parser as simulator_parser
 from navigation_core.outcomes import OutcomeCode
@@ -39,6 +40,7 @@ PROGRAMS: dict[str, Callable[[], ArgumentParser]] = {
     "navigation_server": server_parser,
     "navigation_client": client_parser,
     "tlog_export": export_parser,
+    "tlog2mcap": bag_parser,
     "python -m mavlink_sitl": simulator_parser,
     "python -m drone_navigation.demo": demo_parser,
     "python -m drone_navigation.flight_plot": plot_parser,

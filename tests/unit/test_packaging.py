@@ -70,7 +70,7 @@ def test_installed_packages_are_those_of_the_lock() -> None:
 @pytest.mark.parametrize(
     ("package", "commands"),
     [
-        ("drone_navigation", {"navigation_server", "navigation_client"}),
+        ("drone_navigation", {"navigation_server", "navigation_client", "tlog2mcap"}),
         ("flight_logs", {"tlog_export"}),
     ],
 )

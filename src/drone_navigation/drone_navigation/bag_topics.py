@@ -1,0 +1,108 @@
+"""What :class:`~drone_navigation.topics.Topics` needs of a node, writing into a bag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from rclpy.qos import QoSProfile
+from rclpy.time import Time
+
+from drone_navigation.mcap_bag import Bag, Channel
+from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.replay import RecordedTime
+
+_LAST_S = 2.0**31
+"""A stamp of ROS has no later second."""
+
+
+class BagError(ValueError):
+    """A recording can't be written as a bag; the sentence says why."""
+
+
+class BagClock:
+    """The recorder's clock at what is being played: a node's clock.
+
+    Attributes:
+        time: of the recording; for :func:`~drone_navigation.replay.play`.
+    """
+
+    def __init__(self) -> None:
+        """Begin before the first packet."""
+        self.time = RecordedTime()
+        self._packet_s = 0.0
+        self._before_s = 0.0
+
+    def follow(self, records: Iterable[tuple[float, bytes]]) -> Iterator[tuple[float, bytes]]:
+        """Pass (unix time in seconds, packet) on, and keep the time.
+
+        Raises:
+            BagError: a time that ROS can't hold.
+        """
+        for unix_s, packet in records:
+            if unix_s >= _LAST_S:
+                raise BagError(
+                    "The recorder's clock is beyond the year 2038, which a stamp of ROS can't hold."
+                )
+            self._packet_s = unix_s
+            yield unix_s, packet
+
+    def move(self, now: float) -> None:
+        """Say how many seconds of the recording have passed."""
+        self._before_s = self.time.now - now
+
+    @property
+    def unix_ns(self) -> int:
+        """Nanoseconds since 1970; whole microseconds, as recorded."""
+        return round(max(self._packet_s - self._before_s, 0.0) * 1e6) * 1000
+
+    def now(self) -> Time:
+        """Return the time as a node's clock does."""
+        return Time(nanoseconds=self.unix_ns)
+
+
+class BagPublisher:
+    """A publisher whose messages go into a bag."""
+
+    def __init__(self, channel: Channel, clock: BagClock) -> None:
+        """Write to ``channel`` at the clock's time."""
+        self._channel = channel
+        self._clock = clock
+
+    def publish(self, message: Any) -> None:
+        """Write a message."""
+        self._channel.write(message, self._clock.unix_ns)
+
+
+class BagNode:
+    """A navigation server's node of which there is only what it publishes."""
+
+    def __init__(self, bag: Bag, clock: BagClock, namespace: str = "") -> None:
+        """Write into ``bag``.
+
+        Args:
+            bag: where topics go.
+            clock: time of the messages.
+            namespace: the vehicle's name; empty for the only one.
+        """
+        self._bag = bag
+        self._clock = clock
+        self._namespace = f"/{namespace}".rstrip("/")
+
+    def create_publisher(self, message_type: Any, topic: str, qos: QoSProfile | int) -> Any:
+        """Return a publisher of a topic, named as for a node."""
+        profile = QoSProfile(depth=qos) if isinstance(qos, int) else qos
+        name = topic
+        if topic.startswith("~"):
+            name = self.get_fully_qualified_name() + topic.removeprefix("~")
+        elif not topic.startswith("/"):
+            name = f"{self._namespace}/{topic}"
+        return BagPublisher(self._bag.channel(message_type, name, profile), self._clock)
+
+    def get_fully_qualified_name(self) -> str:
+        """Return the node's name with its namespace."""
+        return f"{self._namespace}/{SERVER_NODE_NAME}"
+
+    def get_clock(self) -> BagClock:
+        """Return the recorder's clock."""
+        return self._clock

@@ -1,0 +1,193 @@
+"""The vehicles of a recording, each with a bridge and with the topics that its server had."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from drone_navigation.bag_goals import BagGoals
+from drone_navigation.bag_topics import BagClock, BagNode
+from drone_navigation.bridge import Bridge
+from drone_navigation.configuration import make_config
+from drone_navigation.frame_names import FrameNames
+from drone_navigation.goal import (
+    GoalFeedback,
+    GoalFinished,
+    GoalHappened,
+    GoalRejected,
+    Output,
+    PlanChanged,
+)
+from drone_navigation.mcap_bag import Bag
+from drone_navigation.noted_outputs import NotedOutputs
+from drone_navigation.topics import Topics
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.vehicle import Vehicle
+
+
+class RecordedBridge(Bridge):
+    """A bridge whose goals are those of the notes.
+
+    Attributes:
+        noted_goal_id: the goal that was active; None if none was.
+    """
+
+    noted_goal_id: str | None = None
+
+    @property
+    def active_goal_id(self) -> str | None:
+        """The id of the goal that was active then."""
+        return self.noted_goal_id
+
+
+class RecordedVehicle:
+    """One vehicle of a recording; an application for :func:`~drone_navigation.replay.play`."""
+
+    def __init__(self, system: int, name: str, codec: Codec, bag: Bag, clock: BagClock) -> None:
+        """Write what its server published.
+
+        Args:
+            system: MAVLink system id.
+            name: its namespace; empty for none.
+            codec: decodes the recording, and knows what is missing in it.
+            bag: where to.
+            clock: the recorder's.
+        """
+        config = make_config({"target_system": system})
+        self.system = system
+        self._bridge = RecordedBridge(Vehicle(config.vehicle), config.bridge)
+        self._codec = codec
+        self._clock = clock
+        self._heard = 0
+        node = BagNode(bag, clock, name)
+        frames = FrameNames.of(name)
+        self._topics = Topics(node, self._bridge, self._statistics, frames)
+        self._goals = BagGoals(node, frames)
+        self._noted = NotedOutputs(self._bridge)
+
+    def start(self, now: float) -> None:
+        """Begin."""
+        self._clock.move(now)
+        self._bridge.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in a message and publish what follows from it."""
+        self._heard += message.get_srcSystem() == self.system
+        self._clock.move(now)
+        self._bridge.receive(message, now)
+        self._topics.update(now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Take note of what a ground station sent."""
+        self._clock.move(now)
+        self._bridge.overhear(message, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        self._clock.move(now)
+        self._bridge.handle_timer(now)
+        self._topics.update(now)
+
+    def next_deadline(self) -> float | None:
+        """Return when :meth:`handle_timer` wants to be called."""
+        deadline, own = self._bridge.next_deadline(), self._topics.next_deadline()
+        return own if deadline is None else min(own, deadline)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return what would be sent; what is told is of no goal of the recording."""
+        while self._bridge.next_output() is not None:
+            pass
+        return self._bridge.messages_to_send()
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Publish what the server noted."""
+        self._clock.move(now)
+        for output in self._noted.take(message, now):
+            self._put_out(output)
+
+    def _put_out(self, output: Output) -> None:
+        if isinstance(output, GoalHappened):
+            if output.event == "ACCEPTED":
+                self._bridge.noted_goal_id = output.goal_id
+                self._goals.accept(output.goal_id, self._noted.action_of(output.goal_id))
+            elif output.event == "ENDED" and output.goal_id == self._bridge.noted_goal_id:
+                self._bridge.noted_goal_id = None
+            self._topics.publish_event(output)
+        elif isinstance(output, GoalFeedback):
+            self._goals.feedback(output)
+        elif isinstance(output, GoalFinished):
+            self._goals.finish(output)
+        elif isinstance(output, PlanChanged):
+            self._topics.publish_plan(output)
+        elif isinstance(output, GoalRejected):
+            self._topics.publish_rejection(output.text)
+
+    def _statistics(self) -> LinkStatistics:
+        lost = self._codec.statistics.lost.items()
+        own = {source: count for source, count in lost if source[0] == self.system}
+        return LinkStatistics(frames=self._heard, lost=own)
+
+
+class RecordedFleet:
+    """Several vehicles of a recording, as one application."""
+
+    def __init__(self, vehicles: Sequence[RecordedVehicle], others: Collection[int] = ()) -> None:
+        """Put together.
+
+        Args:
+            vehicles: at least one.
+            others: MAVLink system ids of vehicles that are in the recording, too.
+        """
+        self._vehicles = tuple(vehicles)
+        self._others = others
+        self._by_system = {vehicle.system: vehicle for vehicle in vehicles}
+        self._only = vehicles[0] if len(vehicles) == 1 else None
+
+    def start(self, now: float) -> None:
+        """Start all."""
+        for vehicle in self._vehicles:
+            vehicle.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Hand a message to the vehicle that it is from, or that it is for."""
+        vehicle = self._only or self._of(message)
+        if vehicle is not None:
+            vehicle.receive(message, now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Hand what a ground station sent to the vehicle that it is for."""
+        vehicle = self._only or self._of(message)
+        if vehicle is not None:
+            vehicle.overhear(message, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Let those do it who have something to do."""
+        for vehicle in self._vehicles:
+            deadline = vehicle.next_deadline()
+            if deadline is not None and deadline <= now:
+                vehicle.handle_timer(now)
+
+    def next_deadline(self) -> float | None:
+        """Return when the first wants to be called."""
+        deadlines = [vehicle.next_deadline() for vehicle in self._vehicles]
+        return min((time_s for time_s in deadlines if time_s is not None), default=None)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return what would be sent."""
+        return [message for vehicle in self._vehicles for message in vehicle.messages_to_send()]
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Hand a note to the vehicle that it is about: that of the same system.
+
+        Before a server has heard its vehicle, its notes are from a system that need not be.
+        """
+        system = message.get_srcSystem()
+        vehicle = self._by_system.get(system)
+        if vehicle is None and system not in self._others:
+            vehicle = self._only
+        if vehicle is not None:
+            vehicle.take_note(message, now)
+
+    def _of(self, message: Message) -> RecordedVehicle | None:
+        vehicle = self._by_system.get(message.get_srcSystem())
+        return vehicle or self._by_system.get(getattr(message, "target_system", 0))

@@ -1,0 +1,194 @@
+"""The command `tlog2mcap`: writes a recorded flight as an MCAP file of ROS messages."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from drone_navigation.bag_topics import BagClock, BagError
+from drone_navigation.bag_vehicle import RecordedFleet, RecordedVehicle
+from drone_navigation.mcap_bag import open_bag
+from drone_navigation.message_definitions import DefinitionError
+from drone_navigation.replay import RecordedTime, play
+from flight_logs.errors import LogError
+from flight_logs.packets import iterate_packets
+from flight_logs.progress import bytes_bar
+from flight_logs.tlog import iterate_tlog
+from mavlink_vehicle.codec import Codec, mavlink
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2
+
+_SUFFIX = ".mcap"
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True)
+class Converted:
+    """What was written.
+
+    Attributes:
+        counts: messages by topic.
+        time: what the recorder's clock did.
+    """
+
+    counts: dict[str, int]
+    time: RecordedTime
+
+
+def convert(
+    log: Path,
+    out: Path,
+    vehicles: Sequence[tuple[int, str]] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> Converted:
+    """Write the topics that a server had while it recorded ``log``, or would have had.
+
+    Args:
+        log: a tlog.
+        out: the MCAP file; it is whole or not there, and replaces one of that name.
+        vehicles: MAVLink system id and namespace of each; none for all in the log.
+        progress: called with the bytes done and the size of the log.
+
+    Raises:
+        LogError: the log can't be read, or isn't a tlog.
+        BagError: it has no such vehicle, or its times are none.
+        DefinitionError: a package of messages is not installed.
+        OSError: the file can't be written.
+    """
+    if out.exists() and out.samefile(log):
+        raise BagError(f"{out} is the log itself; give another name with --out.")
+    systems = _systems(log)
+    chosen = _choose(log, systems, vehicles)
+    clock, codec = BagClock(), Codec(source_system=255, source_component=190)
+    with open_bag(out) as bag:
+        fleet = RecordedFleet(
+            [RecordedVehicle(system, name, codec, bag, clock) for system, name in chosen],
+            others=systems,
+        )
+        records = clock.follow(iterate_packets(log, progress))
+        for played in play(records, fleet, codec, clock.time):
+            if played.is_note and played.message is not None:
+                fleet.take_note(played.message, played.now)
+    return Converted(dict(bag.counts), clock.time)
+
+
+def _systems(log: Path) -> list[int]:
+    """Return the system ids of the autopilots in a log."""
+    found: set[int] = set()
+    for part in iterate_tlog(log, messages=["HEARTBEAT"]):
+        heartbeats = part.records("HEARTBEAT")
+        autopilots = heartbeats["autopilot"] != mavlink.MAV_AUTOPILOT_INVALID
+        found |= set(heartbeats["system"][autopilots].tolist())
+    return sorted(found)
+
+
+def _choose(
+    log: Path, systems: list[int], vehicles: Sequence[tuple[int, str]]
+) -> list[tuple[int, str]]:
+    """Return system and namespace of the vehicles to write."""
+    if not systems:
+        raise BagError(f"{log} has no vehicle: no HEARTBEAT of an autopilot is in it.")
+    for system, _ in vehicles:
+        if system not in systems:
+            listed = ", ".join(map(str, systems))
+            raise BagError(f"{log} has no vehicle with system {system}; it has {listed}.")
+    return list(vehicles) or named(systems)
+
+
+def named(systems: Sequence[int]) -> list[tuple[int, str]]:
+    """Return vehicles with their namespaces: none for a single one."""
+    if len(systems) == 1:
+        return [(systems[0], "")]
+    return [(system, f"system_{system}") for system in systems]
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line."""
+    parser = argparse.ArgumentParser(
+        prog="tlog2mcap",
+        description="Write what ROS saw, or would have seen, of a recorded flight (a tlog) as an "
+        "MCAP file, which ROS 2 tools and Foxglove open.",
+    )
+    parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="the MCAP file (default: beside the log)"
+    )
+    parser.add_argument(
+        "--system",
+        type=int,
+        action="append",
+        default=[],
+        metavar="N",
+        help="MAVLink system id of a vehicle (default: all in the log); may be given again",
+    )
+    parser.add_argument(
+        "--vehicle-name",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="namespace of the --system in the same place (default: none for a single vehicle, "
+        "system_N for one of several)",
+    )
+    return parser
+
+
+def _vehicles(
+    parser: argparse.ArgumentParser, systems: list[int], names: list[str]
+) -> list[tuple[int, str]]:
+    bad = [name for name in names if not _NAME.fullmatch(name)]
+    if bad:
+        parser.error(f"--vehicle-name {bad[0]}: use letters, digits and _, and begin with a letter")
+    if names and len(names) != len(systems):
+        parser.error("give as many --system as --vehicle-name")
+    if len(set(systems)) < len(systems) or len(set(names)) < len(names):
+        parser.error("two vehicles can't have the same --system or --vehicle-name")
+    return list(zip(systems, names, strict=True)) if names else named(systems)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Convert; 0 when it is done, 1 when the file can't be written, 2 for bad input."""
+    parser = make_parser()
+    options = parser.parse_args(arguments)
+    log: Path = options.log
+    vehicles = _vehicles(parser, options.system, options.vehicle_name)
+    out: Path = options.out or log.with_suffix(_SUFFIX)
+    try:
+        with bytes_bar(f"Converting {log.name}") as progress:
+            converted = convert(log, out, vehicles, progress)
+    except (LogError, BagError) as error:
+        print(error, file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except DefinitionError as error:
+        print(error, file=sys.stderr)
+        return EXIT_FAILED
+    except OSError as error:
+        print(f"Cannot write {out}: {error.strerror or error}.", file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt:
+        print(f"Interrupted; {out} was not written.", file=sys.stderr)
+        return EXIT_FAILED
+    print(_summary(converted, out))
+    return EXIT_OK
+
+
+def _summary(converted: Converted, out: Path) -> str:
+    counts, time = converted.counts, converted.time
+    topics = sum(count > 0 for count in counts.values())
+    told = [f"Wrote {sum(counts.values())} messages of {topics} topics to {out}."]
+    if not any("/_action/" in topic for topic in counts):
+        told.append("The log has no goals of navigation_server.")
+    if time.stepped_back:
+        told.append(
+            f"The recorder's clock went back {time.stepped_back} times; messages have its times."
+        )
+    return " ".join(told)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,291 @@
+"""A bag of a recording has what the server put out, at the recorder's time, or is not there."""
+
+from __future__ import annotations
+
+import struct
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+import yaml
+
+from drone_navigation.goal import GoalFeedback, GoalHappened
+from drone_navigation.mcap_bag import open_bag, qos_text
+from drone_navigation.requests import (
+    LandRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from drone_navigation.tlog2mcap import convert, main
+from drone_navigation.topics import LATCHED_QOS
+from mavlink_vehicle.codec import Codec, make
+from tests.support.bags import ReadBag, read_bag
+from tests.support.made_logs import START_US, tlog_of
+from tests.support.recorded_flight import EPOCH_S, Recorder
+from tests.support.simulated_flight import SimulatedFlight
+
+SERVER = "/navigation_server"
+REPLAYS = Path(__file__).parents[2] / "replay/data"
+SEVERAL = REPLAYS / "multi_udp.tlog"
+ALL_TOPICS = {
+    f"{SERVER}/last_rejection", f"{SERVER}/pose", f"{SERVER}/odometry", f"{SERVER}/fix",
+    f"{SERVER}/battery", f"{SERVER}/plan", f"{SERVER}/vehicle_status", f"{SERVER}/goal_events",
+    f"{SERVER}/obstacles", "/diagnostics",
+}  # fmt: skip
+
+
+class Flown:
+    """A flight with a refused goal, a goal, a route that is cancelled, and a landing."""
+
+    def __init__(self, folder: Path) -> None:
+        self.log = folder / "flown.tlog"
+        self.flight = flight = SimulatedFlight()
+        recorder = Recorder(flight, self.log)
+        flight.ready()
+        flight.bridge.check(flight.request(9e5, 0.0, 3.0), flight.now)
+        self.goal = flight.send(4.0, 0.0, 3.0)
+        flight.run_to_end(self.goal)
+        self.route = flight.start(route((8.0, 0.0, 3.0), (8.0, 30.0, 3.0)))
+        flight.run_for(4.0)
+        flight.bridge.cancel_goal(self.route, flight.now)
+        flight.run_to_end(self.route)
+        self.landing = flight.start(LandRequest())
+        flight.run_to_end(self.landing)
+        recorder.close()
+        out = folder / "flown.mcap"
+        self.counts = convert(self.log, out).counts
+        self.bag: ReadBag = read_bag(out)
+
+
+def route(*places: tuple[float, float, float]) -> WaypointsRequest:
+    return WaypointsRequest(tuple(WaypointRequest(place) for place in places))
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
+    return Flown(tmp_path_factory.mktemp("flown"))
+
+
+def test_every_topic_is_there_with_as_many_messages_as_are_told(flown: Flown) -> None:
+    topics = flown.bag.topics
+    assert flown.bag.profile == "ros2"
+    assert {name: len(topic.messages) for name, topic in topics.items()} == flown.counts
+    actions = {name for name in topics if "/_action/" in name}
+    assert topics.keys() - actions - {"/tf"} == ALL_TOPICS
+    assert actions == {
+        f"/{name}/_action/{kind}"
+        for name in ("navigate_to_waypoint", "navigate_waypoints", "land")
+        for kind in ("feedback", "status")
+    }
+    for name in ("pose", "odometry", "fix", "battery", "plan", "vehicle_status"):
+        assert len(topics[f"{SERVER}/{name}"].messages) > 2, name
+
+
+def test_events_and_refusals_are_those_of_the_flight(flown: Flown) -> None:
+    told = [output for _, output in flown.flight.outputs if isinstance(output, GoalHappened)]
+    events = flown.bag.topics[f"{SERVER}/goal_events"].messages
+    assert [(m.goal_id, m.event, m.what, m.message) for _, m in events] == [
+        (event.goal_id, event.event, event.what, event.message) for event in told
+    ]
+    ((_, refusal),) = flown.bag.topics[f"{SERVER}/last_rejection"].messages
+    assert refusal.data.startswith("OUTSIDE_VOLUME: ")
+
+
+@pytest.mark.parametrize(
+    ("action", "goal"),
+    [("navigate_to_waypoint", "goal"), ("navigate_waypoints", "route"), ("land", "landing")],
+)
+def test_feedback_is_that_of_the_flight(flown: Flown, action: str, goal: str) -> None:
+    goal_id = getattr(flown, goal)
+    live: list[GoalFeedback] = flown.flight.feedback(goal_id)
+    messages = flown.bag.topics[f"/{action}/_action/feedback"].messages
+    assert len(messages) == len(live) > 3
+    for (_, message), told in zip(messages, live, strict=True):
+        assert bytes(message.goal_id.uuid).hex() == goal_id
+        feedback = message.feedback
+        assert feedback.current_status == told.status.value
+        assert feedback.distance_remaining == pytest.approx(told.distance_remaining_m)
+        if told.route is not None:
+            assert feedback.current_waypoint == told.route.current
+            assert feedback.waypoints_remaining == told.route.remaining
+        if goal == "landing" and told.height_m is not None:
+            assert feedback.height == pytest.approx(told.height_m, abs=0.1)
+
+
+def test_a_cancelled_goal_goes_through_its_states(flown: Flown) -> None:
+    messages = flown.bag.topics["/navigate_waypoints/_action/status"].messages
+    assert [[item.status for item in m.status_list] for _, m in messages] == [[1], [2], [3], [5]]
+    messages = flown.bag.topics["/navigate_to_waypoint/_action/status"].messages
+    assert [[item.status for item in m.status_list] for _, m in messages] == [[1], [2], [4]]
+
+
+def test_times_are_the_recorders_and_never_go_back(flown: Flown) -> None:
+    times_ns = flown.bag.log_times_ns
+    assert all(earlier <= later for earlier, later in pairwise(times_ns))
+    assert EPOCH_S <= times_ns[0] * 1e-9 <= times_ns[-1] * 1e-9 <= EPOCH_S + flown.flight.now + 1e-3
+    for time_ns, pose in flown.bag.topics[f"{SERVER}/pose"].messages:
+        assert pose.header.stamp.sec * 10**9 + pose.header.stamp.nanosec == time_ns
+
+
+def test_the_same_recording_gives_the_same_bag(flown: Flown, tmp_path: Path) -> None:
+    # Not byte by byte: what ROS serializes has anything between the fields.
+    convert(flown.log, tmp_path / "again.mcap")
+    again = read_bag(tmp_path / "again.mcap")
+    assert again.log_times_ns == flown.bag.log_times_ns
+    for name, topic in flown.bag.topics.items():
+        assert again.topics[name].plain == topic.plain, name
+
+
+def test_latched_topics_are_noted_as_such(flown: Flown) -> None:
+    for name, depth, durability in (("plan", 1, 1), ("vehicle_status", 1, 1), ("pose", 10, 2)):
+        metadata = flown.bag.topics[f"{SERVER}/{name}"].channel.metadata
+        (profile,) = yaml.safe_load(metadata["offered_qos_profiles"])
+        assert (profile["depth"], profile["durability"]) == (depth, durability)
+        assert (profile["history"], profile["reliability"]) == (1, 1)
+
+
+def test_a_profile_has_all_that_rosbag2_reads() -> None:
+    (profile,) = yaml.safe_load(qos_text(LATCHED_QOS))
+    forever = {"sec": 9223372036, "nsec": 854775807}
+    assert profile == {
+        "history": 1, "depth": 1, "reliability": 1, "durability": 1, "deadline": forever,
+        "lifespan": forever, "liveliness": 1, "liveliness_lease_duration": forever,
+        "avoid_ros_namespace_conventions": False,
+    }  # fmt: skip
+
+
+def test_several_vehicles_have_a_namespace_each(tmp_path: Path) -> None:
+    convert(SEVERAL, tmp_path / "all.mcap")
+    topics = read_bag(tmp_path / "all.mcap").topics
+    for system in (1, 2, 3):
+        name = f"/system_{system}/navigation_server/vehicle_status"
+        assert any(status.connected for _, status in topics[name].messages)
+    hardware = {
+        status.hardware_id for _, m in topics["/diagnostics"].messages for status in m.status
+    }
+    assert {"system 1", "system 2", "system 3"} <= hardware
+
+
+def test_vehicles_are_chosen_and_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "some.mcap"
+    options = ["--system", "3", "--vehicle-name", "c", "--system", "1", "--vehicle-name", "a"]
+    assert main([str(SEVERAL), "--out", str(out), *options]) == 0
+    assert "The log has no goals of navigation_server." in capsys.readouterr().out
+    topics = read_bag(out).topics
+    spaces = {name.split("/")[1] for name in topics if name.endswith("/fix")}
+    assert spaces == {"a", "c"}
+    (_, fix), *_ = topics["/c/navigation_server/fix"].messages
+    assert fix.header.frame_id == "c/gps"
+    assert main([str(SEVERAL), "--out", str(out), "--system", "2"]) == 0
+    assert "/navigation_server/fix" in read_bag(out).topics
+
+
+def test_a_log_that_ends_within_a_packet_gives_what_comes_before(
+    flown: Flown, tmp_path: Path
+) -> None:
+    log = tmp_path / "cut.tlog"
+    log.write_bytes(flown.log.read_bytes()[: flown.log.stat().st_size // 2 + 5])
+    counts = convert(log, tmp_path / "cut.mcap").counts
+    assert 0 < counts[f"{SERVER}/pose"] < flown.counts[f"{SERVER}/pose"]
+    assert len(read_bag(tmp_path / "cut.mcap").log_times_ns) == sum(counts.values())
+
+
+HEARTBEAT = Codec(1, 1).encode(make("HEARTBEAT", type=2, autopilot=3, mavlink_version=3))
+
+
+def test_a_log_of_one_message_is_a_bag(tmp_path: Path) -> None:
+    log = tmp_path / "one.tlog"
+    log.write_bytes(tlog_of([HEARTBEAT]))
+    assert main([str(log)]) == 0
+    bag = read_bag(log.with_suffix(".mcap"))
+    assert set(bag.log_times_ns) == {START_US * 1000}
+    assert len(bag.topics[f"{SERVER}/vehicle_status"].messages) == 1
+
+
+def test_a_clock_that_went_back_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "back.tlog"
+    log.write_bytes(tlog_of([HEARTBEAT] * 50) + tlog_of([HEARTBEAT] * 50, START_US - 10**9))
+    assert main([str(log)]) == 0
+    assert "clock went back 1 times" in capsys.readouterr().out
+    bag = read_bag(log.with_suffix(".mcap"))
+    assert min(bag.log_times_ns) < (START_US - 10**9 + 10**6) * 1000
+
+
+def test_what_can_not_be_converted_is_said_in_a_sentence_and_leaves_no_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    station = Codec(255, 190).encode(make("HEARTBEAT", type=6, autopilot=8))
+    contents = {
+        "empty": (b"", "is empty"),
+        "text": (b"no log\n" * 100, "is not a tlog"),
+        "station": (tlog_of([station] * 20), "no HEARTBEAT of an autopilot"),
+        "late": (tlog_of([HEARTBEAT] * 20, 2**31 * 10**6 + 1), "beyond the year 2038"),
+        "raw": (HEARTBEAT * 20, "has no times|have no times"),
+        "swapped": (
+            b"".join(struct.pack("<Q", START_US + index) + HEARTBEAT for index in range(20)),
+            "little-endian",
+        ),
+    }
+    for name, (content, sentence) in contents.items():
+        log = tmp_path / f"{name}.tlog"
+        log.write_bytes(content)
+        assert main([str(log)]) == 2, name
+        said = capsys.readouterr()
+        assert any(word in said.err for word in sentence.split("|")), said.err
+        assert said.err.count("\n") == 1
+        assert not said.out
+    assert main([str(tmp_path / "missing.tlog")]) == 2
+    assert "No such file" in capsys.readouterr().err
+    assert not [path for path in tmp_path.iterdir() if path.suffix != ".tlog"]
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--system", "9"], "no vehicle with system 9; it has 1, 2, 3"),
+        (["--out", str(SEVERAL)], "is the log itself"),
+    ],
+)
+def test_what_the_log_can_not_give_is_refused(
+    options: list[str], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = SEVERAL.read_bytes()
+    assert main([str(SEVERAL), "--out", str(tmp_path / "a.mcap"), *options]) == 2
+    assert sentence in capsys.readouterr().err
+    assert SEVERAL.read_bytes() == before
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--vehicle-name", "a"],
+        ["--system", "1", "--system", "1"],
+        ["--system", "1", "--vehicle-name", "no spaces"],
+        ["--system", "one"],
+    ],
+)
+def test_options_without_sense_are_refused(
+    options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        main([str(SEVERAL), *options])
+    assert end.value.code == 2
+    assert "tlog2mcap: error: " in capsys.readouterr().err
+
+
+def test_where_nothing_can_be_written_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "missing/out.mcap"
+    assert main([str(SEVERAL), "--out", str(out)]) == 1
+    assert capsys.readouterr().err == f"Cannot write {out}: No such file or directory.\n"
+
+
+def test_a_bag_that_is_not_finished_does_not_replace_another(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(b"before")
+    with pytest.raises(RuntimeError), open_bag(path):
+        raise RuntimeError
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]
