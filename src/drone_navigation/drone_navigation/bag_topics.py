@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from rclpy.qos import QoSProfile
@@ -20,41 +20,53 @@ class BagError(ValueError):
     """A recording can't be written as a bag; the sentence says why."""
 
 
+@dataclass
+class BagTime(RecordedTime):
+    """Time of a recording that keeps what the recorder's clock said at its last packets.
+
+    Attributes:
+        marks: (seconds of the recording, seconds since 1970) of the last two packets; a player
+            looks at a packet while the one before is worked on.
+    """
+
+    marks: tuple[tuple[float, float], ...] = ()
+
+    def advance(self, unix_s: float) -> float:
+        """Take the stamp (s since 1970) of the next packet; returns the new ``now``.
+
+        Raises:
+            BagError: a time that ROS can't hold.
+        """
+        if unix_s >= _LAST_S:
+            raise BagError(
+                "The recorder's clock is beyond the year 2038, which a stamp of ROS can't hold."
+            )
+        now = super().advance(unix_s)
+        self.marks = (*self.marks[-1:], (now, unix_s))
+        return now
+
+    def unix_s(self, now: float) -> float:
+        """Return what the recorder's clock said at a time of the recording, or before it."""
+        mark_s, unix_s = next((mark for mark in self.marks if mark[0] >= now), self.marks[-1])
+        return unix_s - (mark_s - now)
+
+
 class BagClock:
     """The recorder's clock at what is being played: a node's clock.
 
     Attributes:
         time: of the recording; for :func:`~drone_navigation.replay.play`.
+        unix_ns: nanoseconds since 1970; whole microseconds, as recorded.
     """
 
     def __init__(self) -> None:
         """Begin before the first packet."""
-        self.time = RecordedTime()
-        self._packet_s = 0.0
-        self._before_s = 0.0
-
-    def follow(self, records: Iterable[tuple[float, bytes]]) -> Iterator[tuple[float, bytes]]:
-        """Pass (unix time in seconds, packet) on, and keep the time.
-
-        Raises:
-            BagError: a time that ROS can't hold.
-        """
-        for unix_s, packet in records:
-            if unix_s >= _LAST_S:
-                raise BagError(
-                    "The recorder's clock is beyond the year 2038, which a stamp of ROS can't hold."
-                )
-            self._packet_s = unix_s
-            yield unix_s, packet
+        self.time = BagTime()
+        self.unix_ns = 0
 
     def move(self, now: float) -> None:
         """Say how many seconds of the recording have passed."""
-        self._before_s = self.time.now - now
-
-    @property
-    def unix_ns(self) -> int:
-        """Nanoseconds since 1970; whole microseconds, as recorded."""
-        return round(max(self._packet_s - self._before_s, 0.0) * 1e6) * 1000
+        self.unix_ns = round(max(self.time.unix_s(now), 0.0) * 1e6) * 1000
 
     def now(self) -> Time:
         """Return the time as a node's clock does."""

@@ -9,39 +9,18 @@ from drone_navigation.bag_topics import BagClock, BagNode
 from drone_navigation.bridge import Bridge
 from drone_navigation.configuration import make_config
 from drone_navigation.frame_names import FrameNames
-from drone_navigation.goal import (
-    GoalFeedback,
-    GoalFinished,
-    GoalHappened,
-    GoalRejected,
-    Output,
-    PlanChanged,
-)
+from drone_navigation.goal import GoalFeedback, GoalFinished, GoalHappened, Output
 from drone_navigation.mcap_bag import Bag
-from drone_navigation.noted_outputs import NotedOutputs
 from drone_navigation.topics import Topics
+from drone_navigation.vehicle_application import VehicleApplication
 from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.io.clock import ManualClock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.vehicle import Vehicle
 
 
-class RecordedBridge(Bridge):
-    """A bridge whose goals are those of the notes.
-
-    Attributes:
-        noted_goal_id: the goal that was active; None if none was.
-    """
-
-    noted_goal_id: str | None = None
-
-    @property
-    def active_goal_id(self) -> str | None:
-        """The id of the goal that was active then."""
-        return self.noted_goal_id
-
-
-class RecordedVehicle:
-    """One vehicle of a recording; an application for :func:`~drone_navigation.replay.play`."""
+class RecordedVehicle(VehicleApplication):
+    """One vehicle of a recording: what runs it in flight, with a bag in the place of ROS."""
 
     def __init__(self, system: int, name: str, codec: Codec, bag: Bag, clock: BagClock) -> None:
         """Write what its server published.
@@ -54,73 +33,46 @@ class RecordedVehicle:
             clock: the recorder's.
         """
         config = make_config({"target_system": system})
+        bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+        super().__init__(bridge, None, ManualClock())
         self.system = system
-        self._bridge = RecordedBridge(Vehicle(config.vehicle), config.bridge)
         self._codec = codec
-        self._clock = clock
+        self._bag_clock = clock
         self._heard = 0
         node = BagNode(bag, clock, name)
         frames = FrameNames.of(name)
-        self._topics = Topics(node, self._bridge, self._statistics, frames)
+        self._topics = Topics(node, bridge, self._statistics, frames)
         self._goals = BagGoals(node, frames)
-        self._noted = NotedOutputs(self._bridge)
 
     def start(self, now: float) -> None:
         """Begin."""
-        self._clock.move(now)
-        self._bridge.start(now)
+        self._bag_clock.move(now)
+        super().start(now)
 
     def receive(self, message: Message, now: float) -> None:
         """Take in a message and publish what follows from it."""
         self._heard += message.get_srcSystem() == self.system
-        self._clock.move(now)
-        self._bridge.receive(message, now)
-        self._topics.update(now)
-
-    def overhear(self, message: Message, now: float) -> None:
-        """Take note of what a ground station sent."""
-        self._clock.move(now)
-        self._bridge.overhear(message, now)
+        self._bag_clock.move(now)
+        super().receive(message, now)
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
-        self._clock.move(now)
-        self._bridge.handle_timer(now)
-        self._topics.update(now)
-
-    def next_deadline(self) -> float | None:
-        """Return when :meth:`handle_timer` wants to be called."""
-        deadline, own = self._bridge.next_deadline(), self._topics.next_deadline()
-        return own if deadline is None else min(own, deadline)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return what would be sent; what is told is of no goal of the recording."""
-        while self._bridge.next_output() is not None:
-            pass
-        return self._bridge.messages_to_send()
+        self._bag_clock.move(now)
+        super().handle_timer(now)
 
     def take_note(self, message: Message, now: float) -> None:
         """Publish what the server noted."""
-        self._clock.move(now)
-        for output in self._noted.take(message, now):
-            self._put_out(output)
+        self._bag_clock.move(now)
+        super().take_note(message, now)
 
     def _put_out(self, output: Output) -> None:
-        if isinstance(output, GoalHappened):
-            if output.event == "ACCEPTED":
-                self._bridge.noted_goal_id = output.goal_id
-                self._goals.accept(output.goal_id, self._noted.action_of(output.goal_id))
-            elif output.event == "ENDED" and output.goal_id == self._bridge.noted_goal_id:
-                self._bridge.noted_goal_id = None
-            self._topics.publish_event(output)
+        if isinstance(output, GoalHappened) and output.event == "ACCEPTED":
+            self._goals.accept(output.goal_id, self._noted.action_of(output.goal_id))
         elif isinstance(output, GoalFeedback):
             self._goals.feedback(output)
         elif isinstance(output, GoalFinished):
             self._goals.finish(output)
-        elif isinstance(output, PlanChanged):
-            self._topics.publish_plan(output)
-        elif isinstance(output, GoalRejected):
-            self._topics.publish_rejection(output.text)
+        super()._put_out(output)
 
     def _statistics(self) -> LinkStatistics:
         lost = self._codec.statistics.lost.items()

@@ -71,8 +71,7 @@ def convert(
             [RecordedVehicle(system, name, codec, bag, clock) for system, name in chosen],
             others=systems,
         )
-        records = clock.follow(iterate_packets(log, progress))
-        for played in play(records, fleet, codec, clock.time):
+        for played in play(iterate_packets(log, progress), fleet, codec, clock.time):
             if played.is_note and played.message is not None:
                 fleet.take_note(played.message, played.now)
     return Converted(dict(bag.counts), clock.time)
