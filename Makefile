@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo demo-rover demo-video plot test bench lint lock clean distclean
+.PHONY: help setup build demo demo-rover demo-video plot report test bench lint lock clean distclean
 
 # Put before a command that needs the environment.
 ENTER := source ./setup.bash &&
@@ -29,6 +29,10 @@ demo-video: setup ## Make out/demo/flight.mp4 and .gif of the demo's recording (
 plot: setup ## Draw the flight in any tlog: make plot LOG=my.tlog (draws my.png)
 	@test -n "$(LOG)" || { echo "Say which: make plot LOG=my.tlog" >&2; exit 2; }
 	@$(ENTER) python -m drone_navigation.flight_plot "$(LOG)"
+
+report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (writes my.html)
+	@test -n "$(LOG)" || { echo "Say which: make report LOG=my.tlog" >&2; exit 2; }
+	@$(ENTER) python -m drone_navigation.navigation_report "$(LOG)"
 
 test: setup ## Run the whole test suite
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache

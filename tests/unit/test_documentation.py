@@ -19,6 +19,7 @@ from drone_navigation.client_options import make_parser as client_parser
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.flight_plot import make_parser as plot_parser
 from drone_navigation.flight_video import make_parser as video_parser
+from drone_navigation.navigation_report import make_parser as report_parser
 from drone_navigation.parameter_table import PARAMETERS
 from drone_navigation.server_options import make_parser as server_parser
 from drone_navigation.tlog2mcap import make_parser as bag_parser
@@ -39,6 +40,7 @@ MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
 PROGRAMS: dict[str, Callable[[], ArgumentParser]] = {
     "navigation_server": server_parser,
     "navigation_client": client_parser,
+    "navigation_report": report_parser,
     "tlog_export": export_parser,
     "tlog2mcap": bag_parser,
     "python -m mavlink_sitl": simulator_parser,

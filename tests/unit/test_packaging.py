@@ -70,7 +70,10 @@ def test_installed_packages_are_those_of_the_lock() -> None:
 @pytest.mark.parametrize(
     ("package", "commands"),
     [
-        ("drone_navigation", {"navigation_server", "navigation_client", "tlog2mcap"}),
+        (
+            "drone_navigation",
+            {"navigation_server", "navigation_client", "navigation_report", "tlog2mcap"},
+        ),
         ("flight_logs", {"tlog_export"}),
     ],
 )

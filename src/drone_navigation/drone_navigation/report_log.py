@@ -1,0 +1,191 @@
+"""What a report needs of a tlog: who sent when, and the records that tell a flight. No ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight_logs.records import Records
+from flight_logs.tlog import Counts, Tlog, iterate_tlog
+from mavlink_vehicle.codec import Message, make, mavlink, with_source
+
+Floats: TypeAlias = NDArray[np.float64]
+Source: TypeAlias = tuple[int, int]
+"""MAVLink system and component."""
+Progress: TypeAlias = Callable[[int, int], None]
+
+POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
+ESTIMATORS = ("EKF_STATUS_REPORT", "ESTIMATOR_STATUS")
+REQUESTS = ("COMMAND_LONG", "COMMAND_INT", "SET_MODE", "MISSION_COUNT", "MISSION_CLEAR_ALL")
+"""What makes an autopilot do something, beside setpoints."""
+SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
+NOTES = ("STATUSTEXT", "NAMED_VALUE_FLOAT", "NAMED_VALUE_INT", "DEBUG_FLOAT_ARRAY")
+_RETOLD = (
+    *POSITIONS,
+    *REQUESTS,
+    *NOTES,
+    "HEARTBEAT",
+    "SYSTEM_TIME",
+    "SYS_STATUS",
+    "BATTERY_STATUS",
+    "CURRENT_MODE",
+    "EXTENDED_SYS_STATE",
+    "FENCE_STATUS",
+    "AUTOPILOT_VERSION",
+    "COMMAND_ACK",
+    "MISSION_ACK",
+    "MISSION_CURRENT",
+    "MISSION_REQUEST",
+    "MISSION_REQUEST_INT",
+)
+KEPT = frozenset(
+    {*_RETOLD, *SETPOINTS, *ESTIMATORS, "GPS_GLOBAL_ORIGIN"},
+)
+# Of positions, a few are enough to see a restart by the time since boot.
+_RETOLD_PERIOD_S = 0.5
+
+
+@dataclass(frozen=True)
+class LogContents:
+    """A log, with times in seconds since its first packet, which never go back.
+
+    Attributes:
+        path: the file.
+        begun_unix_s: when the first packet was recorded.
+        duration_s: to the last packet.
+        packets: `time_s`, `system`, `component`, `sequence_number` of every packet, by time.
+        records: of the messages in `KEPT` that the log has.
+        counts: what was met, beside the messages.
+    """
+
+    path: Path
+    begun_unix_s: float
+    duration_s: float
+    packets: Records
+    records: dict[str, Records]
+    counts: Counts
+
+    def sources(self) -> list[Source]:
+        """Return who sent anything, in order."""
+        found = np.unique(self.packets[["system", "component"]])
+        return [(int(system), int(component)) for system, component in found]
+
+    def of(self, name: str, source: Source) -> Records | None:
+        """Return the records of a message from one sender, None if there are none."""
+        records = self.records.get(name)
+        if records is None:
+            return None
+        system, component = source
+        chosen = records[(records["system"] == system) & (records["component"] == component)]
+        return chosen if len(chosen) else None
+
+    def vehicles(self) -> list[Source]:
+        """Return the autopilots; without a HEARTBEAT, who told a position."""
+        found: dict[Source, None] = {}
+        heartbeats = self.records.get("HEARTBEAT")
+        if heartbeats is not None:
+            pilots = heartbeats["autopilot"] != mavlink.MAV_AUTOPILOT_INVALID
+            for record in _first_of_each(heartbeats[pilots]):
+                found.setdefault(record)
+        if not found:
+            for name in POSITIONS:
+                if (records := self.records.get(name)) is not None:
+                    for record in _first_of_each(records):
+                        found.setdefault(record)
+        return list(found)
+
+    def messages(self) -> Iterator[tuple[float, Message]]:
+        """Yield (time in s, message) of what tells events, by time.
+
+        The sequence numbers are counted anew for each sender, as much is left out.
+        """
+        times, names, places = [], [], []
+        for number, name in enumerate(_RETOLD):
+            if (records := self.records.get(name)) is not None:
+                chosen = _thinned(records) if name in POSITIONS else np.arange(len(records))
+                times.append(records["time_s"][chosen])
+                names.append(np.full(len(chosen), number))
+                places.append(chosen)
+        if not times:
+            return
+        time_s, kinds, rows = (np.concatenate(parts) for parts in (times, names, places))
+        sequence: dict[Source, int] = {}
+        for index in np.argsort(time_s, kind="stable").tolist():
+            name = _RETOLD[kinds[index]]
+            message = _message(name, self.records[name][rows[index]])
+            source = (message.get_srcSystem(), message.get_srcComponent())
+            sequence[source] = (sequence.get(source, -1) + 1) % 256
+            message._header.seq = sequence[source]
+            yield float(time_s[index]), message
+
+
+def read_contents(path: Path, progress: Progress | None = None) -> LogContents:
+    """Read a log.
+
+    Raises:
+        LogError: it can't be read, or is no tlog.
+    """
+    headers: list[Records] = []
+    collected: dict[str, list[Records]] = {}
+    counts = Counts()
+    for part in iterate_tlog(path, progress=progress):
+        counts += part.counts
+        headers.append(_headers(part))
+        for name in KEPT & part.keys():
+            collected.setdefault(name, []).append(part[name])
+    packets = np.concatenate(headers) if headers else np.zeros(0, dtype=_HEADER)
+    begun_s = float(packets["time_s"][0]) if len(packets) else 0.0
+    records = {}
+    for name in list(collected):
+        joined = np.concatenate(collected.pop(name))
+        _since(joined, begun_s)
+        records[name] = joined
+    _since(packets, begun_s)
+    duration_s = float(packets["time_s"][-1]) if len(packets) else 0.0
+    return LogContents(path, begun_s, duration_s, packets, records, counts)
+
+
+_HEADER = np.dtype(
+    [("time_s", "<f8"), ("system", "u1"), ("component", "u1"), ("sequence_number", "u1")]
+)
+
+
+def _headers(part: Tlog) -> Records:
+    """Return who sent each packet of a piece, in the order of time."""
+    headers: Records = np.zeros(sum(map(len, part.values())), dtype=_HEADER)
+    for name in _HEADER.names or ():
+        values = [records[name] for records in part.values()]
+        headers[name] = np.concatenate(values) if values else ()
+    ordered: Records = headers[np.argsort(headers["time_s"], kind="stable")]
+    return ordered
+
+
+def _since(records: Records, begun_s: float) -> None:
+    """Count time from the beginning; a clock that was set back turns nothing round."""
+    records["time_s"] = np.maximum.accumulate(np.maximum(records["time_s"] - begun_s, 0.0))
+
+
+def _first_of_each(records: Records) -> list[Source]:
+    sources = list(zip(records["system"].tolist(), records["component"].tolist(), strict=True))
+    return list(dict.fromkeys(sources))
+
+
+def _thinned(records: Records) -> NDArray[np.int64]:
+    """Return the places of the first record of each sender in each period."""
+    period = (records["time_s"] / _RETOLD_PERIOD_S).astype(np.int64)
+    key = (period << 16) + (records["system"].astype(np.int64) << 8) + records["component"]
+    places: NDArray[np.int64] = np.sort(np.unique(key, return_index=True)[1])
+    return places
+
+
+def _message(name: str, record: np.void) -> Message:
+    fields = {field: record[field].tolist() for field in record.dtype.names or ()}
+    for header in ("time_s", "sequence_number"):
+        fields.pop(header)
+    source = (fields.pop("system"), fields.pop("component"))
+    return with_source(make(name, **fields), *source)

@@ -1,0 +1,111 @@
+"""What a report measures: loss, commands, setpoints, events, the text of a log."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drone_navigation.report_figures import line
+from drone_navigation.report_html import safe
+from drone_navigation.report_link import link_quality, missing_before
+from drone_navigation.report_tracking import Samples, tracking
+from flight_logs.records import Records
+
+_PACKET = np.dtype([("time_s", "<f8"), ("sequence_number", "u1")])
+
+
+def packets(numbers: list[int], period_s: float = 0.1) -> Records:
+    made: Records = np.zeros(len(numbers), dtype=_PACKET)
+    made["time_s"] = period_s * np.arange(len(numbers))
+    made["sequence_number"] = np.array(numbers) % 256
+    return made
+
+
+@given(
+    st.integers(0, 255),
+    st.lists(st.booleans(), min_size=2, max_size=600).map(lambda kept: [True, *kept, True]),
+)
+def test_what_is_missing_by_the_numbers_is_what_was_taken_out(first: int, kept: list[bool]) -> None:
+    numbers = [first + i for i, is_kept in enumerate(kept) if is_kept]
+    if max(np.diff(numbers)) < 240:
+        found = link_quality(packets(numbers), 100.0, 3.0)
+        assert found.lost == kept.count(False)
+        assert found.received == kept.count(True)
+
+
+def test_packets_that_overtake_others_are_not_lost_and_repeated_ones_count_once() -> None:
+    found = link_quality(packets([254, 255, 1, 0, 2, 2, 3]), 1.0, 3.0)
+    assert (found.lost, found.repeated, found.received) == (0, 1, 6)
+    assert missing_before(packets([254, 1, 0, 2])["sequence_number"]).tolist() == [0, 2, -1, 0]
+
+
+def test_numbers_that_follow_nothing_are_no_loss_that_is_told() -> None:
+    assert not link_quality(packets([0, 100, 7, 190, 80, 201] * 20), 12.0, 3.0).numbers_follow
+
+
+def test_a_silence_is_found_also_at_the_end() -> None:
+    quiet = packets([0, 1, 2])
+    quiet["time_s"] = (0.0, 1.0, 6.0)
+    assert link_quality(quiet, 20.0, 3.0).gaps == ((1.0, 6.0), (6.0, 20.0))
+
+
+def circle(time_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Samples:
+    angle = 0.5 * time_s
+    return Samples(time_s, np.stack([5 * np.cos(angle), 5 * np.sin(angle), 0 * angle], axis=-1))
+
+
+def test_what_follows_late_is_measured_with_its_delay() -> None:
+    time_s = np.arange(0.0, 30.0, 0.05)
+    wanted = circle(time_s)
+    late = Samples(time_s, circle(time_s - 0.4).vectors_ned + np.array([0.0, 0.0, 0.5]))
+    found = tracking(wanted, late, "m")
+    assert found is not None
+    assert found.delay_s == pytest.approx(0.4, abs=0.02)
+    # Along a circle of 5 m, at 2.5 m/s.
+    assert found.horizontal_rms == pytest.approx(2.5 * 0.4, rel=0.02)
+    assert found.vertical_rms == pytest.approx(0.5)
+    # It is below its setpoints; NED.
+    assert found.vertical.max() < 0.0
+
+
+def test_the_way_to_a_far_setpoint_is_left_out() -> None:
+    time_s = np.arange(0.0, 20.0, 0.1)
+    far = Samples(time_s, np.tile([20.0, 0.0, -5.0], (len(time_s), 1)))
+    north_m = np.minimum(2.0 * time_s, 20.2)
+    came = Samples(time_s, np.stack([north_m, 0 * time_s, 0 * time_s - 5.0], axis=-1))
+    found = tracking(far, came, "m")
+    assert found is not None
+    assert found.horizontal_max <= 1.0
+    assert found.left_out == pytest.approx(95, abs=2)
+    # Setpoints that stand still tell no delay.
+    assert found.delay_s is None
+
+
+def test_what_is_not_told_is_not_compared() -> None:
+    time_s = np.arange(0.0, 10.0, 0.1)
+    wanted = circle(time_s)
+    gap = (time_s < 2.0) | (time_s > 8.0)
+    found = tracking(wanted, Samples(time_s[gap], wanted.vectors_ned[gap]), "m/s")
+    assert found is not None
+    assert found.count == pytest.approx(40, abs=3)
+    assert found.horizontal_max == pytest.approx(0.0, abs=1e-9)
+    assert tracking(Samples(time_s[:3], wanted.vectors_ned[:3]), wanted, "m") is None
+
+
+def test_a_line_is_thinned_with_its_peaks_and_broken_where_nothing_was_told() -> None:
+    time_s = np.concatenate([np.arange(0.0, 500.0, 0.01), np.arange(600.0, 610.0, 0.01)])
+    values = np.zeros(len(time_s))
+    values[12_345] = 7.0
+    drawn = line(time_s, values, "it", "@track")
+    assert len(drawn["x"]) < 5000
+    assert max(value for value in drawn["y"] if value is not None) == 7.0
+    assert drawn["y"].count(None) == 1
+
+
+@given(st.text())
+def test_text_is_shown_and_never_markup(text: str) -> None:
+    shown = safe(text)
+    assert not set("<>\"'") & set(shown)
+    assert safe(shown) == shown
