@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-import yaml
-
+from drone_navigation.checked_yaml import hold, load_yaml, read_text
 from navigation_core.obstacles import Box, Cylinder, KnownObstacle
 
 __all__ = ["KnownObstacles", "ObstaclesError", "parse_obstacles", "read_obstacles"]
@@ -22,7 +20,6 @@ _MAP, _WGS84 = "map", "wgs84"
 _PLACES = {"cylinder": ("at",), "box": ("at",), "wall": ("from", "to")}
 _UNITS = {_MAP: "m", _WGS84: "deg"}
 _THICKNESS_M = 0.2
-_SIZE_MAX_BYTES = 10_000_000
 _Point = tuple[float, float]
 ToMap = Callable[[tuple[float, float, float]], tuple[float, float, float]]
 
@@ -88,14 +85,7 @@ def read_obstacles(path: Path) -> KnownObstacles:
     Raises:
         ObstaclesError: it cannot be read, or does not hold to the schema.
     """
-    try:
-        if path.stat().st_size > _SIZE_MAX_BYTES:
-            raise ObstaclesError(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ObstaclesError(f"{path}: {error.strerror or error}.") from None
-    except UnicodeDecodeError:
-        raise ObstaclesError(f"{path}: this is not a text file.") from None
+    text = read_text(path, ObstaclesError)
     return parse_obstacles(text, str(path))
 
 
@@ -109,36 +99,15 @@ def parse_obstacles(text: str, name: str) -> KnownObstacles:
     Raises:
         ObstaclesError: it is no YAML, or does not hold to the schema.
     """
-    try:
-        data = yaml.load(text, Loader=_Loader)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        where = f"{name}:{mark.line + 1}" if mark is not None else name
-        raise ObstaclesError(f"{where}: {error.problem or error.context}.") from None
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        first = str(error).splitlines()[0] if str(error) else "nested too deeply"
-        raise ObstaclesError(f"{name}: {first}.") from None
+    data = load_yaml(text, name, ObstaclesError)
     outside = {**data, "obstacles": []} if isinstance(data, dict) else data
     if isinstance(data, dict) and not isinstance(data.get("obstacles"), list):
         outside = data
-    _hold(outside, schema(), name)
+    hold(outside, schema(), name, ObstaclesError)
     frame = data.get("frame", _MAP)
     for index, item in enumerate(data["obstacles"]):
         _check(item, frame, f"{name}: obstacles[{index}]")
     return KnownObstacles(frame, tuple(data["obstacles"]))
-
-
-class _Loader(yaml.SafeLoader):
-    """Refuses a key that is written twice, of which YAML would forget one."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        seen = set()
-        for key, _ in node.value:
-            if key.value in seen:
-                problem = f"{key.value!r} is written twice"
-                raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
-            seen.add(key.value)
-        return super().construct_mapping(node, deep)
 
 
 @cache
@@ -153,7 +122,7 @@ def _check(item: object, frame: str, where: str) -> None:
     if not isinstance(item, dict) or kind not in _PLACES:
         raise ObstaclesError(f"{where} needs a kind: {', '.join(_PLACES)}.")
     title = f"{where} ({item.get('name', kind)})"
-    _hold(item, {**schema()["$defs"][kind], "$defs": schema()["$defs"]}, title)
+    hold(item, {**schema()["$defs"][kind], "$defs": schema()["$defs"]}, title, ObstaclesError)
     unit, other = _UNITS[frame], _UNITS[_MAP if frame == _WGS84 else _WGS84]
     for place in _PLACES[kind]:
         if f"{place}_{other}" in item:
@@ -165,16 +134,6 @@ def _check(item: object, frame: str, where: str) -> None:
     _check_finite(item, title)
     if kind == "wall" and item[f"from_{unit}"] == item[f"to_{unit}"]:
         raise ObstaclesError(f"{title}: it ends where it begins.")
-
-
-def _hold(data: object, rules: Mapping[str, Any], where: str) -> None:
-    validator = jsonschema.Draft202012Validator(rules)
-    error = jsonschema.exceptions.best_match(validator.iter_errors(data))
-    if error is None:
-        return
-    path = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error.absolute_path)
-    what = error.message if len(error.message) < 200 else "this is not what it must be"
-    raise ObstaclesError(f"{where}: {path.lstrip('.')}{': ' if path else ''}{what}.")
 
 
 def _check_finite(item: Mapping[str, Any], where: str) -> None:

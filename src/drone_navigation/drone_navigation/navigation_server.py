@@ -23,6 +23,8 @@ from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.parameter_file import ParameterFile, read_parameter_file
 from drone_navigation.server import NavigationServer
 from drone_navigation.server_options import make_parser, overrides
+from drone_navigation.shadow_command import run_shadow_goals
+from drone_navigation.shadow_file import ShadowGoalsError
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.clock import MonotonicClock
 
@@ -39,19 +41,23 @@ def main(args: list[str] | None = None) -> int:
     ros_arguments = len(arguments) < len(argv)
     parser = make_parser()
     options = parser.parse_args(arguments[1:])
-    if options.json and not options.check:
-        parser.error("--json is for --check")
+    if options.json and not (options.check or options.shadow_goals):
+        parser.error("--json is for --check and --shadow-goals")
+    if options.check and options.shadow_goals:
+        parser.error("--check and --shadow-goals are two things; give one of them")
     try:
         file = ParameterFile({})
         if options.config is not None:
             file = read_parameter_file(Path(options.config), SERVER_NODE_NAME)
         if options.check:
             return _check(options, file, ros_arguments)
-    except (ConfigurationError, LinkError, OSError) as error:
+        if options.shadow_goals:
+            return _shadow_goals(options, file, ros_arguments)
+    except (ConfigurationError, LinkError, ShadowGoalsError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
     except KeyboardInterrupt:
-        print("navigation_server: the check was interrupted.", file=sys.stderr)
+        print("navigation_server: interrupted.", file=sys.stderr)
         return EXIT_FAILED
     if options.config is not None:
         argv = [*argv, "--ros-args", "--params-file", options.config]
@@ -81,6 +87,20 @@ def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool
     if file.vehicles:
         configs = make_vehicle_configs({name: own | given for name, own in file.vehicles.items()})
     return run_check(configs, options.timeout, options.json)
+
+
+def _shadow_goals(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
+    """Run ``--shadow-goals`` without ROS."""
+    if ros_arguments:
+        raise ConfigurationError(
+            "With --shadow-goals give --config and --link; it takes no --ros-args."
+        )
+    if file.vehicles:
+        raise ConfigurationError(
+            "Shadow goals are for one vehicle: give a --config of one, with its target_system."
+        )
+    config = make_config({**file.server, **overrides(options)})
+    return run_shadow_goals(config, Path(options.shadow_goals), options.json)
 
 
 def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:

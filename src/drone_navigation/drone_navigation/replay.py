@@ -17,7 +17,9 @@ from dataclasses import dataclass
 
 from drone_navigation import notes
 from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.driver import Application
+from mavlink_vehicle.io.tlog import TlogReader
 
 OWN_COMPONENT = 191
 """The component that a server speaks as, unless it is told otherwise."""
@@ -80,6 +82,19 @@ class Played:
     unix_s: float
     message: Message | None
     is_note: bool = False
+
+
+def open_recording(path: str) -> tuple[TlogReader, float]:
+    """Return a recording and when it begins (s since 1970).
+
+    Raises:
+        LinkError: it can't be read, or holds nothing.
+    """
+    reader = TlogReader(path)
+    first = next(iter(reader), None)
+    if first is None:
+        raise LinkError(f"{path} holds no MAVLink packet: there is nothing to replay.")
+    return reader, first[0]
 
 
 class Player:

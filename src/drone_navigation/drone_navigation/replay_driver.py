@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from drone_navigation.replay import OWN_COMPONENT, Played, Player, RecordedTime
+from drone_navigation.replay import OWN_COMPONENT, Played, Player, RecordedTime, open_recording
 from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.errors import DriverError, LinkError
+from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import ManualClock, MonotonicClock
 from mavlink_vehicle.io.driver import Application
-from mavlink_vehicle.io.tlog import TlogReader
 
 _ResultT = TypeVar("_ResultT")
 _LONGEST_WAIT_S = 0.5
@@ -85,11 +84,7 @@ class ReplayDriver:
         self.clock = ManualClock()
         self.on_time: Callable[[float], None] = lambda _unix_s: None
         self.on_end: Callable[[], None] = lambda: None
-        self._reader = TlogReader(path)
-        first = next(iter(self._reader), None)
-        if first is None:
-            raise LinkError(f"{path} holds no MAVLink packet: there is nothing to replay.")
-        self.begin_unix_s = first[0]
+        self._reader, self.begin_unix_s = open_recording(path)
         self._own_component = own_component
         self._speed = speed
         self._wall = MonotonicClock()

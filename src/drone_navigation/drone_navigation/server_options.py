@@ -39,7 +39,16 @@ def make_parser() -> argparse.ArgumentParser:
         default=15.0,
         help="longest time that --check looks, in seconds (default 15)",
     )
-    parser.add_argument("--json", action="store_true", help="let --check print JSON")
+    parser.add_argument(
+        "--shadow-goals",
+        metavar="FILE",
+        help="with --link tlog:PATH, work on the goals of a YAML file against the recording, print "
+        "what would have become of them, and end: 0 all succeed, 1 not all, 2 a bad file; sends "
+        "nothing",
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="let --check or --shadow-goals print JSON"
+    )
     return parser
 
 

@@ -1,0 +1,79 @@
+"""YAML files of people, held to a JSON Schema; what is wrong is one sentence with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import yaml
+
+_SIZE_MAX_BYTES = 10_000_000
+
+
+def read_text(path: Path, error_type: type[ValueError]) -> str:
+    """Read a file of people.
+
+    Args:
+        path: the file.
+        error_type: what to raise when it cannot be read.
+    """
+    try:
+        if path.stat().st_size > _SIZE_MAX_BYTES:
+            raise error_type(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise error_type(f"{path}: {error.strerror or error}.") from None
+    except UnicodeDecodeError:
+        raise error_type(f"{path}: this is not a text file.") from None
+
+
+def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:
+    """Return what YAML holds.
+
+    Args:
+        text: the YAML.
+        name: of the file, for sentences.
+        error_type: what to raise when it is none.
+    """
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{name}:{mark.line + 1}" if mark is not None else name
+        raise error_type(f"{where}: {error.problem or error.context}.") from None
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        first = str(error).splitlines()[0] if str(error) else "nested too deeply"
+        raise error_type(f"{name}: {first}.") from None
+
+
+def hold(data: object, rules: Mapping[str, Any], where: str, error_type: type[ValueError]) -> None:
+    """Hold data to a JSON Schema.
+
+    Args:
+        data: what was read.
+        rules: the schema.
+        where: the place in the file, for sentences.
+        error_type: what to raise when it does not hold.
+    """
+    validator = jsonschema.Draft202012Validator(rules)
+    error = jsonschema.exceptions.best_match(validator.iter_errors(data))
+    if error is None:
+        return
+    path = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error.absolute_path)
+    what = error.message if len(error.message) < 200 else "this is not what it must be"
+    raise error_type(f"{where}: {path.lstrip('.')}{': ' if path else ''}{what}.")
+
+
+class _Loader(yaml.SafeLoader):
+    """Refuses a key that is written twice, of which YAML would forget one."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        seen = set()
+        for key, _ in node.value:
+            if key.value in seen:
+                problem = f"{key.value!r} is written twice"
+                raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
