@@ -53,7 +53,7 @@ class ReadBag:
 def read_bag(path: Path) -> ReadBag:
     """Read a bag, and decode it by the definitions that it holds."""
     with path.open("rb") as stream:
-        reader = make_reader(stream, decoder_factories=[Decoders()])
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[Decoders()])
         summary = reader.get_summary()
         assert summary is not None
         topics = {

@@ -34,13 +34,17 @@ class BagTime(RecordedTime):
     def advance(self, unix_s: float) -> float:
         """Take the stamp (s since 1970) of the next packet; returns the new ``now``.
 
+        A packet whose time ROS can't hold, as after damage, has that of the one before.
+
         Raises:
-            BagError: a time that ROS can't hold.
+            BagError: already the first packet has such a time.
         """
         if unix_s >= _LAST_S:
-            raise BagError(
-                "The recorder's clock is beyond the year 2038, which a stamp of ROS can't hold."
-            )
+            if not self.marks:
+                raise BagError(
+                    "The recorder's clock is beyond the year 2038, which a stamp of ROS can't hold."
+                )
+            unix_s = self.marks[-1][1]
         now = super().advance(unix_s)
         self.marks = (*self.marks[-1:], (now, unix_s))
         return now

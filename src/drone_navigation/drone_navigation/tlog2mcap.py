@@ -13,7 +13,7 @@ from drone_navigation.bag_topics import BagClock, BagError
 from drone_navigation.bag_vehicle import RecordedFleet, RecordedVehicle
 from drone_navigation.mcap_bag import open_bag
 from drone_navigation.message_definitions import DefinitionError
-from drone_navigation.replay import RecordedTime, play
+from drone_navigation.replay import RecordedTime, ReplayError, play
 from flight_logs.errors import LogError
 from flight_logs.packets import iterate_packets
 from flight_logs.progress import bytes_bar
@@ -59,6 +59,7 @@ def convert(
         LogError: the log can't be read, or isn't a tlog.
         BagError: it has no such vehicle, or its times are none.
         DefinitionError: a package of messages is not installed.
+        ReplayError: a defect of ours.
         OSError: the file can't be written.
     """
     if out.exists() and out.samefile(log):
@@ -163,7 +164,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (LogError, BagError) as error:
         print(error, file=sys.stderr)
         return EXIT_BAD_INPUT
-    except DefinitionError as error:
+    except (DefinitionError, ReplayError) as error:
         print(error, file=sys.stderr)
         return EXIT_FAILED
     except OSError as error:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import io
+import random
 import struct
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 import yaml
+from std_msgs.msg import String
 
+from drone_navigation.bag_topics import BagClock, BagNode
 from drone_navigation.goal import GoalFeedback, GoalHappened
-from drone_navigation.mcap_bag import open_bag, qos_text
+from drone_navigation.mcap_bag import Bag, open_bag, qos_text
+from drone_navigation.replay import LONGEST_SILENCE_S
 from drone_navigation.requests import (
     LandRequest,
     WaypointRequest,
@@ -18,7 +23,9 @@ from drone_navigation.requests import (
 )
 from drone_navigation.tlog2mcap import convert, main
 from drone_navigation.topics import LATCHED_QOS
+from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
+from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from tests.support.bags import ReadBag, read_bag
 from tests.support.made_logs import START_US, tlog_of
 from tests.support.recorded_flight import EPOCH_S, Recorder
@@ -166,6 +173,37 @@ def test_several_vehicles_have_a_namespace_each(tmp_path: Path) -> None:
     assert {"system 1", "system 2", "system 3"} <= hardware
 
 
+def test_notes_are_about_the_vehicle_that_they_are_from(tmp_path: Path) -> None:
+    goals, records = {}, []
+    for system in (1, 2):
+        vehicle = VehicleConfig(ready_after_s=1.0, system_id=system)
+        flight = SimulatedFlight(simulated=vehicle, target_system=system)
+        recorder = Recorder(flight, tmp_path / f"{system}.tlog")
+        flight.ready()
+        flight.run_for(float(system))
+        # Ids of goals are counted: the second vehicle's are others.
+        goals[system] = [flight.send(3.0, 0.0, 3.0) for _ in range(system)][-1]
+        flight.run_to_end(goals[system])
+        recorder.close()
+        records += list(TlogReader(tmp_path / f"{system}.tlog"))
+    both = TlogWriter(tmp_path / "both.tlog")
+    for time_s, packet in sorted(records):
+        both.write(packet, time_s)
+    both.close()
+    options = ["--system", "1", "--vehicle-name", "a", "--system", "2", "--vehicle-name", "b"]
+    assert main([str(tmp_path / "both.tlog"), *options]) == 0
+    topics = read_bag(tmp_path / "both.mcap").topics
+    for name, goal_id in (("a", goals[1]), ("b", goals[2])):
+        feedback = topics[f"/{name}/navigate_to_waypoint/_action/feedback"].messages
+        assert goal_id in {bytes(message.goal_id.uuid).hex() for _, message in feedback}
+        assert {m.feedback.current_pose.header.frame_id for _, m in feedback} == {f"{name}/map"}
+        events = [event for _, event in topics[f"/{name}/navigation_server/goal_events"].messages]
+        assert (events[-1].event, events[-1].goal_id) == ("ENDED", goal_id)
+    assert goals[2] not in {
+        event.goal_id for _, event in topics["/a/navigation_server/goal_events"].messages
+    }
+
+
 def test_vehicles_are_chosen_and_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "some.mcap"
     options = ["--system", "3", "--vehicle-name", "c", "--system", "1", "--vehicle-name", "a"]
@@ -209,6 +247,53 @@ def test_a_clock_that_went_back_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     assert "clock went back 1 times" in capsys.readouterr().out
     bag = read_bag(log.with_suffix(".mcap"))
     assert min(bag.log_times_ns) < (START_US - 10**9 + 10**6) * 1000
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_damaged_log_is_converted_as_far_as_it_goes(
+    flown: Flown, seed: int, tmp_path: Path
+) -> None:
+    source, data = random.Random(seed), bytearray(flown.log.read_bytes())
+    for _ in range(40):
+        place, size = source.randrange(len(data)), source.randrange(1, 400)
+        match source.randrange(3):
+            case 0:
+                del data[place : place + size]
+            case 1:
+                data[place:place] = source.randbytes(size)
+            case _:
+                data[place : place + 8] = source.randbytes(8)
+    log = tmp_path / "damaged.tlog"
+    log.write_bytes(data)
+    counts = convert(log, tmp_path / "damaged.mcap").counts
+    assert counts[f"{SERVER}/pose"] > 100
+    assert len(read_bag(tmp_path / "damaged.mcap").log_times_ns) == sum(counts.values())
+
+
+def test_topics_are_named_as_a_node_names_them() -> None:
+    clock, stream = BagClock(), io.BytesIO()
+    clock.time.advance(12.5)
+    clock.move(0.0)
+    bag = Bag(stream)
+    node = BagNode(bag, clock, "a")
+    for topic in ("~/own", "beside", "/tf"):
+        node.create_publisher(String, topic, 100).publish(String(data="x"))
+    bag.finish()
+    assert bag.counts == {"/a/navigation_server/own": 1, "/a/beside": 1, "/tf": 1}
+    assert clock.now().nanoseconds == 12_500_000_000
+
+
+def test_a_step_of_the_clock_is_the_next_packets() -> None:
+    clock = BagClock()
+    clock.time.advance(1000.0)
+    assert clock.time.advance(500.0) == 0.0  # the player looks ahead
+    clock.move(0.0)
+    assert clock.unix_ns == 1000 * 10**9
+    assert clock.time.advance(1500.0) == LONGEST_SILENCE_S
+    clock.move(0.0)
+    assert clock.unix_ns == 500 * 10**9
+    clock.move(LONGEST_SILENCE_S - 1.0)
+    assert clock.unix_ns == 1499 * 10**9
 
 
 def test_what_can_not_be_converted_is_said_in_a_sentence_and_leaves_no_file(
