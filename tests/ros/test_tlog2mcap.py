@@ -20,7 +20,7 @@ from drone_navigation.tlog2mcap import convert
 from tests.support.bags import ReadBag, holds, plain, read_bag
 from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
 
-pytestmark = pytest.mark.xdist_group("ros_actions")
+pytestmark = [pytest.mark.xdist_group("ros_tlog2mcap"), pytest.mark.timeout(150)]
 
 ALL_QOS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TOPICS = {

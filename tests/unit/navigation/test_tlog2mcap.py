@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import random
+import re
 import struct
 from itertools import pairwise
 from pathlib import Path
@@ -24,6 +25,7 @@ from drone_navigation.requests import (
 from drone_navigation.tlog2mcap import convert, main
 from drone_navigation.topics import LATCHED_QOS
 from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from tests.support.bags import ReadBag, read_bag
@@ -159,6 +161,34 @@ def test_a_profile_has_all_that_rosbag2_reads() -> None:
         "lifespan": forever, "liveliness": 1, "liveliness_lease_duration": forever,
         "avoid_ros_namespace_conventions": False,
     }  # fmt: skip
+
+
+def test_the_page_shows_how_python_reads_it(
+    flown: Flown, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (Path(__file__).parents[3] / "docs/logs.md").read_text("utf-8")
+    (code,) = [
+        block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "mcap" in block
+    ]
+    out = flown.log.with_name("flight.mcap")
+    out.write_bytes(flown.log.with_suffix(".mcap").read_bytes())
+    monkeypatch.chdir(out.parent)
+    exec(code, {})
+    assert capsys.readouterr().out.count("\n") == sum(flown.counts.values())
+
+
+def test_what_range_sensors_see_is_shown(tmp_path: Path) -> None:
+    wall = Obstacle("wall", at_m=(8.0, 0.0), size_m=(1.0, 6.0))
+    world = World(obstacles=(wall,), range_sensor=RangeSensor(reach_m=20.0))
+    flight = SimulatedFlight(world=world)
+    recorder = Recorder(flight, tmp_path / "wall.tlog")
+    flight.ready()
+    flight.run_to_end(flight.send(0.0, 2.0, 4.0))  # nothing is seen from the ground
+    recorder.close()
+    convert(tmp_path / "wall.tlog", tmp_path / "wall.mcap")
+    (_, markers) = read_bag(tmp_path / "wall.mcap").topics[f"{SERVER}/obstacles"].messages[-1]
+    points = [point for marker in markers.markers for point in marker.points]
+    assert any(abs(point.y - 7.5) < 1.0 and abs(point.x) < 4.0 for point in points)
 
 
 def test_several_vehicles_have_a_namespace_each(tmp_path: Path) -> None:
