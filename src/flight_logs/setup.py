@@ -18,7 +18,7 @@ setup(
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
     python_requires=">=3.10",
-    install_requires=["numpy", "plotly", "pyarrow", "rich"],
+    install_requires=["numpy", "pyarrow", "rich"],
     zip_safe=False,
     entry_points={"console_scripts": ["tlog_export = flight_logs.export_command:main"]},
 )

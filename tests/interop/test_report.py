@@ -149,6 +149,7 @@ def test_goals_are_in_the_table_with_end_error_and_reason(page: Path) -> None:
     assert goal[4].startswith("LOW_BATTERY")
     assert goal[5:7] == ["12.5 s", "3.25 m"]
     assert EVIL in goal[8]
+    assert not goal[8].startswith("LOW_BATTERY")
 
 
 def test_what_a_log_says_stays_text(page: Path) -> None:

@@ -83,7 +83,8 @@ def _read(log: Path, system: int | None) -> list[Flight]:
     if system is not None and system not in {source[0] for source in vehicles}:
         known = ", ".join(str(source[0]) for source in sorted(vehicles))
         raise LogError(f"{log} has no vehicle with system id {system}; it has {known}.")
-    return read_flights(contents, None if system is None else frozenset({system}))
+    with bytes_bar(f"Following {log.name}") as progress:
+        return read_flights(contents, system, progress)
 
 
 def _comparison(first: list[Flight], second: list[Flight]) -> str:

@@ -112,12 +112,17 @@ def markers(
     }
 
 
-def map_figure(flight: Flight) -> Figure | None:
-    """Return the map: track, plans, goals and what happened where; None without a position."""
+def map_figure(flight: Flight, below: Sequence[Trace] = ()) -> Figure | None:
+    """Return the map: track, plans, goals and what happened where; None without a position.
+
+    Args:
+        flight: of one vehicle.
+        below: what is drawn beneath all that.
+    """
     track = flight.track
     if not len(track.time_s):
         return None
-    traces = [*_plans(flight), flown(track, "flown", "@track"), *_ends(track)]
+    traces = [*below, *_plans(flight), flown(track, "flown", "@track"), *_ends(track)]
     traces += [*_replans(flight), *_modes(flight), *_worth_a_look(flight), *_goals(flight)]
     return {"data": [*traces, cursor()], "layout": map_layout()}
 

@@ -11,7 +11,7 @@ from drone_navigation import notes
 from drone_navigation.report_commands import Command, commands
 from drone_navigation.report_events import Retold, Teller
 from drone_navigation.report_link import LinkQuality, link_quality
-from drone_navigation.report_log import REQUESTS, SETPOINTS, LogContents, Source
+from drone_navigation.report_log import REQUESTS, SETPOINTS, LogContents, Progress, Source
 from drone_navigation.report_track import Track, local_samples, read_setpoints, read_track
 from drone_navigation.report_tracking import Samples, Tracking, tracking
 from mavlink_vehicle.codec import mavlink
@@ -19,6 +19,7 @@ from mavlink_vehicle.codec import mavlink
 GAP_S = 3.0
 """A silence of the vehicle that is longer than this is told: a HEARTBEAT comes every second."""
 _MOVING_M_S = 0.5
+_PROGRESS_EVERY = 2000
 _OFF_GROUND_M = 1.0
 _NOTES = "notes of the server that recorded"
 
@@ -92,7 +93,8 @@ class Flight:
     def armed_s(self) -> float:
         """How long the motors were armed."""
         ends = [time_s for time_s, _ in self.retold.armed[1:]] + [self.contents.duration_s]
-        spans = zip(self.retold.armed, ends, strict=True)
+        # Without a HEARTBEAT there is no time at which it is known.
+        spans = zip(self.retold.armed, ends, strict=False)
         return sum(end_s - begin_s for (begin_s, armed), end_s in spans if armed)
 
     @property
@@ -117,12 +119,24 @@ class Flight:
         return float(self.track.time_s[places[0]]) if len(places) else None
 
 
-def read_flights(contents: LogContents, systems: frozenset[int] | None = None) -> list[Flight]:
-    """Return the flights of the log's vehicles, all or those of some systems."""
+def read_flights(
+    contents: LogContents, system: int | None = None, progress: Progress | None = None
+) -> list[Flight]:
+    """Return the flights of the log's vehicles, or of the one with a system id.
+
+    Args:
+        contents: the log.
+        system: MAVLink system id; None for all vehicles.
+        progress: called now and then, with the bytes of the log done and all of them.
+    """
     vehicles = sorted(contents.vehicles())
-    chosen = [source for source in vehicles if systems is None or source[0] in systems]
-    tellers = {source: Teller(source, (system for system, _ in vehicles)) for source in chosen}
-    for time_s, message in contents.messages():
+    chosen = [source for source in vehicles if system in (None, source[0])]
+    systems = [number for number, _ in vehicles]
+    tellers = {source: Teller(source, systems) for source in chosen}
+    for count, (time_s, message) in enumerate(contents.messages()):
+        if progress is not None and count % _PROGRESS_EVERY == 0:
+            size = contents.counts.bytes
+            progress(int(size * time_s / max(contents.duration_s, 1e-3)), size)
         for teller in tellers.values():
             teller.take(time_s, message)
     return [_flight(contents, source, teller.retold) for source, teller in tellers.items()]

@@ -46,6 +46,11 @@ _RETOLD = (
 KEPT = frozenset(
     {*_RETOLD, *SETPOINTS, *ESTIMATORS, "GPS_GLOBAL_ORIGIN"},
 )
+# A time that is this much later than two of the next few, or this far from what is usual in the
+# log, is damaged.
+_SPIKE_S = 60.0
+_NEXT_FEW = 5
+_FAR_S = 3 * 86400.0
 # Of positions, a few are enough to see a restart by the time since boot.
 _RETOLD_PERIOD_S = 0.5
 
@@ -59,16 +64,20 @@ class LogContents:
         begun_unix_s: when the first packet was recorded.
         duration_s: to the last packet.
         packets: `time_s`, `system`, `component`, `sequence_number` of every packet, by time.
-        records: of the messages in `KEPT` that the log has.
+        names: of all messages that the log has.
+        records: of those of them that are in `KEPT`.
         counts: what was met, beside the messages.
+        times_mended: packets whose time can't be; they have that of the packet before.
     """
 
     path: Path
     begun_unix_s: float
     duration_s: float
     packets: Records
+    names: frozenset[str]
     records: dict[str, Records]
     counts: Counts
+    times_mended: int
 
     def sources(self) -> list[Source]:
         """Return who sent anything, in order."""
@@ -132,22 +141,27 @@ def read_contents(path: Path, progress: Progress | None = None) -> LogContents:
     """
     headers: list[Records] = []
     collected: dict[str, list[Records]] = {}
-    counts = Counts()
+    names: set[str] = set()
+    counts, mended, usual_s = Counts(), 0, None
     for part in iterate_tlog(path, progress=progress):
         counts += part.counts
+        for records in part.values():
+            usual_s = float(np.median(_all_times(part))) if usual_s is None else usual_s
+            mended += _mend(records, usual_s)
+        names |= part.keys()
         headers.append(_headers(part))
         for name in KEPT & part.keys():
             collected.setdefault(name, []).append(part[name])
     packets = np.concatenate(headers) if headers else np.zeros(0, dtype=_HEADER)
     begun_s = float(packets["time_s"][0]) if len(packets) else 0.0
-    records = {}
+    kept = {}
     for name in list(collected):
         joined = np.concatenate(collected.pop(name))
         _since(joined, begun_s)
-        records[name] = joined
+        kept[name] = joined
     _since(packets, begun_s)
     duration_s = float(packets["time_s"][-1]) if len(packets) else 0.0
-    return LogContents(path, begun_s, duration_s, packets, records, counts)
+    return LogContents(path, begun_s, duration_s, packets, frozenset(names), kept, counts, mended)
 
 
 _HEADER = np.dtype(
@@ -163,6 +177,24 @@ def _headers(part: Tlog) -> Records:
         headers[name] = np.concatenate(values) if values else ()
     ordered: Records = headers[np.argsort(headers["time_s"], kind="stable")]
     return ordered
+
+
+def _all_times(part: Tlog) -> Floats:
+    return np.concatenate([records["time_s"] for records in part.values()])
+
+
+def _mend(records: Records, usual_s: float) -> int:
+    """Give packets whose time can't be that of the packet before; return how many."""
+    time_s: Floats = records["time_s"].copy()
+    near = np.abs(time_s - usual_s) <= _FAR_S
+    ahead = np.append(np.where(near, time_s, np.inf), np.full(_NEXT_FEW, np.inf))
+    few = np.array([ahead[k : k + len(time_s)] for k in range(1, _NEXT_FEW + 1)])
+    # Two of them, so that one that is too early damages none before it.
+    good = near & (time_s <= np.sort(few, axis=0)[1] + _SPIKE_S)
+    latest = np.maximum.accumulate(np.where(good, np.arange(len(time_s)), -1))
+    first_s = float(time_s[np.argmax(good)]) if good.any() else usual_s
+    records["time_s"] = np.where(latest >= 0, time_s[latest], first_s)
+    return int((~good).sum())
 
 
 def _since(records: Records, begun_s: float) -> None:

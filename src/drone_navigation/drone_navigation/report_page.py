@@ -14,10 +14,12 @@ from drone_navigation import report_sections as sections
 from drone_navigation.report_figures import Figure, map_figure, numbers
 from drone_navigation.report_flight import Flight
 from drone_navigation.report_html import Markup, element, joined, safe
+from drone_navigation.report_obstacles import obstacle_traces, obstacles_left_out, read_obstacles
 from drone_navigation.report_series import series_figure
 from drone_navigation.report_track import Track
 
 _TRACK_POINTS_MAX = 4000
+_TOO_LONG = "Obstacles are drawn for logs of up to 8 MB; this one is longer."
 _NO_SCRIPT = "The plots of this page are drawn by a script, which this browser doesn't run."
 
 
@@ -67,13 +69,16 @@ def report_page(flights: list[Flight]) -> str:
 
 def _flight(flight: Flight, plots: Plots) -> Markup:
     section = f"v{flight.source[0]}-{flight.source[1]}"
-    on_map = map_figure(flight)
+    seen = read_obstacles(flight.contents, flight.source)
+    on_map = map_figure(flight, obstacle_traces(seen))
     parts: list[object] = [
         element("h2", flight.name),
         sections.summary(flight),
         sections.not_in_the_log(flight),
     ]
     if on_map is not None:
+        if seen is None and obstacles_left_out(flight.contents):
+            parts.append(element("p", _TOO_LONG, class_="note"))
         plots.follow(section, flight.track)
         parts += [element("h3", "Map"), plots.place(f"{section}-map", on_map, "Map of the flight")]
     parts += [

@@ -11,7 +11,7 @@ from drone_navigation.report_events import Severity, named
 from drone_navigation.report_flight import Flight
 from drone_navigation.report_html import Markup, at, duration, element, joined, number, safe, table
 from drone_navigation.report_tracking import Tracking
-from drone_navigation.report_warnings import Warned, lacking, warnings
+from drone_navigation.report_warnings import Warned, lacking, reason, warnings
 
 _TIMES_MAX = 6
 _SIGNS = {Severity.BAD: "▲ bad", Severity.WARNING: "● look", Severity.INFO: "note"}
@@ -26,7 +26,7 @@ def summary(flight: Flight) -> Markup:
         ("firmware", retold.state.firmware_version or "not told"),
         ("recorded", f"{begun:%Y-%m-%d %H:%M:%S} UTC"),
         ("duration", duration(flight.contents.duration_s)),
-        ("armed", duration(flight.armed_s)),
+        ("armed", duration(flight.armed_s) if retold.armed else "not told"),
     ]
     if len(track.time_s):
         up_m = track.position_enu_m[:, 2]
@@ -98,9 +98,11 @@ def _goal(flight: Flight, goal: RecordedGoal, place: int, section: str) -> list[
     error = number(goal.final_error_m, "m", 2)
     if goal.final_error_m is None and (measured := _error_m(flight, goal)) is not None:
         error = f"≈ {measured:.2f} m"
-    words = " ".join(part for part in (goal.description, goal.message) if part) or "–"
+    words = joined(
+        element("div", part) for part in (goal.description, reason(goal.message, goal.code)) if part
+    )
     return [place + 1, about, at(goal.accepted_s, section), aims, did, end, number(took_s, "s"),
-            error, goal.replans, words]  # fmt: skip
+            error, goal.replans, words or "–"]  # fmt: skip
 
 
 def _end_class(code: str) -> str:

@@ -145,7 +145,7 @@ def _mode_bars(flight: Flight) -> list[Figure]:
     ends = [time_s for time_s, _ in modes[1:]] + [flight.contents.duration_s]
     tints: dict[str, str] = {}
     bars = []
-    for (begin_s, name), end_s in zip(modes, ends, strict=True):
+    for (begin_s, name), end_s in zip(modes, ends, strict=False):
         tint = tints.setdefault(name, _MODE_TINTS[len(tints) % len(_MODE_TINTS)])
         wide = end_s - begin_s > 0.008 * len(name) * flight.contents.duration_s
         label = {"text": shown(name) if wide else "", "font": {"size": 11, "color": "@ink"}}
@@ -186,7 +186,7 @@ def _height_and_speed(flight: Flight) -> list[Row]:
         return []
     up = line(track.time_s, track.position_enu_m[:, 2], "altitude (m)", "@track")
     heights = [up]
-    if len(flight.setpoints.time_s):
+    if len(flight.setpoints.time_s) > 1:
         wanted = -flight.setpoints.vectors_ned[:, 2]
         look = {"dash": "dot", "width": 1.5}
         heights.append(

@@ -13,8 +13,8 @@ from drone_navigation.report_flight import Flight, Speaker
 # Losing this share of the packets is worth a look, and this is bad.
 _LOSS, _LOSS_BAD = 0.01, 0.1
 _TOLD_MAX = 200
-_GOOD_CODES = frozenset({"", "SUCCESS"})
-_CALM_CODES = frozenset({"PREEMPTED", "CANCELED"})
+# What the one who gave the goal wanted: that it be reached, or another one, or none.
+_WANTED_CODES = frozenset({"", "SUCCESS", "PREEMPTED", "CANCELED"})
 _ANSWERED_WELL = frozenset({"ACCEPTED", "IN_PROGRESS", ""})
 # Autopilots refuse these for the messages that they don't have, which harms nothing.
 _ASKING = ("SET_MESSAGE_INTERVAL", "REQUEST_")
@@ -63,10 +63,10 @@ def _of_goals(flight: Flight) -> list[Moment]:
     noted = flight.retold.noted
     told = []
     for goal in noted.goals:
-        if goal.ended_s is not None and goal.code not in _GOOD_CODES:
-            severity = Severity.WARNING if goal.code in _CALM_CODES else Severity.BAD
+        if goal.ended_s is not None and goal.code not in _WANTED_CODES:
             text = f"Goal {goal.short_id} ended {goal.code}"
-            told.append(Moment(goal.ended_s, "goal", _with(text, goal.message), severity))
+            text = _with(text, reason(goal.message, goal.code))
+            told.append(Moment(goal.ended_s, "goal", text, Severity.BAD))
         elif goal.ended_s is None:
             end_s = flight.contents.duration_s
             text = f"The recording ends before goal {goal.short_id} does"
@@ -152,6 +152,9 @@ def _of_recorder(flight: Flight) -> list[Moment]:
             "meanwhile is shown at one moment"
         ).replace("back 1 times", "back once")
         told.append(Moment(0.0, "clock", text, Severity.WARNING))
+    if flight.contents.times_mended:
+        text = f"{flight.contents.times_mended} packets have a time that can't be right"
+        told.append(Moment(0.0, "damage", text, Severity.WARNING))
     if counts.bad_checksums:
         text = f"{counts.bad_checksums} packets have a wrong checksum and were left out"
         told.append(Moment(0.0, "damage", text, Severity.WARNING))
@@ -187,6 +190,10 @@ def lacking(flight: Flight) -> list[str]:
     return told
 
 
+def reason(message: str, code: str) -> str:
+    """Return what the server said of an end, without the code before it."""
+    return message.removeprefix(f"{code}: ")
+
+
 def _with(text: str, message: str) -> str:
-    # The code stands before the sentence in what the server noted.
     return f"{text}: {message}" if message else text
