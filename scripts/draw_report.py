@@ -14,8 +14,8 @@ from drone_navigation.navigation_report import main as report
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "out/demo/flight.tlog"
 PICTURE = ROOT / "docs/report.png"
-_SIZE = (1180, 1780)
-_COLOURS = 64
+_SIZE = (1180, 2320)
+_COLOURS = 256
 
 
 def main() -> None:

@@ -70,7 +70,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def opened(page: Path, folder: Path) -> str:
     """Return the document as it is after its scripts have run."""
     command = [str(CHROMIUM), *QUIET, f"--user-data-dir={folder}", "--dump-dom", page.as_uri()]
-    return subprocess.run(command, capture_output=True, text=True, timeout=50, check=True).stdout
+    return subprocess.run(command, capture_output=True, text=True, timeout=80, check=True).stdout
 
 
 class Elements(HTMLParser):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from drone_navigation.report_log import LogContents, Source
+from drone_navigation.report_log import LogContents
+from drone_navigation.report_rates import Source
 from mavlink_vehicle.codec import mavlink
 
 ANSWER_LIMIT_S = 5.0

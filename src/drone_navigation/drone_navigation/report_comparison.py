@@ -176,9 +176,21 @@ def _differences(flights: tuple[Flight, Flight], alignment: Alignment) -> Markup
     rows = []
     for (name, unit, digits), before, after in zip(_FIGURES, a, b, strict=True):
         change = None if before is None or after is None else after - before
-        sign = "" if change is None else f"{change:+.{digits}f} {unit}".rstrip().replace("-", "−")
-        rows.append([name, number(before, unit, digits), number(after, unit, digits), sign or "–"])
+        rows.append(
+            [
+                name,
+                number(before, unit, digits),
+                number(after, unit, digits),
+                _signed(change, unit, digits),
+            ]
+        )
     return table(("", "A", "B", "B − A"), rows, "figures")
+
+
+def _signed(change: float | None, unit: str, digits: int) -> str:
+    if change is None or not round(change, digits):
+        return number(change if change is None else 0.0, unit, digits)
+    return f"{change:+.{digits}f} {unit}".rstrip().replace("-", "−")
 
 
 _FIGURES = (

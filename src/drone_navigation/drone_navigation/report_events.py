@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from drone_navigation import notes
 from drone_navigation.recorded_notes import NotesReader
-from drone_navigation.report_log import Source
+from drone_navigation.report_rates import Source
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import (
     ArmedChanged,

@@ -11,7 +11,8 @@ from drone_navigation import notes
 from drone_navigation.report_commands import Command, commands
 from drone_navigation.report_events import Retold, Teller
 from drone_navigation.report_link import LinkQuality, link_quality
-from drone_navigation.report_log import REQUESTS, SETPOINTS, LogContents, Progress, Source
+from drone_navigation.report_log import REQUESTS, SETPOINTS, LogContents, Progress
+from drone_navigation.report_rates import Source
 from drone_navigation.report_track import Track, local_samples, read_setpoints, read_track
 from drone_navigation.report_tracking import Samples, Tracking, tracking
 from mavlink_vehicle.codec import mavlink

@@ -10,13 +10,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.records import Records
+from drone_navigation.report_rates import MessageRate, Source, count_messages
+from flight_logs.records import HEADERS, Records
 from flight_logs.tlog import Counts, Tlog, iterate_tlog
 from mavlink_vehicle.codec import Message, make, mavlink, with_source
 
 Floats: TypeAlias = NDArray[np.float64]
-Source: TypeAlias = tuple[int, int]
-"""MAVLink system and component."""
 Progress: TypeAlias = Callable[[int, int], None]
 
 POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
@@ -64,7 +63,7 @@ class LogContents:
         begun_unix_s: when the first packet was recorded.
         duration_s: to the last packet.
         packets: `time_s`, `system`, `component`, `sequence_number` of every packet, by time.
-        names: of all messages that the log has.
+        rates: how often each message came, by sender and name, in the recorder's own time.
         records: of those of them that are in `KEPT`.
         counts: what was met, beside the messages.
         times_mended: packets whose time can't be; they have that of the packet before.
@@ -74,15 +73,19 @@ class LogContents:
     begun_unix_s: float
     duration_s: float
     packets: Records
-    names: frozenset[str]
+    rates: dict[tuple[Source, str], MessageRate]
     records: dict[str, Records]
     counts: Counts
     times_mended: int
 
     def sources(self) -> list[Source]:
         """Return who sent anything, in order."""
-        found = np.unique(self.packets[["system", "component"]])
-        return [(int(system), int(component)) for system, component in found]
+        return sorted({source for source, _ in self.rates})
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names of all messages that the log has."""
+        return frozenset(name for _, name in self.rates)
 
     def of(self, name: str, source: Source) -> Records | None:
         """Return the records of a message from one sender, None if there are none."""
@@ -141,18 +144,20 @@ def read_contents(path: Path, progress: Progress | None = None) -> LogContents:
     """
     headers: list[Records] = []
     collected: dict[str, list[Records]] = {}
-    names: set[str] = set()
+    rates: dict[tuple[Source, str], MessageRate] = {}
     counts, mended, usual_s = Counts(), 0, None
     for part in iterate_tlog(path, progress=progress):
         counts += part.counts
-        for records in part.values():
-            usual_s = float(np.median(_all_times(part))) if usual_s is None else usual_s
-            mended += _mend(records, usual_s)
-        names |= part.keys()
+        for records in [*part.values(), part.unknown]:
+            if len(records):
+                usual_s = float(np.median(_all_times(part))) if usual_s is None else usual_s
+                mended += _mend(records, usual_s)
         headers.append(_headers(part))
+        for name, records in part.items():
+            count_messages(rates, name, records)
         for name in KEPT & part.keys():
             collected.setdefault(name, []).append(part[name])
-    packets = np.concatenate(headers) if headers else np.zeros(0, dtype=_HEADER)
+    packets = np.concatenate(headers) if headers else np.zeros(0, dtype=HEADERS)
     begun_s = float(packets["time_s"][0]) if len(packets) else 0.0
     kept = {}
     for name in list(collected):
@@ -161,26 +166,21 @@ def read_contents(path: Path, progress: Progress | None = None) -> LogContents:
         kept[name] = joined
     _since(packets, begun_s)
     duration_s = float(packets["time_s"][-1]) if len(packets) else 0.0
-    return LogContents(path, begun_s, duration_s, packets, frozenset(names), kept, counts, mended)
-
-
-_HEADER = np.dtype(
-    [("time_s", "<f8"), ("system", "u1"), ("component", "u1"), ("sequence_number", "u1")]
-)
+    return LogContents(path, begun_s, duration_s, packets, rates, kept, counts, mended)
 
 
 def _headers(part: Tlog) -> Records:
-    """Return who sent each packet of a piece, in the order of time."""
-    headers: Records = np.zeros(sum(map(len, part.values())), dtype=_HEADER)
-    for name in _HEADER.names or ():
-        values = [records[name] for records in part.values()]
-        headers[name] = np.concatenate(values) if values else ()
+    """Return who sent each packet of a piece, of unknown messages, too, in the order of time."""
+    parts = [*part.values(), part.unknown]
+    headers: Records = np.zeros(sum(map(len, parts)), dtype=HEADERS)
+    for name in HEADERS.names or ():
+        headers[name] = np.concatenate([records[name] for records in parts])
     ordered: Records = headers[np.argsort(headers["time_s"], kind="stable")]
     return ordered
 
 
 def _all_times(part: Tlog) -> Floats:
-    return np.concatenate([records["time_s"] for records in part.values()])
+    return np.concatenate([records["time_s"] for records in [*part.values(), part.unknown]])
 
 
 def _mend(records: Records, usual_s: float) -> int:

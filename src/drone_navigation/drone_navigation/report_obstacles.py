@@ -6,7 +6,8 @@ import numpy as np
 
 from drone_navigation.flight_recording import RecordingError, read_recording
 from drone_navigation.report_figures import Trace
-from drone_navigation.report_log import Floats, LogContents, Source
+from drone_navigation.report_log import Floats, LogContents
+from drone_navigation.report_rates import Source
 from navigation_core.obstacles import Obstacles
 
 LARGEST_LOG_BYTES = 8 << 20

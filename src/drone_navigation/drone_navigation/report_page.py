@@ -89,6 +89,7 @@ def _flight(flight: Flight, plots: Plots) -> Markup:
         sections.tracking(flight),
         sections.speakers(flight),
         sections.modes(flight, section),
+        sections.messages(flight),
     ]
     return element("section", *parts, id=section)
 

@@ -36,7 +36,7 @@ def summary(flight: Flight) -> Markup:
             ("fastest", number(float(track.ground_speed_m_s.max()), "m/s")),
         ]
     if retold.battery:
-        facts.append(("battery", f"{retold.battery[0][1]:.0f} → {retold.battery[-1][1]:.0f} %"))
+        facts.append(("battery", _battery([percent for _, percent in retold.battery])))
     if noted := retold.noted.goals:
         done = sum(goal.code == "SUCCESS" for goal in noted)
         facts += [("goals", f"{done} of {len(noted)} reached"), ("replans", str(replans(flight)))]
@@ -47,6 +47,11 @@ def summary(flight: Flight) -> Markup:
         *(element("div", element("dt", k), element("dd", v)) for k, v in facts),
         class_="facts",
     )
+
+
+def _battery(percent: list[float]) -> str:
+    first, last, least = percent[0], percent[-1], min(percent)
+    return f"{first:.0f} → {last:.0f} %" + (f", least {least:.0f} %" if least < last - 1.0 else "")
 
 
 def replans(flight: Flight) -> int:
@@ -182,6 +187,19 @@ def speakers(flight: Flight) -> Markup:
         rows.append([named(speaker.source), what, link.received, lost, link.repeated,
                      speaker.requests, speaker.setpoints])  # fmt: skip
     return joined((element("h3", "Who spoke"), table(heads, rows, "figures named")))
+
+
+def messages(flight: Flight) -> Markup:
+    """Return how often the vehicle's messages came."""
+    rates = {name: rate for (who, name), rate in flight.contents.rates.items()
+             if who == flight.source}  # fmt: skip
+    heads = ("message", "count", "per second", "longest gap")
+    rows = [
+        [name, rate.count, number(rate.rate_hz), number(rate.longest_gap_s, "s")]
+        for name, rate in sorted(rates.items())
+    ]
+    title = element("summary", f"Messages of the vehicle ({len(rows)} kinds)")
+    return element("details", title, table(heads, rows, "figures"))
 
 
 def modes(flight: Flight, section: str) -> Markup:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drone_navigation.map_frame import Geodetic
-from drone_navigation.report_log import ESTIMATORS, SETPOINTS, Floats, LogContents, Source
+from drone_navigation.report_log import ESTIMATORS, SETPOINTS, Floats, LogContents
+from drone_navigation.report_rates import Source
 from drone_navigation.report_tracking import Samples
 from flight_logs.records import Records
 from mavlink_vehicle import frames

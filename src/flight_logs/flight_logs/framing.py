@@ -22,7 +22,7 @@ PACKET_SIZE_LIMIT = 280
 PADDING = 512
 """Bytes that must follow a piece in its buffer: nothing is read beyond."""
 
-_MAGIC_1, _MAGIC_2 = 0xFE, 0xFD
+MAGIC_1, MAGIC_2 = 0xFE, 0xFD
 _HEADER_1, _HEADER_2 = 6, 10
 _CHECKSUM_SIZE = 2
 _SIGNATURE_SIZE = 13
@@ -108,7 +108,7 @@ def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets
     # A signature is not covered by the checksum: another packet may stand in what damage left.
     checked = candidates.payload + candidates.length + _CHECKSUM_SIZE
     follower = data[np.minimum(stop + STAMP_SIZE, end)]
-    linked = (stop == end) | (follower == _MAGIC_1) | (follower == _MAGIC_2)
+    linked = (stop == end) | (follower == MAGIC_1) | (follower == MAGIC_2)
     places = _right(data, candidates, np.flatnonzero(known & linked))
     places = places[_apart(start[places], checked[places])]
     unlinked = np.flatnonzero(known & ~linked)
@@ -131,7 +131,7 @@ def _candidates(data: NDArray[np.uint8], first: int, end: int) -> Packets:
     # In arithmetic of one byte, 0xFD + 3 is 0 and 0xFE + 3 is 1.
     start = first + np.flatnonzero(data[first:end] + np.uint8(3) < np.uint8(2))
     header = rows(data, start, _HEADER_2)
-    version_2 = header[:, 0] == _MAGIC_2
+    version_2 = header[:, 0] == MAGIC_2
     flags = header[:, 2] * version_2
     signed = flags == _FLAG_SIGNED
     payload = start + np.where(version_2, _HEADER_2, _HEADER_1)

@@ -10,11 +10,16 @@ from numpy.typing import NDArray
 
 from flight_logs.checksums import rows
 from flight_logs.dialect import PAYLOAD_OFFSET, MessageTable, message_indices, messages
-from flight_logs.framing import Packets
+from flight_logs.framing import MAGIC_1, STAMP_SIZE, Packets
 from flight_logs.grouping import grouped
 
 Records: TypeAlias = NDArray[np.void]
 """A structured array of one message, shape (n,): see `dialect.MessageTable.dtype`."""
+
+HEADERS = np.dtype(
+    [("time_s", "<f8"), ("system", "u1"), ("component", "u1"), ("sequence_number", "u1")]
+)
+"""What is known of a packet whatever it holds."""
 
 _HEADER_1 = 6
 _SOURCE_SIZE = 3
@@ -65,6 +70,22 @@ def _records(data: NDArray[np.uint8], packets: Packets, message: MessageTable) -
         bytes_of: NDArray[Any] = records.view(np.uint8).reshape(len(packets), -1)
         bytes_of[:, PAYLOAD_OFFSET : PAYLOAD_OFFSET + message.size] = payload
     return records
+
+
+def headers_of(data: NDArray[np.uint8], start: NDArray[np.int64]) -> Records:
+    """Return time, sender and sequence number of packets that can't be decoded, in their order.
+
+    Args:
+        data: the bytes they are in.
+        start: where each begins, behind the eight bytes of its time; shape (n,).
+    """
+    headers: Records = np.zeros(len(start), dtype=HEADERS)
+    if len(start):
+        stamps_us = rows(data, start - STAMP_SIZE, STAMP_SIZE).view(">u8")[:, 0]
+        headers["time_s"] = stamps_us.astype(np.float64) * 1e-6
+        source = rows(data, start + np.where(data[start] == MAGIC_1, 2, 4), _SOURCE_SIZE)
+        headers["sequence_number"], headers["system"], headers["component"] = source.T
+    return headers
 
 
 def empty_records(message: MessageTable) -> Records:

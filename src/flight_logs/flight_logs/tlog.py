@@ -13,7 +13,7 @@ import numpy as np
 from flight_logs.dialect import MessageTable, message_names
 from flight_logs.errors import LogError
 from flight_logs.pieces import DEFAULT_CHUNK_BYTES, Piece, pieces
-from flight_logs.records import Records, empty_records, records_by_name
+from flight_logs.records import Records, empty_records, headers_of, records_by_name
 
 __all__ = ["DEFAULT_CHUNK_BYTES", "Counts", "Tlog", "iterate_tlog", "read_tlog"]
 
@@ -66,10 +66,15 @@ class Tlog(Mapping[str, Records]):
     Attributes:
         path: the file.
         counts: what was met, beside the messages.
+        unknown: time, sender and sequence number of records of messages that the dialect doesn't
+            have; nothing tells whether such a record is damaged.
     """
 
-    def __init__(self, path: Path, records: Mapping[str, Records], counts: Counts) -> None:
+    def __init__(
+        self, path: Path, records: Mapping[str, Records], counts: Counts, unknown: Records
+    ) -> None:
         """Put together what was read."""
+        self.unknown = unknown
         self.path = path
         self.counts = counts
         self._records = dict(sorted(records.items()))
@@ -129,16 +134,18 @@ def read_tlog(
             doesn't have a message that is asked for.
     """
     collected: dict[str, list[Records]] = {}
+    unknown: list[Records] = []
     counts = Counts()
     for part in iterate_tlog(path, messages=messages, progress=progress):
         counts += part.counts
+        unknown.append(part.unknown)
         for name, records in part.items():
             collected.setdefault(name, []).append(records)
     joined = {}
     for name in list(collected):  # one by one, so that not all are there twice
         parts = collected.pop(name)
         joined[name] = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    return Tlog(Path(path), joined, counts)
+    return Tlog(Path(path), joined, counts, np.concatenate(unknown))
 
 
 def iterate_tlog(
@@ -167,7 +174,8 @@ def iterate_tlog(
         records: Mapping[str, Records] = {}
         if piece.stamps is not None:
             records = records_by_name(piece.data, piece.packets, piece.stamps.time_s, wanted)
-        yield Tlog(Path(path), records, _counts(piece))
+        unknown = headers_of(piece.data, piece.loose.start[~piece.loose.known])
+        yield Tlog(Path(path), records, _counts(piece), unknown)
         if progress is not None:
             progress(piece.position, piece.file_size)
 

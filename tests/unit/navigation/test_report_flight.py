@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from drone_navigation import notes
+from drone_navigation import notes, report_log
 from drone_navigation.report_commands import commands
 from drone_navigation.report_comparison import align, comparison_page, energy_wh, in_one_frame
 from drone_navigation.report_figures import map_figure
@@ -17,6 +19,7 @@ from drone_navigation.report_log import LogContents, read_contents
 from drone_navigation.report_obstacles import obstacle_traces, read_obstacles
 from drone_navigation.report_page import report_page
 from drone_navigation.report_warnings import lacking, warnings
+from flight_logs.tlog import iterate_tlog
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
 
@@ -245,3 +248,33 @@ def test_without_a_heartbeat_a_vehicle_is_told_by_its_position(tmp_path: Path) -
     assert flight.name == "Vehicle, system 1"
     assert any("no HEARTBEAT" in sentence for sentence in lacking(flight))
     assert "not told" in report_page([flight])
+
+
+def test_rates_and_gaps_are_the_same_however_the_log_is_cut_in_pieces(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times_s = [*np.arange(0.0, 40.0, 0.1), *np.arange(50.0, 60.0, 0.1)]
+    sent = [*heartbeats(until_s=60.0), *[along(float(t), 1.0) for t in times_s]]
+    whole = log_of(tmp_path / "a.tlog", sent)
+    rate = whole.rates[VEHICLE, "LOCAL_POSITION_NED"]
+    assert rate.count == 500
+    assert rate.rate_hz == pytest.approx(499 / 59.9, rel=1e-3)
+    assert rate.longest_gap_s == pytest.approx(10.1, abs=1e-3)
+    monkeypatch.setattr(report_log, "iterate_tlog", partial(iterate_tlog, chunk_bytes=5000))
+    pieces = read_contents(tmp_path / "a.tlog")
+    assert pieces.rates == whole.rates
+    assert np.array_equal(pieces.packets["time_s"], whole.packets["time_s"])
+
+
+def test_messages_that_nobody_knows_are_not_lost(tmp_path: Path) -> None:
+    stamp, codec = struct.Struct(">Q"), Codec(1, 1)
+    log = b""
+    for i in range(100):
+        packet = bytearray(codec.encode(make("HEARTBEAT", type=2, autopilot=3)))
+        if i % 4 == 0:
+            packet[7:10] = (54_321).to_bytes(3, "little")
+        log += stamp.pack(1_700_000_000_000_000 + 100_000 * i) + packet
+    (tmp_path / "a.tlog").write_bytes(log)
+    (flight,) = read_flights(read_contents(tmp_path / "a.tlog"))
+    assert flight.contents.counts.unknown_messages == {54_321: 25}
+    assert (flight.link.received, flight.link.lost) == (100, 0)
