@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drone_navigation import notes
 from drone_navigation.report_rates import MessageRate, Source, count_messages
 from flight_logs.records import HEADERS, Records
 from flight_logs.tlog import Counts, Tlog, iterate_tlog
-from mavlink_vehicle.codec import Message, make, mavlink, with_source
+from mavlink_vehicle.codec import Message, mavlink, with_source
 
 Floats: TypeAlias = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int], None]
@@ -23,12 +25,14 @@ ESTIMATORS = ("EKF_STATUS_REPORT", "ESTIMATOR_STATUS")
 REQUESTS = ("COMMAND_LONG", "COMMAND_INT", "SET_MODE", "MISSION_COUNT", "MISSION_CLEAR_ALL")
 """What makes an autopilot do something, beside setpoints."""
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
-NOTES = ("STATUSTEXT", "NAMED_VALUE_FLOAT", "NAMED_VALUE_INT", "DEBUG_FLOAT_ARRAY")
+# Of these, only those of the server's notes are of use.
+_NOTED = ("NAMED_VALUE_FLOAT", "NAMED_VALUE_INT", "DEBUG_FLOAT_ARRAY")
 _RETOLD = (
     *POSITIONS,
     *REQUESTS,
-    *NOTES,
+    *_NOTED,
     "HEARTBEAT",
+    "STATUSTEXT",
     "SYSTEM_TIME",
     "SYS_STATUS",
     "BATTERY_STATUS",
@@ -45,6 +49,7 @@ _RETOLD = (
 KEPT = frozenset(
     {*_RETOLD, *SETPOINTS, *ESTIMATORS, "GPS_GLOBAL_ORIGIN"},
 )
+_CLASSES: dict[str, Any] = {cls.msgname: cls for cls in mavlink.mavlink_map.values()}
 # A time that is this much later than two of the next few, or this far from what is usual in the
 # log, is damaged.
 _SPIKE_S = 60.0
@@ -116,23 +121,26 @@ class LogContents:
 
         The sequence numbers are counted anew for each sender, as much is left out.
         """
-        times, names, places = [], [], []
-        for number, name in enumerate(_RETOLD):
+        times, kinds = [], []
+        fields: list[tuple[Any, Records]] = []
+        for name in _RETOLD:
             if (records := self.records.get(name)) is not None:
-                chosen = _thinned(records) if name in POSITIONS else np.arange(len(records))
-                times.append(records["time_s"][chosen])
-                names.append(np.full(len(chosen), number))
-                places.append(chosen)
+                chosen = records[_retold(name, records)]
+                times.append(chosen["time_s"])
+                kinds.append(np.full(len(chosen), len(fields)))
+                fields.append((_CLASSES[name], chosen[["system", "component", *_names(name)]]))
         if not times:
             return
-        time_s, kinds, rows = (np.concatenate(parts) for parts in (times, names, places))
+        time_s, kind = np.concatenate(times), np.concatenate(kinds)
+        ready = [
+            zip(itertools.repeat(cls), chosen.tolist(), strict=False) for cls, chosen in fields
+        ]
         sequence: dict[Source, int] = {}
         for index in np.argsort(time_s, kind="stable").tolist():
-            name = _RETOLD[kinds[index]]
-            message = _message(name, self.records[name][rows[index]])
-            source = (message.get_srcSystem(), message.get_srcComponent())
-            sequence[source] = (sequence.get(source, -1) + 1) % 256
-            message._header.seq = sequence[source]
+            cls, (system, component, *values) = next(ready[kind[index]])
+            message = with_source(cls(*map(_plain, values)), system, component)
+            number = sequence[system, component] = (sequence.get((system, component), -1) + 1) % 256
+            message._header.seq = number
             yield float(time_s[index]), message
 
 
@@ -207,17 +215,23 @@ def _first_of_each(records: Records) -> list[Source]:
     return list(dict.fromkeys(sources))
 
 
-def _thinned(records: Records) -> NDArray[np.int64]:
-    """Return the places of the first record of each sender in each period."""
+def _retold(name: str, records: Records) -> NDArray[np.int64]:
+    """Return the places of the records of a message that tell events."""
+    if name in _NOTED:
+        return np.flatnonzero(records["component"] == notes.COMPONENT_ID)
+    if name not in POSITIONS:
+        return np.arange(len(records))
+    # The first of each sender in each period.
     period = (records["time_s"] / _RETOLD_PERIOD_S).astype(np.int64)
     key = (period << 16) + (records["system"].astype(np.int64) << 8) + records["component"]
     places: NDArray[np.int64] = np.sort(np.unique(key, return_index=True)[1])
     return places
 
 
-def _message(name: str, record: np.void) -> Message:
-    fields = {field: record[field].tolist() for field in record.dtype.names or ()}
-    for header in ("time_s", "sequence_number"):
-        fields.pop(header)
-    source = (fields.pop("system"), fields.pop("component"))
-    return with_source(make(name, **fields), *source)
+def _names(name: str) -> list[str]:
+    """Return a message's fields in the order in which its class takes them."""
+    return list(_CLASSES[name].fieldnames)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value
