@@ -11,6 +11,15 @@ settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Offer to keep anew what recordings give."""
+    parser.addoption(
+        "--update-golden",
+        action="store_true",
+        help="keep what tests/replay/test_golden.py finds now, instead of comparing it",
+    )
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep the tests of a group in one process.

@@ -199,7 +199,7 @@ def _estimator(state: VehicleState, message: Message, now: float) -> VehicleStat
         bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
         bool(flags & _ESTIMATOR_HORIZONTAL_RELATIVE),
     )
-    return evolve(state, {"estimator": estimator})
+    return evolve(state, {"estimator": estimator, "estimator_told": True})
 
 
 def _mission_current(state: VehicleState, message: Message, now: float) -> VehicleState:

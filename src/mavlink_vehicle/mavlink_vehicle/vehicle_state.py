@@ -53,6 +53,8 @@ class VehicleState:
         boot_announced_s: when HEARTBEAT announced a restart that no time since boot has
             shown yet.
         capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
+        estimator_told: whether the vehicle has ever told how its estimator is; one that has is
+            waited for after a restart, when there is a position before a word about it.
         texts: STATUSTEXTs; see `status_texts`.
     """
 
@@ -89,6 +91,7 @@ class VehicleState:
     boot_count: int = 0
     boot_time_ms: int | None = None
     boot_announced_s: float | None = None
+    estimator_told: bool = False
     texts: StatusTexts = field(default_factory=StatusTexts)
 
     @property
@@ -111,15 +114,15 @@ class VehicleState:
         """Whether there is a global position that the vehicle's estimator stands by."""
         if self.global_position is None:
             return False
-        return self.estimator is None or self.estimator.horizontal_position_ok
+        if self.estimator is None:
+            return not self.estimator_told
+        return self.estimator.horizontal_position_ok
 
     @property
     def local_position_valid(self) -> bool:
         """Whether there is a local position that the vehicle's estimator stands by."""
         if self.local_position is None:
             return False
-        return (
-            self.estimator is None
-            or self.estimator.horizontal_position_ok
-            or self.estimator.horizontal_relative_ok
-        )
+        if self.estimator is None:
+            return not self.estimator_told
+        return self.estimator.horizontal_position_ok or self.estimator.horizontal_relative_ok

@@ -222,6 +222,26 @@ def test_a_restart_voids_what_was_measured(autopilot: AutopilotMessages) -> None
     assert state.position_valid
 
 
+def test_after_a_restart_a_position_is_not_valid_before_the_estimator_has_said_so(
+    autopilot: AutopilotMessages,
+) -> None:
+    """A real ArduCopter 3.5.7 told its last place for 0.7 s before it said that it has none."""
+    local = autopilot("LOCAL_POSITION_NED", time_boot_ms=2500, x=5.0)
+    before = after(
+        autopilot.heartbeat(),
+        autopilot.position(300.0),
+        autopilot("EKF_STATUS_REPORT", flags=831),
+    )
+    assert before.position_valid
+    state = after(autopilot.position(2.0), local, state=before)
+    assert state.boot_count == 1
+    assert state.global_position is not None
+    assert not state.position_valid
+    assert not state.local_position_valid
+    assert not after(autopilot("EKF_STATUS_REPORT", flags=229), state=state).position_valid
+    assert after(autopilot("EKF_STATUS_REPORT", flags=831), state=state).position_valid
+
+
 def test_the_end_of_the_millisecond_counter_is_not_a_restart(
     autopilot: AutopilotMessages,
 ) -> None:
