@@ -155,7 +155,7 @@ def _flight(contents: LogContents, source: Source, retold: Retold) -> Flight:
         source=source,
         track=track,
         retold=retold,
-        speakers=tuple(_speaker(contents, who, source) for who in contents.sources()),
+        speakers=tuple(_speaker(contents, who, source, retold) for who in contents.sources()),
         commands=tuple(commands(contents, source)),
         setpoints=positions,
         position_tracking=tracking(positions, was_at, "m"),
@@ -174,13 +174,14 @@ def _while_led(setpoints: Samples, retold: Retold) -> Samples:
     return Samples(setpoints.time_s[kept], setpoints.vectors_ned[kept])
 
 
-def _speaker(contents: LogContents, who: Source, vehicle: Source) -> Speaker:
+def _speaker(contents: LogContents, who: Source, vehicle: Source, retold: Retold) -> Speaker:
     packets = contents.packets
+    restarts_s = [m.time_s for m in retold.moments if m.kind == "restart" and who == vehicle]
     own = packets[(packets["system"] == who[0]) & (packets["component"] == who[1])]
     return Speaker(
         source=who,
         what=_what(contents, who),
-        link=link_quality(own, contents.duration_s, GAP_S),
+        link=link_quality(own, contents.duration_s, GAP_S, restarts_s),
         requests=_count(contents, REQUESTS, who, vehicle),
         setpoints=_count(contents, SETPOINTS, who, vehicle),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ from flight_logs.records import Records
 # A sequence number that is this little behind the newest is a packet that came late; one that
 # is farther behind is that many packets lost, as the numbers start again after 255.
 _LATE_MAX = 16
+# A restart shows in the time since boot, which comes about this long before or after.
+_RESTART_S = 3.0
 _INTERVALS_MAX = 240
 # A source whose numbers make no sense (several links in one recording) loses "most" packets.
 _NONSENSE = 0.6
@@ -66,18 +69,25 @@ def missing_before(sequence_number: NDArray[np.uint8]) -> NDArray[np.int64]:
     return missing
 
 
-def link_quality(packets: Records, duration_s: float, gap_s: float) -> LinkQuality:
+def link_quality(
+    packets: Records, duration_s: float, gap_s: float, restarts_s: Sequence[float] = ()
+) -> LinkQuality:
     """Look at one sender's packets, one or more.
 
     Args:
         packets: with `time_s` and `sequence_number`, by time.
         duration_s: of the recording.
         gap_s: silence that is longer than this is a gap.
+        restarts_s: when the sender was seen to have restarted: it counts from 0 again then.
     """
     again = np.diff(packets["sequence_number"].astype(np.int64), prepend=-1) == 0
     fresh = packets[~again]
     time_s: Floats = fresh["time_s"]
     missing = missing_before(fresh["sequence_number"])
+    for restart_s in restarts_s:
+        recent = slice(*np.searchsorted(time_s, [restart_s - _RESTART_S, restart_s + _RESTART_S]))
+        if len(missing[recent]):
+            missing[recent.start + int(np.argmax(missing[recent]))] = 0
     lost = int(missing.sum())
     count = int(np.clip(duration_s, 1.0, _INTERVALS_MAX))
     bounds: Floats = np.linspace(0.0, max(duration_s, 1e-3), count + 1)

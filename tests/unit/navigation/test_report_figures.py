@@ -45,6 +45,12 @@ def test_numbers_that_follow_nothing_are_no_loss_that_is_told() -> None:
     assert not link_quality(packets([0, 100, 7, 190, 80, 201] * 20), 12.0, 3.0).numbers_follow
 
 
+def test_numbers_that_begin_anew_after_a_restart_are_no_loss() -> None:
+    numbers = [*range(100, 150), *range(50)]
+    assert link_quality(packets(numbers), 10.0, 3.0).lost > 100
+    assert link_quality(packets(numbers), 10.0, 3.0, [5.5]).lost == 0
+
+
 def test_a_silence_is_found_also_at_the_end() -> None:
     quiet = packets([0, 1, 2])
     quiet["time_s"] = (0.0, 1.0, 6.0)
