@@ -27,6 +27,10 @@ OWN_COMPONENT = 191
 LONGEST_SILENCE_S = 120.0
 """More silence than this is not lived through: by then nothing changes any more."""
 
+USUAL_GAP_S = 5.0
+"""Packets come more often than this; a longer step forward may be the clock's own."""
+
+_SETTLED_S = 10.0
 _MAGIC_2 = 0xFD
 # Deadlines in one silence: a mistake in the bridge must not become an endless loop.
 _TIMERS_MAX = 100_000
@@ -40,8 +44,10 @@ class ReplayError(RuntimeError):
 class RecordedTime:
     """Seconds since the recording began, which never go back.
 
-    A recorder's clock may be set while it records. A step back counts as no time at all; a
-    step forward can't be told from silence and counts as such, up to ``LONGEST_SILENCE_S``.
+    A recorder's clock may be set while it records. A step back counts as no time at all. A
+    step forward can't be told from silence and counts as such, up to ``LONGEST_SILENCE_S``; but
+    soon after a step back, as in records out of order, it first makes that good. So the time
+    that passes is bounded by the number of packets.
 
     Attributes:
         now: seconds since the first packet.
@@ -53,6 +59,8 @@ class RecordedTime:
     stepped_back: int = 0
     shortened_s: float = 0.0
     _unix_s: float | None = None
+    _owed_s: float = 0.0
+    _steady_s: float = 0.0
 
     def advance(self, unix_s: float) -> float:
         """Take the stamp (s since 1970) of the next packet; returns the new ``now``."""
@@ -60,9 +68,19 @@ class RecordedTime:
         passed_s = 0.0 if before is None else unix_s - before
         if passed_s < 0.0:
             self.stepped_back += 1
-        elif passed_s > LONGEST_SILENCE_S:
+            self._owed_s, self._steady_s = self._owed_s - passed_s, 0.0
+            return self.now
+        if passed_s > USUAL_GAP_S:
+            repaid_s = min(self._owed_s, passed_s)
+            self._owed_s -= repaid_s
+            passed_s -= repaid_s
+        else:
+            self._steady_s += passed_s
+            if self._steady_s > _SETTLED_S:
+                self._owed_s = 0.0
+        if passed_s > LONGEST_SILENCE_S:
             self.shortened_s += passed_s - LONGEST_SILENCE_S
-        self.now += min(max(passed_s, 0.0), LONGEST_SILENCE_S)
+        self.now += min(passed_s, LONGEST_SILENCE_S)
         return self.now
 
 

@@ -22,6 +22,8 @@ from mavlink_vehicle.io.driver import Application
 
 _ResultT = TypeVar("_ResultT")
 _LONGEST_WAIT_S = 0.5
+# A year of replay before the seconds of builtin_interfaces/Time end.
+_LATEST_UNIX_S = 2.0**31 - 366 * 86_400
 
 
 class ReplayedApplication(Application, Protocol):
@@ -84,7 +86,9 @@ class ReplayDriver:
         self.clock = ManualClock()
         self.on_time: Callable[[float], None] = lambda _unix_s: None
         self.on_end: Callable[[], None] = lambda: None
-        self._reader, self.begin_unix_s = open_recording(path)
+        self._reader, begin_unix_s = open_recording(path)
+        # What ROS cannot express is damage.
+        self.begin_unix_s = begin_unix_s if begin_unix_s < _LATEST_UNIX_S else 0.0
         self._own_component = own_component
         self._speed = speed
         self._wall = MonotonicClock()

@@ -17,6 +17,8 @@ _STAMP = struct.Struct(">Q")
 _MAGIC_1, _MAGIC_2 = 0xFE, 0xFD
 _MAGIC = re.compile(b"[\xfd\xfe]")
 _SIGNED = 0x01
+# A recording that was cut at its beginning starts within one packet.
+_DAMAGE_MAX = 4096
 
 
 class TlogWriter:
@@ -96,7 +98,7 @@ class TlogReader:
         except OSError as error:
             raise LinkError(f"Cannot read {path}: {error.strerror or error}.") from error
         self.position, self.size = 0, len(self._data)
-        if len(self._data) > _STAMP.size and self._data[_STAMP.size] not in (_MAGIC_1, _MAGIC_2):
+        if len(self._data) > _STAMP.size and not _begins(self._data):
             raise LinkError(f"{path} is not a tlog: no MAVLink packet follows the first time.")
 
     def __iter__(self) -> Iterator[tuple[float, bytes]]:
@@ -117,6 +119,20 @@ class TlogReader:
             self.position = start + size
             yield _STAMP.unpack_from(data, position)[0] * 1e-6, data[start : start + size]
             position = start + size
+
+
+def _begins(data: bytes) -> bool:
+    """Tell whether there is a packet at the beginning, or soon after some damage."""
+    if data[_STAMP.size] in (_MAGIC_1, _MAGIC_2):
+        return True
+    for found in _MAGIC.finditer(data, _STAMP.size, _DAMAGE_MAX):
+        start = found.start()
+        if start + 3 > len(data):
+            break
+        following = start + _packet_size(data, start) + _STAMP.size
+        if following < len(data) and data[following] in (_MAGIC_1, _MAGIC_2):
+            return True
+    return False
 
 
 def _packet_size(data: bytes, start: int) -> int:
