@@ -25,8 +25,11 @@ from std_srvs.srv import Trigger
 
 from custom_interfaces.action import Takeoff
 from custom_interfaces.msg import GoalEvent, VehicleStatus
+from drone_navigation.configuration import ConfigurationError, make_config
 from drone_navigation.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
+from drone_navigation.parameter_table import ParameterValue
 from drone_navigation.processes import Process, ros_environment
+from drone_navigation.replay_node import recording_of
 from mavlink_vehicle.codec import Codec, with_source
 from mavlink_vehicle.io.tlog import TlogReader
 from tests.support.ros_flight import Flight, navigate_goal, new_domain
@@ -299,3 +302,55 @@ def with_a_second_vehicle(tlog: Path) -> bytes:
             if (message.get_srcSystem(), message.get_srcComponent()) == (1, 1):
                 whole += stamp + second.encode(with_source(message, 2, 1))
     return whole
+
+
+@pytest.mark.parametrize(
+    ("links", "others", "sentence"),
+    [
+        (["tlog:a.tlog", "tlog:b.tlog"], {}, "the link of all vehicles or of none"),
+        (["tlog:a.tlog", "udpin://127.0.0.1:14550"], {}, "the link of all vehicles or of none"),
+        (["tlog:a.tlog"], {"gcs_links": ["udpin://127.0.0.1:14551"]}, "gcs_links has no use"),
+        (["tlog:a.tlog"], {"record_tlog": "a.tlog"}, "record_tlog has no use"),
+    ],
+)
+def test_what_has_no_use_with_a_recording_is_refused(
+    links: list[str], others: dict[str, ParameterValue], sentence: str
+) -> None:
+    vehicles = [make_config({"link_url": link, **others}) for link in links]
+    with pytest.raises(ConfigurationError, match=sentence):
+        recording_of(vehicles[0], vehicles)
+
+
+def test_a_live_link_is_no_recording() -> None:
+    config = make_config({"link_url": "udpin://127.0.0.1:14550"})
+    assert recording_of(config, [config]) is None
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (None, "No such file"),
+        (b"", "holds no MAVLink packet"),
+        (b"these are only some notes", "is not a tlog"),
+        (bytes(5000), "is not a tlog"),
+    ],
+    ids=["missing", "empty", "text", "zeros"],
+)
+def test_a_server_on_no_recording_ends_with_one_sentence(
+    content: bytes | None, sentence: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.tlog"
+    if content is not None:
+        path.write_bytes(content)
+    server = Process(
+        "navigation_server",
+        ["python", "-m", "drone_navigation.navigation_server", "--link", f"tlog:{path}"],
+        ros_environment(new_domain()),
+    )
+    try:
+        server.wait_for(sentence, 30.0)
+        assert server.wait(20.0) == 2
+        assert "Traceback" not in server.text
+        assert len(server.text.strip().splitlines()) == 1
+    finally:
+        server.stop()
