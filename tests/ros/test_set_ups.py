@@ -24,7 +24,7 @@ CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 FILES = [
     path
     for path in sorted(CONFIG.rglob("*.yaml"))
-    if path.parent.name not in ("worlds", "obstacles")
+    if path.parent.name not in ("worlds", "obstacles", "shadow_goals")
 ]
 
 

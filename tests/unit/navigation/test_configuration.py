@@ -22,9 +22,8 @@ PROPERTIES = SCHEMA["properties"]["navigation_server"]["properties"]["ros__param
     "properties"
 ]
 CONFIG = ROOT / "bridge_config"
-FILES = sorted(
-    path for path in CONFIG.rglob("*.yaml") if path.parent.name not in {"worlds", "obstacles"}
-)
+NO_SET_UPS = {"worlds", "obstacles", "shadow_goals"}
+FILES = sorted(path for path in CONFIG.rglob("*.yaml") if path.parent.name not in NO_SET_UPS)
 SET_UPS = [
     f"{firmware}_{kind}.yaml"
     for firmware in ("ardupilot", "px4")
