@@ -79,6 +79,10 @@ class NavigationClient:
         """Cancel the goal (first call) or give up waiting (second call)."""
         self._interrupts += 1
 
+    def close(self) -> None:
+        """End the executor while ROS is there: what is left of it would complain on stderr."""
+        self._executor.shutdown(timeout_sec=1.0)
+
     def run(self) -> int:
         """Send the first goal, follow it and all that come after it to their end.
 

@@ -42,6 +42,7 @@ def main(args: list[str] | None = None) -> int:
         view = make_view(plain=options.plain, json=options.json, keys=people)
         on_exit.callback(view.close)
         client = NavigationClient(node, view, errand, options, keyboard)
+        on_exit.callback(client.close)
         _handle_signals(client, view, keyboard)
         return client.run()
 
