@@ -520,6 +520,7 @@ class Bridge:
                 self._report.vehicle(event)
 
     def _finish_operation(self, event: OperationFinished, now: float) -> None:
+        self._report.operation(event)
         parked, served = self._parking.finish(event), self._desk.finish(event)
         if parked or served:
             return

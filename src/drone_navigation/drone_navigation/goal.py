@@ -293,6 +293,12 @@ class ActiveGoal:
         """
         self.state = next_state(self.state, event)
 
+    def end_of(self, outcome: Outcome) -> Outcome:
+        """Return the outcome that the goal ends in: only a client's cancel ends CANCELED."""
+        if outcome.code is OutcomeCode.CANCELED and self.closing is not None:
+            return self.closing
+        return outcome
+
     def finish(
         self, outcome: Outcome, pose: MapPose | None, now: float, said: str = ""
     ) -> GoalFinished:
@@ -302,16 +308,13 @@ class ActiveGoal:
             outcome: how it ended.
             pose: where the vehicle is.
             now: time.
-            said: the autopilot's last words during the goal, if any.
+            said: the autopilot's text that explains the end, if any.
 
         Raises:
             LifecycleError: the goal has ended already.
         """
+        outcome = self.end_of(outcome)
         code = outcome.code
-        # Only a client's cancel may end CANCELED; another stop ends as what it was for.
-        if code is OutcomeCode.CANCELED and self.closing is not None:
-            outcome = self.closing
-            code = outcome.code
         self.apply(terminal_event(code))
         error_m = outcome.final_error_m
         if error_m is None and pose is not None and self.target_enu_m is not None:
@@ -320,7 +323,7 @@ class ActiveGoal:
         words = [self.cancelled_by, outcome.message] if self.cancelled_by else [outcome.message]
         message = f"{code.value}: {' '.join([*words, *dict.fromkeys(self.notes)])}"
         if said and said not in message:
-            message += f" The autopilot's last words: '{said}'."
+            message += f" The autopilot said: '{said}'."
         return GoalFinished(
             goal_id=self.goal_id,
             state=self.state,

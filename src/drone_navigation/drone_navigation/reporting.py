@@ -6,6 +6,7 @@ import itertools
 from collections import deque
 
 from drone_navigation import notes
+from drone_navigation.autopilot_words import answers_in, worst_text
 from drone_navigation.goal import (
     ActiveGoal,
     Annotation,
@@ -26,11 +27,13 @@ from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import (
     HeartbeatLost,
     HeartbeatRegained,
+    OperationFinished,
     StatusTextReceived,
     VehicleDiscovered,
     VehicleEvent,
 )
 from mavlink_vehicle.ranges import RangesRefused
+from mavlink_vehicle.status_text import StatusText
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -50,6 +53,7 @@ class Reporter:
         self._outputs: deque[Output] = deque()
         self._position_known = False
         self._text_ids = itertools.count()
+        self._answers: frozenset[StatusText] = frozenset()
 
     def next_output(self) -> Output | None:
         """Return the next thing to tell, or None."""
@@ -165,8 +169,9 @@ class Reporter:
     def ended(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         """Move a goal to its end and tell it."""
         state = self._vehicle.state
-        texts = [text.text for text in state.status_texts if text.time_s >= goal.accepted_s]
-        said = texts[-1].strip() if texts else ""
+        heard_s = now if state.last_heartbeat_s is None else state.last_heartbeat_s
+        code = goal.end_of(outcome).code
+        said = worst_text(state.status_texts, code, goal.accepted_s, heard_s, self._answers)
         finished = goal.finish(outcome, self._map_frame.pose(state), now, said)
         self._outputs.append(finished)
         self._happened(
@@ -178,6 +183,11 @@ class Reporter:
             LogLevel.INFO if finished.code is OutcomeCode.SUCCESS else LogLevel.WARN,
             f"Goal {goal.short_id} {finished.state.value}: {finished.message}",
         )
+
+    def operation(self, event: OperationFinished) -> None:
+        """Remember which texts answered a request of this server: they explain no other end."""
+        texts = self._vehicle.state.status_texts
+        self._answers = self._answers.intersection(texts) | answers_in(event, texts)
 
     def position(self) -> None:
         """Tell when the position has become valid, or is no longer."""
