@@ -14,7 +14,9 @@ setup(
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed", "**/*.json", "**/*.yaml", "*.css", "*.js"]},
+    package_data={
+        PACKAGE: ["py.typed", "**/*.json", "**/*.yaml", "*.css", "*.js", "*.LICENSE.txt"]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -29,7 +31,6 @@ setup(
         "matplotlib",
         "pillow",
         "mcap",
-        "plotly",
     ],
     zip_safe=False,
     entry_points={

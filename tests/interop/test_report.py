@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+import json
 import re
 import shutil
 import subprocess
@@ -28,6 +30,7 @@ QUIET = (
     "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=10000",
 )  # fmt: skip
 EVIL = '<img src=x onerror=alert(1)></script><script>document.title="broken"</script>'
+LONG = "No way to (20.0, 18.0, 4.0) m keeps 2.00 m clear of all 448 obstacles: it is walled in"
 GOAL_ID = "d000e038" + 24 * "a"
 
 in_a_browser = pytest.mark.skipif(
@@ -44,6 +47,7 @@ def flown_by_the_server(log: Path) -> Path:
     noted = [
         *notes.long_text(notes.event(GoalHappened(GOAL_ID, "ACCEPTED", "", "fly"), "Navigate"), 1),
         notes.goal_accepted(GOAL_ID[:8], (10.0, 20.0, 15.0)),
+        *notes.long_text(notes.event(GoalHappened(GOAL_ID, "STATUS", "BLOCKED", LONG), ""), 3),
         *notes.plan(((0.0, 0.0, 15.0), (10.0, 20.0, 15.0))),
         *notes.long_text(
             notes.event(GoalHappened(GOAL_ID, "ENDED", "LOW_BATTERY", EVIL), "", end), 2
@@ -114,6 +118,45 @@ def test_the_page_draws_its_plots_without_a_network_and_without_an_error(
     assert len(re.findall(r'class="js-line"', body)) >= 6
     assert "LOW_BATTERY" in body
     assert "<title>Flight in flight &lt;i&gt;.tlog</title>" in dom
+
+
+PROBE = """<script>
+addEventListener("load", () => setTimeout(() => {
+  const wide = [...document.querySelectorAll(".scroll, .plot, main, html")]
+    .filter((part) => part.scrollWidth > part.clientWidth + 1)
+    .map((part) => `${part.tagName} ${part.textContent.slice(0, 30)}: ${part.scrollWidth}`);
+  const cells = document.querySelectorAll("td").length;
+  parent.postMessage({ width: innerWidth, wide, cells }, "*");
+}, 2000));
+</script></body>"""
+FRAME = """<!doctype html><title>no answer</title><iframe src="%s" width="%d" height="900"></iframe>
+<script>addEventListener("message", (event) => {
+  const told = document.createElement("p");
+  told.id = "told";
+  told.textContent = JSON.stringify(event.data);
+  document.body.append(told);
+})</script>"""
+
+
+@in_a_browser
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("width", [1280, 768, 420])
+def test_nothing_is_cut_off_at_any_width(page: Path, tmp_path: Path, width: int) -> None:
+    # A window of Chromium is never narrower than 500 pixels, a frame in it is.
+    text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text("utf-8"))
+    probed, frame = tmp_path / "probed.html", tmp_path / "frame.html"
+    probed.write_text(text.replace("</body>", PROBE), "utf-8")
+    frame.write_text(FRAME % (probed.as_uri(), width), "utf-8")
+    told = re.search(r'<p id="told">(.*?)</p>', opened(frame, tmp_path / "browser"))
+    assert told is not None
+    found = json.loads(html.unescape(told[1]))
+    assert found["width"] == width
+    assert found["cells"] > 20
+    assert found["wide"] == []
+
+
+def test_a_page_is_smaller_than_two_megabytes(page: Path) -> None:
+    assert page.stat().st_size < 2_000_000
 
 
 @in_a_browser

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from drone_navigation.report_events import Retold, Teller
 from drone_navigation.report_link import LinkQuality, link_quality
 from drone_navigation.report_log import REQUESTS, SETPOINTS, LogContents, Progress
 from drone_navigation.report_rates import Source
+from drone_navigation.report_sensed import Sensed, read_sensed
 from drone_navigation.report_track import Track, local_samples, read_setpoints, read_track
 from drone_navigation.report_tracking import Samples, Tracking, tracking
 from mavlink_vehicle.codec import mavlink
@@ -74,6 +76,11 @@ class Flight:
     setpoints: Samples
     position_tracking: Tracking | None
     velocity_tracking: Tracking | None
+
+    @cached_property
+    def sensed(self) -> Sensed | None:
+        """What the sensors saw; None without, and for a log that is too long."""
+        return read_sensed(self.contents, self.source)
 
     @property
     def path(self) -> Path:

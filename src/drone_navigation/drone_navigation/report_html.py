@@ -35,9 +35,18 @@ def joined(parts: Iterable[object]) -> Markup:
 def table(
     heads: Sequence[str], rows: Iterable[Sequence[object]], class_: str = "", caption: str = ""
 ) -> Markup:
-    """Return a table with a head; it scrolls by itself where the page is narrow."""
+    """Return a table with a head.
+
+    Each cell knows its head, as on a narrow page the rows stand as cards (`report_page.css`).
+    """
     head = element("tr", *(element("th", text, scope="col") for text in heads))
-    body = joined(element("tr", *(element("td", cell) for cell in row)) for row in rows)
+    body = joined(
+        element(
+            "tr",
+            *(element("td", cell, data_head=head) for head, cell in zip(heads, row, strict=True)),
+        )
+        for row in rows
+    )
     parts = [element("caption", caption)] if caption else []
     whole = element("table", *parts, element("thead", head), element("tbody", body), class_=class_)
     return element("div", whole, class_="scroll")

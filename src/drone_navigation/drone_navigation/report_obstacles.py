@@ -4,57 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from drone_navigation.flight_recording import RecordingError, read_recording
 from drone_navigation.report_figures import Trace
-from drone_navigation.report_log import Floats, LogContents
-from drone_navigation.report_rates import Source
+from drone_navigation.report_log import Floats
+from drone_navigation.report_sensed import Sensed
 from navigation_core.obstacles import Obstacles
 
-LARGEST_LOG_BYTES = 8 << 20
-"""All of a log goes through the code that flies, which takes some three seconds for each MB."""
-_SENSORS = frozenset({"OBSTACLE_DISTANCE", "DISTANCE_SENSOR"})
 # A post that is smaller than this stands for a cell of the map, which is a square.
 _CELL_RADIUS_M = 0.3
+# Columns of `Obstacles` that are seen from above; the others are heights.
+_POST_OUTLINE, _BOX_OUTLINE = 3, 5
 
 
-def obstacles_left_out(contents: LogContents) -> bool:
-    """Tell whether the log has what obstacles are seen from, but too much of it."""
-    return contents.counts.bytes > LARGEST_LOG_BYTES and bool(_SENSORS & contents.names)
-
-
-def read_obstacles(contents: LogContents, vehicle: Source) -> tuple[Obstacles, Obstacles] | None:
-    """Return all obstacles that ever were in the map, and those that were in it at the end.
-
-    Returns:
-        None if nothing was seen, the log is too long, or another vehicle was the one to see.
-    """
-    if obstacles_left_out(contents) or not _SENSORS & contents.names:
-        return None
-    try:
-        recording = read_recording(contents.path)
-    except RecordingError:
-        return None
-    if not recording.vehicle.endswith(f", system {vehicle[0]}") or not len(recording.obstacles):
-        return None
-    held = recording.obstacles.values
-    posts = np.unique(np.concatenate([one.posts for one in held]).round(3), axis=0)
-    boxes = np.unique(np.concatenate([one.boxes for one in held]).round(3), axis=0)
-    return Obstacles(posts, boxes), held[-1]
-
-
-def obstacle_traces(seen: tuple[Obstacles, Obstacles] | None) -> list[Trace]:
-    """Return the outlines: first of what was seen once, then of what was still held at the end."""
-    if seen is None:
+def obstacle_traces(sensed: Sensed | None) -> list[Trace]:
+    """Return the outlines: first of what was gone at the end, then of what was still held."""
+    if sensed is None:
         return []
-    ever, at_end = seen
+    gone = Obstacles(
+        _without(sensed.ever.posts, sensed.at_end.posts, _POST_OUTLINE),
+        _without(sensed.ever.boxes, sensed.at_end.boxes, _BOX_OUTLINE),
+    )
     return [
         _outlines(obstacles, name, opacity)
         for obstacles, name, opacity in (
-            (ever, "seen once", 0.25),
-            (at_end, "obstacles at the end", 0.7),
+            (gone, "seen once", 0.25),
+            (sensed.at_end, "obstacles at the end", 0.7),
         )
         if len(obstacles)
     ]
+
+
+def _without(ever: Floats, held: Floats, columns: int) -> Floats:
+    """Return one row for each outline (the first columns) that no row held any more has."""
+    known = {row.tobytes() for row in held[:, :columns].round(3)}
+    rows = {row[:columns].tobytes(): row for row in ever.round(3)}
+    left = [row for key, row in rows.items() if key not in known]
+    return np.array(left).reshape(-1, ever.shape[1])
 
 
 def _outlines(obstacles: Obstacles, name: str, opacity: float) -> Trace:

@@ -12,7 +12,7 @@
   const { figures, tracks } = JSON.parse(document.getElementById("plots").textContent);
   const config = { responsive: true, displaylogo: false, scrollZoom: false,
     modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
-  const shownAround = 10;
+  const shownAround = 10, charWidth = 8;
   let fixed = {};
 
   const colour = (name) => fixed[name] ??
@@ -23,8 +23,16 @@
     if (value === null || typeof value !== "object") return value;
     return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, paint(part)]));
   };
-  const layoutOf = (layout) => {
+  // The name of a mode is left out where its bar is too narrow for it.
+  const named = (shapes, layout, width) => {
+    const { margin, xaxis } = layout, [begin, end] = xaxis.range ?? [0, 1];
+    const perUnit = (width - margin.l - margin.r) / (end - begin);
+    return shapes.map((shape) => (shape.label && (shape.x1 - shape.x0) * perUnit < shape.label.text.length * charWidth
+      ? { ...shape, label: { ...shape.label, text: "" } } : shape));
+  };
+  const layoutOf = (layout, id) => {
     const painted = paint(layout);
+    if (painted.shapes) painted.shapes = named(painted.shapes, layout, document.getElementById(id).clientWidth);
     for (const key of Object.keys(painted)) {
       if (/^[xy]axis/.test(key)) {
         painted[key] = { gridcolor: colour("grid"), linecolor: colour("rule"), tickcolor: colour("rule"), ...painted[key] };
@@ -38,7 +46,7 @@
   };
 
   const draw = () => Promise.all(Object.entries(figures).map(([id, figure]) =>
-    Plotly.react(id, paint(figure.data), layoutOf(figure.layout), config)));
+    Plotly.react(id, paint(figure.data), layoutOf(figure.layout, id), config)));
 
   const pointAt = (section, time) => {
     const track = tracks[section], map = figures[`${section}-map`];
@@ -60,7 +68,7 @@
       const link = event.target.closest("a.at");
       if (!link) return;
       const { section, time } = link.dataset, at = Number(time), id = `${section}-time`;
-      const shapes = (layoutOf(figures[id].layout).shapes || []).concat({ type: "line", xref: "x",
+      const shapes = (layoutOf(figures[id].layout, id).shapes || []).concat({ type: "line", xref: "x",
         yref: "paper", x0: at, x1: at, y0: 0, y1: 1, line: { color: colour("ink"), width: 2 } });
       Plotly.relayout(id, { "xaxis.range": [at - shownAround, at + shownAround], shapes });
       pointAt(section, at);

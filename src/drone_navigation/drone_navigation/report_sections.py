@@ -199,7 +199,7 @@ def messages(flight: Flight) -> Markup:
         for name, rate in sorted(rates.items())
     ]
     title = element("summary", f"Messages of the vehicle ({len(rows)} kinds)")
-    return element("details", title, table(heads, rows, "figures"))
+    return element("details", title, table(heads, rows, "figures few"))
 
 
 def modes(flight: Flight, section: str) -> Markup:

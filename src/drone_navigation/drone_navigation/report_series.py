@@ -16,6 +16,8 @@ _STRIP_PX = 92
 _SPACE_PX = 16
 _BOTTOM_PX = 84
 _LINES_MAX = 40
+# What is farther away is of no interest.
+_CLEARANCE_MAX_M = 10.0
 _MODE_TINTS = ("@tint1", "@tint2", "@tint3")
 
 
@@ -44,7 +46,8 @@ class Row:
 
 def series_figure(flight: Flight) -> Figure:
     """Return everything over time: modes and events, altitude, speed, errors, battery, link."""
-    rows = [_strip(flight), *_height_and_speed(flight), *_errors(flight), *_battery(flight)]
+    rows = [_strip(flight), *_height_and_speed(flight), *_errors(flight), *_clearance(flight)]
+    rows += _battery(flight)
     figure = stacked([*rows, _link(flight)], flight.contents.duration_s)
     figure["layout"]["shapes"] = _mode_bars(flight) + _event_lines(flight)
     return figure
@@ -147,8 +150,7 @@ def _mode_bars(flight: Flight) -> list[Figure]:
     bars = []
     for (begin_s, name), end_s in zip(modes, ends, strict=False):
         tint = tints.setdefault(name, _MODE_TINTS[len(tints) % len(_MODE_TINTS)])
-        wide = end_s - begin_s > 0.008 * len(name) * flight.contents.duration_s
-        label = {"text": shown(name) if wide else "", "font": {"size": 11, "color": "@ink"}}
+        label = {"text": shown(name), "font": {"size": 11, "color": "@ink"}}
         bars.append(
             {
                 "type": "rect", "xref": "x", "yref": "y", "x0": begin_s, "x1": end_s, "y0": 0.08,
@@ -207,6 +209,15 @@ def _errors(flight: Flight) -> list[Row]:
     across = line(told.time_s, told.horizontal, "horizontal error (m)", "@track")
     above = line(told.time_s, told.vertical, "vertical error (m)", "@second", line={"width": 1.5})
     return [Row("off setpoint (m)", [across, above])]
+
+
+def _clearance(flight: Flight) -> list[Row]:
+    sensed = flight.sensed
+    if sensed is None:
+        return []
+    near = np.where(sensed.clearance_m <= _CLEARANCE_MAX_M, sensed.clearance_m, np.nan)
+    trace = line(sensed.time_s, near, "to the nearest obstacle (m)", "@track")
+    return [Row("clearance (m)", [trace], axis={"rangemode": "tozero"})]
 
 
 def _battery(flight: Flight) -> list[Row]:

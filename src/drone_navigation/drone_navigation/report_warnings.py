@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drone_navigation.report_causes import causes, shortly_before
 from drone_navigation.report_commands import LATE_S, Command
 from drone_navigation.report_events import Moment, Severity, named
 from drone_navigation.report_flight import Flight, Speaker
@@ -36,8 +37,10 @@ class Warned:
 def warnings(flight: Flight) -> list[Warned]:
     """Return what is worth a look, by time; what happened again and again is there once."""
     moments = [moment for moment in flight.retold.moments if _counts(moment, flight)]
-    moments += _of_goals(flight) + _of_link(flight) + _of_commands(flight) + _of_others(flight)
-    moments += _of_recorder(flight)
+    led = _leader(flight)
+    moments += causes(flight, None if led is None else led.source)
+    moments += _of_goals(flight, moments)
+    moments += _of_link(flight) + _of_commands(flight) + _of_others(flight) + _of_recorder(flight)
     together: dict[tuple[str, str], list[Moment]] = {}
     for moment in sorted(moments, key=lambda moment: moment.time_s):
         together.setdefault((moment.kind, moment.text), []).append(moment)
@@ -59,13 +62,15 @@ def _leader(flight: Flight) -> Speaker | None:
     return max(commanders, key=lambda s: (s.setpoints, s.requests), default=None)
 
 
-def _of_goals(flight: Flight) -> list[Moment]:
+def _of_goals(flight: Flight, happened: list[Moment]) -> list[Moment]:
     noted = flight.retold.noted
     told = []
     for goal in noted.goals:
         if goal.ended_s is not None and goal.code not in _WANTED_CODES:
             text = f"Goal {goal.short_id} ended {goal.code}"
             text = _with(text, reason(goal.message, goal.code))
+            if before := shortly_before(goal.ended_s, happened):
+                text += f" – {before}"
             told.append(Moment(goal.ended_s, "goal", text, Severity.BAD))
         elif goal.ended_s is None:
             end_s = flight.contents.duration_s

@@ -50,7 +50,7 @@ def test_what_is_old_or_from_before_the_goal_explains_nothing() -> None:
 
 def test_a_refusal_is_not_quoted_for_another_end() -> None:
     event = OperationFinished(
-        1, OperationKind.ARM, OperationResult.REFUSED, f'Arming was refused; autopilot: "{REFUSAL.text}"'
+        1, OperationKind.ARM, OperationResult.REFUSED, f'Refused; autopilot: "{REFUSAL.text}"'
     )  # fmt: skip
     answers = answers_in(event, [REFUSAL, CRASH])
     assert answers == {REFUSAL}
@@ -60,6 +60,6 @@ def test_a_refusal_is_not_quoted_for_another_end() -> None:
 
 def test_a_crash_during_a_take_off_is_no_answer() -> None:
     event = OperationFinished(
-        1, OperationKind.TAKE_OFF, OperationResult.REFUSED, f'It was given up; autopilot: "{CRASH.text}"'
+        1, OperationKind.TAKE_OFF, OperationResult.REFUSED, f'Ended; autopilot: "{CRASH.text}"'
     )  # fmt: skip
     assert answers_in(event, [CRASH]) == frozenset()

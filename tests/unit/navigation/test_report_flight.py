@@ -16,12 +16,14 @@ from drone_navigation.report_comparison import align, comparison_page, energy_wh
 from drone_navigation.report_figures import map_figure
 from drone_navigation.report_flight import Flight, read_flights
 from drone_navigation.report_log import LogContents, read_contents
-from drone_navigation.report_obstacles import obstacle_traces, read_obstacles
+from drone_navigation.report_obstacles import obstacle_traces
 from drone_navigation.report_page import report_page
+from drone_navigation.report_sensed import Sensed
 from drone_navigation.report_warnings import lacking, warnings
 from flight_logs.tlog import iterate_tlog
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
+from navigation_core.obstacles import Obstacles
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 Source = tuple[int, int]
@@ -225,14 +227,25 @@ def test_obstacles_are_drawn_beneath_the_track(tmp_path: Path) -> None:
         sent.append(along(0.1 * i, 0.0, up_m=2.0))
         sent += [(0.1 * i, with_source(message, *VEHICLE)) for message in (place, turned, scan)]
     (flight,) = read_flights(log_of(tmp_path / "a.tlog", sent))
-    drawn = obstacle_traces(read_obstacles(flight.contents, flight.source))
-    assert {trace["name"] for trace in drawn} == {"seen once", "obstacles at the end"}
-    north_m = [value for value in drawn[1]["y"] if value is not None]
+    drawn = obstacle_traces(flight.sensed)
+    (held,) = drawn
+    assert held["name"] == "obstacles at the end"
+    north_m = [value for value in held["y"] if value is not None]
     assert np.median(north_m) == pytest.approx(5.0, abs=0.6)
     figure = map_figure(flight, drawn)
     assert figure is not None
     names = [trace["name"] for trace in figure["data"]]
-    assert names.index("seen once") < names.index("flown")
+    assert names.index("obstacles at the end") < names.index("flown")
+
+
+def test_an_obstacle_that_has_gone_is_drawn_once_and_apart_from_those_still_held() -> None:
+    post, lower = (1.0, 2.0, 0.2, 0.0, 5.0), (1.0, 2.0, 0.2, 0.0, 3.0)
+    gone, as_low = (8.0, 2.0, 0.2, 0.0, 5.0), (8.0, 2.0, 0.2, 0.0, 3.0)
+    ever, held = Obstacles(np.array([post, lower, gone, as_low])), Obstacles(np.array([post]))
+    once, now = obstacle_traces(Sensed(ever, held, np.zeros(0), np.zeros(0)))
+    corners = 5  # four, and the break after them
+    assert [len(trace["x"]) for trace in (once, now)] == [corners, corners]
+    assert min(value for value in once["x"] if value is not None) > 7.0
 
 
 def test_what_is_not_answered_within_five_seconds_is_not_answered(tmp_path: Path) -> None:

@@ -1,0 +1,135 @@
+"""A report names what made a flight end badly: a late loop, no setpoints, an obstacle, a crash."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drone_navigation import notes
+from drone_navigation.goal import GoalHappened
+from drone_navigation.report_events import Severity
+from drone_navigation.report_flight import Flight, read_flights
+from drone_navigation.report_log import read_contents
+from drone_navigation.report_sensed import Sensed
+from drone_navigation.report_warnings import Warned, warnings
+from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
+from mavlink_vehicle.io.tlog import TlogWriter
+from navigation_core.obstacles import NOTHING
+
+GOAL_ID = "d000e038" + 24 * "a"
+NOTES, SERVER, VEHICLE = (1, notes.COMPONENT_ID), (1, 191), (1, 1)
+ARMED, DISARMED = 217, 89
+CRASH = "Crash: hit scaffold at 0.9 m/s"
+ACCEPTED_S, NAVIGATING_S, END_S = 1.0, 2.0, 12.0
+# The server stands still for this long; it had much to read afterwards.
+STILL_FROM_S, STILL_UNTIL_S = 9.92, 11.78
+
+
+def flight(
+    folder: Path,
+    code: str = "SUCCESS",
+    still: bool = False,
+    deaf: bool = False,
+    crash: bool = False,
+) -> Flight:
+    """Return a flight of one goal, as the recorder of a server saw it.
+
+    Args:
+        folder: where the log goes.
+        code: how the goal ends.
+        still: the server's process stands still for a while: what comes meanwhile is read later.
+        deaf: it sends no setpoints for as long, but reads what comes.
+        crash: the vehicle hits something while the server stands still.
+    """
+    beats = np.arange(0.0, END_S + 1.0, 1.0)
+    sent: list[tuple[float, tuple[int, int], Message]] = [
+        (t, VEHICLE, make("HEARTBEAT", type=2, autopilot=3, custom_mode=4, system_status=4,
+                          base_mode=DISARMED if crash and t > STILL_FROM_S else ARMED))
+        for t in beats
+    ]  # fmt: skip
+    for t in np.arange(0.0, END_S + 1.0, 0.02):
+        place = make("LOCAL_POSITION_NED", time_boot_ms=int(t * 1e3), x=float(t), z=-5.0, vx=1.0)
+        sent.append((t, VEHICLE, place))
+    if crash:
+        said = make("STATUSTEXT", severity=mavlink.MAV_SEVERITY_CRITICAL, text=CRASH)
+        sent.append((11.0, VEHICLE, said))
+    for t in np.arange(NAVIGATING_S, END_S, 0.05):
+        if not (still or deaf) or not STILL_FROM_S < t < STILL_UNTIL_S:
+            target = make("SET_POSITION_TARGET_LOCAL_NED", target_system=1, coordinate_frame=1,
+                          type_mask=0b111111000, x=float(t), z=-5.0)  # fmt: skip
+            if not (crash and t > STILL_FROM_S):
+                sent.append((t, SERVER, target))
+    for t, event, what in (
+        (ACCEPTED_S, "ACCEPTED", ""),
+        (NAVIGATING_S, "STATUS", "NAVIGATING"),
+        (END_S, "ENDED", code),
+    ):
+        noted = notes.event(GoalHappened(GOAL_ID, event, what, what), "Navigate")
+        sent += [(t, NOTES, text) for text in notes.long_text(noted, int(t))]
+    if still:
+        sent = [
+            (STILL_UNTIL_S if STILL_FROM_S < t < STILL_UNTIL_S else t, *rest) for t, *rest in sent
+        ]
+    path = folder / "flight.tlog"
+    codec = Codec(source_system=1, source_component=1)
+    writer = TlogWriter(path)
+    for t, source, message in sorted(sent, key=lambda one: one[0]):
+        writer.write(codec.encode(with_source(message, *source)), 1_700_000_000.0 + t)
+    writer.close()
+    (only,) = read_flights(read_contents(path))
+    return only
+
+
+def about(kind: str, flown: Flight) -> list[Warned]:
+    return [warned for warned in warnings(flown) if warned.first.kind == kind]
+
+
+def test_a_flight_without_gaps_has_no_such_warning(tmp_path: Path) -> None:
+    flown = flight(tmp_path)
+    assert about("late loop", flown) == about("setpoints", flown) == []
+
+
+def test_a_server_that_stood_still_is_named(tmp_path: Path) -> None:
+    (late,) = about("late loop", flight(tmp_path, still=True))
+    assert late.first.severity is Severity.BAD
+    assert "no setpoint for 1.9 s" in late.first.text
+    assert late.times_s == (pytest.approx(STILL_FROM_S, abs=0.1),)
+
+
+def test_setpoints_that_stopped_while_the_vehicle_was_heard_are_told_apart(tmp_path: Path) -> None:
+    flown = flight(tmp_path, deaf=True)
+    assert about("late loop", flown) == []
+    (gap,) = about("setpoints", flown)
+    assert "no setpoint for 1.9 s" in gap.first.text
+
+
+def test_a_crash_is_told_with_what_happened_shortly_before(tmp_path: Path) -> None:
+    flown = flight(tmp_path, code="DISARMED", still=True, crash=True)
+    (text,) = about("text", flown)
+    assert (text.first.text, text.first.severity) == (CRASH, Severity.BAD)
+    (goal,) = about("goal", flown)
+    assert "DISARMED" in goal.first.text
+    assert "s before: Goal d000e038 got no setpoint for 1.9 s: the server's loop" in goal.first.text
+    assert f"0.2 s before: {CRASH}" in goal.first.text
+
+
+@pytest.mark.parametrize(
+    ("clearance_m", "severity"), [(0.3, Severity.BAD), (0.8, Severity.WARNING), (1.2, None)]
+)
+def test_an_obstacle_that_was_too_near_is_named(
+    tmp_path: Path, clearance_m: float, severity: Severity | None
+) -> None:
+    flown = flight(tmp_path)
+    time_s = np.array([0.5, 5.0, 6.0, 7.0])
+    # Before the goal it may stand as near as its people like.
+    near = Sensed(NOTHING, NOTHING, time_s, np.array([0.1, 3.0, clearance_m, np.inf]))
+    flown = dataclasses.replace(flown)
+    flown.__dict__["sensed"] = near
+    found = about("clearance", flown)
+    assert [warned.first.severity for warned in found] == ([] if severity is None else [severity])
+    if severity is not None:
+        assert found[0].first.time_s == 6.0
+        assert f"{clearance_m:.2f} m from an obstacle" in found[0].first.text
