@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 import shlex
 from collections.abc import Iterator
@@ -50,11 +51,16 @@ def main() -> None:
 
 
 def _moment_s(flown: list[dict[str, Any]]) -> float:
-    """Return when the last goal's way was being flown, best after it was planned anew."""
-    last = [members for members in flown if members.get("status") == "NAVIGATING"]
-    last = [members for members in last if members["goal"] == last[-1]["goal"]]
+    """Return a moment in which a path is flown, nothing was blocked yet and most has happened.
+
+    Best it is the last goal's, after a replan.
+    """
+    blocked_s = [members["t_s"] for members in flown if members.get("status") == "BLOCKED"]
+    end_s = min(blocked_s, default=math.inf)
+    flying = [one for one in flown if one.get("status") == "NAVIGATING" and one["t_s"] < end_s]
+    last = [members for members in flying if members["goal"] == flying[-1]["goal"]]
     anew = [members for members in last if members["replans"]] or last
-    return float(anew[len(anew) // 3]["t_s"])
+    return float(anew[3 * len(anew) // 4]["t_s"])
 
 
 def _flown() -> Iterator[dict[str, Any]]:

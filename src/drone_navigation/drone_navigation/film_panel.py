@@ -14,7 +14,7 @@ from drone_navigation import flight_scene as scene
 from drone_navigation.flight_recording import Recording
 from drone_navigation.timeline import Timeline
 
-_FRAME = (0.605, 0.115, 0.38, 0.54)
+_FRAME = (0.605, 0.115, 0.38, 0.52)
 _WIDTH = 1.0
 _BAR_HEIGHT = 0.03
 _LOW_BATTERY_PERCENT = 25.0

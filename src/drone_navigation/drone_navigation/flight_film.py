@@ -30,9 +30,10 @@ Picture = NDArray[np.uint8]
 SIZE_PX = (1280, 720)
 _DPI = 160
 _MARGIN_M = 4.0
+_BELOW_GROUND_M = 1.0
 # Left, bottom, width and height, as shares of the picture.
-_ABOVE_FRAME = (0.036, 0.115, 0.53, 0.79)
-_SIDE_FRAME = (0.605, 0.725, 0.38, 0.18)
+_ABOVE_FRAME = (0.052, 0.135, 0.514, 0.77)
+_SIDE_FRAME = (0.627, 0.735, 0.358, 0.17)
 # How long an old way fades, a new obstacle glows (seconds of the film).
 _FADE_S = 1.6
 _GLOW_S = 0.5
@@ -141,11 +142,14 @@ class _Stage:
         self._axes, self._view, self._recording = axes, view, recording
         self._fade_s, self._glow_s = _FADE_S * speedup, _GLOW_S * speedup
         low, high = scene.bounds_m(recording, _MARGIN_M)
-        low[2] = min(low[2] + _MARGIN_M, 0.0)
+        ground_m = scene.ground_m(recording)
+        low[2] = ground_m - _BELOW_GROUND_M
         frame = axes.get_position()
         ratio = frame.width * SIZE_PX[0] / (frame.height * SIZE_PX[1])
         left, right, bottom, top = scene.fitted(low, high, view, ratio)
-        self._heights_m = (bottom, top) if view.upward == 2 else (float(low[2]), float(high[2]))
+        self._heights_m = (ground_m, top if view.upward == 2 else float(high[2]))
+        if view.upward == 2:
+            axes.axhline(ground_m, color=scene.FAINT, linewidth=0.8)
         axes.set(xlim=(left, right), ylim=(bottom, top), facecolor="white")
         _decorate(axes, view)
         self._places = np.stack(view.points(recording.positions_enu_m), axis=-1)
@@ -225,7 +229,8 @@ def _decorate(axes: Axes, view: View) -> None:
         spine.set_color(scene.GONE)
     axes.grid(color=scene.GONE, alpha=0.5, linewidth=0.5)
     axes.set_axisbelow(True)
-    axes.set_title(f"{view.name} (m)", fontsize=7, color=scene.FAINT, loc="left", pad=3)
+    view.label(axes, fontsize=6, color=scene.FAINT, labelpad=1)
+    axes.set_title(view.name, fontsize=7, color=scene.FAINT, loc="left", pad=3)
 
 
 def _arrow(turn_deg: float) -> Outline:

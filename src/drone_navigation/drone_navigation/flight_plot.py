@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
+from drone_navigation import flight_labels as labels
 from drone_navigation import flight_scene as scene
 from drone_navigation.flight_recording import Recording, RecordingError, read_recording
 from drone_navigation.flight_scene import ABOVE, View
@@ -23,8 +24,9 @@ from matplotlib.colors import to_rgb
 EXIT_OK = 0
 EXIT_FAILED = 1
 _MARGIN_M = 4.0
+_BELOW_GROUND_M = 1.0
 # Events that are nearer than this to each other (share of the flight) share a name.
-_APART = 0.035
+_APART = 0.05
 _TARGETS_NAMED_MAX = 12
 _PAUSE_S = 5.0
 
@@ -40,7 +42,8 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recordi
     recording = read_recording(path, system)
     figure = plt.figure(figsize=(14.0, 8.0), layout="constrained", facecolor=scene.PAPER)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.25, 1.0), height_ratios=(1.0, 1.0, 1.0))
-    _draw_view(figure.add_subplot(grid[:2, 0]), ABOVE, recording)
+    above = figure.add_subplot(grid[:2, 0])
+    _draw_view(above, ABOVE, recording)
     _draw_view(figure.add_subplot(grid[2, 0]), scene.side_view(recording), recording)
     altitude = figure.add_subplot(grid[0, 1])
     distance = figure.add_subplot(grid[1, 1], sharex=altitude)
@@ -65,6 +68,9 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recordi
     figure.suptitle(f"Flight recorded in {path.name}: {_summary(recording)}", color=scene.INK)
     if recording.remarks:
         figure.supxlabel("\n".join(recording.remarks), fontsize=9, color=scene.GOAL)
+    # Where labels are free is known once everything else has its place.
+    figure.draw_without_rendering()
+    _name_goals(above, recording)
     figure.savefig(picture, dpi=110)
     plt.close(figure)
     return recording
@@ -81,7 +87,11 @@ def _summary(recording: Recording) -> str:
 
 def _draw_view(axes: Axes, view: View, recording: Recording) -> None:
     low, high = scene.bounds_m(recording, _MARGIN_M)
-    heights_m = (float(low[2]), float(high[2]))
+    ground_m = scene.ground_m(recording)
+    low[2] = ground_m - _BELOW_GROUND_M
+    heights_m = (ground_m, float(high[2]))
+    if view is not ABOVE:
+        axes.axhline(ground_m, color=scene.FAINT, linewidth=1.0)
     if len(recording.obstacles):
         passed, now = _all_of(recording.obstacles), recording.obstacles.values[-1]
         for obstacles, colour in ((passed, scene.GONE), (now, scene.OBSTACLE)):
@@ -95,14 +105,18 @@ def _draw_view(axes: Axes, view: View, recording: Recording) -> None:
     axes.plot(*(part[:1] for part in places), "o", color=scene.TRACK, label="start")
     _draw_goals(axes, view, recording)
     view.label(axes)
-    axes.set_title(view.name, color=scene.INK, fontsize=11)
+    if view is not ABOVE:
+        axes.set_title(view.name, color=scene.INK, fontsize=11, loc="left")
     axes.set_aspect("equal", adjustable="datalim")
     axes.update_datalim(np.stack(view.points(np.array([low, high])), axis=-1))
     axes.margins(0.0)
     axes.autoscale_view()
     axes.grid(alpha=0.3)
     if view is ABOVE:
-        axes.legend(loc="best", fontsize=9)
+        # Beside the title, as within the picture it would hide something.
+        axes.set_title(view.name, color=scene.INK, fontsize=11, loc="left")
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8,
+                    frameon=False, borderaxespad=0.2)  # fmt: skip
 
 
 def _all_of(obstacles: Timeline[Obstacles]) -> Obstacles:
@@ -132,10 +146,31 @@ def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
         x, y = (float(part[0]) for part in view.points((target,)))
         axes.plot(x, y, "x", color=scene.GOAL, markersize=10, markeredgewidth=2.5,
                   label="goals" if number == 0 else None)  # fmt: skip
-        if view is ABOVE and number < _TARGETS_NAMED_MAX:
-            place = ", ".join(f"{round(part, 1) + 0.0:g}" for part in target)
-            axes.annotate(f"{number + 1}: ({place})", (x, y), textcoords="offset points",
-                          xytext=(6, 8), fontsize=9, color=scene.GOAL)  # fmt: skip
+
+
+def _name_goals(axes: Axes, recording: Recording) -> None:
+    """Write the goals' numbers and places beside them, where nothing is drawn."""
+    targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
+    named = labels.names_of(targets)
+    if not named or len(named) > _TARGETS_NAMED_MAX:
+        return
+    seen = ABOVE.points
+    ways = [recording.positions_enu_m, *map(np.array, recording.plans.values)]
+    drawn = [np.stack(seen(labels.along(way)), axis=-1) for way in ways]
+    if len(recording.obstacles):
+        drawn += ABOVE.shapes(_all_of(recording.obstacles), (0.0, 0.0))
+    to_px = axes.transData.transform
+    texts = [axes.text(0.0, 0.0, name, fontsize=9, color=scene.GOAL) for _, name in named]
+    extents = [text.get_window_extent() for text in texts]
+    frame = axes.get_window_extent()
+    corners = labels.free_places(
+        to_px(np.stack(seen(tuple(place for place, _ in named)), axis=-1)),
+        np.array([(extent.width, extent.height) for extent in extents]),
+        to_px(np.concatenate(drawn)),
+        (frame.x0, frame.y0, frame.x1, frame.y1),
+    )
+    for text, corner in zip(texts, corners, strict=True):
+        text.set(position=axes.transData.inverted().transform(corner), va="bottom")
 
 
 def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[float]) -> None:
@@ -156,8 +191,8 @@ def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[floa
 
 
 def _name_events(axes: Axes, recording: Recording) -> None:
+    # Replans are the orange lines, as on the map.
     named = [*recording.status]
-    named += [(time_s, "planned anew") for time_s in scene.replan_times_s(recording)]
     named += [(time_s, "goal") for time_s, _ in recording.goals]
     last_s = -1e9
     for time_s, text in sorted(named):

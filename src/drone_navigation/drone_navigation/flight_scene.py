@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -74,10 +75,10 @@ class View:
         corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
         return list(np.stack([np.stack(corner, axis=-1) for corner in corners], axis=1))
 
-    def label(self, axes: Axes) -> None:
-        """Write what the axes are."""
-        axes.set_xlabel(f"{_AXES[self.across]} (m)")
-        axes.set_ylabel(f"{_AXES[self.upward]} (m)")
+    def label(self, axes: Axes, **look: Any) -> None:
+        """Write what the axes are, with matplotlib's properties of text."""
+        axes.set_xlabel(f"{_AXES[self.across]} (m)", **look)
+        axes.set_ylabel(f"{_AXES[self.upward]} (m)", **look)
 
 
 ABOVE = View("Seen from above", 0, 1)
@@ -96,6 +97,11 @@ def bounds_m(recording: Recording, margin_m: float) -> tuple[Array, Array]:
     points += [np.array(plan) for _, plan in recording.plans]
     everything = np.concatenate([part.reshape(-1, 3) for part in points])
     return everything.min(axis=0) - margin_m, everything.max(axis=0) + margin_m
+
+
+def ground_m(recording: Recording) -> float:
+    """Return the map z below which nothing is drawn: the map's ground, or the lowest of the way."""
+    return min(float(recording.positions_enu_m[:, 2].min()), 0.0)
 
 
 def fitted(low: Array, high: Array, view: View, ratio: float) -> tuple[float, float, float, float]:

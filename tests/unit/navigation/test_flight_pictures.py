@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
@@ -13,7 +14,7 @@ from PIL import Image
 from drone_navigation import flight_plot, flight_scene, flight_video
 from drone_navigation.flight_film import Film, Pace, Picture, make_pace
 from drone_navigation.flight_recording import Recording, read_recording
-from drone_navigation.flight_scene import ABOVE, View
+from drone_navigation.flight_scene import ABOVE, View, ground_m
 from drone_navigation.recorded_notes import RecordedGoal as Goal
 from drone_navigation.timeline import Timeline
 from navigation_core.obstacles import Box, Cylinder, Obstacles
@@ -157,3 +158,29 @@ def test_obstacles_have_their_outlines_in_both_views() -> None:
     # Without an end it reaches to the edge of the picture.
     assert wall.min(axis=0) == pytest.approx((9.0, -1.0))
     assert wall.max(axis=0) == pytest.approx((11.0, 9.0))
+
+
+def test_all_axes_of_a_film_have_names(flown: Recording) -> None:
+    figure = Film(flown, 3.0)._figure
+    above, side = figure.axes[:2]
+    assert (above.get_xlabel(), above.get_ylabel()) == ("east (m)", "north (m)")
+    assert side.get_ylabel() == "height (m)"
+
+
+def test_no_obstacle_is_drawn_below_the_ground(
+    flown: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bottoms: list[float] = []
+    shown = flight_scene.show_obstacles
+
+    def watched(*args: Any) -> None:
+        bottoms.append(args[3][0])
+        shown(*args)
+
+    monkeypatch.setattr(flight_scene, "show_obstacles", watched)
+    monkeypatch.setattr(flight_plot, "read_recording", lambda *_: flown)
+    flight_plot.plot_flight(tmp_path / "a.tlog", tmp_path / "a.png")
+    film(flown, 25.0)
+    assert ground_m(flown) == pytest.approx(0.0, abs=0.1)
+    assert len(bottoms) >= 8  # gone ones and known ones, in two views, in the plot and in the film
+    assert set(bottoms) == {ground_m(flown)}

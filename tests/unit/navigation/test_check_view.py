@@ -1,0 +1,24 @@
+"""How ``navigation_server --check`` shows its report."""
+
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from drone_navigation.check_report import Report, Verdict
+from drone_navigation.check_sections import Line, Section
+from drone_navigation.check_view import plain_lines, show
+
+
+def test_a_warning_of_several_lines_is_told_once() -> None:
+    lines = tuple(Line(name, "0 (nothing)", "Off.") for name in ("A", "B"))
+    alone = Line("C", "1", "Look here.")
+    report = Report(Verdict.READY, "Ready.", (Section("Itself", (*lines, alone)),))
+    assert plain_lines(report).count("    ! Off.") == 0
+    assert "  ! A, B: Off." in plain_lines(report)
+    assert "    ! Look here." in plain_lines(report)
+    console = Console(file=io.StringIO(), force_terminal=True, width=80)
+    show(report, console)
+    told = console.file.getvalue()  # type: ignore[attr-defined]
+    assert told.count("Off.") == 1
