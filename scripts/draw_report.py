@@ -14,7 +14,7 @@ from drone_navigation.navigation_report import main as report
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "out/demo/flight.tlog"
 PICTURE = ROOT / "docs/report.png"
-_SIZE = (1180, 2420)
+_SIZE = (1180, 2600)
 _COLOURS = 256
 
 
