@@ -21,7 +21,7 @@ from drone_navigation.processes import Process, free_domain, free_udp_port, ros_
 ROOT = Path(__file__).resolve().parents[1]
 WORLD = ROOT / "bridge_config/worlds/demo.yaml"
 PICTURE = ROOT / "docs/client.svg"
-COMMAND = 'navigation_client --goal 20 0 4 --avoid --update "t=8: 0 18 4"'
+COMMAND = 'navigation_client --goal 20 0 4 --avoid --update "t=12: 0 18 4"'
 _WIDTH = 88
 _LIMIT_S = 90.0
 _KINDS = {kind.name: kind for kind in get_args(client_events.Event)}

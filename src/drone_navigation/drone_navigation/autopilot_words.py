@@ -9,8 +9,13 @@ from mavlink_vehicle.events import OperationFinished, OperationKind, OperationRe
 from mavlink_vehicle.status_text import StatusText
 from navigation_core.outcomes import OutcomeCode
 
-RECENT_S = 10.0
-"""A text that is older than this, counted from the last HEARTBEAT, explains no end."""
+RECENT_S = 30.0
+"""A text that is older than this, counted from the last HEARTBEAT, explains no end.
+
+Some ends come only so long after their cause: a goal without progress ends after 20 s
+(`settle_timeout_s`), a blocked one after 30 s. Observed on ArduCopter 4.7 with a dead motor:
+"Potential Thrust Loss (1)" 15.5 s before TIMEOUT.
+"""
 # Below it are remarks (https://mavlink.io/en/messages/common.html#MAV_SEVERITY), among them every
 # answer to a request for messages: ArduPilot's "No ap_message for mavlink id" and "Requested rate
 # ... too fast" have severity INFO (observed on ArduCopter and ArduRover 4.7).
