@@ -7,6 +7,7 @@ import json
 import math
 import os
 import shlex
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args
@@ -21,7 +22,7 @@ from drone_navigation.processes import Process, free_domain, free_udp_port, ros_
 ROOT = Path(__file__).resolve().parents[1]
 WORLD = ROOT / "bridge_config/worlds/demo.yaml"
 PICTURE = ROOT / "docs/client.svg"
-COMMAND = 'navigation_client --goal 20 0 4 --avoid --update "t=12: 0 18 4"'
+COMMAND = 'navigation_client --goal 20 0 4 --avoid --update "t=8: 0 18 4"'
 _WIDTH = 88
 _LIMIT_S = 90.0
 _KINDS = {kind.name: kind for kind in get_args(client_events.Event)}
@@ -33,6 +34,8 @@ def main() -> None:
     picture = Console(width=_WIDTH, force_terminal=True, record=True, file=io.StringIO())
     view = LiveView(view_console, keys=True)
     flown = list(_flown())
+    if any(members["event"] == client_events.Rejected.name for members in flown):
+        sys.exit("A goal was rejected: draw it again when the machine is less busy.")
     moment_s = _moment_s(flown)
     for members in flown:
         t_s = members.pop("t_s")
