@@ -67,7 +67,6 @@ class Recording:
         status: what the server's goal does, or that it ended; without notes, the mode.
         warnings: what the vehicle said, from warnings upwards.
         obstacles: what the map held, as the sensors told.
-        begun_unix_s: time of the first position.
     """
 
     vehicle: str
@@ -86,7 +85,6 @@ class Recording:
     status: Timeline[str]
     warnings: Timeline[str]
     obstacles: Timeline[Obstacles]
-    begun_unix_s: float = 0.0
 
     @property
     def duration_s(self) -> float:
@@ -262,7 +260,6 @@ class _Reader:
             status=Timeline.of(status),
             warnings=Timeline.of(self._warnings),
             obstacles=Timeline.of(self._obstacles),
-            begun_unix_s=self._start_s or 0.0,
         )
 
     def _lacking(self) -> list[str]:

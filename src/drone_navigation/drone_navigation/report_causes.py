@@ -120,19 +120,16 @@ def _stood_still(flight: Flight, begin_s: float, end_s: float) -> bool:
 
 
 def _near(flight: Flight, goal: RecordedGoal) -> list[Moment]:
-    """Return when the vehicle was nearest to an obstacle, if that was too near."""
-    sensed = flight.sensed
-    if sensed is None:
-        return []
+    """Return when an obstacle was nearest to the vehicle, if that was too near."""
+    near = flight.clearance
     ended_s = flight.contents.duration_s if goal.ended_s is None else goal.ended_s
-    during = (sensed.time_s >= goal.accepted_s) & (sensed.time_s <= ended_s)
-    during &= np.isfinite(sensed.clearance_m)
-    if not during.any():
+    during = np.flatnonzero((near.time_s >= goal.accepted_s) & (near.time_s <= ended_s))
+    if not len(during):
         return []
-    place = int(np.flatnonzero(during)[np.argmin(sensed.clearance_m[during])])
-    nearest_m = float(sensed.clearance_m[place])
+    place = int(during[np.argmin(near.distance_m[during])])
+    nearest_m = float(near.distance_m[place])
     if nearest_m >= _NEAR_M:
         return []
     severity = Severity.BAD if nearest_m < _TOUCHES_M else Severity.WARNING
-    text = f"The vehicle's centre was {nearest_m:.2f} m from an obstacle that its sensors had seen"
-    return [Moment(float(sensed.time_s[place]), "clearance", text, severity)]
+    text = f"An obstacle was {nearest_m:.2f} m from the vehicle's scanner"
+    return [Moment(float(near.time_s[place]), "clearance", text, severity)]

@@ -14,7 +14,7 @@ from drone_navigation.report_events import Retold, Teller
 from drone_navigation.report_link import LinkQuality, link_quality
 from drone_navigation.report_log import REQUESTS, SETPOINTS, LogContents, Progress
 from drone_navigation.report_rates import Source
-from drone_navigation.report_sensed import Sensed, read_sensed
+from drone_navigation.report_sensed import Clearance, Sensed, read_clearance, read_sensed
 from drone_navigation.report_track import Track, local_samples, read_setpoints, read_track
 from drone_navigation.report_tracking import Samples, Tracking, tracking
 from mavlink_vehicle.codec import mavlink
@@ -76,6 +76,11 @@ class Flight:
     setpoints: Samples
     position_tracking: Tracking | None
     velocity_tracking: Tracking | None
+
+    @cached_property
+    def clearance(self) -> Clearance:
+        """How near things were, by the vehicle's own scanner; empty without one."""
+        return read_clearance(self.contents, self.source)
 
     @cached_property
     def sensed(self) -> Sensed | None:

@@ -47,7 +47,7 @@ _RETOLD = (
     "MISSION_REQUEST_INT",
 )
 KEPT = frozenset(
-    {*_RETOLD, *SETPOINTS, *ESTIMATORS, "GPS_GLOBAL_ORIGIN"},
+    {*_RETOLD, *SETPOINTS, *ESTIMATORS, "GPS_GLOBAL_ORIGIN", "OBSTACLE_DISTANCE"},
 )
 _CLASSES: dict[str, Any] = {cls.msgname: cls for cls in mavlink.mavlink_map.values()}
 # A time that is this much later than two of the next few, or this far from what is usual in the

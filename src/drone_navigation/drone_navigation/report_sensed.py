@@ -1,4 +1,4 @@
-"""What the sensors in a log told of obstacles, and how near the vehicle came to them. No ROS."""
+"""What the sensors in a log told of obstacles, and how near they were. No ROS."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drone_navigation.flight_recording import Recording, RecordingError, read_recording
+from drone_navigation.flight_recording import RecordingError, read_recording
 from drone_navigation.report_log import Floats, LogContents
 from drone_navigation.report_rates import Source
 from navigation_core.obstacles import Obstacles
@@ -18,20 +18,45 @@ _SENSORS = frozenset({"OBSTACLE_DISTANCE", "DISTANCE_SENSOR"})
 
 @dataclass(frozen=True)
 class Sensed:
-    """Obstacles of the map that the sensors in a log make, and the clearance to them.
+    """Obstacles of the map that the sensors in a log make.
 
     Attributes:
         ever: all that were ever in the map.
         at_end: those that were in it at the end.
-        time_s: shape (n,), since the log's first packet.
-        clearance_m: shape (n,), from the vehicle's centre to the nearest obstacle that was in the
-            map then; infinite without any.
     """
 
     ever: Obstacles
     at_end: Obstacles
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """How near the nearest thing was that a scanner measured.
+
+    Attributes:
+        time_s: shape (n,), since the log's first packet.
+        distance_m: shape (n,), from the scanner; infinite where it saw nothing.
+    """
+
     time_s: Floats
-    clearance_m: Floats
+    distance_m: Floats
+
+
+def read_clearance(contents: LogContents, vehicle: Source) -> Clearance:
+    """Return the shortest distance of each OBSTACLE_DISTANCE of a vehicle's system.
+
+    It is measured, and not reckoned from the map: there, what moves leaves places behind that are
+    still taken for occupied, and the vehicle may well be near those.
+    """
+    records = contents.records.get("OBSTACLE_DISTANCE")
+    if records is None:
+        return Clearance(np.zeros(0), np.zeros(0))
+    own = records[records["system"] == vehicle[0]]
+    # Above the sensor's reach means nothing was there; UINT16_MAX, that it was not looked
+    # (https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE).
+    there = own["distances"] <= own["max_distance"][:, None]
+    distance_m = np.where(there, own["distances"] * 0.01, np.inf).min(axis=1)
+    return Clearance(own["time_s"].astype(np.float64), distance_m)
 
 
 def obstacles_left_out(contents: LogContents) -> bool:
@@ -56,19 +81,4 @@ def read_sensed(contents: LogContents, vehicle: Source) -> Sensed | None:
     held = recording.obstacles.values
     posts = np.unique(np.concatenate([one.posts for one in held]).round(3), axis=0)
     boxes = np.unique(np.concatenate([one.boxes for one in held]).round(3), axis=0)
-    return Sensed(
-        ever=Obstacles(posts, boxes),
-        at_end=held[-1],
-        time_s=recording.times_s + (recording.begun_unix_s - contents.begun_unix_s),
-        clearance_m=clearances_m(recording),
-    )
-
-
-def clearances_m(recording: Recording) -> Floats:
-    """Return for each position how far the nearest obstacle of the map was then, shape (N,)."""
-    nearest = np.full(len(recording.times_s), np.inf)
-    begins = np.searchsorted(recording.times_s, recording.obstacles.times_s).tolist()
-    ends = [*begins[1:], len(nearest)]
-    for obstacles, begin, end in zip(recording.obstacles.values, begins, ends, strict=True):
-        nearest[begin:end] = obstacles.clearance_m(recording.positions_enu_m[begin:end])
-    return nearest
+    return Sensed(ever=Obstacles(posts, boxes), at_end=held[-1])

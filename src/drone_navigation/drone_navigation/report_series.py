@@ -212,11 +212,11 @@ def _errors(flight: Flight) -> list[Row]:
 
 
 def _clearance(flight: Flight) -> list[Row]:
-    sensed = flight.sensed
-    if sensed is None:
+    seen = flight.clearance
+    if not len(seen.time_s):
         return []
-    near = np.where(sensed.clearance_m <= _CLEARANCE_MAX_M, sensed.clearance_m, np.nan)
-    trace = line(sensed.time_s, near, "to the nearest obstacle (m)", "@track")
+    near = np.where(seen.distance_m <= _CLEARANCE_MAX_M, seen.distance_m, np.nan)
+    trace = line(seen.time_s, near, "to the nearest obstacle (m)", "@track")
     return [Row("clearance (m)", [trace], axis={"rangemode": "tozero"})]
 
 

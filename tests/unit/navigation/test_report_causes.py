@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
+import math
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,9 @@ from drone_navigation.goal import GoalHappened
 from drone_navigation.report_events import Severity
 from drone_navigation.report_flight import Flight, read_flights
 from drone_navigation.report_log import read_contents
-from drone_navigation.report_sensed import Sensed
 from drone_navigation.report_warnings import Warned, warnings
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
-from navigation_core.obstacles import NOTHING
 
 GOAL_ID = "d000e038" + 24 * "a"
 NOTES, SERVER, VEHICLE = (1, notes.COMPONENT_ID), (1, 191), (1, 1)
@@ -34,6 +33,7 @@ def flight(
     still: bool = False,
     deaf: bool = False,
     crash: bool = False,
+    scans: Iterable[tuple[float, float]] = (),
 ) -> Flight:
     """Return a flight of one goal, as the recorder of a server saw it.
 
@@ -43,6 +43,7 @@ def flight(
         still: the server's process stands still for a while: what comes meanwhile is read later.
         deaf: it sends no setpoints for as long, but reads what comes.
         crash: the vehicle hits something while the server stands still.
+        scans: time (s) and nearest distance (m) of what its scanner measures.
     """
     beats = np.arange(0.0, END_S + 1.0, 1.0)
     sent: list[tuple[float, tuple[int, int], Message]] = [
@@ -53,6 +54,11 @@ def flight(
     for t in np.arange(0.0, END_S + 1.0, 0.02):
         place = make("LOCAL_POSITION_NED", time_boot_ms=int(t * 1e3), x=float(t), z=-5.0, vx=1.0)
         sent.append((t, VEHICLE, place))
+    for t, near_m in scans:
+        nearest_cm = 1001 if near_m == math.inf else round(100.0 * near_m)
+        scan = make("OBSTACLE_DISTANCE", min_distance=5, max_distance=1000,
+                    distances=[nearest_cm] + [1001] * 35 + [65535] * 36)  # fmt: skip
+        sent.append((t, VEHICLE, scan))
     if crash:
         said = make("STATUSTEXT", severity=mavlink.MAV_SEVERITY_CRITICAL, text=CRASH)
         sent.append((11.0, VEHICLE, said))
@@ -122,14 +128,11 @@ def test_a_crash_is_told_with_what_happened_shortly_before(tmp_path: Path) -> No
 def test_an_obstacle_that_was_too_near_is_named(
     tmp_path: Path, clearance_m: float, severity: Severity | None
 ) -> None:
-    flown = flight(tmp_path)
-    time_s = np.array([0.5, 5.0, 6.0, 7.0])
     # Before the goal it may stand as near as its people like.
-    near = Sensed(NOTHING, NOTHING, time_s, np.array([0.1, 3.0, clearance_m, np.inf]))
-    flown = dataclasses.replace(flown)
-    flown.__dict__["sensed"] = near
+    scans = ((0.5, 0.1), (5.0, 3.0), (6.0, clearance_m), (7.0, math.inf))
+    flown = flight(tmp_path, scans=scans)
     found = about("clearance", flown)
     assert [warned.first.severity for warned in found] == ([] if severity is None else [severity])
     if severity is not None:
-        assert found[0].first.time_s == 6.0
-        assert f"{clearance_m:.2f} m from an obstacle" in found[0].first.text
+        assert found[0].first.time_s == pytest.approx(6.0, abs=1e-3)
+        assert f"{clearance_m:.2f} m from the vehicle" in found[0].first.text
