@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavlink_sitl.exchange import RangeReading
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.physics import DT_S, Physics
 from mavlink_sitl.world import disturbance, range_finder, shapes
 from mavlink_sitl.world.model import RangeSensor, World
@@ -58,7 +58,7 @@ class Environment:
         world: it.
         physics: the bodies of a fleet; wind and ground are given to them here.
         rows: the places of the fleet's vehicles in the simulation.
-        homes: where all vehicles of the simulation begin.
+        frames: the local frames with which all vehicles of the simulation begin.
         seed: of gusts, noise and drop-outs.
 
     Attributes:
@@ -71,7 +71,7 @@ class Environment:
         world: World,
         physics: Physics,
         rows: Sequence[int],
-        homes: Sequence[GeoPoint],
+        frames: Sequence[LocalFrame],
         seed: int,
     ) -> None:
         """See the class."""
@@ -81,10 +81,12 @@ class Environment:
         self._physics = physics
         self._seed = seed
         self._rows = rows
-        self._origin = world.origin or self._below(homes[0])
+        # The fleet's firmware counts the metres of the world.
+        origin = world.origin or self._below(frames[0].origin)
+        self._frame = LocalFrame(origin, frames[rows[0]].projection)
         self._offset = np.zeros((physics.count, 3))
         for lane, row in enumerate(rows):
-            self.move_origin(lane, homes[row])
+            self.move_origin(lane, frames[row].origin)
         self._shapes = shapes.Shapes(world.obstacles)
         self._gusts = disturbance.Gusts(world.wind, seed, physics.o, DRAW_S, rows)
         self._own_wind = np.zeros((physics.count, 3))
@@ -106,7 +108,7 @@ class Environment:
 
     def move_origin(self, index: int, origin: GeoPoint) -> None:
         """A vehicle's local frame begins somewhere else now."""
-        self._offset[index] = to_local(self._origin, origin)
+        self._offset[index] = self._frame.to_local(origin)
 
     def positions(self) -> Array:
         """Where the vehicles are in the world, shape (N, 3), NED metres."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.faults import LinkFaults
-from mavlink_sitl.geodesy import METRES_PER_DEGREE
+from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.vehicle import SimulatedVehicle
@@ -171,9 +171,10 @@ class Failures:
         (vehicle.restore_gps if enabled else vehicle.lose_gps)("parameter")
 
     def _follow_glitch(self, latitude_deg: float, longitude_deg: float, height_m: float) -> None:
-        east = math.cos(math.radians(self._vehicle.origin.latitude_deg))
-        north_m, east_m = latitude_deg * METRES_PER_DEGREE, longitude_deg * METRES_PER_DEGREE
-        self._vehicle.shift_gps((north_m, east_m * east, -height_m))
+        frame = self._vehicle.frame
+        latitude, longitude, altitude = frame.origin
+        point = GeoPoint(latitude + latitude_deg, longitude + longitude_deg, altitude + height_m)
+        self._vehicle.shift_gps(frame.to_local(point))
 
     def _follow_wind(self, speed_m_s: float, from_deg: float) -> None:
         speed = min(max(speed_m_s, 0.0), 60.0)

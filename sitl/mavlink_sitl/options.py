@@ -19,7 +19,7 @@ from mavlink_sitl.config import (
 )
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.faults import LinkFaults
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
 
@@ -309,11 +309,12 @@ def vehicle_configs(options: argparse.Namespace) -> list[VehicleConfig]:
             f"the count must be at least 1 and the last system id at most 255, not {options.count} "
             f"from {options.system_id} on"
         )
+    frame = LocalFrame(first.home, first.personality().projection)
     return [
         replace(
             first,
             system_id=options.system_id + place,
-            home=to_geodetic(first.home, 0.0, APART_M * place, 0.0) if place else first.home,
+            home=frame.to_geodetic(0.0, APART_M * place, 0.0) if place else first.home,
         )
         for place in range(options.count)
     ]

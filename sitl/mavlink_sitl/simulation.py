@@ -112,9 +112,9 @@ class Simulation:
             SimulatedVehicle(i, config, ids[i], berths[i], seed, log, EPOCH_US)
             for i, config in enumerate(configs)
         ]
-        homes = [config.home for config in configs]
+        frames = [vehicle.frame for vehicle in self.vehicles]
         self._environments = [
-            Environment(self.world, fleet.physics, fleet.rows, homes, seed)
+            Environment(self.world, fleet.physics, fleet.rows, frames, seed)
             for fleet in self._fleets
         ]
         for fleet, environment in zip(self._fleets, self._environments, strict=True):

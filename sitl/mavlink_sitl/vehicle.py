@@ -21,7 +21,6 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.firmwares import firmware_class, make_servers
 from mavlink_sitl.fleets import Fleet
-from mavlink_sitl.geodesy import to_local
 from mavlink_sitl.injection import Failures
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
@@ -227,7 +226,8 @@ class SimulatedVehicle(VehicleBody):
     def _move_origin(self) -> None:
         """A firmware that starts takes the place where it is for its origin."""
         self.origin = self.truth_point()
-        self.offset_ned_m = to_local(self.config.home, self.origin)
+        home = self.frame._replace(origin=self.config.home)
+        self.offset_ned_m = home.to_local(self.origin)
         self._physics.put_at_origin(self._lane)
         if self._environment is not None:
             self._environment.move_origin(self._lane, self.origin)

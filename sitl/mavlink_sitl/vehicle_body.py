@@ -11,7 +11,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.environment import Clearance, Environment
 from mavlink_sitl.exchange import GpsReading, Motion, RangeReading
 from mavlink_sitl.fleets import Fleet
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.world import sensors
 
 GLITCH_RADIUS_M = 25.0
@@ -37,6 +37,7 @@ class VehicleBody:
         self.config = config
         self.now_us = 0
         self.origin = config.home
+        self._projection = config.personality().projection
         self._physics = fleet.physics
         self._lane = fleet.rows.index(index)
         self._environment: Environment | None = None
@@ -53,13 +54,18 @@ class VehicleBody:
         """Be in a world; called once by the simulation."""
         self._environment = environment
 
+    @property
+    def frame(self) -> LocalFrame:
+        """Its local frame."""
+        return LocalFrame(self.origin, self._projection)
+
     def truth(self) -> Motion:
         """Where it is."""
         return self._physics.motion(self._lane, truth=True)
 
     def truth_point(self) -> GeoPoint:
         """The same on earth."""
-        return to_geodetic(self.origin, *self.truth()[:3])
+        return self.frame.to_geodetic(*self.truth()[:3])
 
     @property
     def wind_ned_m_s(self) -> tuple[float, float, float]:
@@ -93,7 +99,7 @@ class VehicleBody:
         if lost_at_s is not None:
             time_s = min(time_s, lost_at_s)
         model = self._physics.sensor_model
-        reading = sensors.gps_reading(time_s, self.origin, (n, e, d), velocity, model)
+        reading = sensors.gps_reading(time_s, self.frame, (n, e, d), velocity, model)
         if lost_at_s is not None:
             reading = reading._replace(fix_type=1, satellites=0)
         self._gps_reading = (made_of, reading)

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.config import DEFAULT_HOME
-from mavlink_sitl.geodesy import METRES_PER_DEGREE, GeoPoint
+from mavlink_sitl.geodesy import PX4, GeoPoint
 from tests.support.ground_station import GroundStation, Message
 
 HOME = GeoPoint(47.397743, 8.545594, 488.0)
@@ -92,11 +92,8 @@ class Px4Station(GroundStation):
 
 def at(north_m: float, east_m: float) -> tuple[int, int]:
     """A place near home as 1e7 degrees."""
-    scale = math.cos(math.radians(HOME.latitude_deg))
-    return (
-        round((HOME.latitude_deg + north_m / METRES_PER_DEGREE) * 1e7),
-        round((HOME.longitude_deg + east_m / METRES_PER_DEGREE / scale) * 1e7),
-    )
+    latitude_deg, longitude_deg = PX4.to_geodetic(HOME, north_m, east_m)
+    return round(latitude_deg * 1e7), round(longitude_deg * 1e7)
 
 
 def plan_item(

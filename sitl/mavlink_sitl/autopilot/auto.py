@@ -22,7 +22,7 @@ from mavlink_sitl.autopilot.plan_commands import CONDITIONS, MOVING, NAMES, UNTO
 from mavlink_sitl.autopilot.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.autopilot.track import Vector
 from mavlink_sitl.exchange import ItemReached, Result, Severity
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
@@ -264,7 +264,7 @@ class Auto(Mode):
         """Where an item is, NED metres; zeros in it mean `instead`."""
         navigator = self.copter.navigator
         point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
-        north, east, _ = to_local(navigator.origin, point)
+        north, east, _ = navigator.frame.to_local(point)
         if not item.x and not item.y:
             north, east = instead[:2]
         if item.z == 0.0 and item.command not in TAKE_OFFS:

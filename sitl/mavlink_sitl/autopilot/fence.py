@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.firmware import Firmware
@@ -67,7 +67,7 @@ class Area:
         return inside is self.inclusion
 
 
-def areas_of(items: list[PlanItem], origin: GeoPoint) -> list[Area]:
+def areas_of(items: list[PlanItem], frame: LocalFrame) -> list[Area]:
     """The areas of an uploaded fence; its items were checked when they came."""
     areas = []
     place = 0
@@ -77,18 +77,18 @@ def areas_of(items: list[PlanItem], origin: GeoPoint) -> list[Area]:
         if item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION):
             corners = max(int(item.params[0]), 1)
             group = items[place : place + corners]
-            areas.append(Area(inclusion, tuple(_place(i, origin) for i in group)))
+            areas.append(Area(inclusion, tuple(_place(i, frame) for i in group)))
             place += corners
             continue
         if item.command in (Cmd.CIRCLE_INCLUSION, Cmd.CIRCLE_EXCLUSION):
-            centre = _place(item, origin)
+            centre = _place(item, frame)
             areas.append(Area(inclusion, centre=centre, radius_m=item.params[0]))
         place += 1
     return areas
 
 
-def _place(item: PlanItem, origin: GeoPoint) -> Point:
-    return to_local(origin, GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]
+def _place(item: PlanItem, frame: LocalFrame) -> Point:
+    return frame.to_local(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]
 
 
 def _names(kinds: int) -> str:
@@ -177,7 +177,7 @@ class Fence:
             plan = copter.plans.fence
             if plan.changes != self._areas_of:
                 self._areas_of = plan.changes
-                self._areas = areas_of(plan.items, copter.navigator.origin)
+                self._areas = areas_of(plan.items, copter.navigator.frame)
             if not all(area.allows((north, east)) for area in self._areas):
                 broken |= POLYGON
         return broken

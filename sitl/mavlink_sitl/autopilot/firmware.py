@@ -36,7 +36,7 @@ from mavlink_sitl.exchange import (
     StatusText,
     SystemStatus,
 )
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.modes import Mode
@@ -78,7 +78,7 @@ class Firmware(ABC):
         """See the class."""
         self.personality = personality
         self.parameters = parameters
-        self.navigator = self.make_navigator(origin)
+        self.navigator = self.make_navigator(LocalFrame(origin, personality.projection))
         self.observation = observation
         self.boot_s = observation.time_s
         self.estimator = Estimator(personality, self.boot_s, ready_after_s)
@@ -113,9 +113,9 @@ class Firmware(ABC):
 
     # What differs between firmwares.
 
-    def make_navigator(self, origin: GeoPoint) -> Navigator:
+    def make_navigator(self, frame: LocalFrame) -> Navigator:
         """Origin, home and limits."""
-        return Navigator(origin, self.parameters)
+        return Navigator(frame, self.parameters)
 
     @abstractmethod
     def make_mode(self, spec: ModeSpec) -> Mode:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.exchange import Limits, Motion
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic, to_local
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 LEAST_LIMIT = 0.1
 """The controllers divide by limits, whatever a parameter says"""
@@ -14,16 +14,19 @@ class Navigator:
     """Origin, home and limits of one vehicle.
 
     Args:
-        origin: of the local frame.
+        frame: the local frame.
         parameters: the vehicle's.
 
     Attributes:
+        frame: the local frame.
+        origin: of it.
         home: where RTL goes, or None before the estimator has an origin.
     """
 
-    def __init__(self, origin: GeoPoint, parameters: Parameters) -> None:
+    def __init__(self, frame: LocalFrame, parameters: Parameters) -> None:
         """See the class."""
-        self.origin = origin
+        self.frame = frame
+        self.origin = frame.origin
         self.home: GeoPoint | None = None
         self._parameters = parameters
         self._known_at = (0.0, 0.0)
@@ -41,7 +44,7 @@ class Navigator:
     def here(self) -> GeoPoint:
         """Where the vehicle believes to be."""
         if self._here is None:
-            self._here = to_geodetic(self.origin, *self._known_at, self._down_m)
+            self._here = self.frame.to_geodetic(*self._known_at, self._down_m)
         return self._here
 
     def set_home(self) -> None:
@@ -50,7 +53,7 @@ class Navigator:
 
     def home_ned_m(self) -> tuple[float, float, float]:
         """Home in the local frame; the origin until home is set."""
-        return (0.0, 0.0, 0.0) if self.home is None else to_local(self.origin, self.home)
+        return (0.0, 0.0, 0.0) if self.home is None else self.frame.to_local(self.home)
 
     def height_above_home_m(self) -> float:
         """Height above home."""

@@ -32,7 +32,7 @@ from mavlink_sitl.autopilot.rally import nearest_rally_ned_m
 from mavlink_sitl.autopilot.track import Vector
 from mavlink_sitl.autopilot.traveller import Traveller
 from mavlink_sitl.exchange import LandedState, Observation, Result, Severity
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.guidance import GlideGuidance
 
 MODE_MANUAL, MODE_AUTO, MODE_RTL, MODE_LOITER, MODE_GUIDED = 0, 10, 11, 12, 15
@@ -82,9 +82,9 @@ class Plane(Traveller):
         self.fence = PlaneFence(self)
         self.arming = PlaneArming(self)
 
-    def make_navigator(self, origin: GeoPoint) -> PlaneNavigator:
+    def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
         """See `Copter`."""
-        return PlaneNavigator(origin, self.parameters)
+        return PlaneNavigator(frame, self.parameters)
 
     # What it knows.
 

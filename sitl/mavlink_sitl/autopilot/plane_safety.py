@@ -10,7 +10,7 @@ from mavlink_sitl.autopilot.fence import Fence, areas_of
 from mavlink_sitl.autopilot.plane_modes import Guided
 from mavlink_sitl.autopilot.plans import Cmd
 from mavlink_sitl.exchange import Severity
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.plane import Plane
@@ -205,11 +205,11 @@ class PlaneFence(Fence):
     def _uploaded_point(self) -> tuple[float, float] | None:
         """The return point; without one, the middle of the first inclusion polygon."""
         items = self._plane.plans.fence.items
-        origin = self._plane.navigator.origin
+        frame = self._plane.navigator.frame
         for item in items:
             if item.command == Cmd.FENCE_RETURN_POINT:
-                return to_local(origin, GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]
-        for area in areas_of(items, origin):
+                return frame.to_local(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]
+        for area in areas_of(items, frame):
             if area.inclusion and area.corners:
                 norths, easts = zip(*area.corners, strict=True)
                 return (min(norths) + max(norths)) / 2.0, (min(easts) + max(easts)) / 2.0

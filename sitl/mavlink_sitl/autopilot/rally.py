@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.firmware import Firmware
@@ -28,7 +28,7 @@ def nearest_rally_ned_m(copter: Firmware) -> tuple[float, float, float] | None:
     best = None
     for item in copter.plans.rally.items:
         point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
-        north, east, _ = to_local(copter.navigator.origin, point)
+        north, east, _ = copter.navigator.frame.to_local(point)
         distance_m = math.dist(here, (north, east))
         if distance_m < best_m:
             best, best_m = (north, east, home[2] - item.z), distance_m

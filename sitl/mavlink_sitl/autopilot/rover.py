@@ -28,7 +28,7 @@ from mavlink_sitl.autopilot.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.traveller import Traveller
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
 CENTRED_US = 1500
@@ -93,9 +93,9 @@ class Rover(Traveller):
         self.pilot.throttle_us = CENTRED_US
         self.mode.enter()
 
-    def make_navigator(self, origin: GeoPoint) -> DriveNavigator:
+    def make_navigator(self, frame: LocalFrame) -> DriveNavigator:
         """See `Copter`."""
-        return DriveNavigator(origin, self.parameters)
+        return DriveNavigator(frame, self.parameters)
 
     def watch(self, observation: Observation) -> None:
         """See `Copter`; remembers the way it has come."""

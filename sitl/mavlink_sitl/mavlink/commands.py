@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.exchange import Result, Severity
-from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink import copter_commands, kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.telemetry import BUILDERS
@@ -204,7 +203,7 @@ def _set_home(server: MavlinkServer, command: Command) -> Result:
     place = setpoints.place_of(copter, command, dialect.MAV_FRAME_GLOBAL)
     if place is None:
         return Result.DENIED
-    copter.set_home(to_geodetic(copter.navigator.origin, *place))
+    copter.set_home(copter.navigator.frame.to_geodetic(*place))
     return Result.ACCEPTED
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Submode
-from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink.codec import Message, dialect
 
 _MASKS = {
@@ -45,7 +44,7 @@ def position_target_global_int(copter: Copter, time_boot_ms: int) -> Message | N
     if copter.mode is not copter.guided or copter.guided.submode is not Submode.POSITION:
         return None
     target = copter.guided.target.position_m or (0.0, 0.0, 0.0)
-    point = to_geodetic(copter.navigator.origin, *target)
+    point = copter.navigator.frame.to_geodetic(*target)
     return dialect.MAVLink_position_target_global_int_message(
         time_boot_ms,
         dialect.MAV_FRAME_GLOBAL,

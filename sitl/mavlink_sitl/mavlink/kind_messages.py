@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 from mavlink_sitl.autopilot.plane import Plane
 from mavlink_sitl.autopilot.rover import Rover
-from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
@@ -47,7 +46,7 @@ def position_target_global_int(s: Snapshot) -> Message | None:
     destination = s.copter.destination_ned_m()
     if destination is None:
         return None
-    point = to_geodetic(s.copter.navigator.origin, *destination)
+    point = s.copter.navigator.frame.to_geodetic(*destination)
     return dialect.MAVLink_position_target_global_int_message(
         boot_ms(s),
         dialect.MAV_FRAME_GLOBAL,

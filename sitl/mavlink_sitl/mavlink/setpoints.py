@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.copter import Copter
 from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
 from mavlink_sitl.autopilot.guided_attitude import AttitudeTarget
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 
 if TYPE_CHECKING:
@@ -177,4 +177,4 @@ def local_position(
         altitude_amsl_m = home.altitude_amsl_m + altitude_m
     else:
         return None
-    return to_local(copter.navigator.origin, GeoPoint(latitude, longitude, altitude_amsl_m))
+    return copter.navigator.frame.to_local(GeoPoint(latitude, longitude, altitude_amsl_m))

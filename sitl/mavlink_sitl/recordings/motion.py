@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.recordings.recording import Timed
 from mavlink_sitl.recordings.replay import GUIDED, OFFBOARD, Conversation
@@ -220,12 +220,13 @@ def _place(flight: Conversation, message: Message) -> Place | None:
         if message.coordinate_frame == dialect.MAV_FRAME_LOCAL_NED:
             place = (message.x, message.y, message.z)
     else:
-        home = flight.start.config.home
+        config = flight.start.config
+        home = LocalFrame(config.home, config.personality().projection)
         frame = message.coordinate_frame
         if frame in (*_AMSL_FRAMES, *_RELATIVE_FRAMES):
-            up_m = message.alt + (home.altitude_amsl_m if frame in _RELATIVE_FRAMES else 0.0)
+            up_m = message.alt + (home.origin.altitude_amsl_m if frame in _RELATIVE_FRAMES else 0.0)
             if abs(message.lat_int) <= 900_000_000:
-                place = to_local(home, GeoPoint(message.lat_int / 1e7, message.lon_int / 1e7, up_m))
+                place = home.to_local(GeoPoint(message.lat_int / 1e7, message.lon_int / 1e7, up_m))
     return place if place is not None and all(map(math.isfinite, place)) else None
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from mavlink_sitl.autopilot.plans import PlanItem
 from mavlink_sitl.config import DEFAULT_HEADING_DEG, DEFAULT_HOME, PERSONALITIES, VehicleConfig
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.mission_items import from_message
 from mavlink_sitl.recordings.elsewhere import NOTE, commanded_elsewhere
@@ -122,7 +122,7 @@ def _config(recording: Recording, kind: str, parameters: dict[str, float]) -> Ve
         ready_after_s=ready_s,
         parameters=parameters,
         links=("onboard", "gcs") if onboard else ("gcs",),
-        home=_origin(recording, ready_s) or DEFAULT_HOME,
+        home=_origin(recording, kind, ready_s) or DEFAULT_HOME,
     )
 
 
@@ -153,7 +153,7 @@ def _ready_after_s(recording: Recording, kind: str) -> float:
     return min(usual_s, max(recording.begin_s, 1.0)) if recording.begin_s > BOOTED_S else usual_s
 
 
-def _origin(recording: Recording, ready_s: float) -> GeoPoint | None:
+def _origin(recording: Recording, kind: str, ready_s: float) -> GeoPoint | None:
     """Where the local frame begins: from a global and a local position of the same moment."""
     places = {m.time_boot_ms: m for _, m in recording.of("GLOBAL_POSITION_INT") if m.lat}
     pairs = [
@@ -165,7 +165,8 @@ def _origin(recording: Recording, ready_s: float) -> GeoPoint | None:
         # Before it is ready, an estimator may be wrong by the height of the place.
         _, local, place = next((pair for pair in pairs if pair[0] > ready_s), pairs[-1])
         point = GeoPoint(place.lat / 1e7, place.lon / 1e7, place.alt / 1e3)
-        return _plausible(to_geodetic(point, -local.x, -local.y, -local.z))
+        frame = LocalFrame(point, PERSONALITIES[kind, recording.autopilot].projection)
+        return _plausible(frame.to_geodetic(-local.x, -local.y, -local.z))
     for _, home in recording.of("GPS_GLOBAL_ORIGIN", "HOME_POSITION"):
         if home.latitude:
             return _plausible(

@@ -15,7 +15,7 @@ import random
 from typing import NamedTuple
 
 from mavlink_sitl.exchange import GpsReading
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic
+from mavlink_sitl.geodesy import LocalFrame
 from mavlink_sitl.ops import Lane, Ops
 
 
@@ -119,7 +119,7 @@ class Noise:
 
 def gps_reading(
     time_s: float,
-    origin: GeoPoint,
+    frame: LocalFrame,
     position_ned_m: tuple[float, float, float],
     velocity_ned_m_s: tuple[float, float, float],
     model: SensorModel,
@@ -129,7 +129,7 @@ def gps_reading(
     return GpsReading(
         fix_type=6,
         satellites=model.satellites,
-        point=to_geodetic(origin, *position_ned_m),
+        point=frame.to_geodetic(*position_ned_m),
         speed_m_s=math.hypot(north, east),
         course_deg=math.degrees(math.atan2(east, north)) % 360.0,
         time_s=time_s,

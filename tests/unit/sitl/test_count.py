@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.geodesy import to_local
+from mavlink_sitl.geodesy import ARDUPILOT
 from mavlink_sitl.options import parse
 from tests.unit.sitl.test_program import client, running
 
@@ -13,7 +13,7 @@ def test_vehicles_stand_apart_with_ids_in_a_row() -> None:
     options, first = parse(["--count", "3", "--system-id", "7"])
     assert [config.system_id for config in options.vehicles] == [7, 8, 9]
     assert options.vehicles[0] == first
-    offsets = [to_local(first.home, config.home)[1] for config in options.vehicles]
+    offsets = [ARDUPILOT.to_local(first.home, config.home)[1] for config in options.vehicles]
     assert offsets == pytest.approx([0.0, 4.0, 8.0], abs=0.01)
 
 

@@ -17,7 +17,7 @@ from mavlink_sitl.autopilot.parameters import (
 )
 from mavlink_sitl.autopilot.profile import LineProfile
 from mavlink_sitl.dynamics import battery, quadrotor
-from mavlink_sitl.geodesy import GeoPoint, to_geodetic, to_local
+from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
 from mavlink_sitl.mavlink.streams import NEVER_US, StreamSchedule
 from mavlink_sitl.ops import ArrayOps, Ops, ScalarOps, ops_for
 from mavlink_sitl.tlog import read_records
@@ -260,18 +260,28 @@ def test_more_charge_is_never_less_voltage(one: float, other: float) -> None:
 PLACES = st.builds(GeoPoint, st.floats(-80, 80), st.floats(-180, 180), st.floats(-100, 5000))
 
 
-@given(PLACES, *[st.floats(-5000, 5000) for _ in range(3)])
+@pytest.mark.parametrize("projection", [ARDUPILOT, PX4])
+@given(origin=PLACES, ned=st.tuples(*[st.floats(-5000, 5000) for _ in range(3)]))
 def test_local_and_geodetic_are_inverse(
-    origin: GeoPoint, north: float, east: float, down: float
+    projection: Projection, origin: GeoPoint, ned: tuple[float, float, float]
 ) -> None:
-    point = to_geodetic(origin, north, east, down)
+    frame = LocalFrame(origin, projection)
+    point = frame.to_geodetic(*ned)
     assert abs(point.longitude_deg) <= 180.0
-    assert to_local(origin, point) == pytest.approx((north, east, down), abs=1e-4)
+    assert frame.to_local(point) == pytest.approx(ned, abs=1e-4)
+
+
+def test_each_firmware_has_its_own_length_of_a_degree() -> None:
+    origin = GeoPoint(47.0, 8.0, 0.0)
+    up = GeoPoint(47.01, 8.0, 0.0)
+    assert ARDUPILOT.to_local(origin, up)[0] == pytest.approx(1113.188, abs=0.001)
+    assert PX4.to_local(origin, up)[0] == pytest.approx(1111.949, abs=0.001)
 
 
 def test_one_unit_of_latitude_is_what_was_recorded() -> None:
     origin = GeoPoint(-35.3632610, 149.1652299, 584.0)
-    north, east, down = to_local(origin, GeoPoint(-35.3632611, 149.1652300, 583.99))
+    point = GeoPoint(-35.3632611, 149.1652300, 583.99)
+    north, east, down = LocalFrame(origin, ARDUPILOT).to_local(point)
     assert north == pytest.approx(-0.011131884530186653, abs=1e-6)
     assert east == pytest.approx(0.009078041650354862, abs=1e-6)
     assert down == pytest.approx(0.01, abs=1e-6)

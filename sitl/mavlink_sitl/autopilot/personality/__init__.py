@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS, PlanRules
+from mavlink_sitl.geodesy import ARDUPILOT, Projection
 
 NOT_MODELLED = 0x0020 | 0x0040 | 0x0200 | 0x1000
 """Capabilities of the real ArduPilot that are not offered here: FTP, SET_ATTITUDE_TARGET,
@@ -91,6 +92,7 @@ class Personality:
         available_modes: AVAILABLE_MODES in its order: custom mode, standard mode, properties,
             name; of firmwares that list more than they fly here.
         sensors: SYS_STATUS; of firmwares that tell it so.
+        projection: how its local frame lies over the earth.
         plan_rules: how missions, fences and rally points are taken.
         kind: copter, rover, boat or plane.
         boot_mode: HEARTBEAT.custom_mode while starting; None for that of the first mode. Who
@@ -120,6 +122,7 @@ class Personality:
     shortest_interval_us: int
     available_modes: tuple[tuple[int, int, int, str], ...] = ()
     sensors: Sensors = Sensors()
+    projection: Projection = ARDUPILOT
     plan_rules: PlanRules = ARDUPILOT_PLANS
     kind: str = "copter"
     boot_mode: int | None = None

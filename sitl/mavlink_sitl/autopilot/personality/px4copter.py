@@ -23,6 +23,7 @@ from mavlink_sitl.autopilot.personality.px4 import (
     in_order,
 )
 from mavlink_sitl.autopilot.plan_rules import PX4_PLANS
+from mavlink_sitl.geodesy import PX4
 
 _INT32 = ParameterType.INT32
 
@@ -84,6 +85,7 @@ PX4COPTER = Personality(
     shortest_interval_us=1000,
     available_modes=available_modes(),
     plan_rules=PX4_PLANS,
+    projection=PX4,
     kind="px4copter",
     armed_text="Armed by external command",
     disarmed_text="Disarmed by external command",

@@ -9,7 +9,7 @@ from mavlink_sitl.autopilot.px4.mission import Mission
 from mavlink_sitl.autopilot.px4.navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.offboard import Offboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import LocalFrame
 
 TAKEOFF_DETECTED_S = 0.7
 """From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
@@ -33,9 +33,9 @@ class Px4Copter(Px4Vehicle):
     }
     _left_ground = False
 
-    def make_navigator(self, origin: GeoPoint) -> CopterNavigator:
+    def make_navigator(self, frame: LocalFrame) -> CopterNavigator:
         """See `Copter`."""
-        return CopterNavigator(origin, self.parameters)
+        return CopterNavigator(frame, self.parameters)
 
     @property
     def px4_navigator(self) -> CopterNavigator:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.auto import AMSL_FRAMES
 from mavlink_sitl.autopilot.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
@@ -77,7 +77,7 @@ class Feasibility:
             return True
         home_down_m = vehicle.navigator.home_ned_m()[2]
         for number, item in enumerate(items, 1):
-            north, east, _ = to_local(vehicle.navigator.origin, _point(item))
+            north, east, _ = vehicle.navigator.frame.to_local(_point(item))
             place = (north, east, home_down_m - _height_m(item, home))
             if item.command in WITH_POSITION and vehicle.fence.broken_at(place):
                 text = f"Geofence violation for waypoint {number}"

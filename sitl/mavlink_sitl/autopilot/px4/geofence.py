@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.fence import CIRCLE, HEIGHT, POLYGON, Area, Fence, areas_of
 from mavlink_sitl.autopilot.guided import Setpoint
 from mavlink_sitl.exchange import Severity
-from mavlink_sitl.geodesy import to_local
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
@@ -59,7 +58,7 @@ class Px4Geofence(Fence):
         p, home = vehicle.parameters, vehicle.navigator.home
         broken = 0
         if home is not None:
-            home_north, home_east, home_down = to_local(vehicle.navigator.origin, home)
+            home_north, home_east, home_down = vehicle.navigator.frame.to_local(home)
             away_m = math.hypot(north - home_north, east - home_east)
             if 0.0 < p["GF_MAX_HOR_DIST"] <= away_m:
                 broken |= CIRCLE
@@ -79,7 +78,7 @@ class Px4Geofence(Fence):
             return
         if plan.changes != self._areas_of:
             self._areas_of = plan.changes
-            areas = areas_of(plan.items, vehicle.navigator.origin)
+            areas = areas_of(plan.items, vehicle.navigator.frame)
             self._areas = [area for area in areas if self._usable(area)]
         broken = self.broken_at(vehicle.motion[:3]) if self.enabled else 0
         new, self.breached = broken & ~self.breached, broken

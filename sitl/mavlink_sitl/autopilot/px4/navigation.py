@@ -9,7 +9,7 @@ from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.px4.position_law import LAG_M, UNSHAPED_M_S2
 from mavlink_sitl.exchange import Limits, Motion
-from mavlink_sitl.geodesy import GeoPoint, to_local
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 ACCELERATION_Z_M_S2 = 5.0
 LEAST_CLIMB_M_S = 0.5
@@ -25,14 +25,14 @@ def within(value: float, least: float, most: float) -> float:
 class Px4Navigator(Navigator):
     """A `Navigator` that tells home as it is from home as the firmware has it."""
 
-    def __init__(self, origin: GeoPoint, parameters: Parameters) -> None:
+    def __init__(self, frame: LocalFrame, parameters: Parameters) -> None:
         """See `Navigator`."""
-        super().__init__(origin, parameters)
+        super().__init__(frame, parameters)
         self._true_home: GeoPoint | None = None
 
     def place_ned_m(self, point: GeoPoint) -> tuple[float, float, float]:
         """A place on earth in the local frame."""
-        return to_local(self.origin, point)
+        return self.frame.to_local(point)
 
     def down_of_amsl(self, altitude_amsl_m: float) -> float:
         """An altitude in the local frame."""

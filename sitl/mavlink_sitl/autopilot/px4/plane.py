@@ -22,7 +22,7 @@ from mavlink_sitl.autopilot.px4.plane_modes import TRUE_OVER_INDICATED
 from mavlink_sitl.autopilot.px4.plane_offboard import PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Limits, Observation
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 
 class PlaneNavigator(Px4Navigator):
@@ -74,9 +74,9 @@ class Px4Plane(Px4Vehicle):
         self._slow_since_s: float | None = None
         super().__init__(personality, parameters, origin, observation, ready_after_s)
 
-    def make_navigator(self, origin: GeoPoint) -> PlaneNavigator:
+    def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
         """See `Copter`."""
-        return PlaneNavigator(origin, self.parameters)
+        return PlaneNavigator(frame, self.parameters)
 
     # What it knows.
 

@@ -16,7 +16,7 @@ from mavlink_sitl.autopilot.px4.pursuit import Point
 from mavlink_sitl.autopilot.px4.rover_mission import RoverMission
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Limits, Motors, YawMode
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import LocalFrame
 from mavlink_sitl.guidance import DriveGuidance
 
 DRIVING_AFTER_S = 0.5
@@ -58,9 +58,9 @@ class Px4Rover(Px4Vehicle):
         "px4_land": rover_modes.Land,
     }
 
-    def make_navigator(self, origin: GeoPoint) -> RoverNavigator:
+    def make_navigator(self, frame: LocalFrame) -> RoverNavigator:
         """See `Copter`."""
-        return RoverNavigator(origin, self.parameters)
+        return RoverNavigator(frame, self.parameters)
 
     # What it knows.
 

@@ -35,7 +35,7 @@ from mavlink_sitl.exchange import (
     Severity,
     SystemStatus,
 )
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 HOME_DRIFT_S = 120.0
 HOME_DRIFT_M = 1.2
@@ -110,7 +110,7 @@ class Px4Vehicle(Copter):
         self.failsafe: Px4Failsafes = Px4Failsafes(self)
         self.fence: Px4Geofence = Px4Geofence(self)
 
-    def make_navigator(self, origin: GeoPoint) -> Px4Navigator:
+    def make_navigator(self, frame: LocalFrame) -> Px4Navigator:
         """See `Copter`."""
         raise NotImplementedError
 

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from mavlink_sitl.autopilot.px4.path_guidance import Path
 from mavlink_sitl.autopilot.px4.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.rover_modes import DriveMode
-from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink import position_messages as position
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.px4 import messages
@@ -90,7 +89,7 @@ def place_target(s: Snapshot) -> Message | None:
 
 
 def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) -> Message:
-    point = to_geodetic(s.copter.navigator.origin, *place)
+    point = s.copter.navigator.frame.to_geodetic(*place)
     return dialect.MAVLink_position_target_global_int_message(
         boot_ms(s),
         5,

@@ -11,7 +11,6 @@ from mavlink_sitl.autopilot.px4.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Motors
-from mavlink_sitl.geodesy import to_geodetic
 from mavlink_sitl.mavlink import position_messages as position
 from mavlink_sitl.mavlink import status_messages as status
 from mavlink_sitl.mavlink import telemetry
@@ -185,7 +184,7 @@ def position_target_global_int(s: Snapshot) -> Message | None:
     if number >> 16 & 0xFF != px4.MAIN_AUTO or not copter.armed:
         return None
     target = copter.moving_target()
-    point = to_geodetic(copter.navigator.origin, *target)
+    point = copter.navigator.frame.to_geodetic(*target)
     altitude = 0.0 if number == px4.LAND else point.altitude_amsl_m
     local = position_target_local_ned(s)
     return dialect.MAVLink_position_target_global_int_message(
