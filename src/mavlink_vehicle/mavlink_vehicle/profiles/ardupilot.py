@@ -21,6 +21,7 @@ from mavlink_vehicle.profiles.profile import (
     TakeoffForm,
     VehicleKind,
 )
+from mavlink_vehicle.projections import MeanLatitude
 
 
 def _modes(enum_name: str) -> Mapping[str, int]:
@@ -46,6 +47,9 @@ _FENCE_PARAMETERS = (
     "FENCE_OPTIONS",
     "FENCE_TOTAL",
 )
+# AP_Math's definitions.h, LATLON_TO_M: 0.011131884502145034 m for 1e-7 degree; the recordings
+# show 111 319 m a degree over 400 m (tests/replay/test_recorded_projections.py).
+PROJECTION = MeanLatitude(metres_per_degree=111318.84502145034)
 _P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCELERATION
 
 # AP_Mission.cpp: an item holds 15 bytes, so that a waypoint keeps its time (copter, rover) or
@@ -75,6 +79,7 @@ _PLANE_MISSIONS = replace(
 
 COPTER = Profile(
     name="ArduCopter",
+    projection=PROJECTION,
     kind=VehicleKind.COPTER,
     modes=_modes("COPTER_MODE"),
     control_mode="GUIDED",
@@ -102,6 +107,7 @@ COPTER = Profile(
 
 ROVER = Profile(
     name="ArduRover",
+    projection=PROJECTION,
     kind=VehicleKind.ROVER,
     modes=_modes("ROVER_MODE"),
     control_mode="GUIDED",
@@ -127,6 +133,7 @@ BOAT = replace(ROVER, name="ArduRover boat", kind=VehicleKind.BOAT)
 
 PLANE = Profile(
     name="ArduPlane",
+    projection=PROJECTION,
     kind=VehicleKind.PLANE,
     modes=_modes("PLANE_MODE"),
     control_mode="GUIDED",
@@ -149,6 +156,7 @@ PLANE = Profile(
 
 QUADPLANE = Profile(
     name="ArduPlane VTOL",
+    projection=PROJECTION,
     unsupported="ArduPlane VTOL vehicles are not supported: they hover and glide, and goals "
     "know only vehicles that do one of the two.",
     modes=PLANE.modes,
@@ -160,9 +168,14 @@ QUADPLANE = Profile(
     failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 
-SUB = Profile(name="ArduSub", modes=_modes("SUB_MODE"), unsupported_messages=_PX4_MESSAGES)
+SUB = Profile(
+    name="ArduSub",
+    projection=PROJECTION,
+    modes=_modes("SUB_MODE"),
+    unsupported_messages=_PX4_MESSAGES,
+)
 
-OTHER = Profile(name="ArduPilot", unsupported_messages=_PX4_MESSAGES)
+OTHER = Profile(name="ArduPilot", projection=PROJECTION, unsupported_messages=_PX4_MESSAGES)
 
 _COPTER_TYPES = {
     mavlink.MAV_TYPE_QUADROTOR,

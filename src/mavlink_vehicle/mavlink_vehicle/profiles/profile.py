@@ -10,6 +10,7 @@ from types import MappingProxyType
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.profiles.failsafe_settings import FailsafeSetting
+from mavlink_vehicle.projections import Projection
 
 
 class VehicleKind(enum.Enum):
@@ -84,6 +85,7 @@ class Profile:
     Attributes:
         name: for people, for example "ArduCopter".
         kind: what it is.
+        projection: how its local frame lies over the earth; None: that is not known.
         unsupported: why goals are not accepted on it, as a sentence; None when they are.
         modes: custom_mode by mode name.
         mode_packing: how a mode goes into the command that changes it.
@@ -131,6 +133,7 @@ class Profile:
 
     name: str
     kind: VehicleKind = VehicleKind.OTHER
+    projection: Projection | None = None
     unsupported: str | None = None
     modes: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     mode_packing: ModePacking = ModePacking.WHOLE

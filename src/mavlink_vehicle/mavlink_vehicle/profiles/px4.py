@@ -23,6 +23,7 @@ from mavlink_vehicle.profiles.profile import (
     TakeoffForm,
     VehicleKind,
 )
+from mavlink_vehicle.projections import AzimuthalEquidistant
 
 _MAIN = {
     "MANUAL": 1, "ALTCTL": 2, "POSCTL": 3, "ACRO": 5, "OFFBOARD": 6, "STABILIZED": 7,
@@ -44,6 +45,9 @@ def _modes() -> Mapping[str, int]:
     return MappingProxyType(modes)
 
 
+# lib/geo, MapProjection and CONSTANTS_RADIUS_OF_EARTH; the recordings show 111 195 m a degree
+# over 50 m (tests/replay/test_recorded_projections.py).
+PROJECTION = AzimuthalEquidistant(radius_north_m=6_371_000.0, radius_east_m=6_371_000.0)
 _P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCELERATION
 
 # mavlink_mission.cpp: what a command does not use is not kept; of a take-off and a waypoint
@@ -65,6 +69,7 @@ _MISSIONS = MissionRules(
 
 _COMMON = Profile(
     name="PX4",
+    projection=PROJECTION,
     modes=_modes(),
     mode_packing=ModePacking.MAIN_AND_SUB,
     hold_mode="AUTO.LOITER",
