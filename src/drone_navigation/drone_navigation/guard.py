@@ -14,13 +14,14 @@ from drone_navigation.battery import BatteryReckoning
 from drone_navigation.failsafes import failsafe_code
 from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.goal import ActiveGoal
-from drone_navigation.map_frame import Geodetic, MapFrame
+from drone_navigation.map_frame import MapFrame
 from drone_navigation.settings import BatteryPolicy, BridgeConfig
 from drone_navigation.standing_obstacles import StandingObstacles
 from drone_navigation.vehicle_fence import areas_of, fence_of, has_areas
 from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.health import arming_faults, estimator_faults
 from mavlink_vehicle.mission_items import MissionItem
+from mavlink_vehicle.projections import LocalFrame
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.fences import Area, Fence, check_route, check_targets
 from navigation_core.geometry import Vector3
@@ -76,7 +77,7 @@ class Guard:
         self._memory = _Memory("")
         self._next_s = -math.inf
         self._items: tuple[MissionItem, ...] = ()
-        self._items_origin: Geodetic | None = None
+        self._items_frame: LocalFrame | None = None
         self._known_areas: tuple[Area, ...] = ()
 
     def configure(self, config: BridgeConfig) -> None:
@@ -155,11 +156,11 @@ class Guard:
         self._standing.bound(self.fence(), margin_m, self._config.volume, place)
 
     def _areas(self) -> tuple[Area, ...]:
-        items, origin = self._vehicle.fence_items, self._map_frame.origin
-        if not items or origin is None:
+        items, frame = self._vehicle.fence_items, self._map_frame.frame
+        if not items or frame is None:
             return ()
-        if self._items is not items or self._items_origin != origin:
-            self._items, self._items_origin = items, origin
+        if self._items is not items or self._items_frame != frame:
+            self._items, self._items_frame = items, frame
             self._known_areas = areas_of(items, self._map_frame.enu)
         return self._known_areas
 

@@ -1,50 +1,70 @@
-"""The map frame: ENU metres whose origin is the vehicle's local (EKF) origin. No ROS."""
+"""The map frame: the vehicle's local (EKF) frame with the axes of ROS, east, north, up. No ROS."""
 
 from __future__ import annotations
 
 from drone_navigation.requests import MapPose
 from mavlink_vehicle import frames
+from mavlink_vehicle.frame_finder import PAIR_AGE_S, FrameFinder
+from mavlink_vehicle.profiles import profile_for
+from mavlink_vehicle.projections import Geodetic, LocalFrame
 from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
 
-# Latitude and longitude in degrees, altitude above mean sea level in metres.
-Geodetic = tuple[float, float, float]
-
 # MAV_TYPE_GROUND_ROVER and MAV_TYPE_SURFACE_BOAT (minimal.xml).
 _DRIVING = frozenset({10, 11})
-# GLOBAL_POSITION_INT and LOCAL_POSITION_NED that are this near in time describe the same
-# moment well enough to tell where the origin lies (at 10 m/s they differ by 1 m).
-_PAIR_AGE_S = 0.1
 
 
 class MapFrame:
-    """Finds the origin and converts the vehicle's telemetry into the map frame.
+    """Finds the vehicle's local frame and converts its telemetry into the map frame.
 
     The origin is what the autopilot says (GPS_GLOBAL_ORIGIN). One that does not say it
     gets an origin computed from a pair of GLOBAL_POSITION_INT and LOCAL_POSITION_NED; that
-    one is kept until the autopilot restarts, so that the frame does not wander.
+    one is kept until the autopilot restarts, so that the frame does not wander. Places on earth
+    are turned into the frame and back by the firmware's own projection.
     """
 
     def __init__(self) -> None:
         """Start without an origin."""
-        self._origin: Geodetic | None = None
-        self._boot_count: int | None = None
+        self._finder = FrameFinder(None)
+        self._vehicle: tuple[int, int] | None = None
+
+    @property
+    def frame(self) -> LocalFrame | None:
+        """The vehicle's local frame, None until its origin is known."""
+        return self._finder.frame
 
     @property
     def origin(self) -> Geodetic | None:
         """Latitude, longitude and altitude (above mean sea level) of the map origin."""
-        return self._origin
+        frame = self._finder.frame
+        return None if frame is None else frame.origin
 
     def update(self, state: VehicleState) -> None:
-        """Learn the origin from a new state; forget it when the autopilot restarted."""
-        if state.boot_count != self._boot_count:
-            self._boot_count = state.boot_count
-            self._origin = None
+        """Learn from a new state; begin anew when the autopilot restarted or shows what it is."""
+        vehicle = state.boot_count, state.autopilot
+        if vehicle != self._vehicle:
+            self._vehicle = vehicle
+            self._finder = FrameFinder(profile_for(state.autopilot, state.vehicle_type).projection)
         if state.origin is not None:
             origin = state.origin
-            self._origin = (origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
-        elif self._origin is None:
-            self._origin = _origin_from_pair(state)
+            self._finder.tell((origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m))
+        if self._finder.wants_pairs:
+            self._take_pair(state)
+
+    def _take_pair(self, state: VehicleState) -> None:
+        place, local = state.global_position, state.local_position
+        if place is None or local is None or not state.position_valid:
+            return
+        later_s = 1e-3 * (place.time_boot_ms - local.time_boot_ms)
+        if max(abs(later_s), abs(place.time_s - local.time_s)) > PAIR_AGE_S:
+            return
+        (north_m, east_m, down_m), velocity = local.position_ned_m, local.velocity_ned_m_s
+        moved = (
+            north_m + later_s * velocity[0],
+            east_m + later_s * velocity[1],
+            down_m + later_s * velocity[2],
+        )
+        self._finder.pair((place.latitude_deg, place.longitude_deg, place.altitude_amsl_m), moved)
 
     def pose(self, state: VehicleState) -> MapPose | None:
         """Return the pose that GLOBAL_POSITION_INT and ATTITUDE give, or None.
@@ -54,7 +74,7 @@ class MapFrame:
         estimator uses the GPS, but LOCAL_POSITION_NED only from then on.
         """
         position = state.global_position
-        if self._origin is None or position is None or not state.position_valid:
+        if self.frame is None or position is None or not state.position_valid:
             return None
         if state.local_position is None:
             return None
@@ -81,9 +101,9 @@ class MapFrame:
 
     def home_enu_m(self, state: VehicleState) -> Vector3 | None:
         """Return the launch point, or None while it or the origin is not known."""
-        if self._origin is None or state.home is None:
-            return None
         home = state.home
+        if self.frame is None or home is None:
+            return None
         return self.enu((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
 
     def ground_enu_m(self, state: VehicleState) -> float:
@@ -93,43 +113,20 @@ class MapFrame:
         its place still gives a home at sea level until it is armed (observed). A home without
         a local position is from before the origin, and as wrong.
         """
-        if self._origin is None:
+        if self.origin is None:
             return 0.0
         if state.vehicle_type in _DRIVING and state.global_position is not None:
-            return state.global_position.altitude_amsl_m - self._origin[2]
+            return state.global_position.altitude_amsl_m - self.origin[2]
         if state.home is None or state.home.position_ned_m is None:
             return 0.0
-        return state.home.altitude_amsl_m - self._origin[2]
+        return state.home.altitude_amsl_m - self.origin[2]
 
     def geodetic(self, position_enu_m: Vector3) -> Geodetic:
         """Return the place of a position in the map frame; the origin must be known."""
-        assert self._origin is not None
-        east_m, north_m, up_m = position_enu_m
-        latitude_deg, longitude_deg, _ = frames.ned_to_geodetic(
-            (north_m, east_m, 0.0), self._origin
-        )
-        return latitude_deg, longitude_deg, self._origin[2] + up_m
+        assert self.frame is not None
+        return self.frame.geodetic(frames.enu_to_ned(position_enu_m))
 
     def enu(self, place: Geodetic) -> Vector3:
         """Return a place in the map frame; the origin must be known."""
-        assert self._origin is not None
-        latitude_deg, longitude_deg, altitude_amsl_m = place
-        origin = self._origin
-        north_m, east_m, _ = frames.geodetic_to_ned(
-            latitude_deg, longitude_deg, altitude_amsl_m, origin
-        )
-        # Autopilots count local height as a difference of altitudes, without the earth's
-        # curvature that the tangent plane shows (8 cm at 1 km).
-        return (east_m, north_m, altitude_amsl_m - origin[2])
-
-
-def _origin_from_pair(state: VehicleState) -> Geodetic | None:
-    position, local = state.global_position, state.local_position
-    if position is None or local is None or not state.position_valid:
-        return None
-    if abs(position.time_s - local.time_s) > _PAIR_AGE_S:
-        return None
-    north_m, east_m, down_m = local.position_ned_m
-    here = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
-    latitude_deg, longitude_deg, _ = frames.ned_to_geodetic((-north_m, -east_m, 0.0), here)
-    return latitude_deg, longitude_deg, position.altitude_amsl_m + down_m
+        assert self.frame is not None
+        return frames.ned_to_enu(self.frame.ned_m(place))

@@ -13,11 +13,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from drone_navigation.map_frame import Geodetic, MapFrame
+from drone_navigation.map_frame import MapFrame
 from drone_navigation.sensor_pose import Carrier, carrier_at
 from drone_navigation.settings import ObstacleConfig
 from drone_navigation.standing_obstacles import HEADROOM_M, StandingObstacles, drives
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.projections import Geodetic
 from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import Vector3

@@ -6,6 +6,8 @@ from typing import Protocol
 
 from drone_navigation.requests import MapPose
 from mavlink_vehicle import frames
+from mavlink_vehicle.profiles import profile_for
+from mavlink_vehicle.projections import Geodetic, LocalFrame, true_to_scale
 from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
 
@@ -25,7 +27,7 @@ class FromFirstPosition:
 
     def __init__(self) -> None:
         """Start without an origin."""
-        self._origin: tuple[float, float, float] | None = None
+        self._origin: Geodetic | None = None
 
     def update(self, state: VehicleState) -> None:
         """Take the first position as the origin."""
@@ -38,10 +40,10 @@ class FromFirstPosition:
         place, origin = state.global_position, self._origin
         if place is None or origin is None:
             return None
-        north_m, east_m, _ = frames.geodetic_to_ned(
-            place.latitude_deg, place.longitude_deg, place.altitude_amsl_m, origin
-        )
-        return _facing(state, (east_m, north_m, place.altitude_amsl_m - origin[2]))
+        profile = profile_for(state.autopilot, state.vehicle_type)
+        frame = LocalFrame(origin, profile.projection or true_to_scale(origin[0]))
+        here = (place.latitude_deg, place.longitude_deg, place.altitude_amsl_m)
+        return _facing(state, frames.ned_to_enu(frame.ned_m(here)))
 
 
 class LocalOnly:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +22,7 @@ from drone_navigation.report_log import Floats
 from drone_navigation.report_page import Plots, page
 from drone_navigation.report_sections import not_in_the_log, replans
 from drone_navigation.report_series import Row, points, stacked
-from drone_navigation.report_track import Track
-from mavlink_vehicle import frames
+from drone_navigation.report_track import Track, laid_into
 
 # Farther apart, two flights are not of one place: each begins at the origin then.
 _SAME_PLACE_M = 5000.0
@@ -86,12 +86,11 @@ def comparison_page(first: Flight, second: Flight) -> str:
 def in_one_frame(first: Flight, second: Flight) -> tuple[tuple[Track, Track], str]:
     """Return both tracks in the map frame of the first, and a sentence on how they lie."""
     a, b = first.track, second.track
-    if a.origin is not None and b.origin is not None:
-        offset_ned = frames.geodetic_to_ned(*b.origin, a.origin)
-        if float(np.hypot(*offset_ned[:2])) <= _SAME_PLACE_M:
-            origin = np.array([[offset_ned[1], offset_ned[0], b.origin[2] - a.origin[2]]])
-            moved = Track(b.time_s, b.position_enu_m + origin, b.velocity_ned_m_s, a.origin)
-            return (a, moved), "Both tracks lie where they were flown, in the map frame of A."
+    if a.frame is not None and b.frame is not None:
+        north_m, east_m, _ = a.frame.ned_m(b.frame.origin)
+        if math.hypot(north_m, east_m) <= _SAME_PLACE_M:
+            tracks = a, laid_into(b, a.frame)
+            return tracks, "Both tracks lie where they were flown, in the map frame of A."
     tracks = (_from_begin(a), _from_begin(b))
     return tracks, "The flights are not known to be of one place: each track begins at the origin."
 
@@ -131,7 +130,7 @@ def _map(flights: tuple[Flight, Flight], tracks: tuple[Track, Track]) -> Figure:
             traces.append(markers(begin, [f"{letter} begins"], f"{letter} begins", color=colour))
     for letter, track, colour, flight in shown:
         # Goals are told in each flight's own map frame.
-        same = track.origin is not None and track.origin == flight.track.origin
+        same = track.frame is not None and track.frame == flight.track.frame
         targets = [t for goal in flight.retold.noted.goals for t in goal.targets_enu_m]
         if same and targets:
             texts = [f"goal of {letter}"] * len(targets)

@@ -158,8 +158,7 @@ def read_flights(
 def _flight(contents: LogContents, source: Source, retold: Retold) -> Flight:
     track = read_track(contents, source)
     positions, velocities = (
-        _while_led(setpoints, retold)
-        for setpoints in read_setpoints(contents, source, track.origin)
+        _while_led(setpoints, retold) for setpoints in read_setpoints(contents, source, track.frame)
     )
     was_at, was_moving = local_samples(contents, source)
     return Flight(

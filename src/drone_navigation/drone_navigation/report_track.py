@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drone_navigation.map_frame import Geodetic
 from drone_navigation.report_log import ESTIMATORS, SETPOINTS, Floats, LogContents
 from drone_navigation.report_rates import Source
 from drone_navigation.report_tracking import Samples
 from flight_logs.records import Records
-from mavlink_vehicle import frames
 from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.frame_finder import PAIR_AGE_S, FrameFinder
+from mavlink_vehicle.profiles import GENERIC, profile_for
+from mavlink_vehicle.projections import Geodetic, LocalFrame
 
-# GLOBAL_POSITION_INT and LOCAL_POSITION_NED that are this near in time describe one moment.
-_PAIR_AGE_S = 0.1
 # Standing still, a position wanders; it has moved when it is this far from where it was.
 _MOVED_M = 0.3
 _POSITION_IGNORED = 0b111
@@ -31,14 +30,14 @@ class Track:
         time_s: shape (n,); n is 0 without a position.
         position_enu_m: shape (n, 3), in the map frame.
         velocity_ned_m_s: shape (n, 3).
-        origin: of the map frame; None in the vehicle's own local frame.
+        frame: the local frame that the map is made of; None where its origin is not known.
         remark: a sentence on the frame where it isn't the server's map frame; else empty.
     """
 
     time_s: Floats
     position_enu_m: Floats
     velocity_ned_m_s: Floats
-    origin: Geodetic | None = None
+    frame: LocalFrame | None = None
     remark: str = ""
 
     @property
@@ -76,32 +75,43 @@ def read_track(contents: LogContents, vehicle: Source) -> Track:
         valid = (places["lat"] != 0) | (places["lon"] != 0)
         if local is not None:
             # An ArduCopter tells a place before its estimator has one, but no local position.
-            valid &= places["time_s"] >= local["time_s"][0] - _PAIR_AGE_S
+            valid &= places["time_s"] >= local["time_s"][0] - PAIR_AGE_S
         valid &= _stood_by(contents, vehicle, places["time_s"])
         places = places[valid] if valid.any() else None
     if places is None:
         return _local_track(local)
-    origin, remark = _origin(contents, vehicle, places, local)
+    frame, remark = _frame(contents, vehicle, places, local)
     return Track(
         places["time_s"],
-        enu_m(places["lat"] * 1e-7, places["lon"] * 1e-7, places["alt"] * 1e-3, origin),
+        enu_m(places["lat"] * 1e-7, places["lon"] * 1e-7, places["alt"] * 1e-3, frame),
         np.stack([places[name] * 0.01 for name in ("vx", "vy", "vz")], axis=-1),
-        origin,
+        frame,
         remark,
     )
 
 
 def enu_m(
-    latitude_deg: Floats, longitude_deg: Floats, altitude_m: Floats, origin: Geodetic
+    latitude_deg: Floats, longitude_deg: Floats, altitude_m: Floats, frame: LocalFrame
 ) -> Floats:
     """Return places in the map frame, shape (n, 3), as `MapFrame.enu` counts them."""
     rows = zip(latitude_deg.tolist(), longitude_deg.tolist(), altitude_m.tolist(), strict=True)
-    ned = [(*frames.geodetic_to_ned(a, b, c, origin)[:2], c - origin[2]) for a, b, c in rows]
-    return np.array([(east, north, up) for north, east, up in ned]).reshape(-1, 3)
+    ned = np.array([frame.ned_m(place) for place in rows]).reshape(-1, 3)
+    return ned[:, [1, 0, 2]] * (1.0, 1.0, -1.0)
+
+
+def laid_into(track: Track, frame: LocalFrame) -> Track:
+    """Return a track that knows its frame in another one, place by place."""
+    own = track.frame
+    if own is None or own == frame or not len(track.time_s):
+        return track
+    ned = track.position_enu_m[:, [1, 0, 2]] * (1.0, 1.0, -1.0)
+    places = np.array([own.geodetic((row[0], row[1], row[2])) for row in ned.tolist()])
+    moved = enu_m(places[:, 0], places[:, 1], places[:, 2], frame)
+    return replace(track, position_enu_m=moved, frame=frame)
 
 
 def read_setpoints(
-    contents: LogContents, vehicle: Source, origin: Geodetic | None
+    contents: LogContents, vehicle: Source, frame: LocalFrame | None
 ) -> tuple[Samples, Samples]:
     """Return position setpoints (NED about the map's origin, m) and velocity setpoints (NED, m/s).
 
@@ -115,7 +125,7 @@ def read_setpoints(
         chosen = records[records["target_system"] == vehicle[0]]
         chosen = chosen[np.isin(chosen["coordinate_frame"], _FRAMES[name])]
         placed = chosen[(chosen["type_mask"] & _POSITION_IGNORED) == 0]
-        if len(placed) and (ned := _setpoint_ned(name, placed, origin)) is not None:
+        if len(placed) and (ned := _setpoint_ned(name, placed, frame)) is not None:
             positions.append((placed["time_s"], ned))
         moving = chosen[(chosen["type_mask"] & _VELOCITY_IGNORED) == 0]
         if len(moving):
@@ -143,13 +153,13 @@ _FRAMES = {
 }
 
 
-def _setpoint_ned(name: str, records: Records, origin: Geodetic | None) -> Floats | None:
+def _setpoint_ned(name: str, records: Records, frame: LocalFrame | None) -> Floats | None:
     if name == "SET_POSITION_TARGET_LOCAL_NED":
         return _vectors(records, "x", "y", "z")
-    if origin is None:
+    if frame is None:
         return None
     altitude_m = records["alt"].astype(np.float64)
-    enu = enu_m(records["lat_int"] * 1e-7, records["lon_int"] * 1e-7, altitude_m, origin)
+    enu = enu_m(records["lat_int"] * 1e-7, records["lon_int"] * 1e-7, altitude_m, frame)
     return enu[:, [1, 0, 2]] * (1.0, 1.0, -1.0)
 
 
@@ -192,32 +202,50 @@ def _stood_by(contents: LogContents, vehicle: Source, time_s: Floats) -> NDArray
     return stood
 
 
-def _origin(
+def _frame(
     contents: LogContents, vehicle: Source, places: Records, local: Records | None
-) -> tuple[Geodetic, str]:
-    """Return the origin of the map, and a sentence if it isn't the vehicle's own."""
+) -> tuple[LocalFrame, str]:
+    """Return the local frame that the map is made of, and a sentence if it isn't the vehicle's."""
+    heartbeats = contents.of("HEARTBEAT", vehicle)
+    profile = GENERIC
+    if heartbeats is not None:
+        last = heartbeats[-1]
+        profile = profile_for(int(last["autopilot"]), int(last["type"]))
+    finder = FrameFinder(profile.projection)
     told = contents.of("GPS_GLOBAL_ORIGIN", vehicle)
     if told is not None:
         told = told[(told["latitude"] != 0) | (told["longitude"] != 0)]
     if told is not None and len(told):
-        first = told[0]
-        place = (float(first["latitude"]), float(first["longitude"]), float(first["altitude"]))
-        return (place[0] * 1e-7, place[1] * 1e-7, place[2] * 1e-3), ""
-    if local is not None and (pair := _from_pair(places, local)) is not None:
-        return pair, ""
-    lat, lon, alt = (float(places[name][0]) for name in ("lat", "lon", "alt"))
-    remark = "The log doesn't tell the map's origin: the map begins at the first position."
-    return (lat * 1e-7, lon * 1e-7, alt * 1e-3), remark
+        finder.tell(_place(told[0], "latitude", "longitude", "altitude"))
+    if local is not None and finder.wants_pairs:
+        _take_pairs(finder, places, local)
+    remark = ""
+    if finder.frame is None:
+        finder.tell(_place(places[0], "lat", "lon", "alt"))
+        remark = "The log doesn't tell the map's origin: the map begins at the first position."
+    frame = finder.frame
+    assert frame is not None
+    return frame, remark
 
 
-def _from_pair(places: Records, local: Records) -> Geodetic | None:
-    """Return the origin that a local and a global position of one moment give."""
+def _place(record: Records, latitude: str, longitude: str, altitude: str) -> Geodetic:
+    return (
+        float(record[latitude]) * 1e-7,
+        float(record[longitude]) * 1e-7,
+        float(record[altitude]) * 1e-3,
+    )
+
+
+def _take_pairs(finder: FrameFinder, places: Records, local: Records) -> None:
+    """Give local and global positions of the same moments, until there is no more to learn."""
     nearest = np.clip(np.searchsorted(local["time_s"], places["time_s"]), 0, len(local) - 1)
-    pairs = np.flatnonzero(np.abs(local["time_s"][nearest] - places["time_s"]) <= _PAIR_AGE_S)
-    if not len(pairs):
-        return None
-    place, there = places[pairs[0]], local[nearest[pairs[0]]]
-    here = (float(place["lat"]) * 1e-7, float(place["lon"]) * 1e-7, float(place["alt"]) * 1e-3)
-    back = (-float(there["x"]), -float(there["y"]), 0.0)
-    latitude_deg, longitude_deg, _ = frames.ned_to_geodetic(back, here)
-    return latitude_deg, longitude_deg, here[2] + float(there["z"])
+    there = local[nearest]
+    boot_ms = places["time_boot_ms"].astype(np.int64) - there["time_boot_ms"].astype(np.int64)
+    heard_s = np.abs(there["time_s"] - places["time_s"])
+    later_s = boot_ms * 1e-3
+    moved = _vectors(there, "x", "y", "z") + later_s[:, None] * _vectors(there, "vx", "vy", "vz")
+    for index in np.flatnonzero(np.maximum(np.abs(later_s), heard_s) <= PAIR_AGE_S).tolist():
+        if not finder.wants_pairs:
+            return
+        north_m, east_m, down_m = moved[index].tolist()
+        finder.pair(_place(places[index], "lat", "lon", "alt"), (north_m, east_m, down_m))

@@ -64,15 +64,15 @@ class StandingObstacles:
         return self._placed
 
     def _place(self) -> None:
-        """Put the file's obstacles where the map origin and the kind of vehicle want them."""
-        known, origin = self._config.known, self._map_frame.origin
+        """Put the file's obstacles where the map frame and the kind of vehicle want them."""
+        known, frame = self._config.known, self._map_frame.frame
         on_ground = drives(self._vehicle)
-        key = (known, origin if known.needs_origin else None, on_ground)
+        key = (known, frame if known.needs_origin else None, on_ground)
         if key == self._placed_key:
             return
         self._placed_key = key
         placed: tuple[KnownObstacle, ...] = ()
-        if origin is not None or not known.needs_origin:
+        if frame is not None or not known.needs_origin:
             placed = known.placed(self._map_frame.enu)
         if on_ground:
             # Its height is that of the ground, which a map of heights above the origin has not.

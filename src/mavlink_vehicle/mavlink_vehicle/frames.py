@@ -1,12 +1,12 @@
-"""The only conversions between frames. Plain tuples of floats; angles in radians.
+"""The only conversions between axes. Plain tuples of floats; angles in radians.
 
 Frames, as REP-103 and MAVLink define them:
 
 - NED: x north, y east, z down. Yaw 0 is north, positive clockwise seen from above.
 - ENU: x east, y north, z up. Yaw 0 is east, positive counter-clockwise seen from above.
 - FRD: body, x forward, y right, z down.   FLU: body, x forward, y left, z up.
-- Geodetic: WGS-84 latitude and longitude in degrees, altitude in metres; the altitude's
-  reference (mean sea level, home) is the caller's and the same on both sides.
+
+Places on earth are turned into NED and back by `projections`.
 
 Quaternions are (w, x, y, z) and turn body vectors into the world frame they are named after.
 """
@@ -18,9 +18,6 @@ import math
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
-_WGS84_A_M = 6378137.0
-_WGS84_F = 1.0 / 298.257223563
-_WGS84_E2 = _WGS84_F * (2.0 - _WGS84_F)
 _SQRT_HALF = math.sqrt(0.5)
 
 
@@ -128,82 +125,3 @@ def quaternion_ned_frd_to_enu_flu(quaternion: Quaternion) -> Quaternion:
 def quaternion_enu_flu_to_ned_frd(quaternion: Quaternion) -> Quaternion:
     """Turn an attitude FLU -> ENU (REP-103) into FRD -> NED (MAVLink)."""
     return quaternion_multiply(quaternion_multiply(_WORLD_TURN, quaternion), _BODY_TURN)
-
-
-def geodetic_to_ned(
-    latitude_deg: float,
-    longitude_deg: float,
-    altitude_m: float,
-    origin: tuple[float, float, float],
-) -> Vector3:
-    """Return where a point lies in the NED frame at `origin`, in metres.
-
-    The exact way by earth-centred coordinates on the WGS-84 ellipsoid, so good to rounding
-    (well below a millimetre) at any distance. "Down" is along the ellipsoid's normal at the
-    origin; at 10 km the tangent plane is 7.8 m above the curved earth, which this shows.
-
-    Args:
-        latitude_deg: latitude of the point.
-        longitude_deg: longitude of the point.
-        altitude_m: altitude of the point, by the same reference as the origin's.
-        origin: (latitude_deg, longitude_deg, altitude_m) of the frame's origin.
-    """
-    x, y, z = _geodetic_to_ecef(latitude_deg, longitude_deg, altitude_m)
-    ox, oy, oz = _geodetic_to_ecef(*origin)
-    dx, dy, dz = x - ox, y - oy, z - oz
-    latitude, longitude = math.radians(origin[0]), math.radians(origin[1])
-    sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
-    sin_lon, cos_lon = math.sin(longitude), math.cos(longitude)
-    outward = cos_lon * dx + sin_lon * dy
-    return (
-        -sin_lat * outward + cos_lat * dz,
-        -sin_lon * dx + cos_lon * dy,
-        -cos_lat * outward - sin_lat * dz,
-    )
-
-
-def ned_to_geodetic(
-    position_ned_m: Vector3, origin: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    """Return (latitude_deg, longitude_deg, altitude_m) of a point in the NED frame at `origin`.
-
-    The inverse of `geodetic_to_ned`, with the same accuracy.
-    """
-    north, east, down = position_ned_m
-    latitude, longitude = math.radians(origin[0]), math.radians(origin[1])
-    sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
-    sin_lon, cos_lon = math.sin(longitude), math.cos(longitude)
-    outward = -sin_lat * north - cos_lat * down
-    ox, oy, oz = _geodetic_to_ecef(*origin)
-    return _ecef_to_geodetic(
-        ox + cos_lon * outward - sin_lon * east,
-        oy + sin_lon * outward + cos_lon * east,
-        oz + cos_lat * north - sin_lat * down,
-    )
-
-
-def _geodetic_to_ecef(latitude_deg: float, longitude_deg: float, altitude_m: float) -> Vector3:
-    latitude, longitude = math.radians(latitude_deg), math.radians(longitude_deg)
-    sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
-    normal = _WGS84_A_M / math.sqrt(1.0 - _WGS84_E2 * sin_lat * sin_lat)
-    radius = (normal + altitude_m) * cos_lat
-    return (
-        radius * math.cos(longitude),
-        radius * math.sin(longitude),
-        (normal * (1.0 - _WGS84_E2) + altitude_m) * sin_lat,
-    )
-
-
-def _ecef_to_geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Invert by fixed-point iteration on the latitude; it gains more than two digits a turn."""
-    radius = math.hypot(x, y)
-    latitude = math.atan2(z, radius * (1.0 - _WGS84_E2))
-    for _ in range(8):
-        sin_lat = math.sin(latitude)
-        normal = _WGS84_A_M / math.sqrt(1.0 - _WGS84_E2 * sin_lat * sin_lat)
-        latitude = math.atan2(z + _WGS84_E2 * normal * sin_lat, radius)
-    sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
-    normal = _WGS84_A_M / math.sqrt(1.0 - _WGS84_E2 * sin_lat * sin_lat)
-    # Along the normal, which is well conditioned at the poles and at the equator alike.
-    altitude = radius * cos_lat + z * sin_lat - normal * (1.0 - _WGS84_E2 * sin_lat * sin_lat)
-    return (math.degrees(latitude), math.degrees(math.atan2(y, x)), altitude)

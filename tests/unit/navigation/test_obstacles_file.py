@@ -19,6 +19,7 @@ from drone_navigation.known_obstacles import (
     schema,
 )
 from drone_navigation.map_frame import MapFrame
+from mavlink_vehicle.state import Origin, VehicleState
 from navigation_core.obstacles import Box, Cylinder, KnownObstacle, Obstacles
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -81,7 +82,7 @@ def test_a_wall_leads_from_one_place_to_another() -> None:
 
 def test_geodetic_places_are_put_into_the_map_by_its_origin() -> None:
     frame = MapFrame()
-    frame._origin = (-35.0, 149.0, 584.0)
+    frame.update(VehicleState(origin=Origin(0.0, -35.0, 149.0, 584.0)))
     known = parse_obstacles(
         "{frame: wgs84, obstacles: [{kind: cylinder, at_deg: [-35.0001, 149.0002], radius_m: 1, "
         "height_m: 5}]}",

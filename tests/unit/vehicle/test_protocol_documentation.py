@@ -10,7 +10,7 @@ import pytest
 from mavlink_vehicle import frames
 from mavlink_vehicle.events import StationAct
 from mavlink_vehicle.io.links import parse_url
-from mavlink_vehicle.profiles import GENERIC
+from mavlink_vehicle.profiles import GENERIC, ardupilot, px4
 from mavlink_vehicle.protocols.command import Command, command_name
 from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.machine import Machine
@@ -23,6 +23,7 @@ from mavlink_vehicle.protocols.operations import Operation
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
 from mavlink_vehicle.protocols.station_acts import COMMANDS
 from mavlink_vehicle.vehicle import VehicleConfig
+from tests.support import ellipsoid
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 PROTOCOLS = (DOCS / "protocols.md").read_text("utf-8")
@@ -76,3 +77,26 @@ def test_conversions_that_are_named_exist_and_none_is_left_out() -> None:
     named = set(re.findall(r"`(\w+_to_\w+)`", FRAMES))
     there = {name for name in vars(frames) if "_to_" in name and not name.startswith("_")}
     assert named == there
+
+
+def test_how_far_each_firmwares_metres_are_off_is_told() -> None:
+    """Every row: metres that a firmware counts too many on 1000 m, and sideways on 5000 m east."""
+    for projection in (ardupilot.PROJECTION, px4.PROJECTION):
+        degree_m, _ = projection.to_local(48.0, 8.0, (47.0, 8.0, 0.0))
+        assert f"{degree_m:,.2f} m".replace(",", " ") in FRAMES
+    rows = re.findall(r"^\| (\d+)\S* \|(.+)\|$", FRAMES, re.MULTILINE)
+    assert [int(latitude) for latitude, _ in rows] == [0, 15, 30, 45, 60, 75, 85]
+    for latitude, cells in rows:
+        origin = (float(latitude), 8.0, 0.0)
+        north = ellipsoid.on_ground(1000.0, 0.0, origin)
+        east = ellipsoid.on_ground(0.0, 1000.0, origin)
+        far = ellipsoid.on_ground(0.0, 5000.0, origin)
+        found = []
+        for projection in (ardupilot.PROJECTION, px4.PROJECTION):
+            found += [
+                projection.to_local(*north[:2], origin)[0] - 1000.0,
+                projection.to_local(*east[:2], origin)[1] - 1000.0,
+                projection.to_local(*far[:2], origin)[0],
+            ]
+        told = [float(cell.replace("−", "-")) for cell in cells.split("|")]
+        assert told == pytest.approx(found, abs=0.051), f"latitude {latitude}"
