@@ -12,6 +12,7 @@ from pathlib import Path
 from mavlink_sitl.link import LinkError, Runner
 from mavlink_sitl.options import parse
 from mavlink_sitl.simulation import Simulation
+from mavlink_sitl.summary import Summary
 
 _BOLD, _DIM, _RESET = "\033[1m", "\033[2m", "\033[0m"
 
@@ -68,7 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: the command line, without the program's name.
 
     Returns:
-        The exit code: 0 when ended by a signal, 2 when it could not start.
+        The exit code: 0 when ended by a signal, 1 when the summary could not be written, 2 when
+        it could not start.
     """
     options, _ = parse(sys.argv[1:] if arguments is None else arguments)
     with ExitStack() as stack:
@@ -76,7 +78,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             log = stack.enter_context(Path(options.tlog).open("wb")) if options.tlog else None
             simulation = Simulation(options.vehicles, options.seed, log, world=options.world)
             reporter = Reporter(simulation, options.quiet)
-            runner = Runner(simulation, options.link, options.speedup, reporter.watch)
+            summary = Summary(simulation) if options.summary else None
+
+            def watch() -> None:
+                reporter.watch()
+                if summary is not None:
+                    summary.watch()
+
+            runner = Runner(simulation, options.link, options.speedup, watch)
         except LinkError as error:
             print(f"mavlink_sitl: {error}", file=sys.stderr)
             return 2
@@ -92,6 +101,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             reporter.line(f"vehicle {config.system_id}: {name} on {links}")
         runner.run()
         reporter.line("ended")
+        if summary is not None:
+            try:
+                summary.write(Path(options.summary))
+            except OSError as error:
+                print(
+                    f"mavlink_sitl: cannot write {options.summary}: {error.strerror}",
+                    file=sys.stderr,
+                )
+                return 1
     return 0
 
 

@@ -202,6 +202,11 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add("--tlog", metavar="PATH", help="record all traffic, both directions, with timestamps")
     add(
+        "--summary",
+        metavar="PATH",
+        help="when it ends, write as JSON what truly happened: least clearance, collisions",
+    )
+    add(
         "--fault",
         type=_settings(
             {

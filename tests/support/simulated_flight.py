@@ -89,6 +89,22 @@ class SimulatedFlight:
                 self.simulation.link.write(data)
         self._collect()
 
+    def stall(self, seconds: float) -> None:
+        """Let the vehicle go on for a while in which the server stands still, as after SIGSTOP.
+
+        What the vehicle sends waits in the link, and comes at once afterwards.
+        """
+        end_s = self.now + seconds
+        while self.now < end_s:
+            self.now += _TICK_S
+            self.simulation.run_for(_TICK_S)
+            if self.simulation.world.obstacles:
+                self.ground_truth.watch()
+
+    def log_lines(self) -> list[LogLine]:
+        """Return what was logged."""
+        return self.all(LogLine)
+
     def _collect(self) -> None:
         while (output := self.bridge.next_output()) is not None:
             self.outputs.append((self.now, output))

@@ -48,13 +48,13 @@ from drone_navigation.names import (
     TAKEOFF_ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
 )
+from drone_navigation.presence import Presence
 from drone_navigation.requests import NavigateRequest, Request
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
 
 if TYPE_CHECKING:
     from navigation_core.outcomes import OutcomeCode
-    from navigation_core.safety import Rejection
 
 # rcl keeps the results of ended goals this long for clients that ask late (rcl's own
 # default of 900 s grows memory: ros2/rclpy issue 1300).
@@ -178,8 +178,19 @@ class GoalServers:
         driver: DriverThread,
         clock: Clock,
         frames: FrameNames = PLAIN,
+        presence: Presence | None = None,
     ) -> None:
-        """Offer the actions on ``node``; poses are told in ``frames``."""
+        """Offer the actions on ``node``.
+
+        Args:
+            node: who offers them.
+            bridge: who flies.
+            driver: takes work for the bridge.
+            clock: the bridge's time.
+            frames: in which poses are told.
+            presence: knows of other servers of the same name.
+        """
+        self._presence = presence
         self._frames = frames
         self._closed = False
         self._node = node
@@ -215,7 +226,12 @@ class GoalServers:
             self._node.get_logger().warning("Goal rejected: the server is being stopped")
             return GoalResponse.REJECT
         try:
-            rejection: Rejection | None = self._driver.call(
+            rejection = None if self._presence is None else self._presence.rejection()
+            if rejection is not None:
+                refusal = rejection
+                self._driver.call(lambda: self._bridge.reject(refusal), _CALL_TIMEOUT_S)
+                return GoalResponse.REJECT
+            rejection = self._driver.call(
                 lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
             )
         except DriverError:

@@ -23,6 +23,7 @@ from drone_navigation.settings import BridgeConfig
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection, check_target
+from navigation_core.searches import Searcher
 from navigation_core.tasks.base import Task
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
 from navigation_core.tasks.route import RouteWaypoint
@@ -42,6 +43,7 @@ def admit(
     map_frame: MapFrame,
     config: BridgeConfig,
     obstacles: ObstacleFeed,
+    searcher: Searcher,
     active_goal_id: str | None,
     now: float,
 ) -> Admitted | Rejection:
@@ -52,7 +54,7 @@ def admit(
             return rejection
     # Who has lost the position must still be able to land.
     needs_position = not isinstance(request, LandRequest)
-    situation = _situation(vehicle, map_frame, config, obstacles, needs_position, now)
+    situation = _situation(vehicle, map_frame, config, obstacles, searcher, needs_position, now)
     if isinstance(situation, Rejection):
         return situation
     if active_goal_id is not None and not config.replace_active_goal:
@@ -76,6 +78,7 @@ def _situation(
     map_frame: MapFrame,
     config: BridgeConfig,
     obstacles: ObstacleFeed,
+    searcher: Searcher,
     needs_position: bool,
     now: float,
 ) -> Situation | Rejection:
@@ -95,7 +98,7 @@ def _situation(
         )
     position, pose = state.global_position, map_frame.pose(state)
     if not needs_position:
-        return Situation(vehicle, profile, map_frame, pose, config, obstacles)
+        return Situation(vehicle, profile, map_frame, pose, config, obstacles, searcher)
     if pose is None or position is None:
         return Rejection(
             OutcomeCode.NO_POSITION,
@@ -108,7 +111,7 @@ def _situation(
             f"The last GLOBAL_POSITION_INT is {age_s:.1f} s old; check the link and the message "
             "rates.",
         )
-    return Situation(vehicle, profile, map_frame, pose, config, obstacles)
+    return Situation(vehicle, profile, map_frame, pose, config, obstacles, searcher)
 
 
 def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Rejection:

@@ -19,6 +19,7 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
+from navigation_core.searches import Searcher
 from navigation_core.tasks.base import Task, Traits
 
 __all__ = ["Admitted", "Handover", "Situation"]
@@ -62,6 +63,7 @@ class Situation:
         pose: its pose in it; None only for what needs no position.
         config: how goals are treated.
         obstacles: what is in the way.
+        searcher: who searches for paths.
     """
 
     vehicle: Vehicle
@@ -70,11 +72,12 @@ class Situation:
     pose: MapPose | None
     config: BridgeConfig
     obstacles: ObstacleFeed
+    searcher: Searcher
 
     @property
     def traits(self) -> Traits:
         """What a vehicle of its kind can do."""
-        return traits_of(self.profile)
+        return traits_of(self.profile, self.vehicle.setpoint_timeout_s)
 
     @property
     def speed_max_m_s(self) -> float:

@@ -48,8 +48,10 @@ from mavlink_vehicle.events import (
 from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.geometry import norm
+from navigation_core.lateness import TOO_LATE_S, Lateness
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
+from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.base import (
     Fly,
     Observation,
@@ -66,6 +68,8 @@ __all__ = ["Bridge", "BridgeConfig"]
 
 # MAV_STATE (common.xml): what a restarted autopilot says first.
 _MAV_STATE_BOOT = 1
+# Who is late for long is told so not more often than this.
+_LATE_TOLD_S = 2.0
 _OF_ONE_MISSION = frozenset(
     {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
 )
@@ -78,9 +82,18 @@ class Bridge:
         recorded_goal_id: in a replay, the goal of the server that was recorded, or None.
     """
 
-    def __init__(self, vehicle: Vehicle, config: BridgeConfig) -> None:
-        """Compose; nothing happens before :meth:`start`."""
+    def __init__(
+        self, vehicle: Vehicle, config: BridgeConfig, searcher: Searcher = AT_ONCE
+    ) -> None:
+        """Compose; nothing happens before :meth:`start`.
+
+        Args:
+            vehicle: what is flown.
+            config: how goals are treated.
+            searcher: who searches for paths around obstacles.
+        """
         self._refusal: Rejection | None = None
+        self._searcher = searcher
         self._compose(vehicle, config)
 
     def _compose(self, vehicle: Vehicle, config: BridgeConfig) -> None:
@@ -91,6 +104,8 @@ class Bridge:
         self._report = Reporter(vehicle, self._map_frame)
         self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
         self._goal: ActiveGoal | None = None
+        self._lateness = Lateness()
+        self._late_told_s = -math.inf
         self.recorded_goal_id: str | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
@@ -111,6 +126,11 @@ class Bridge:
     def pose(self) -> MapPose | None:
         """The vehicle's pose in the map frame, or None."""
         return self._map_frame.pose(self._vehicle.state)
+
+    @property
+    def lateness(self) -> Lateness:
+        """How late setpoints were; to be looked at only."""
+        return self._lateness
 
     @property
     def height_m(self) -> float | None:
@@ -139,6 +159,10 @@ class Bridge:
             return None
         self._report.rejected(result)
         return result
+
+    def reject(self, rejection: Rejection) -> None:
+        """Tell that a goal was rejected by somebody before the bridge."""
+        self._report.rejected(rejection)
 
     def start_goal(self, goal_id: str, request: Request, now: float) -> None:
         """Begin an accepted goal; it replaces the active one.
@@ -280,11 +304,21 @@ class Bridge:
             goal.think_s = math.inf
             goal.task.think(self._observe(goal, now), now)
         if goal is not None and now >= goal.next_step_s:
+            self._note_lateness(now - goal.next_step_s, now)
             goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
             self._step(goal, now)
         goal = self._goal
         if goal is not None and now >= self._feedback_deadline(goal):
             self._give_feedback(goal, now)
+
+    def _note_lateness(self, late_s: float, now: float) -> None:
+        if self._lateness.note(late_s, now) and now - self._late_told_s >= _LATE_TOLD_S:
+            self._late_told_s = now
+            self._report.log(
+                LogLevel.WARN,
+                f"The control loop is {late_s:.2f} s late; the vehicle is slowed down, and stops "
+                f"from {TOO_LATE_S:g} s on. Give this machine less to do.",
+            )
 
     def next_deadline(self) -> float | None:
         """Return when :meth:`handle_timer` wants to be called."""
@@ -321,6 +355,7 @@ class Bridge:
             self._map_frame,
             self._config,
             self._obstacles,
+            self._searcher,
             self.active_goal_id,
             now,
         )
@@ -558,7 +593,13 @@ class Bridge:
 
     def _observe(self, goal: ActiveGoal, now: float) -> Observation:
         return observe(
-            self._vehicle, self._map_frame, self._obstacles, goal.operation, now, goal.mission
+            self._vehicle,
+            self._map_frame,
+            self._obstacles,
+            goal.operation,
+            now,
+            goal.mission,
+            self._lateness.recent_s(now),
         )
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:
@@ -577,7 +618,8 @@ class Bridge:
     def _give_feedback(self, goal: ActiveGoal, now: float) -> None:
         # From now on, not on a grid: so feedback falls into step with the positions.
         goal.feedback_due_s = now + self._config.feedback_period_s
-        self._report.feedback(goal, self._progress(goal, now), now)
+        progress = self._progress(goal, now)
+        self._report.feedback(goal, progress, self._lateness.recent_s(now), now)
 
 
 def _next_on_grid(due_s: float, period_s: float, now: float) -> float:

@@ -32,6 +32,7 @@ from drone_navigation.client_options import (
 from drone_navigation.client_view import View
 from drone_navigation.client_watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from drone_navigation.presence import Presence
 from drone_navigation.topics import LATCHED_QOS, STREAM_QOS
 
 # The reason of a refusal comes by a topic of its own, usually before the refusal itself.
@@ -74,6 +75,7 @@ class Course:
         node.create_subscription(
             GoalEvent, f"{SERVER_NODE_NAME}/goal_events", self._on_goal_event, STREAM_QOS
         )
+        self._presence = Presence(node)
         self._goals: list[SentGoal] = []
         self._sent = 0
         self._current = 0
@@ -102,6 +104,15 @@ class Course:
     def t_s(self, now_s: float) -> float:
         """Return the time since the first goal was accepted; 0 before."""
         return 0.0 if self._accepted_s is None else now_s - self._accepted_s
+
+    def servers_are_known(self) -> bool:
+        """Whether as many servers were heard as the graph knows."""
+        return self._presence.alive >= self._presence.offered
+
+    @property
+    def several_servers(self) -> bool:
+        """Whether more than one server would take a goal."""
+        return self._presence.several
 
     def server_is_ready(self) -> bool:
         """Whether the first goal's action is served."""

@@ -155,6 +155,7 @@ class Telemetry:
         waypoint: of a route, the current one, counted from 1; None for a point.
         waypoints: how many the route has; None for a point.
         lap: of a route, counted from 1; None for a point.
+        setpoint_delay_s: how late the server was in the last seconds.
     """
 
     name: ClassVar[str] = "feedback"
@@ -168,6 +169,7 @@ class Telemetry:
     waypoint: int | None = None
     waypoints: int | None = None
     lap: int | None = None
+    setpoint_delay_s: float = 0.0
 
 
 def as_json(what: Event | Telemetry, t_s: float) -> str:

@@ -181,6 +181,7 @@ class SentGoal:
             time_left_s=feedback.estimated_time_remaining,
             battery_percent=feedback.battery_percentage,
             replans=feedback.replans,
+            setpoint_delay_s=feedback.setpoint_delay,
             waypoint=feedback.current_waypoint + 1 if route else None,
             waypoints=self.errand.waypoints if route else None,
             lap=feedback.current_lap + 1 if route else None,

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from drone_navigation.client_events import Ended, Event, Sending, Telemetry
 from drone_navigation.client_keys import HINT, HINT_SHORT
+from navigation_core.lateness import LATE_S
 
 _PERIOD_S = 0.1
 # Below this width the lines have no labels.
@@ -149,6 +150,9 @@ class LiveView:
         time = Text(f"{_clock(t_s)}, ETA in {_clock(telemetry.time_left_s)}")
         if telemetry.replans:
             time.append(f"  replans {telemetry.replans}", style="bold yellow")
+        if telemetry.setpoint_delay_s >= LATE_S:
+            late = f"  server late by {telemetry.setpoint_delay_s:.1f} s"
+            time.append(late, style="bold red")
         if t_s - self._heard_s > _SILENCE_S:
             time.append(f"  no feedback for {t_s - self._heard_s:.0f} s", style="bold red")
         return [

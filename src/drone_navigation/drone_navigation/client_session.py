@@ -22,17 +22,21 @@ from drone_navigation.client_options import (
     EXIT_ABORTED,
     EXIT_CANCELED,
     EXIT_NO_SERVER,
+    EXIT_REJECTED,
     EXIT_SUCCESS,
 )
 from drone_navigation.client_updates import Update, UpdateError, parse_point
 from drone_navigation.client_view import View
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from drone_navigation.presence import duplicate
 
 _SPIN_S = 0.05
 # Two processes that run already find each other in less.
 _SOON_S = 3.0
 # The reason of an earlier refusal is latched; it must not be taken for that of the goal to come.
 _LATCHED_S = 0.2
+# A server says at once that it is there; one that was killed stays in the graph for a while.
+_SERVERS_S = 1.5
 
 
 class NavigationClient:
@@ -100,6 +104,11 @@ class NavigationClient:
         if not self._wait(course.server_is_ready, self._options.server_timeout):
             return self._without_server()
         self._wait(lambda: bool(course.rejections), _LATCHED_S)
+        if not self._wait(course.servers_are_known, _SERVERS_S) and self._interrupts:
+            return self._without_server()
+        if course.several_servers:
+            course.say(f"No goal was sent. {duplicate(self._node)}", bad=True)
+            return EXIT_REJECTED
         for note in self._errand.notes:
             course.say(note)
         course.send(self._errand)

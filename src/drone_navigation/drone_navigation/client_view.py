@@ -14,6 +14,7 @@ from drone_navigation.client_events import Event, Telemetry, as_json
 from drone_navigation.client_keys import HINT
 from drone_navigation.client_live import LiveView
 from navigation_core.geometry import Vector3
+from navigation_core.lateness import LATE_S
 
 _PLAIN_PERIOD_S = 1.0
 
@@ -168,6 +169,8 @@ def _summary(telemetry: Telemetry) -> str:
         parts.append(f"waypoint {telemetry.waypoint} of {telemetry.waypoints}")
     if telemetry.replans:
         parts.append(f"replans {telemetry.replans}")
+    if telemetry.setpoint_delay_s >= LATE_S:
+        parts.append(f"server late by {telemetry.setpoint_delay_s:.1f} s")
     return ", ".join(parts)
 
 

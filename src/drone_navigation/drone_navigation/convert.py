@@ -114,6 +114,7 @@ def feedback_message(feedback: GoalFeedback, stamp: Time) -> Navigate.Feedback:
     message = Navigate.Feedback()
     _fill_feedback(message, feedback, stamp)
     message.replans = feedback.replans
+    message.setpoint_delay = feedback.late_s
     return message
 
 
@@ -122,6 +123,7 @@ def waypoints_feedback(feedback: GoalFeedback, stamp: Time) -> NavigateWaypoints
     message = NavigateWaypoints.Feedback()
     _fill_feedback(message, feedback, stamp)
     message.replans = feedback.replans
+    message.setpoint_delay = feedback.late_s
     route = feedback.route
     if route is not None:
         message.current_waypoint = route.current

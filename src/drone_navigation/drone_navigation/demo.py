@@ -7,6 +7,8 @@ the way it gets another goal. What was flown is then read from the recording and
 from __future__ import annotations
 
 import argparse
+import contextlib
+import json
 import os
 import subprocess
 import sys
@@ -15,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from drone_navigation.demo_report import DemoError, report
+from drone_navigation.demo_report import DemoError, Nearest, report
 from drone_navigation.flight_plot import plot_flight
 from drone_navigation.flight_recording import RecordingError
 from drone_navigation.processes import (
@@ -31,6 +33,7 @@ EXIT_FAILED = 1
 _READY_TIMEOUT_S = 20.0
 _FLIGHT_TIMEOUT_S = 160.0
 _FILES = Path("bridge_config")
+_SUMMARY = "simulator.json"
 
 
 @dataclass(frozen=True)
@@ -38,14 +41,12 @@ class Scenario:
     """A vehicle, where it goes, and what is in its way.
 
     Attributes:
-        server: set-up of the navigation server.
         world: what surrounds the vehicle, for the simulator only.
         route: waypoints to fly.
         update: the goal that replaces the route on the way, as ``navigation_client`` takes it.
         speed_m_s: ground speed.
     """
 
-    server: Path
     world: Path
     route: Path
     update: str
@@ -54,14 +55,12 @@ class Scenario:
 
 SCENARIOS = {
     "copter": Scenario(
-        _FILES / "simulated/ardupilot_copter.yaml",
         _FILES / "worlds/demo.yaml",
         _FILES / "routes/demo.waypoints",
         "t=42: 0 0 4",
         2.5,
     ),
     "rover": Scenario(
-        _FILES / "simulated/ardupilot_rover.yaml",
         _FILES / "worlds/demo_rover.yaml",
         _FILES / "routes/demo_rover.waypoints",
         "t=56: 0 0 0",
@@ -80,6 +79,12 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--vehicle", choices=sorted(SCENARIOS), default="copter")
     parser.add_argument(
+        "--autopilot",
+        choices=("ardupilot", "px4"),
+        default="ardupilot",
+        help="firmware of the simulated vehicle (default: ardupilot)",
+    )
+    parser.add_argument(
         "--out", type=Path, default=Path("out/demo"), metavar="DIR", help="where results go"
     )
     return parser
@@ -94,13 +99,18 @@ def main(args: list[str] | None = None) -> int:
     for old in (tlog, picture):
         old.unlink(missing_ok=True)
     try:
-        code = _fly(out, tlog, options.vehicle)
+        code = _fly(out, tlog, options.vehicle, options.autopilot)
+        recording = plot_flight(tlog, picture)
         if code != 0:
             raise DemoError(f"The client ended with {code}; see {out}.")
-        recording = plot_flight(tlog, picture)
-        print(report(recording), flush=True)
+        print(report(recording, _nearest(out / _SUMMARY)), flush=True)
     except (DemoError, ProcessError, RecordingError) as error:
         print(f"The demo failed: {error}", file=sys.stderr)
+        if tlog.exists() and not picture.exists():
+            with contextlib.suppress(RecordingError):
+                plot_flight(tlog, picture)
+        if picture.exists():
+            print(f"What was flown is drawn in {picture}.", file=sys.stderr)
         return EXIT_FAILED
     except KeyboardInterrupt:
         print("The demo was interrupted.", file=sys.stderr)
@@ -109,10 +119,23 @@ def main(args: list[str] | None = None) -> int:
     return EXIT_OK
 
 
-def _fly(out: Path, tlog: Path, vehicle: str) -> int:
+def _nearest(summary: Path) -> Nearest:
+    """Return what the simulator says of how near the vehicle came to obstacles."""
+    try:
+        (vehicle,) = json.loads(summary.read_text(encoding="utf-8"))["vehicles"]
+        return Nearest(
+            vehicle["least_clearance_m"], vehicle["nearest_obstacle"], vehicle["collided"]
+        )
+    except (OSError, ValueError, KeyError) as error:
+        raise DemoError(f"The simulator left no summary: {error}.") from error
+
+
+def _fly(out: Path, tlog: Path, vehicle: str, autopilot: str) -> int:
     """Return the client's exit code."""
     scenario = SCENARIOS[vehicle]
-    for path in (scenario.server, scenario.world, scenario.route):
+    server = _FILES / f"simulated/{autopilot}_{vehicle}.yaml"
+    (out / _SUMMARY).unlink(missing_ok=True)
+    for path in (server, scenario.world, scenario.route):
         if not path.exists():
             raise DemoError(f"{path} is not here; start the demo in the folder of the repository.")
     begin_s = time.monotonic()
@@ -120,12 +143,13 @@ def _fly(out: Path, tlog: Path, vehicle: str) -> int:
     link = f"//127.0.0.1:{free_udp_port()}"
     commands = {
         "navigation_server": [
-            "drone_navigation.navigation_server", "--config", str(scenario.server),
+            "drone_navigation.navigation_server", "--config", str(server),
             "--link", f"udpin:{link}", "--tlog", str(tlog),
         ],
         "mavlink_sitl": [
-            "mavlink_sitl", "--vehicle", vehicle, "--link", f"udpout:{link}",
-            "--world", str(scenario.world),
+            "mavlink_sitl", "--vehicle", vehicle, "--autopilot", autopilot,
+            "--link", f"udpout:{link}", "--world", str(scenario.world),
+            "--summary", str(out / _SUMMARY),
         ],
     }  # fmt: skip
     processes: list[Process] = []

@@ -56,6 +56,7 @@ class GoalFeedback:
         height_m: height above the ground; None while it is not known.
         route: how far the route is flown, for a goal that has one.
         replans: how often the way was planned anew because of obstacles.
+        late_s: the worst delay of a setpoint in the last seconds.
     """
 
     goal_id: str
@@ -67,6 +68,7 @@ class GoalFeedback:
     height_m: float | None = None
     route: RouteProgress | None = None
     replans: int = 0
+    late_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,8 @@ EXIT_OK = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
 _WATCH_PERIOD_S = 0.5
+# A server that finds another one of its name so soon after its start is the one that is too many.
+_NEW_S = 5.0
 
 
 def main(args: list[str] | None = None) -> int:
@@ -121,12 +123,18 @@ def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, on_signal)
         server.start()
+        started_s = clock.now()
+        second = ""
         while not stop.wait(_WATCH_PERIOD_S) and server.running:
-            pass
+            if clock.now() - started_s < _NEW_S and (second := server.duplicate):
+                root.get_logger().fatal(second)
+                break
         gave_up = not server.running
         if gave_up:
             root.get_logger().fatal("The driver thread has given up; the server ends.")
         server.stop()
+        if second:
+            return EXIT_USAGE
         return EXIT_FAILED if gave_up else EXIT_OK
 
 

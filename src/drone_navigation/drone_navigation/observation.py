@@ -52,6 +52,7 @@ def observe(
     operation: OperationReport | None,
     now: float,
     mission: MissionTracker | None = None,
+    late_s: float = 0.0,
 ) -> Observation:
     """Build the observation of this moment."""
     state = vehicle.state
@@ -85,6 +86,8 @@ def observe(
         mission=None if mission is None else mission.report(state, vehicle.mission_change),
         obstacles=obstacles.obstacles,
         obstacles_age_s=obstacles.age_s(now),
+        obstacles_reach_m=obstacles.reach_m,
+        late_s=late_s,
     )
 
 

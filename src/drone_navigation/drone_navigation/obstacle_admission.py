@@ -109,6 +109,7 @@ def avoidance_of(avoid: bool, situation: Situation) -> AvoidanceConfig | None:
         blocked_timeout_s=config.blocked_timeout_s,
         sensor_timeout_s=config.sensor_timeout_s,
         heights_m=_heights_m(situation),
+        searcher=situation.searcher,
     )
 
 

@@ -86,6 +86,7 @@ class ObstacleFeed:
         self._heard_s: dict[str, float] = {}
         self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
+        self._reach_m = math.inf
         self._sensed_from = self._sensed_table = NOTHING
         self._joined_from: tuple[Obstacles, ...] = ()
         self._joined = NOTHING
@@ -137,6 +138,11 @@ class ObstacleFeed:
         return bool(self._heard_s)
 
     @property
+    def reach_m(self) -> float:
+        """How far the sensor sees that told something last; infinite if none says."""
+        return self._reach_m
+
+    @property
     def timeout_s(self) -> float:
         """Silence from which on a sensor counts as lost."""
         return self._config.sensor_timeout_s
@@ -177,6 +183,7 @@ class ObstacleFeed:
             measured.range_max_m,
             0.5 * measured.width_rad,
         )
+        self._reach_m = measured.range_max_m
         self._map.integrate(scan, self._ground_m(), now)
 
     def take_scan(self, scan: SensorScan, now: float) -> None:
@@ -195,6 +202,7 @@ class ObstacleFeed:
             scan.range_max_m,
             scan.half_angle_rad,
         )
+        self._reach_m = scan.range_max_m
         self._map.integrate(rays, self._ground_m(), now)
 
     def take_points(self, cloud: SensorPoints, now: float) -> None:

@@ -95,7 +95,7 @@ class Reporter:
         why = f": {progress.blocked}" if progress.blocked else ""
         self.log(LogLevel.INFO, f"Goal {text}{why}")
 
-    def feedback(self, goal: ActiveGoal, progress: Progress, now: float) -> None:
+    def feedback(self, goal: ActiveGoal, progress: Progress, late_s: float, now: float) -> None:
         """Tell how far a goal is."""
         state = self._vehicle.state
         self._outputs.append(
@@ -109,6 +109,7 @@ class Reporter:
                 height_m=self.height_m,
                 route=progress.route,
                 replans=progress.replans,
+                late_s=late_s,
             )
         )
         for message in notes.progress(progress, now):

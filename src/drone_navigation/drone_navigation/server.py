@@ -23,13 +23,16 @@ from drone_navigation.parameters import (
     declare_vehicle_parameters,
     refuse_changes,
 )
+from drone_navigation.presence import duplicate
 from drone_navigation.replay_driver import ReplayDriver
 from drone_navigation.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
+from drone_navigation.search_thread import SearchThread
 from drone_navigation.spinning import Spinner
 from drone_navigation.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.endpoints import LinkStatistics
+from navigation_core.searches import AT_ONCE, Searcher
 
 _STOP_TIMEOUT_S = 3.0
 _RESULT_GRACE_S = 0.3
@@ -86,8 +89,13 @@ class NavigationServer:
             network = ReplayNetwork(ReplayDriver(recording, config.replay_speed, component))
             clock = network.driver.clock
         self._clock = clock
+        searcher: Searcher = AT_ONCE
+        if recording is None:
+            searcher = searches = SearchThread()
+            on_exit.callback(searches.close)
         self._vehicles = [
-            VehicleNode(node, own, made, network.recorder, clock) for node, own, made in settings
+            VehicleNode(node, own, made, network.recorder, clock, searcher)
+            for node, own, made in settings
         ]
         members = [vehicle.member for vehicle in self._vehicles]
         self._driver: Driver | ReplayDriver
@@ -110,6 +118,14 @@ class NavigationServer:
     def running(self) -> bool:
         """Whether any vehicle is still steered."""
         return self._driver.running and not self._fleet.lost
+
+    @property
+    def duplicate(self) -> str:
+        """What to do about another server of the same name that was heard; empty without one."""
+        for vehicle in self._vehicles:
+            if vehicle.presence.alive:
+                return duplicate(vehicle.node)
+        return ""
 
     def start(self) -> None:
         """Begin to talk to the vehicles and to take requests."""

@@ -23,11 +23,13 @@ from drone_navigation.convert import pose_stamped
 from drone_navigation.failsafes import failsafe_code
 from drone_navigation.frame_names import PLAIN, FrameNames
 from drone_navigation.link_health import LinkHealth
+from drone_navigation.presence import SERVER_ID
 from drone_navigation.requests import MapPose
 from drone_navigation.station_health import StationHealth
 from mavlink_vehicle import frames
 from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
+from navigation_core.lateness import LATE_S, TOO_LATE_S, WINDOW_S
 
 # MAVLink's GPS_FIX_TYPE.
 _FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT, _FIX_RTK_FIXED = 3, 4, 5, 6
@@ -169,6 +171,7 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     message.position_valid = bridge.pose is not None
     message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
     message.active_goal = bridge.active_goal_id or ""
+    message.server_id = SERVER_ID
     message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
     return message
 
@@ -215,6 +218,26 @@ def obstacle_diagnostic(
     values["sensed obstacles"] = str(len(feed.sensed))
     values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
     message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return message
+
+
+def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
+    """Return how late setpoints are."""
+    lateness, recent_s = bridge.lateness, bridge.lateness.recent_s(now)
+    message = DiagnosticStatus()
+    message.name = f"{name}: control loop"
+    message.hardware_id = hardware_id
+    if recent_s >= TOO_LATE_S:
+        message.level, message.message = DiagnosticStatus.ERROR, "Too late: the vehicle is stopped"
+    elif recent_s >= LATE_S:
+        message.level, message.message = DiagnosticStatus.WARN, "Late: the vehicle is slowed down"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Setpoints are in time"
+    message.values = [
+        KeyValue(key=f"worst delay of the last {WINDOW_S:g} s", value=f"{recent_s:.3f} s"),
+        KeyValue(key="worst delay", value=f"{lateness.worst_s:.3f} s"),
+        KeyValue(key=f"delays of {LATE_S:g} s or more", value=str(lateness.count)),
+    ]
     return message
 
 

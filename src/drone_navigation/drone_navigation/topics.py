@@ -184,6 +184,7 @@ class Topics:
         message.status = [
             messages.diagnostic(self._bridge, self._health, self._name, hardware),
             messages.obstacle_diagnostic(self._bridge, self._name, hardware, now),
+            messages.loop_diagnostic(self._bridge, self._name, hardware, now),
         ]
         for url, statistics in self._stations() if self._stations else ():
             health = self._station_health.setdefault(url, StationHealth())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.profiles import Profile, VehicleKind
+from mavlink_vehicle.profiles import Profile, SetpointField, VehicleKind
 from navigation_core.tasks.base import Traits
 
 # Lower than this a plane's circle is not safe; and the height of a take-off that none asks for.
@@ -14,8 +14,13 @@ _BOAT_ARRIVAL_M = 2.0
 _ROVER_BRAKING_M_S2, _BOAT_BRAKING_M_S2 = 0.6, 0.2
 
 
-def traits_of(profile: Profile) -> Traits:
-    """Return what navigation has to know about a kind of vehicle."""
+def traits_of(profile: Profile, setpoint_timeout_s: float = 0.0) -> Traits:
+    """Return what navigation has to know about a kind of vehicle.
+
+    Args:
+        profile: its firmware and kind.
+        setpoint_timeout_s: for how long it goes on when setpoints stop.
+    """
     lands_itself = profile.land_mode is not None
     before = profile.control_before_takeoff
     if profile.kind is VehicleKind.PLANE:
@@ -38,5 +43,13 @@ def traits_of(profile: Profile) -> Traits:
             turning_radius_m=_BOAT_TURN_M if boat else _ROVER_TURN_M,
             arrival_radius_m=_BOAT_ARRIVAL_M if boat else 0.0,
             braking_m_s2=_BOAT_BRAKING_M_S2 if boat else _ROVER_BRAKING_M_S2,
+            setpoint_timeout_s=setpoint_timeout_s,
         )
-    return Traits(control_before_takeoff=before, lands_itself=lands_itself)
+    accelerates = SetpointField.ACCELERATION in profile.setpoint_form
+    return Traits(
+        control_before_takeoff=before,
+        lands_itself=lands_itself,
+        setpoint_timeout_s=setpoint_timeout_s,
+        # ArduCopter's; a PX4 takes it for a push, which its velocity loop works against.
+        accelerates_on=accelerates and not profile.acceleration_is_push,
+    )

@@ -14,6 +14,7 @@ from drone_navigation.fleet import Member
 from drone_navigation.frame_names import FrameNames
 from drone_navigation.parameter_table import ParameterValue
 from drone_navigation.parameters import follow_changes
+from drone_navigation.presence import SERVER_ID, Presence
 from drone_navigation.sensor_topics import SensorTopics
 from drone_navigation.service_servers import ServiceServers
 from drone_navigation.spinning import Spinner
@@ -25,6 +26,7 @@ from mavlink_vehicle.io.tlog import TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
+from navigation_core.searches import AT_ONCE, Searcher
 
 # One thread for each goal that is parked on its event, and some for goal, cancel and
 # result requests. A replaced goal leaves its thread within milliseconds. They are only
@@ -42,7 +44,10 @@ class VehicleNode:
         node: the ROS node, named ``navigation_server`` in the vehicle's namespace.
         config: the settings at the start.
         member: what a fleet runs; takes work for the bridge.
+        presence: knows of other servers of the vehicle's name; there from :meth:`serve` on.
     """
+
+    presence: Presence
 
     def __init__(
         self,
@@ -51,6 +56,7 @@ class VehicleNode:
         config: ServerConfig,
         recorder: TlogWriter | None,
         clock: Clock,
+        searcher: Searcher = AT_ONCE,
     ) -> None:
         """Make the vehicle's part on the driver's thread; :meth:`serve` makes the rest.
 
@@ -60,12 +66,13 @@ class VehicleNode:
             config: the settings that they make.
             recorder: of all traffic of the server.
             clock: the driver's.
+            searcher: who searches for paths.
         """
         self.node = node
         self.config = config
         self._values = values
         self._clock = clock
-        self._bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+        self._bridge = Bridge(Vehicle(config.vehicle), config.bridge, searcher)
         self._application = VehicleApplication(self._bridge, recorder, clock)
         name = node.get_namespace().strip("/") or node.get_name()
         self.member = Member(name, config.vehicle.target_system, self._application)
@@ -84,7 +91,8 @@ class VehicleNode:
         """
         node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
         frames = FrameNames.of(node.get_namespace())
-        server = self._server = GoalServers(node, bridge, member, clock, frames)
+        self.presence = Presence(node, SERVER_ID)
+        server = self._server = GoalServers(node, bridge, member, clock, frames, self.presence)
         follow_changes(
             node,
             self._values,

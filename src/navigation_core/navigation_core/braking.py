@@ -39,7 +39,7 @@ def stopping_ends(motion: Samples, limits: Limits, reaction_s: float) -> Array:
     velocities, jerk = motion.velocities_enu_m_s, limits.jerk_m_s3
     speed = np.linalg.norm(velocities, axis=1)
     course = velocities / np.maximum(speed, 1e-9)[:, None]
-    limit = _along(course, limits)
+    limit = deceleration_along_m_s2(course, limits)
     ahead = np.clip((motion.accelerations_enu_m_s2 * course).sum(axis=1), 0.0, limit)
     fade_s = ahead / jerk
     way = speed * (reaction_s + fade_s) + ahead * fade_s * fade_s / 3.0
@@ -73,13 +73,13 @@ def must_brake(
         ends = stopping_ends(motion, limits, reaction_s)
         acts &= ~lines_clear(places, ends, obstacles, clearance_m)
         for i in np.flatnonzero(acts):
-            acts[i] = not _leaves(places[i], ends[i], obstacles, clearance_m)
+            acts[i] = not leads_away(places[i], ends[i], obstacles, clearance_m)
         return np.asarray(acts, dtype=np.bool_)
     return np.zeros(len(acts), dtype=np.bool_)
 
 
-def _along(course: Array, limits: Limits) -> Array:
-    """Greatest deceleration along unit vectors, as :meth:`Limits.along`."""
+def deceleration_along_m_s2(course: Array, limits: Limits) -> Array:
+    """Return the greatest deceleration along unit vectors (N, 3), as :meth:`Limits.along`."""
     level = np.maximum(np.hypot(course[:, 0], course[:, 1]), 1e-9)
     rise = np.maximum(np.abs(course[:, 2]), 1e-9)
     return np.asarray(
@@ -89,7 +89,8 @@ def _along(course: Array, limits: Limits) -> Array:
     )
 
 
-def _leaves(start: Array, end: Array, obstacles: Obstacles, clearance_m: float) -> bool:
+def leads_away(start: Array, end: Array, obstacles: Obstacles, clearance_m: float) -> bool:
+    """Whether a line that begins nearer than a clearance comes no nearer."""
     points = start + np.linspace(0.0, 1.0, _POINTS)[:, None] * (end - start)
     clearances_m = obstacles.clearance_m(points)
     return bool(

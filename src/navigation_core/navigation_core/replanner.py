@@ -6,6 +6,7 @@ r"""When a way is planned anew, and when there is none.
      LOOK                     v    |
        v                   BLOCKED ----TIME_OUT--> GIVEN_UP
     COMPARING --FOUND, NOT_FOUND--> KEEPING
+    COMPARING --CONFLICT--> REPLANNING
 
 A way that is flown is kept until it is in conflict with an obstacle, however far ahead. One
 that is sound is left for a better one only now and then, and only if that is clearly shorter:
@@ -67,6 +68,9 @@ TRANSITIONS: dict[tuple[State, Event], State] = {
     (State.REPLANNING, Event.STOP): State.BLOCKED,
     (State.COMPARING, Event.FOUND): State.KEEPING,
     (State.COMPARING, Event.NOT_FOUND): State.KEEPING,
+    # What is flown may come into conflict, or have to stop, while a shorter one is looked for.
+    (State.COMPARING, Event.CONFLICT): State.REPLANNING,
+    (State.COMPARING, Event.STOP): State.BLOCKED,
     (State.BLOCKED, Event.RETRY): State.REPLANNING,
     (State.BLOCKED, Event.STOP): State.BLOCKED,
     (State.BLOCKED, Event.FOUND): State.KEEPING,
@@ -145,8 +149,11 @@ class Replanner:
             obstacles: what is known now.
             now: time in seconds.
         """
+        if self.state is State.REPLANNING:
+            return Decision.REPLAN
+        comparing = self.state is State.COMPARING
         if way is self._way and obstacles is self._obstacles:
-            return Decision.KEEP
+            return Decision.COMPARE if comparing else Decision.KEEP
         known = self._obstacles
         self._way, self._obstacles = way, obstacles
         clearance_m = self._rules.conflict_clearance_m
@@ -154,6 +161,8 @@ class Replanner:
         if first_conflict(rest, obstacles, clearance_m) is not None:
             self._go(Event.CONFLICT)
             return Decision.REPLAN
+        if comparing:
+            return Decision.COMPARE
         waited = now - self._planned_s >= self._rules.elective_s
         if obstacles is not known and waited and self.is_clearly_shorter(least_m, left_m):
             self._go(Event.LOOK)

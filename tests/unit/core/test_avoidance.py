@@ -14,14 +14,12 @@ from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.obstacle_shapes import Box, Cylinder
 from navigation_core.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.routes import RoutePoint
 from navigation_core.tasks.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.base import COPTER, Fly, Progress, Status, Traits
 from navigation_core.tasks.flight import Flight as TaskFlight
 from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
 from navigation_core.tasks.route import FlyRoute
-from navigation_core.tasks.way import NoWay, Way, WayPlanner
 from navigation_core.tasks.waypoint import RouteWaypoint
 from tests.support.point_mass import Flight, PointMass, fly
 
@@ -565,36 +563,3 @@ def test_the_clearances_are_nested() -> None:
         < config.flown_clearance_m
         < config.plan_clearance_m
     )
-
-
-# --- one attempt in a step -----------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("gap_m", "attempts", "found"), [(6.0, 1, True), (3.2, 3, True), (2.0, 3, False)]
-)
-def test_a_search_in_single_attempts_ends_as_one_that_makes_them_all(
-    gap_m: float, attempts: int, found: bool
-) -> None:
-    # A pen about the target, with a gap towards the start.
-    half_m = 0.5 * (20.0 - 0.5 * gap_m)
-    pen = (
-        Box("east", (40.0, 0.0), (1.0, 40.0)),
-        Box("north", (24.0, 20.0), (33.0, 1.0)),
-        Box("south", (24.0, -20.0), (33.0, 1.0)),
-        Box("north west", (8.0, 20.0 - half_m), (1.0, 2.0 * half_m)),
-        Box("south west", (8.0, half_m - 20.0), (1.0, 2.0 * half_m)),
-    )
-    planner = WayPlanner(AVOIDANCE, COPTER, CONFIG.limits)
-    start = KinematicState((0.0, 6.0, 5.0))
-    asked = (start, 0.0, (RoutePoint((30.0, 0.0, 5.0), 0.0, CONFIG.limits),))
-    obstacles = Obstacles.of(pen)
-    single = [planner.plan(*asked, obstacles, attempt) for attempt in range(attempts)]
-    assert single[:-1] == [None] * (attempts - 1)
-    assert isinstance(single[-1], Way if found else NoWay)
-    everything = planner.plan(*asked, obstacles)
-    if isinstance(everything, Way):
-        assert isinstance(single[-1], Way)
-        assert everything.trajectory.path_enu_m == single[-1].trajectory.path_enu_m
-    else:
-        assert everything == single[-1]

@@ -194,11 +194,14 @@ class Driver:
         self._run_posts()
         now = self._clock.now()
         self._hand_over(self._router.receive(now), self._application.receive, now)
-        if self._router.has_stations:
-            self._hand_over(self._router.overhear(now), self._application.overhear, now)
         if deadline is not None and deadline <= now:
             self._run_timer(deadline, now)
         self._flush()
+        # What is passed on comes after what flies the vehicle, however much it is.
+        if self._router.has_stations:
+            now = self._clock.now()
+            self._hand_over(self._router.overhear(now), self._application.overhear, now)
+            self._flush()
 
     def _hand_over(
         self, messages: list[Message], receive: Callable[[Message, float], None], now: float

@@ -101,7 +101,10 @@ COPTER = Profile(
     # ArduCopter's mode_guided.cpp; neither rovers nor planes know the command.
     pauses_in_mode=True,
     unsupported_messages=_PX4_MESSAGES,
-    wanted_parameters=_FENCE_PARAMETERS,
+    # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
+    setpoint_timeout_s=3.0,
+    setpoint_timeout_parameter="GUID_TIMEOUT",
+    wanted_parameters=(*_FENCE_PARAMETERS, "GUID_TIMEOUT"),
     failsafe_settings=failsafe_settings.ARDUCOPTER,
 )
 
@@ -125,6 +128,8 @@ ROVER = Profile(
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
     unsupported_messages=_PX4_MESSAGES,
+    # Observed: "target not received last 3secs, stopping"; no parameter changes it.
+    setpoint_timeout_s=3.0,
     wanted_parameters=_FENCE_PARAMETERS,
     failsafe_settings=failsafe_settings.ARDUROVER,
 )

@@ -126,6 +126,9 @@ class Profile:
         heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
         later_ack_counts: commands with a first acknowledgement that says nothing.
         unsupported_messages: telemetry that the firmware does not have, so isn't asked for.
+        setpoint_timeout_s: for how long it goes on with the velocity and the acceleration of the
+            last setpoint when none follows, by the default of its parameter.
+        setpoint_timeout_parameter: the parameter that says so; empty if there is none.
         wanted_parameters: parameters that are read and kept up to date.
         failsafe_settings: what says how it reacts to failures; read by `navigation_server --check`.
         parameters_bytewise: whether integer parameters stand in the float as their bytes.
@@ -164,6 +167,8 @@ class Profile:
     heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
     later_ack_counts: frozenset[int] = frozenset()
     unsupported_messages: frozenset[str] = frozenset()
+    setpoint_timeout_s: float = 0.0
+    setpoint_timeout_parameter: str = ""
     wanted_parameters: tuple[str, ...] = ()
     failsafe_settings: tuple[FailsafeSetting, ...] = ()
     parameters_bytewise: bool = False

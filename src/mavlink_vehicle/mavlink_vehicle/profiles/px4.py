@@ -89,7 +89,10 @@ _COMMON = Profile(
     later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
     unsupported_messages=frozenset({"EKF_STATUS_REPORT", "TERRAIN_REPORT"}),
     # Navigator's geofence.cpp.
-    wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"),
+    # Observed: the failsafe comes 1.04 to 1.06 s after the last setpoint.
+    setpoint_timeout_s=1.0,
+    setpoint_timeout_parameter="COM_OF_LOSS_T",
+    wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST", "COM_OF_LOSS_T"),
     failsafe_settings=failsafe_settings.PX4_ANY,
     parameters_bytewise=True,
 )

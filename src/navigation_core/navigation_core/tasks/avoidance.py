@@ -6,6 +6,8 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+from navigation_core.searches import AT_ONCE, Searcher
+
 # Shares of the margin that are kept in flight, and at all. They are nested on purpose: what was
 # planned with the whole margin is not in conflict at once because a sensor sees an edge a little
 # elsewhere, and the brake is the last to act.
@@ -36,6 +38,8 @@ class AvoidanceConfig:
         emergency_factor: so much harder than a flight's own limits may a vehicle brake and give way
             when those limits would not do.
         give_way_reach_m: how far the vehicle goes out of the way of what comes near.
+        search_timeout_s: longest time that a search for a path may take.
+        searcher: who searches.
     """
 
     vehicle_radius_m: float = 0.5
@@ -50,6 +54,8 @@ class AvoidanceConfig:
     elective_gain: float = 0.15
     emergency_factor: float = 2.0
     give_way_reach_m: float = 6.0
+    search_timeout_s: float = 2.0
+    searcher: Searcher = dataclasses.field(default=AT_ONCE, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse settings that make no sense.
@@ -60,7 +66,7 @@ class AvoidanceConfig:
         """
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if isinstance(value, tuple) or value is None:
+            if not isinstance(value, (int, float)):
                 continue
             if not (math.isfinite(value) and value > 0.0):
                 raise AvoidanceConfigError(

@@ -52,8 +52,7 @@ class Avoider:
         )
         self._is_silent = False
         self._gave_way_s = -math.inf
-        # Of the search under way: one in a step, or setpoints would be late.
-        self.attempt = 0
+        # Why there is no path; empty while one is flown, or searched for for the first time.
         self.reason = ""
 
     @property
@@ -74,14 +73,13 @@ class Avoider:
             self._stop(observation, now, self.reason)
             return False
         if self._flight.undecided:
-            self.attempt += 1
             self._replanner.not_found(here, now, is_undecided=True)
             return False
-        self.attempt = 0
         if self._flight.no_way:
             self.reason = self._flight.no_way
             self._replanner.not_found(here, now)
             return False
+        self.reason = ""
         self._replanner.found(here, now)
         return True
 
@@ -108,18 +106,17 @@ class Avoider:
     def think(self, observation: Observation, now: float) -> None:
         """Look for another way if need be, and go over to it; without one, stop.
 
-        It may take as long as a setpoint has until the next. While a search goes on, the old way
-        is flown, and the brake watches.
+        While a search goes on, the old way is flown, and the brake watches.
         """
-        self._plan_on(observation, now)
         if self._replanner.state is State.BLOCKED:
             return
-        searching = self._replanner.state is State.REPLANNING
-        decision = Decision.REPLAN if searching else self._check(observation, now)
+        decision = self._check(observation, now)
         if decision is Decision.REPLAN:
             self._replan(observation, now)
         elif decision is Decision.COMPARE:
             self._compare(observation, now)
+        else:
+            self._plan_on(observation, now)
 
     def wait(self, observation: Observation, now: float, may_plan: bool) -> Decision:
         """Decide what to do while there is no way, which may be looked for or not."""
@@ -232,14 +229,12 @@ class Avoider:
         if (turns or near) and carrot.time_s < way.extend_s + _PATIENCE_S:
             return
         last_moment = carrot.time_s > float(way.samples.times_s[-1]) - _PLAN_ON_S
-        onward = self._flight.find_way(
-            observation, under_way=True, attempt=None if last_moment else 0
-        )
+        onward = self._flight.find_way(observation, under_way=True)
         if isinstance(onward, Way):
             self._flight.take(onward)
         elif last_moment and isinstance(onward, NoWay):
             self._stop(observation, now, onward.reason)
-        else:
+        elif onward is not None:
             self._flight.way = replace(way, extend_s=carrot.time_s + _PLAN_ON_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
@@ -253,17 +248,15 @@ class Avoider:
     # --- what it does --------------------------------------------------------------------
 
     def _stop(self, observation: Observation, now: float, reason: str) -> None:
-        self.reason, self.attempt = reason, 0
+        self.reason = reason
         self._flight.plan_stop(observation)
         self._replanner.stop(measured_state(observation).position_enu_m, now)
 
     def _replan(self, observation: Observation, now: float) -> None:
         place = measured_state(observation).position_enu_m
-        way = self._flight.find_way(observation, under_way=True, attempt=self.attempt)
+        way = self._flight.find_way(observation, under_way=True)
         if way is None:
-            self.attempt += 1
             return
-        self.attempt = 0
         if isinstance(way, NoWay):
             self.reason = way.reason
             self._flight.plan_stop(observation)
@@ -276,7 +269,9 @@ class Avoider:
         """Go over to a way that is clearly shorter, if there is one."""
         place, carrot = measured_state(observation).position_enu_m, self._flight.carrot
         assert carrot is not None
-        way = self._flight.find_way(observation, under_way=True, attempt=0)
+        way = self._flight.find_way(observation, under_way=True)
+        if way is None:
+            return
         left_m = carrot.distance_remaining_m
         if isinstance(way, Way) and self._replanner.is_clearly_shorter(way.length_m, left_m):
             self._flight.take(way)

@@ -8,6 +8,7 @@ whatever clock the owner uses.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum, Flag, auto
 from typing import Protocol
@@ -110,6 +111,9 @@ class Traits:
         braking_m_s2: how hard it is meant to brake on the ground.
         height_min_m: least height above the ground that it is sent to.
         takeoff_height_m: height above the ground of a take-off when none is asked for.
+        setpoint_timeout_s: for how long it goes on with the velocity and the acceleration of the
+            last setpoint when none follows; 0 if it does not.
+        accelerates_on: whether it gathers speed by the last setpoint's acceleration in that time.
     """
 
     name: str = "copter"
@@ -123,6 +127,8 @@ class Traits:
     braking_m_s2: float = 0.6
     height_min_m: float = 0.0
     takeoff_height_m: float = 0.0
+    setpoint_timeout_s: float = 0.0
+    accelerates_on: bool = False
 
 
 COPTER = Traits()
@@ -196,6 +202,8 @@ class Observation:
         obstacles: what is in the way; the same object until something about it is new.
         obstacles_age_s: time since the sensor that tells about them was last heard; 0 when none
             is expected to be heard.
+        obstacles_reach_m: how far the sensor sees that tells about them; infinite without one.
+        late_s: by how much setpoints were late of late, at worst.
     """
 
     time_s: float
@@ -215,6 +223,8 @@ class Observation:
     mission: MissionReport | None = None
     obstacles: Obstacles = NOTHING
     obstacles_age_s: float = 0.0
+    obstacles_reach_m: float = math.inf
+    late_s: float = 0.0
 
 
 @dataclass(frozen=True)

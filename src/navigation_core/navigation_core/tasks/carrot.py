@@ -51,25 +51,27 @@ class Carrot:
         config: GotoConfig,
         yaw_enu_rad: float,
         yaw_goal_enu_rad: float,
+        time_s: float = 0.0,
     ) -> None:
-        """Stand at the beginning.
+        """Stand at the beginning, or further on.
 
         Args:
             trajectory: where to walk.
             config: its ``tracking_error_max_m`` and ``tracking_lag_s``.
             yaw_enu_rad: yaw to begin with.
             yaw_goal_enu_rad: yaw to turn to, the shortest way.
+            time_s: where to stand, in trajectory time.
         """
         self.trajectory = trajectory
         self._config = config
         self._yaw = wrap_angle(yaw_enu_rad)
         self._yaw_goal = wrap_angle(yaw_goal_enu_rad)
-        self._time_s = 0.0
+        self._time_s = time_s
         self._stalled_s = 0.0
-        self._stalled_at_s = 0.0
+        self._stalled_at_s = time_s
         self._rate = 1.0
         self._rate_average = 1.0
-        self._state = trajectory.sample(0.0)
+        self._state = trajectory.sample(time_s)
 
     @property
     def state(self) -> KinematicState:
@@ -85,6 +87,20 @@ class Carrot:
     def course_enu(self) -> Vector3 | None:
         """Direction of the path where it stands, as a unit vector; None at the path's ends."""
         return unit_between(ZERO, self.trajectory.sample(self._time_s).velocity_enu_m_s)
+
+    def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
+        """Return where it will stand after a while at its present pace, and in which state.
+
+        Args:
+            lead_s: the time to look ahead.
+
+        Returns:
+            Trajectory time and state.
+        """
+        if lead_s <= 0.0:
+            return self._time_s, self._state
+        time_s = self._time_s + self._rate * lead_s
+        return time_s, self._scaled(self.trajectory.sample(time_s), 0.0)
 
     def only_behind(self, position_enu_m: Vector3) -> Vector3:
         """Return a position without what it is beside or ahead of the carrot.
@@ -143,18 +159,19 @@ class Carrot:
     def _yaw_rate(self) -> float:
         return self.trajectory.limits.yaw_rate_rad_s
 
-    def advance(self, dt_s: float, position_enu_m: Vector3 | None) -> None:
+    def advance(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
         """Walk on.
 
         Args:
             dt_s: time since the last call.
             position_enu_m: measured position of this moment; None to walk without waiting.
+            rate_max: share of the planned speed that it may have.
         """
         if dt_s <= 0.0:
             return
         before = self._rate
         nominal = self.trajectory.sample(self._time_s)
-        self._rate = self._next_rate(dt_s, position_enu_m, nominal.velocity_enu_m_s)
+        self._rate = self._next_rate(dt_s, position_enu_m, nominal.velocity_enu_m_s, rate_max)
         share = min(dt_s / _RATE_AVERAGE_S, 1.0)
         self._rate_average += share * (self._rate - self._rate_average)
         # The mean of both rates makes the position the integral of the velocity.
@@ -168,13 +185,17 @@ class Carrot:
         self._yaw = slew_angle(self._yaw, self._yaw_goal, self._yaw_rate * dt_s)
 
     def _next_rate(
-        self, dt_s: float, position_enu_m: Vector3 | None, velocity_enu_m_s: Vector3
+        self,
+        dt_s: float,
+        position_enu_m: Vector3 | None,
+        velocity_enu_m_s: Vector3,
+        rate_max: float,
     ) -> float:
-        wanted = 1.0
+        wanted = rate_max
         if position_enu_m is not None:
             error_max_m = self._config.tracking_error_max_m
             room_m = error_max_m - self._lag_m(position_enu_m)
-            wanted = min(max(room_m / (error_max_m * (1.0 - _FREE_SHARE)), 0.0), 1.0)
+            wanted = min(max(room_m / (error_max_m * (1.0 - _FREE_SHARE)), 0.0), rate_max)
         change = _RATE_CHANGE_PER_S
         course = unit_between(ZERO, velocity_enu_m_s)
         if course is not None:

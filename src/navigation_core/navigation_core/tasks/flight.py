@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
 from navigation_core.braking import STANDING_M_S
 from navigation_core.geometry import (
     KinematicState,
     Vector3,
+    add,
     distance,
     horizontal_norm,
     norm,
+    scale,
     subtract,
     wrap_angle,
 )
 from navigation_core.limits import Limits
 from navigation_core.routes import RoutePoint, plan_route
+from navigation_core.searches import Search
 from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import COPTER, Observation, Setpoint, Traits
 from navigation_core.tasks.carrot import Carrot
@@ -37,11 +41,33 @@ _CRUISE_SHARE = 0.97
 _PASSED_CORNERS = 1.5
 # Slower than this, a direction of travel says nothing.
 _COURSE_SPEED_M_S = 0.5
+# A setpoint may jump by so much where a path that was found late is joined: less than the noise
+# of a position, and less than a vehicle's speed changes within a period.
+_JOINT_M, _JOINT_M_S = 0.15, 0.3
 
 
 def cruise_limits(limits: Limits, speed_m_s: float | None) -> Limits:
     """Return limits for a flight that is not to be faster than a speed; None changes none."""
     return limits.with_speed(speed_m_s and speed_m_s * _CRUISE_SHARE)
+
+
+@dataclass(frozen=True)
+class _Pending:
+    """A search for a path that is under way.
+
+    Attributes:
+        search: the search.
+        carrot: the motion from which the path goes on.
+        route: the points asked for when it began.
+        joint_s: when the path goes on from there, in that motion's time.
+        begun_s: when the search began.
+    """
+
+    search: Search[Way | NoWay]
+    carrot: Carrot | None
+    route: tuple[RoutePoint, ...]
+    joint_s: float
+    begun_s: float
 
 
 class Flight:
@@ -85,8 +111,10 @@ class Flight:
         # The way around obstacles that is flown, and why there is none.
         self.way: Way | None = None
         self.no_way = ""
-        # Whether the search for one is not at its end.
+        # Whether one is still searched for.
         self.undecided = False
+        self._pending: _Pending | None = None
+        self._avoidance = avoidance
         self._leads_to_goal = False
         self.ways = self.way_out = None
         self.starts_here = False
@@ -100,9 +128,10 @@ class Flight:
     @property
     def passed(self) -> int:
         """How many points of the route the carrot has passed since the flight was planned."""
-        if self.carrot is None:
-            return 0
-        return sum(1 for time_s in self._passed_s if time_s <= self.carrot.time_s)
+        return 0 if self.carrot is None else self._passed_by(self.carrot.time_s)
+
+    def _passed_by(self, carrot_time_s: float) -> int:
+        return sum(1 for time_s in self._passed_s if time_s <= carrot_time_s)
 
     def set_route(
         self, points: tuple[RoutePoint, ...], yaws_enu_rad: tuple[float | None, ...]
@@ -130,38 +159,26 @@ class Flight:
     def _points(self) -> tuple[RoutePoint, ...]:
         return self._via or (RoutePoint(self._goal.position_enu_m, 0.0, self.limits),)
 
-    def plan_to_goal(self, observation: Observation, attempt: int | None = None) -> None:
+    def plan_to_goal(self, observation: Observation) -> None:
         """Plan the flight to the goal; there is no carrot if nothing is known to begin with.
 
-        If obstacles leave no way, ``no_way`` says why, and the vehicle is stopped.
+        While a path around obstacles is searched for, ``undecided`` says so; if they leave none,
+        ``no_way`` says why. In both cases the vehicle is stopped.
 
         Args:
             observation: what is known.
-            attempt: the only one to make, see :meth:`~.way.WayPlanner.plan`; if others are left
-                after it, ``undecided`` says so, and the vehicle is stopped.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        before, held = self.commanded, self.carrot
+        if self.ways is not None:
+            self._plan_around(observation)
+            return
         self.carrot = None
-        self.no_way, self.undecided = "", False
         if not self._choose_start(observation):
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
-        if self.ways is not None:
-            way = self.find_way(observation, attempt=attempt)
-            if isinstance(way, Way):
-                self.take(way)
-                return
-            self.undecided = way is None
-            self.no_way = "" if way is None else way.reason
-            if held is not None and not self._leads_to_goal and self.commanded is before:
-                self.carrot = held
-            else:
-                self.plan_stop(observation)
-            return
         if self._yaw_goal is None:
             self._yaw_goal = self._yaw_of_travel(self.commanded.position_enu_m, self.commanded_yaw)
         if self._via:
@@ -173,39 +190,130 @@ class Flight:
         self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self._yaw_goal)
         self.path_enu_m = trajectory.path_enu_m
 
-    def preview(self, position_enu_m: Vector3, observation: Observation) -> Way | None:
-        """Return the way around obstacles as it would be from a place; None without one."""
-        if self.ways is None:
+    def _plan_around(self, observation: Observation) -> None:
+        """Go on to the goal around obstacles, or stop while no path is known."""
+        self.no_way, self.undecided = "", False
+        if not self._is_searching_from_here():
+            before, held = self.commanded, self.carrot
+            self.carrot = None
+            if not self._choose_start(observation):
+                return
+            if held is not None and not self._leads_to_goal and self.commanded is before:
+                self.carrot = held
+            else:
+                self.plan_stop(observation)
+        way = self.find_way(observation)
+        if isinstance(way, Way):
+            self.take(way)
+        else:
+            self.undecided = way is None
+            self.no_way = "" if way is None else way.reason
+
+    def preview(
+        self, position_enu_m: Vector3, observation: Observation
+    ) -> Search[Way | NoWay] | None:
+        """Search for the path around obstacles as it would be from a place, to estimate it."""
+        if self.ways is None or self._avoidance is None:
             return None
         yaw = observation.yaw_enu_rad or 0.0
-        start = KinematicState(position_enu_m)
-        way = self.ways.plan(start, yaw, self._points, observation.obstacles)
-        return way if isinstance(way, Way) else None
+        start, points = KinematicState(position_enu_m), self._points
+        ways, known = self.ways, observation.obstacles
+        return self._avoidance.searcher.begin(
+            lambda is_wanted: ways.plan(start, yaw, points, known, is_wanted)
+        )
 
-    def find_way(
-        self, observation: Observation, under_way: bool = False, attempt: int | None = None
-    ) -> Way | NoWay | None:
-        """Look for a way around obstacles, from :meth:`start` on.
+    def find_way(self, observation: Observation, under_way: bool = False) -> Way | NoWay | None:
+        """Look for a path around obstacles, to be called until there is an answer.
+
+        The first call begins a search, which goes on beside the flight. The path that it finds
+        begins a little further on, where the setpoint will be when it is found, and is returned
+        when the setpoint has come there.
 
         Args:
             observation: what is known; there must have been a setpoint.
             under_way: whether the points that were passed are left out.
-            attempt: the only one to make, see :meth:`~.way.WayPlanner.plan`.
+
+        Returns:
+            The path, why there is none, or None while that is not known.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
+        if not self._is_searching_from_here():
+            self._begin_search(observation, under_way)
+        pending = self._pending
+        assert pending is not None
+        assert self._avoidance is not None
+        try:
+            found = pending.search.result()
+        except Exception:
+            self._pending = None
+            raise
+        if found is None:
+            if observation.time_s - pending.begun_s <= self._avoidance.search_timeout_s:
+                return None
+            self._give_search_up()
+            limit_s = self._avoidance.search_timeout_s
+            return NoWay(f"The search for a path took longer than {limit_s:g} s.")
+        if isinstance(found, NoWay) or self.starts_here or pending.carrot is None:
+            self._pending = None
+            return found
+        # A setpoint that stands is never late.
+        late_s = 0.0 if pending.carrot.ended else pending.carrot.time_s - pending.joint_s
+        if late_s < 0.0:
+            return None
+        self._pending = None
+        if not self._joins(found, late_s):
+            self._begin_search(observation, under_way)
+            return None
+        return replace(found, entered_s=late_s)
+
+    def _is_searching_from_here(self) -> bool:
+        """Whether the search under way goes on from the motion that is flown."""
+        pending = self._pending
+        if pending is None:
+            return False
+        if pending.carrot is self.carrot and pending.route == self._points:
+            return True
+        self._give_search_up()
+        return False
+
+    def _begin_search(self, observation: Observation, under_way: bool) -> None:
         assert self.ways is not None
+        assert self._avoidance is not None
         assert self.commanded is not None
+        searcher, carrot = self._avoidance.searcher, self.carrot
+        start, joint_s = self.start(observation), 0.0
+        if self.starts_here:
+            # It goes on as it moves now, at least until it is told otherwise.
+            moved = scale(start.velocity_enu_m_s, searcher.lead_s)
+            start = replace(start, position_enu_m=add(start.position_enu_m, moved))
+        elif carrot is not None and carrot.state.position_enu_m == start.position_enu_m:
+            joint_s, start = carrot.ahead(searcher.lead_s)
+        elif carrot is not None:
+            joint_s = carrot.time_s
         points = self._points
         if under_way:
-            points = self.points
-            gap_m = distance(points[0].position_enu_m, self.commanded.position_enu_m)
+            points = points[self._passed_by(joint_s) :] or points[-1:]
+            gap_m = distance(points[0].position_enu_m, start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
-        yaw = observation.yaw_enu_rad or 0.0
-        start = self.start(observation)
-        return self.ways.plan(start, yaw, points, observation.obstacles, attempt)
+        ways, known, yaw = self.ways, observation.obstacles, observation.yaw_enu_rad or 0.0
+        search = searcher.begin(lambda is_wanted: ways.plan(start, yaw, points, known, is_wanted))
+        self._pending = _Pending(search, carrot, self._points, joint_s, observation.time_s)
+
+    def _give_search_up(self) -> None:
+        if self._pending is not None:
+            self._pending.search.abandon()
+            self._pending = None
+
+    def _joins(self, way: Way, time_s: float) -> bool:
+        """Whether the setpoint can go over to a path there without a jump."""
+        assert self.commanded is not None
+        state = way.trajectory.sample(time_s)
+        velocity = subtract(state.velocity_enu_m_s, self.commanded.velocity_enu_m_s)
+        gap_m = distance(state.position_enu_m, self.commanded.position_enu_m)
+        return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
 
     def start(self, observation: Observation) -> KinematicState:
         """Return where a way around obstacles begins; there must have been a setpoint."""
@@ -227,7 +335,9 @@ class Flight:
             gone = len(self._points) - len(way.passed_s)
             self._passed_s = (-math.inf,) * gone + way.passed_s
             self.path_enu_m = way.trajectory.path_enu_m
-        self.carrot = Carrot(way.trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
+        self.carrot = Carrot(
+            way.trajectory, self._config, self.commanded_yaw, self.commanded_yaw, way.entered_s
+        )
         self.way = way
         self._leads_to_goal = leads_to_goal
 
@@ -255,12 +365,12 @@ class Flight:
             trajectory = self.way.trajectory
         self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
 
-    def walk(self, position_enu_m: Vector3 | None) -> None:
-        """Let the carrot walk on by the time of this step."""
+    def walk(self, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
+        """Let the carrot walk on by the time of this step, at a share of its speed at most."""
         if self.carrot is not None:
             if self._passed_s:
                 self.carrot.turn_to(self._yaw_on_route(self.carrot))
-            self.carrot.advance(self.dt_s, position_enu_m)
+            self.carrot.advance(self.dt_s, position_enu_m, rate_max)
         self.dt_s = 0.0
 
     def _yaw_on_route(self, carrot: Carrot) -> float:

@@ -58,9 +58,7 @@ class Goto(GotoStopping):
     def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
         if self._phase not in PAUSABLE:
             self._pursuit.forget()
-        waits = self._avoider is not None and self._phase is Phase.BLOCKED
-        attempt = self._avoider.attempt if self._avoider is not None and waits else None
-        self._flight.plan_to_goal(observation, attempt)
+        self._flight.plan_to_goal(observation)
         if self._avoider is not None and not self._avoider.may_begin(observation, now):
             event = Event.NO_WAY
         self._go(event, now)
@@ -77,7 +75,8 @@ class Goto(GotoStopping):
         carrot = self._flight.carrot
         assert carrot is not None
         here_enu_m = measured_state(observation).position_enu_m
-        self._flight.walk(here_enu_m if self._traits.flies else carrot.only_behind(here_enu_m))
+        waits_for = here_enu_m if self._traits.flies else carrot.only_behind(here_enu_m)
+        self._flight.walk(waits_for, self._caution.speed_share(carrot, observation))
         self._note_place(observation)
         if carrot.arrived:
             self._go(Event.TRAJECTORY_ENDED, now)

@@ -27,10 +27,12 @@ from navigation_core.tasks.base import (
     Progress,
     Rejection,
     Requirement,
+    Status,
     Traits,
     VehicleMode,
     Wait,
 )
+from navigation_core.tasks.caution import Caution
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.flight import Flight
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
@@ -80,6 +82,7 @@ class GotoBase(ABC):
         self._traits = traits
         self._flight = Flight(goal, config, predecessor, predecessor_yaw, avoidance, traits)
         self._avoider = None if avoidance is None else Avoider(avoidance, self._flight)
+        self._caution = Caution(avoidance, traits, self._flight.limits)
         self._estimator = GotoEstimator(goal, config, self._flight.limits, traits)
         self._predecessor_time_s = predecessor_time_s
         self._last_step_s = 0.0
@@ -161,8 +164,10 @@ class GotoBase(ABC):
             answer = self._answer(observation, now)
         except TrajectoryError as error:
             answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
-        if isinstance(answer, Fly) and self._flight.carrot is not None:
-            self._flight.note(self._flight.carrot.setpoint)
+        if isinstance(answer, Fly):
+            if self._flight.carrot is not None:
+                self._flight.note(self._flight.carrot.setpoint)
+            answer = Fly(self._caution.tempered(answer.setpoint, observation))
         elif isinstance(answer, Outcome):
             self._outcome = answer
             self._go(Event.OVER, now)
@@ -222,8 +227,13 @@ class GotoBase(ABC):
         )
         if self._avoider is None:
             return progress
-        blocked = self._avoider.reason if self._phase is Phase.BLOCKED else ""
-        return replace(progress, replans=self._avoider.replans, blocked=blocked)
+        progress = replace(progress, replans=self._avoider.replans)
+        if self._phase is not Phase.BLOCKED:
+            return progress
+        if not self._avoider.reason:
+            # The first search, for a fraction of a second: nothing is known to be in the way.
+            return replace(progress, status=Status.NAVIGATING)
+        return replace(progress, blocked=self._avoider.reason)
 
     # --- the state machine -----------------------------------------------------------
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from navigation_core.geometry import KinematicState, Vector3, distance, is_finite
 from navigation_core.limits import Limits
+from navigation_core.searches import Search
 from navigation_core.tasks.base import Observation, Progress, Status, Traits
 from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.flight import Flight
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.goto_phases import Phase
 from navigation_core.tasks.measurement import is_airborne
+from navigation_core.tasks.way import NoWay, Way
 from navigation_core.trajectory import TrajectoryError, plan_to
 
 _STATUS = {
@@ -42,6 +44,7 @@ class GotoEstimator:
         self._needs_arming = False
         self._takeoff_m = 0.0
         self._leg = (0.0, 0.0)
+        self._preview: Search[Way | NoWay] | None = None
         # Whether the leg before the flight goes through all points of a route.
         self.follows_route = False
         self._last = Progress(Status.PREPARING, 0.0, 0.0)
@@ -74,10 +77,9 @@ class GotoEstimator:
             self._takeoff_m = self.takeoff_height_m(ground_m)
             position = (position[0], position[1], ground_m + self._takeoff_m)
         try:
-            way = flight.preview(position, observation)
-            if way is not None:
-                self._leg = (way.length_m, way.trajectory.duration_s)
-                self.follows_route = True
+            self._preview = flight.preview(position, observation)
+            self._look_at_preview()
+            if self.follows_route:
                 return
             leg = plan_to(KinematicState(position), self._goal_enu_m, self._limits)
         except TrajectoryError:
@@ -101,6 +103,7 @@ class GotoEstimator:
         if phase is Phase.ENDED:
             return Progress(self._last.status, 0.0, 0.0)
         if phase in (Phase.PREPARING, Phase.ARMING, Phase.TAKING_OFF):
+            self._look_at_preview()
             left = self._before_flight(phase, elapsed_s, observation.ground_enu_m)
         elif phase in (Phase.BRAKING, Phase.DISARMING):
             left = self._while_stopping(phase, carrot)
@@ -110,6 +113,22 @@ class GotoEstimator:
             left = self._in_flight(phase, elapsed_s, carrot)
         self._last = Progress(_STATUS[phase], left[0], left[1])
         return self._last
+
+    def _look_at_preview(self) -> None:
+        """Take the path around obstacles for the estimate, once it has been found."""
+        preview = self._preview
+        if preview is None:
+            return
+        try:
+            way = preview.result()
+        except TrajectoryError:
+            self._preview = None
+            return
+        if way is not None:
+            self._preview = None
+        if isinstance(way, Way):
+            self._leg = (way.length_m, way.trajectory.duration_s)
+            self.follows_route = True
 
     def _to_goal_m(self) -> float:
         if self._position_enu_m is None:

@@ -31,6 +31,7 @@ from navigation_core.limits import Limits
 from navigation_core.obstacles import Obstacles
 from navigation_core.planner import NoPath, PlanLimits, plan
 from navigation_core.routes import RoutePoint, RouteTrajectory, plan_route
+from navigation_core.searches import IsWanted
 from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import Traits
 from navigation_core.tasks.way_lines import Via, gentler
@@ -63,17 +64,19 @@ class Way:
         passed_s: when each of the points asked for is passed, in trajectory time.
         samples: the motion, to be checked against obstacles.
         extend_s: when it is to be planned on, in trajectory time.
+        entered_s: where it is gone over to, in trajectory time.
     """
 
     trajectory: Trajectory
     passed_s: tuple[float, ...]
     samples: Samples
     extend_s: float = math.inf
+    entered_s: float = 0.0
 
     @property
     def length_m(self) -> float:
-        """Its length."""
-        return self.trajectory.remaining_distance_m(0.0)
+        """Its length from where it is gone over to."""
+        return self.trajectory.remaining_distance_m(self.entered_s)
 
 
 @dataclass(frozen=True)
@@ -119,22 +122,20 @@ class WayPlanner:
         heading_enu_rad: float,
         points: Sequence[RoutePoint],
         obstacles: Obstacles,
-        attempt: int | None = None,
-    ) -> Way | NoWay | None:
+        is_wanted: IsWanted = lambda: True,
+    ) -> Way | NoWay:
         """Return a way from any state by way of points, or why there is none.
 
-        A search makes several attempts, of which the first is mostly enough. All of them at once
-        take several times as long as a setpoint may be late.
+        A search makes several attempts, of which the first is mostly enough; all of them take
+        several times as long as a setpoint may be late. It uses nothing that others change, so
+        it may run beside the flight.
 
         Args:
             start: state at the beginning, in the map frame.
             heading_enu_rad: where the nose of what drives points.
             points: at least one; the last is where the way ends.
             obstacles: what is in the way.
-            attempt: the only one to make, from 0 on; None makes all.
-
-        Returns:
-            None if that attempt was not the last and found nothing: the next has to be made.
+            is_wanted: asked before each attempt; the search ends when nobody waits for it.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
@@ -154,14 +155,13 @@ class WayPlanner:
                 "The vehicle has come so near to an obstacle that it would have to turn on the "
                 "spot or go backwards, which it cannot."
             )
-        reason, number = "The vehicle has to stop first.", -1
+        reason = "The vehicle has to stop first."
         for begin in self._beginnings(start, obstacles):
             state = start if begin is None else KinematicState(begin.end_position_enu_m)
             left = _TRIES_IN_ALL
             for extra_m in self._extras_m(room_m - needed_m):
-                number += 1
-                if attempt not in (None, number):
-                    continue
+                if not is_wanted():
+                    return NoWay("The search was given up.")
                 lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
                 if isinstance(lines, NoPath):
                     reason = lines.reason
@@ -176,9 +176,9 @@ class WayPlanner:
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
                 )
                 # Other lines begin with about the same turn.
-                if attempt is None and (way is _Fault.BEGINNING or left == 0):
+                if way is _Fault.BEGINNING or left == 0:
                     break
-        return NoWay(reason) if attempt is None or attempt >= number else None
+        return NoWay(reason)
 
     def _split(
         self, place_enu_m: Vector3, points: Sequence[RoutePoint]

@@ -1,0 +1,113 @@
+"""Whether another server offers the same actions in this domain.
+
+An action has one server. With two, rcl gives a client's goal to both, and both fly. So a server
+that finds another one of its name takes no goals, and one that has just started ends.
+"""
+
+from __future__ import annotations
+
+import time
+import uuid
+from typing import Any
+
+from rclpy.action import get_action_server_names_and_types_by_node
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node, NodeNameNonExistentError
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from custom_interfaces.msg import VehicleStatus
+from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
+
+__all__ = ["SERVER_ID", "Presence"]
+
+SERVER_ID = uuid.uuid4().hex
+"""Tells this process's statuses from those of another."""
+
+# Statuses come once a second. A server that was killed stays in the graph for 20 s (the lease of
+# its DDS participant), but says nothing any more.
+_SILENT_S = 2.5
+# What another server said last comes as soon as it is found.
+_STATUS_QOS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=10,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+
+
+class Presence:
+    """Listens to the servers of one name; used by the threads of one executor."""
+
+    def __init__(self, node: Node, own_id: str = "") -> None:
+        """Listen.
+
+        Args:
+            node: a server's, or a client's.
+            own_id: of the server that asks; empty for a client.
+        """
+        self._node = node
+        self._own_id = own_id
+        self._heard_s: dict[str, float] = {}
+        self._others_since_s: float | None = None
+        topic = "~/vehicle_status" if own_id else f"{SERVER_NODE_NAME}/vehicle_status"
+        node.create_subscription(VehicleStatus, topic, self._take, _STATUS_QOS)
+
+    def _take(self, status: Any) -> None:
+        if status.server_id and status.server_id != self._own_id:
+            self._heard_s[status.server_id] = time.monotonic()
+
+    @property
+    def alive(self) -> int:
+        """How many other servers were heard a moment ago."""
+        since_s = time.monotonic() - _SILENT_S
+        return sum(1 for heard_s in list(self._heard_s.values()) if heard_s >= since_s)
+
+    @property
+    def offered(self) -> int:
+        """How many servers the graph knows, those included that were killed a moment ago."""
+        return int(self._node.count_services(f"{ACTION_NAME}/_action/send_goal"))
+
+    def rejection(self) -> Rejection | None:
+        """Return why a server takes no goal now, or None."""
+        if self.offered <= 1:
+            self._others_since_s = None
+            return None
+        now_s = time.monotonic()
+        if self._others_since_s is None:
+            self._others_since_s = now_s
+        # One that was found just now has had no time to say that it is alive.
+        settled = now_s - self._others_since_s > _SILENT_S
+        others = self._programs() - {(self._node.get_name(), self._node.get_namespace())}
+        if settled and not self.alive and not others:
+            return None
+        return Rejection(OutcomeCode.DUPLICATE_SERVER, duplicate(self._node))
+
+    @property
+    def several(self) -> bool:
+        """For a client: whether more than one server would take its goal."""
+        return self.alive > 1 or (self.offered > 1 and len(self._programs()) > 1)
+
+    def _programs(self) -> set[tuple[str, str]]:
+        """Return names and namespaces of the nodes that offer the action, whoever they are of."""
+        node = self._node
+        action = node.resolve_service_name(ACTION_NAME)
+        found = set()
+        for name, namespace in node.get_node_names_and_namespaces():
+            try:
+                offered = get_action_server_names_and_types_by_node(node, name, namespace)
+            except (NodeNameNonExistentError, rclpy_implementation.RCLError):
+                continue  # it went away meanwhile
+            if any(other == action for other, _ in offered):
+                found.add((name, namespace))
+        return found
+
+
+def duplicate(node: Node) -> str:
+    """Return what to do about two servers of one name."""
+    name = node.resolve_service_name(ACTION_NAME)
+    return (
+        f"Another server offers {name} in this ROS domain, and both would fly the goal; end one "
+        "of them, give one a namespace (--ros-args -r __ns:=/name), or set another ROS_DOMAIN_ID."
+    )

@@ -1,0 +1,75 @@
+"""The thread that searches for paths, so that the one that flies never waits for it. No ROS.
+
+Python runs one thread at a time, but lets the next have its turn within the switch interval. So a
+setpoint that is due while a search is on goes out within some milliseconds. A search in a process
+of its own would need that process to have read all obstacles, and ten times the memory;
+docs/adr/0017 has the figures.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Generic, TypeVar
+
+from navigation_core.searches import IsWanted, Search
+
+__all__ = ["SearchThread"]
+
+ResultT = TypeVar("ResultT")
+
+SWITCH_INTERVAL_S = 0.001
+"""Time after which a search lets the flying thread have its turn, when that has something to do."""
+
+# How far ahead a path begins: a little more than the last searches took.
+_LEAD_MIN_S, _LEAD_MAX_S, _LEAD_FACTOR, _REMEMBERED = 0.1, 0.6, 1.3, 5
+
+
+class _ThreadSearch(Generic[ResultT]):
+    def __init__(self, future: Future[ResultT], abandoned: threading.Event) -> None:
+        self._future = future
+        self._abandoned = abandoned
+
+    def result(self) -> ResultT | None:
+        return self._future.result() if self._future.done() else None
+
+    def abandon(self) -> None:
+        self._abandoned.set()
+        self._future.cancel()
+
+
+class SearchThread:
+    """Does the searches of all vehicles of a server, one after the other."""
+
+    def __init__(self) -> None:
+        """Prepare; the thread starts with the first search."""
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="path-search")
+        self._took_s: deque[float] = deque(maxlen=_REMEMBERED)
+        sys.setswitchinterval(SWITCH_INTERVAL_S)
+
+    @property
+    def lead_s(self) -> float:
+        """How long a search is likely to take."""
+        longest_s = max(self._took_s, default=0.0)
+        return min(max(_LEAD_FACTOR * longest_s, _LEAD_MIN_S), _LEAD_MAX_S)
+
+    def begin(self, work: Callable[[IsWanted], ResultT]) -> Search[ResultT]:
+        """Begin a search."""
+        abandoned = threading.Event()
+        asked_s = time.monotonic()
+
+        def run() -> ResultT:
+            try:
+                return work(lambda: not abandoned.is_set())
+            finally:
+                self._took_s.append(time.monotonic() - asked_s)
+
+        return _ThreadSearch(self._pool.submit(run), abandoned)
+
+    def close(self) -> None:
+        """Begin nothing more; a search that is under way ends by itself."""
+        self._pool.shutdown(wait=False, cancel_futures=True)

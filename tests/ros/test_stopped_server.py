@@ -1,0 +1,19 @@
+"""A server that is stopped (SIGSTOP) and continued while its vehicle flies among obstacles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.stopped_demo import fly
+
+
+@pytest.mark.timeout(320)
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_demo_whose_server_is_stopped_again_and_again_hits_nothing(
+    tmp_path: Path, autopilot: str
+) -> None:
+    flown = fly(tmp_path / "demo", autopilot, seed=3)
+    assert flown.stops >= 3, flown.text
+    assert flown.is_sound, flown

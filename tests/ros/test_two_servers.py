@@ -1,0 +1,98 @@
+"""Two servers of one action name in a domain: no goal flies two vehicles."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from drone_navigation.processes import Process, free_udp_port
+from tests.support.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
+
+pytestmark = [pytest.mark.xdist_group("ros_client"), pytest.mark.timeout(150)]
+
+WHY = "Another server offers /navigate_to_waypoint in this ROS domain"
+# A program of somebody else that offers the same action, as on the course page.
+FOREIGN = """
+import rclpy
+from rclpy.action import ActionServer
+from rclpy.node import Node
+from custom_interfaces.action import Navigate
+
+rclpy.init()
+node = Node("navigation_action_server")
+
+def execute(handle):
+    print("flies", flush=True)
+    handle.succeed()
+    return Navigate.Result()
+
+server = ActionServer(node, Navigate, "navigate_to_waypoint", execute)
+print("offers", flush=True)
+rclpy.spin(node)
+"""
+
+
+def client(flight: Flight) -> Process:
+    words = ["python", "-m", "drone_navigation.navigation_client", "--goal", "3", "0", "3"]
+    return Process("client", words, flight.environment)
+
+
+def test_a_second_server_ends_says_why_and_the_first_flies_on(flight: Flight) -> None:
+    words = ["python", "-m", "drone_navigation.navigation_server", "--link"]
+    second = Process("second", [*words, f"udpin://127.0.0.1:{free_udp_port()}"], flight.environment)
+    try:
+        assert second.wait(READY_TIMEOUT_S) == 2, second.text
+        assert WHY in second.text
+        assert "__ns:=" in second.text
+    finally:
+        second.stop()
+    flown = client(flight)
+    assert flown.wait(FLIGHT_TIMEOUT_S) == 0, flown.text
+
+
+def test_neither_client_nor_server_takes_a_goal_beside_somebody_elses_server(
+    flight: Flight, tmp_path: Path
+) -> None:
+    script = tmp_path / "foreign.py"
+    script.write_text(textwrap.dedent(FOREIGN))
+    foreign = Process("foreign", [sys.executable, str(script)], flight.environment)
+    try:
+        foreign.wait_for("offers", READY_TIMEOUT_S)
+        refused = client(flight)
+        assert refused.wait(FLIGHT_TIMEOUT_S) == 3, refused.text
+        assert f"No goal was sent. {WHY}" in refused.text
+        assert flight.server is not None
+        sender = Process(
+            "sender",
+            [sys.executable, "-c", SEND],
+            {**flight.environment, "PYTHONUNBUFFERED": "1"},
+        )
+        flight.server.wait_for(f"Goal rejected: DUPLICATE_SERVER: {WHY}", FLIGHT_TIMEOUT_S)
+        sender.stop()
+    finally:
+        foreign.stop()
+
+
+# What `ros2 action send_goal` does: it looks for nothing but a server.
+SEND = """
+import rclpy
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from custom_interfaces.action import Navigate
+
+rclpy.init()
+node = Node("sender")
+client = ActionClient(node, Navigate, "navigate_to_waypoint")
+client.wait_for_server(10.0)
+for _ in range(20):
+    answer = client.send_goal_async(Navigate.Goal())
+    rclpy.spin_until_future_complete(node, answer, timeout_sec=1.0)
+"""
+
+
+def test_a_goal_is_taken_again_when_the_other_has_gone(flight: Flight) -> None:
+    flown = client(flight)
+    assert flown.wait(FLIGHT_TIMEOUT_S) == 0, flown.text
