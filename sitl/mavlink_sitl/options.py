@@ -235,7 +235,7 @@ def make_parser() -> argparse.ArgumentParser:
         default={},
         metavar="KEY=NUMBER,...",
         help="cells, capacity (mAh), resistance (ohm), remaining (0..1) "
-        "(default: cells=3,capacity=3300,resistance=0.01,remaining=1)",
+        "(default: cells=3,capacity=11600,resistance=0.01,remaining=1)",
     )
     add(
         "--wind",

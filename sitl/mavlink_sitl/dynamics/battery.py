@@ -15,7 +15,8 @@ class BatteryModel(NamedTuple):
     """The pack; the same for all lanes."""
 
     cells: int = 3
-    capacity_mah: float = 3300.0
+    capacity_mah: float = 11_600.0
+    """Hovers for 25 minutes."""
     internal_resistance_ohm: float = 0.01
     hover_current_a: float = 27.7
     current_exponent: float = 1.5

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from mavlink_sitl.autopilot.plans import PlanItem
 from mavlink_sitl.config import DEFAULT_HEADING_DEG, DEFAULT_HOME, PERSONALITIES, VehicleConfig
+from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.mission_items import from_message
@@ -123,6 +124,8 @@ def _config(recording: Recording, kind: str, parameters: dict[str, float]) -> Ve
         parameters=parameters,
         links=("onboard", "gcs") if onboard else ("gcs",),
         home=_origin(recording, kind, ready_s) or DEFAULT_HOME,
+        # ArduPilot's default BATT_CAPACITY, with which they were recorded.
+        battery=BatteryModel(capacity_mah=3300.0),
     )
 
 

@@ -288,10 +288,10 @@ def test_the_voltage_can_be_set_by_parameter_as_in_the_real_simulator() -> None:
 
 def test_battery_by_charge() -> None:
     station = flying(5.0, {"BATT_LOW_MAH": 500.0, "BATT_FS_LOW_ACT": 1.0, "BATT_LOW_TIMER": 1.0})
-    station.vehicle.set_battery_remaining(0.1)
+    station.vehicle.set_battery_remaining(0.04)
     station.run(2.0)
     assert mode(station) == LAND
-    assert station.last("BATTERY_STATUS").battery_remaining == pytest.approx(10, abs=1)
+    assert station.last("BATTERY_STATUS").battery_remaining == pytest.approx(4, abs=1)
 
 
 def test_hover_draws_what_was_recorded() -> None:

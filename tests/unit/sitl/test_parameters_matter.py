@@ -129,16 +129,16 @@ def silence(flight: Flight) -> None:
 FENCE = {"FENCE_ENABLE": 1.0, "FENCE_RADIUS": 15.0, "AVOID_ENABLE": 0.0}
 FLAT = {"SIM_BATT_VOLTAGE": 10.0, "BATT_LOW_TIMER": 6.0}
 CRITICAL = {**FLAT, "BATT_CRT_VOLT": 10.2}
-SPENT = {"BATT_LOW_MAH": 3280.0, "BATT_LOW_TIMER": 3.0}
+SPENT = {"BATT_LOW_MAH": 11_580.0, "BATT_LOW_TIMER": 3.0}
 Case = tuple[Callable[[Flight], None], Mapping[str, float], float]
 CASES: dict[str, Case] = {
     "AUTO_OPTIONS": (mission, {}, 3.0),
     "AVOID_ENABLE": (outwards, FENCE, 3.0),
-    "BATT_CAPACITY": (hover, SPENT, 9000.0),
+    "BATT_CAPACITY": (hover, SPENT, 20_000.0),
     "BATT_CRT_VOLT": (hover, FLAT, 10.2),
     "BATT_FS_CRT_ACT": (hover, CRITICAL, 1.0),
     "BATT_FS_LOW_ACT": (hover, FLAT, 2.0),
-    "BATT_LOW_MAH": (hover, {"BATT_LOW_TIMER": 3.0}, 3280.0),
+    "BATT_LOW_MAH": (hover, {"BATT_LOW_TIMER": 3.0}, 11_580.0),
     "BATT_LOW_TIMER": (hover, {**FLAT, "BATT_FS_LOW_ACT": 2.0}, 2.0),
     "BATT_LOW_VOLT": (hover, FLAT, 9.0),
     "CIRCLE_RADIUS": (round_and_round, {}, 500.0),
