@@ -90,7 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"mavlink_sitl: {error}", file=sys.stderr)
             return 2
         except OSError as error:
-            print(f"mavlink_sitl: cannot write {options.tlog}: {error.strerror}", file=sys.stderr)
+            folder = Path(options.tlog).parent
+            why = error.strerror if folder.is_dir() else f"there is no folder {folder}; create it"
+            print(f"mavlink_sitl: cannot write {options.tlog}: {why}", file=sys.stderr)
             return 2
         stack.callback(runner.close)
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import socket
 from pathlib import Path
 
 import pytest
@@ -41,8 +42,26 @@ def test_help_and_usage(command: list[str]) -> None:
         (["--ros-args", "-p", "obstacles_file:=no/such/obstacles.yaml"], "no/such/obstacles.yaml"),
         (["--ros-args", "-p", "sensor_pose:=there"], "x y z roll pitch yaw"),
         (["--config", "no/such/file.yaml"], "no/such/file.yaml"),
+        (["--ros-args", "--params-file", "no/such/file.yaml"], "Cannot read no/such/file.yaml: "),
+        (["--ros-args", "-p", "armin:=never"], "did you mean 'arming'?"),
+        (["--ros-args", "-p", "setpoint_rate_hz:=fast"], "setpoint_rate_hz"),
+        (["--tlog", "no/such/a.tlog"], "there is no folder no/such; create it first."),
+        (["--timeout", "3"], "--timeout is for --check"),
     ],
-    ids=["link", "unknown", "range", "choice", "obstacles", "sensor pose", "file"],
+    ids=[
+        "link",
+        "unknown",
+        "range",
+        "choice",
+        "obstacles",
+        "sensor pose",
+        "file",
+        "params file",
+        "misspelt",
+        "type",
+        "folder",
+        "timeout",
+    ],
 )
 def test_a_bad_set_up_is_one_sentence_and_exit_code_2(arguments: list[str], sentence: str) -> None:
     server = Process("server", [*SERVER, *arguments], ros_environment(new_domain()))
@@ -176,3 +195,51 @@ def test_a_bad_plan_file_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None
         assert wrong.wait(30.0) == 2
         assert sentence in wrong.text
         assert "Traceback" not in wrong.text
+
+
+@pytest.mark.parametrize(
+    ("link", "reason"),
+    [
+        ("tcpout://127.0.0.1:1", "Connection refused; trying again."),
+        ("serial:///dev/no_such_device:57600", "trying again."),
+    ],
+)
+def test_a_link_that_is_not_there_is_a_warning_and_not_ready(link: str, reason: str) -> None:
+    server = Process("server", [*SERVER, "--link", link], ros_environment(new_domain()))
+    try:
+        line = server.wait_for("waiting for the link", 30.0)
+        assert "[WARN]" in line
+        assert "[WARN]" in server.wait_for(reason, 10.0)
+    finally:
+        server.stop()
+    assert "ready on" not in server.text
+    assert "Server stopped. No vehicle was heard." in server.lines[-1]
+
+
+def test_a_link_that_comes_later_makes_the_server_ready() -> None:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        link = f"tcpout://127.0.0.1:{listener.getsockname()[1]}"
+        server = Process("server", [*SERVER, "--link", link], ros_environment(new_domain()))
+        try:
+            server.wait_for("waiting for the link", 30.0)
+            listener.listen()
+            server.wait_for("Navigation server ready on", 20.0)
+        finally:
+            server.stop()
+
+
+def test_where_the_server_listens_is_said() -> None:
+    port = free_udp_port()
+    server = Process("server", [*SERVER, "--link", f"udp://:{port}"], ros_environment(new_domain()))
+    try:
+        server.wait_for(f"udpin://127.0.0.1:{port} listens on this machine only.", 30.0)
+        assert f"write udpin://0.0.0.0:{port}." in server.text
+        server.wait_for("ready on", 30.0)
+    finally:
+        server.stop()
+    check = ["--link", f"udp://:{port}", "--check", "--timeout", "0.5"]
+    looked = Process("check", [*SERVER, *check], ros_environment(new_domain()))
+    assert looked.wait(30.0) == 2
+    assert f"write udpin://0.0.0.0:{port}." in " ".join(looked.text.split())
+    assert "firewall" not in looked.text

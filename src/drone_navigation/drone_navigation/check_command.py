@@ -16,7 +16,7 @@ from drone_navigation.configuration import ServerConfig
 from drone_navigation.fleet import Fleet, Member
 from drone_navigation.network import open_network
 from mavlink_vehicle.io.clock import MonotonicClock
-from mavlink_vehicle.io.links import LinkKind, parse_url
+from mavlink_vehicle.io.links import LinkKind, LinkUrl, parse_url
 
 _POLL_S = 0.2
 
@@ -105,7 +105,7 @@ def look(
                 partial(
                     make_report,
                     checker,
-                    _LINK_ADVICE[parse_url(configs[name].link_url).kind],
+                    link_advice(parse_url(configs[name].link_url)),
                     clock.now(),
                 )
             )
@@ -113,6 +113,13 @@ def look(
         }
     finally:
         driver.stop()
+
+
+def link_advice(url: LinkUrl) -> str:
+    """Return what to look for when nothing comes on a link."""
+    if url.listens and not url.is_exposed:
+        return f"{url.note} Check that the vehicle sends to this port."
+    return _LINK_ADVICE[url.kind]
 
 
 def _waiting_for(checkers: Mapping[str, Checker], clock: MonotonicClock) -> str | None:

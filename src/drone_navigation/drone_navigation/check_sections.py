@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from drone_navigation.check import Checker
 from drone_navigation.link_health import LinkHealth
+from mavlink_vehicle.io.links import parse_url
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.state import VehicleState
 
@@ -150,10 +151,12 @@ def link_section(checker: Checker, health: LinkHealth) -> Section:
     """How well it is heard."""
     warning = "Goals fly badly on such a link." if health.loss_share > health.LOSS_WARNING else None
     values = health.values
+    note = parse_url(checker.config.link_url).note
     return Section(
         "Link",
         (
             Line("link", checker.config.link_url),
+            *([] if note is None else [Line("where", note)]),
             Line("messages per second", values["messages per second"]),
             Line("lost", values["lost"], warning),
             Line("round trip", values["round trip"]),

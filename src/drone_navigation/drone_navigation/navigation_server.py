@@ -20,9 +20,13 @@ from drone_navigation.check_command import run_check
 from drone_navigation.configuration import ConfigurationError, make_config
 from drone_navigation.fleet_config import check_server_wide, make_vehicle_configs
 from drone_navigation.names import SERVER_NODE_NAME
-from drone_navigation.parameter_file import ParameterFile, read_parameter_file
+from drone_navigation.parameter_file import (
+    ParameterFile,
+    check_parameter_files,
+    read_parameter_file,
+)
 from drone_navigation.server import NavigationServer
-from drone_navigation.server_options import make_parser, overrides
+from drone_navigation.server_options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.shadow_command import run_shadow_goals
 from drone_navigation.shadow_file import ShadowGoalsError
 from mavlink_vehicle.errors import LinkError
@@ -43,10 +47,7 @@ def main(args: list[str] | None = None) -> int:
     ros_arguments = len(arguments) < len(argv)
     parser = make_parser()
     options = parser.parse_args(arguments[1:])
-    if options.json and not (options.check or options.shadow_goals):
-        parser.error("--json is for --check and --shadow-goals")
-    if options.check and options.shadow_goals:
-        parser.error("--check and --shadow-goals are two things; give one of them")
+    _check_options(parser, options)
     try:
         file = ParameterFile({})
         if options.config is not None:
@@ -55,6 +56,7 @@ def main(args: list[str] | None = None) -> int:
             return _check(options, file, ros_arguments)
         if options.shadow_goals:
             return _shadow_goals(options, file, ros_arguments)
+        check_parameter_files(argv, SERVER_NODE_NAME)
     except (ConfigurationError, LinkError, ShadowGoalsError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
@@ -75,6 +77,16 @@ def main(args: list[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
+def _check_options(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """End the program with a sentence about options that do not go together."""
+    if options.timeout is not None and not options.check:
+        parser.error("--timeout is for --check")
+    if options.json and not (options.check or options.shadow_goals):
+        parser.error("--json is for --check and --shadow-goals")
+    if options.check and options.shadow_goals:
+        parser.error("--check and --shadow-goals are two things; give one of them")
+
+
 def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
     """Run ``--check`` without ROS."""
     if ros_arguments:
@@ -88,7 +100,7 @@ def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool
         check_server_wide(name, own, file.server)
     if file.vehicles:
         configs = make_vehicle_configs({name: own | given for name, own in file.vehicles.items()})
-    return run_check(configs, options.timeout, options.json)
+    return run_check(configs, options.timeout or CHECK_TIMEOUT_S, options.json)
 
 
 def _shadow_goals(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
@@ -126,6 +138,7 @@ def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:
         started_s = clock.now()
         second = ""
         while not stop.wait(_WATCH_PERIOD_S) and server.running:
+            server.look_at_links()
             if clock.now() - started_s < _NEW_S and (second := server.duplicate):
                 root.get_logger().fatal(second)
                 break

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,12 @@ from typing import Any
 import yaml
 
 from drone_navigation.parameter_table import ParameterValue
-from drone_navigation.parameter_values import ConfigurationError, texts
+from drone_navigation.parameter_values import ConfigurationError, check_value, texts
 
-__all__ = ["ParameterFile", "read_parameter_file"]
+__all__ = ["ParameterFile", "check_parameter_files", "read_parameter_file"]
 
 _ANY_NODE = "**"
+_OF_ROS = frozenset({"use_sim_time", "start_type_description_service"})
 _PARAMETERS_KEY = "ros__parameters"
 
 
@@ -40,13 +42,7 @@ def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
     Raises:
         ConfigurationError: it cannot be read, is no parameter file, or is for other nodes.
     """
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"Cannot read {path}: {error.strerror or error}.") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        where = " ".join(str(error).split())
-        raise ConfigurationError(f"{path} is not YAML: {where}.") from error
+    document = _document(path)
     nodes: dict[str, dict[str, ParameterValue]] = {}
     for name, values in _nodes(document, ""):
         nodes.setdefault(name, {}).update(values)
@@ -67,6 +63,42 @@ def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
     return ParameterFile(
         server, {name: {**server, **nodes.get(f"{name}/{node_name}", {})} for name in names}
     )
+
+
+def _document(path: Path) -> Any:
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError(f"Cannot read {path}: {error.strerror or error}.") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        where = " ".join(str(error).split())
+        raise ConfigurationError(f"{path} is not YAML: {where}.") from error
+
+
+def check_parameter_files(arguments: Sequence[str], node_name: str) -> None:
+    """Check the files that `--ros-args --params-file FILE` names, before ROS reads them.
+
+    Args:
+        arguments: the whole command line.
+        node_name: the server's; what a file sets for other nodes is not looked at.
+
+    Raises:
+        ConfigurationError: one cannot be read, or sets a parameter that does not exist or to a
+            value that cannot be used; names the file.
+    """
+    for flag, name in itertools.pairwise(arguments):
+        if flag != "--params-file":
+            continue
+        for node, values in _nodes(_document(Path(name)), ""):
+            if node != _ANY_NODE and node.rpartition("/")[2] not in (_ANY_NODE, node_name):
+                continue
+            for parameter, value in values.items():
+                if parameter in _OF_ROS or parameter.startswith("qos_overrides"):
+                    continue
+                try:
+                    check_value(parameter, value)
+                except ConfigurationError as error:
+                    raise ConfigurationError(f"{name}: {error}") from error
 
 
 def _nodes(tree: Any, above: str) -> Iterator[tuple[str, dict[str, ParameterValue]]]:

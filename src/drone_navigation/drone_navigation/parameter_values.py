@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Iterable
 
@@ -24,6 +25,13 @@ def texts(value: ParameterValue) -> tuple[str, ...]:
     return tuple(text for text in value if text) if isinstance(value, list) else ()
 
 
+def unknown_parameter(name: str) -> ConfigurationError:
+    """Return the error about a parameter that does not exist, with the name that is nearest."""
+    near = difflib.get_close_matches(name, SPECS, 1)
+    advice = f"did you mean '{near[0]}'?" if near else "docs/parameters.md lists them."
+    return ConfigurationError(f"There is no parameter '{name}'; {advice}")
+
+
 def check_value(name: str, value: ParameterValue) -> None:
     """Check one value against its spec.
 
@@ -32,9 +40,7 @@ def check_value(name: str, value: ParameterValue) -> None:
     """
     spec = SPECS.get(name)
     if spec is None:
-        raise ConfigurationError(
-            f"There is no parameter '{name}'; `navigation_server --help` lists them."
-        )
+        raise unknown_parameter(name)
     if isinstance(spec.default, list):
         _check_list(name, value)
     elif isinstance(spec.default, str):

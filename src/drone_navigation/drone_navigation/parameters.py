@@ -26,7 +26,7 @@ from drone_navigation.parameter_table import (
     ParameterSpec,
     ParameterValue,
 )
-from drone_navigation.parameter_values import texts
+from drone_navigation.parameter_values import check_value, texts, unknown_parameter
 
 _IMPLICIT = {"use_sim_time", "start_type_description_service"}
 
@@ -101,9 +101,7 @@ def _overrides(node: Node) -> dict[str, ParameterValue]:
     overrides = {name: given.value for name, given in node._parameter_overrides.items()}
     for name in sorted(overrides):
         if name not in SPECS and name not in _IMPLICIT and not name.startswith("qos_overrides"):
-            raise ConfigurationError(
-                f"There is no parameter '{name}'; `navigation_server --help` lists them."
-            )
+            raise unknown_parameter(name)
     return overrides
 
 
@@ -134,6 +132,9 @@ def follow_changes(
 
 def _declare(node: Node, spec: ParameterSpec) -> ParameterValue:
     override = node._parameter_overrides.get(spec.name)
+    if override is not None and override.value is not None:
+        # rclpy's own sentences about a wrong type name neither type nor value.
+        check_value(spec.name, override.value)
     descriptor = _descriptor(spec)
     if isinstance(spec.default, float) and override is not None and type(override.value) is int:
         # `speed:=3` on a command line is an integer for ROS; a person means 3.0.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -36,6 +37,7 @@ from navigation_core.searches import AT_ONCE, Searcher
 
 _STOP_TIMEOUT_S = 3.0
 _RESULT_GRACE_S = 0.3
+_LINK_GRACE_S = 0.5
 _REMAPS = ("-r", "--remap")
 _NODE_REMAPS = ("__ns:=", "__node:=", "__name:=")
 
@@ -83,7 +85,8 @@ class NavigationServer:
         network: Network | ReplayNetwork
         recording = recording_of(config, configs)
         if recording is None:
-            network = open_network(config, configs, root.get_logger().info)
+            logger = root.get_logger()
+            network = open_network(config, configs, logger.info, logger.warning)
         else:
             component = config.vehicle.source_component
             network = ReplayNetwork(ReplayDriver(recording, config.replay_speed, component))
@@ -93,6 +96,7 @@ class NavigationServer:
         if recording is None:
             searcher = searches = SearchThread()
             on_exit.callback(searches.close)
+        self._network = network
         self._vehicles = [
             VehicleNode(node, own, made, network.recorder, clock, searcher)
             for node, own, made in settings
@@ -130,10 +134,23 @@ class NavigationServer:
     def start(self) -> None:
         """Begin to talk to the vehicles and to take requests."""
         self._driver.start()
+        # A peer or a device that is there is connected to by then.
+        deadline_s, pause = time.monotonic() + _LINK_GRACE_S, threading.Event()
+        while time.monotonic() < deadline_s and not all(map(self._is_open, self._vehicles)):
+            pause.wait(0.02)
         for vehicle in self._vehicles:
-            vehicle.start()
+            vehicle.start(self._is_open(vehicle))
         if self._spinner is not None:
             self._spinner.start()
+
+    def look_at_links(self) -> None:
+        """Say which links were opened since; to be called now and then."""
+        for vehicle in self._vehicles:
+            if not vehicle.told_ready and self._is_open(vehicle):
+                vehicle.tell_ready()
+
+    def _is_open(self, vehicle: VehicleNode) -> bool:
+        return self._network.is_open(vehicle.config.link_url)
 
     def stop(self) -> None:
         """Bring the vehicles to a stop, end their goals, and close everything; bounded in time."""
@@ -145,6 +162,8 @@ class NavigationServer:
             for spinner in spinners:
                 together.submit(spinner.stop, _STOP_TIMEOUT_S)
         self._driver.stop(_STOP_TIMEOUT_S)
+        for vehicle in self._vehicles:
+            vehicle.tell_what_is_left()
 
     def _stop_goals(self) -> None:
         for vehicle in self._vehicles:

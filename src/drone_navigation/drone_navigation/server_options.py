@@ -7,6 +7,9 @@ import math
 
 from drone_navigation.parameter_table import PARAMETERS, ParameterValue
 
+CHECK_TIMEOUT_S = 15.0
+"""For how long --check looks at most, unless it is told"""
+
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the command line of ``navigation_server``."""
@@ -36,8 +39,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--timeout",
         metavar="S",
         type=_seconds,
-        default=15.0,
-        help="longest time that --check looks, in seconds (default 15)",
+        help=f"longest time that --check looks, in seconds (default {CHECK_TIMEOUT_S:g})",
     )
     parser.add_argument(
         "--shadow-goals",

@@ -20,6 +20,7 @@ from drone_navigation.service_servers import ServiceServers
 from drone_navigation.spinning import Spinner
 from drone_navigation.topics import StationLinks, Topics
 from drone_navigation.vehicle_application import VehicleApplication
+from drone_navigation.what_is_left import what_is_left
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
@@ -45,6 +46,7 @@ class VehicleNode:
         config: the settings at the start.
         member: what a fleet runs; takes work for the bridge.
         presence: knows of other servers of the vehicle's name; there from :meth:`serve` on.
+        told_ready: whether it was said that the vehicle's link is open.
     """
 
     presence: Presence
@@ -78,6 +80,7 @@ class VehicleNode:
         self.member = Member(name, config.vehicle.target_system, self._application)
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
         self._server: GoalServers | None = None
+        self.told_ready = False
 
     def serve(
         self, statistics: Callable[[], LinkStatistics], stations: StationLinks | None = None
@@ -103,13 +106,36 @@ class VehicleNode:
         self._application.attach(node, server, services, topics)
         SensorTopics(node, bridge.obstacles, member, clock, self.config.bridge.obstacles, frames)
 
-    def start(self) -> None:
-        """Begin to take requests."""
+    def start(self, is_open: bool) -> None:
+        """Begin to take requests.
+
+        Args:
+            is_open: whether bytes can pass the vehicle's link by now.
+        """
+        if is_open:
+            self.tell_ready()
+        else:
+            self.node.get_logger().warning(
+                f"Navigation server waiting for the link {self.config.link_url}"
+            )
+        self._spinner.start()
+
+    def tell_ready(self) -> None:
+        """Say that the vehicle's link is open."""
         arming = "may arm and take off" if self.config.bridge.goto.may_arm else "never arms"
         self.node.get_logger().info(
             f"Navigation server ready on {self.config.link_url}; it {arming}"
         )
-        self._spinner.start()
+        self.told_ready = True
+
+    def tell_what_is_left(self) -> None:
+        """Say in what state the vehicle is left, after the server has stopped."""
+        left = what_is_left(self._bridge.vehicle)
+        logger = self.node.get_logger()
+        if left.needs_attention:
+            logger.warning(left.sentence)
+        else:
+            logger.info(left.sentence)
 
     def refuse(self, refusal: Rejection) -> None:
         """Refuse all goals and services from now on."""

@@ -50,8 +50,8 @@ def collect(link: Link, wanted: bytes, *others: Link) -> bytes:
 def opened() -> Iterator[Callable[..., Link]]:
     links: list[Link] = []
 
-    def opener(url: str, report: Callable[[str], None] = lambda _: None) -> Link:
-        links.append(open_link(url, report))
+    def opener(url: str, *reports: Callable[[str], None]) -> Link:
+        links.append(open_link(url, *reports))
         return links[-1]
 
     yield opener
@@ -131,23 +131,50 @@ def test_no_text_does_more_than_that(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "noted"),
+    ("text", "words"),
     [
-        ("udpin://0.0.0.0:14550", True),
-        ("tcpin://192.168.1.2:5760", True),
-        ("udpin://[::]:14550", True),
-        ("udpin://127.0.0.1:14550", False),
-        ("udpin://localhost:14550", False),
-        ("udpin://[::1]:14550", False),
-        ("udpout://192.168.1.2:14550", False),
+        ("udpin://0.0.0.0:14550", ("beyond this machine", "Use 127.0.0.1")),
+        ("udp://0.0.0.0:14550", ("udpin://0.0.0.0:14550 listens beyond this machine",)),
+        ("tcpin://192.168.1.2:5760", ("beyond this machine",)),
+        ("udpin://[::]:14550", ("beyond this machine",)),
+        (
+            "udp://:14550",
+            (
+                "udpin://127.0.0.1:14550 listens on this machine only.",
+                "write udpin://0.0.0.0:14550.",
+            ),
+        ),
+        ("udpin://:14550", ("this machine only", "udpin://0.0.0.0:14550")),
+        ("tcpin://localhost:5760", ("this machine only", "tcpin://0.0.0.0:5760")),
+        ("udpin://[::1]:14550", ("this machine only", "udpin://[::]:14550")),
     ],
 )
-def test_listening_beyond_this_machine_is_noted(text: str, noted: bool) -> None:
+def test_where_a_link_listens_is_noted(text: str, words: tuple[str, ...]) -> None:
     note = parse_url(text).note
-    assert (note is not None) is noted
-    if note is not None:
-        assert "beyond this machine" in note
-        assert "127.0.0.1" in note
+    assert note is not None
+    for part in words:
+        assert part in note
+
+
+@pytest.mark.parametrize(
+    "text", ["udpout://192.168.1.2:14550", "tcp://127.0.0.1:5760", "/dev/ttyACM0", "tlog:a.tlog"]
+)
+def test_a_link_that_does_not_listen_has_no_note(text: str) -> None:
+    assert parse_url(text).note is None
+
+
+@pytest.mark.parametrize(
+    ("host", "bound"), [("", "127.0.0.1"), ("127.0.0.1", "127.0.0.1"), ("0.0.0.0", "0.0.0.0")]
+)
+@pytest.mark.parametrize("scheme", ["udp", "udpin"])
+def test_a_link_listens_where_its_note_says(
+    opened: Callable[..., Link], scheme: str, host: str, bound: str
+) -> None:
+    link = opened(f"{scheme}://{host}:0")
+    with socket.socket(fileno=os.dup(link.fileno())) as same:
+        assert same.getsockname()[0] == bound
+    assert link.note is not None
+    assert ("this machine only" in link.note) is (bound == "127.0.0.1")
 
 
 # UDP
@@ -261,7 +288,13 @@ def test_tcp_connects_when_the_peer_comes_and_again_when_it_comes_back(
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     reports: list[str] = []
-    caller = opened(f"tcp:127.0.0.1:{port}", reports.append)
+    warnings: list[str] = []
+
+    def warn(text: str) -> None:
+        reports.append(text)
+        warnings.append(text)
+
+    caller = opened(f"tcp:127.0.0.1:{port}", reports.append, warn)
     caller.poll(0.0)
     until(lambda: bool(reports), caller)
     assert "refused; trying again" in reports[0]
@@ -274,6 +307,8 @@ def test_tcp_connects_when_the_peer_comes_and_again_when_it_comes_back(
         until(lambda: not (caller.receive() or caller.is_open), caller)
         assert reports[-1].endswith("the connection ended; trying again.")
         assert len(reports) <= 3 * (turn + 2)  # not one for each attempt
+    assert warnings == [text for text in reports if text.endswith("trying again.")]
+    assert any(text.endswith(": connected.") for text in reports)
 
 
 def test_tcp_drops_whole_frames_when_the_peer_does_not_read(
@@ -338,11 +373,12 @@ def test_an_unplugged_serial_port_is_reported_and_tried_again(
 ) -> None:
     master, name = terminal
     reports: list[str] = []
-    link = opened(f"{name},115200", reports.append)
+    warnings: list[str] = []
+    link = opened(f"{name},115200", reports.append, warnings.append)
     link.poll(0.0)
     os.close(master)
     until(lambda: not (link.receive() or link.is_open), link)
-    assert reports[-1].endswith("trying again.")
+    assert warnings[-1].endswith("trying again.")
     assert link.filenos() == ()
     assert link.poll(50.0) is not None or link.is_open
 

@@ -29,7 +29,7 @@ def written(path: Path) -> Path:
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
-    records = list(TlogReader(written(tmp_path / "a" / "flight.tlog")))
+    records = list(TlogReader(written(tmp_path / "flight.tlog")))
     assert [packet for _, packet in records] == FRAMES
     assert [time_s for time_s, _ in records] == pytest.approx(TIMES_S)
 
@@ -81,6 +81,13 @@ def test_an_empty_file_is_an_empty_recording(tmp_path: Path) -> None:
     path = tmp_path / "empty.tlog"
     path.touch()
     assert list(TlogReader(path)) == []
+
+
+def test_a_missing_folder_is_said_and_not_made(tmp_path: Path) -> None:
+    folder = tmp_path / "flihgts"
+    with pytest.raises(LinkError, match=rf"there is no folder {folder}; create it first\.$"):
+        TlogWriter(folder / "flight.tlog")
+    assert not folder.exists()
 
 
 def test_a_place_that_cannot_be_written_is_said_plainly(tmp_path: Path) -> None:

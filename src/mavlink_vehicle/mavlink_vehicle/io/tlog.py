@@ -34,17 +34,22 @@ class TlogWriter:
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Create the file and its folder, or begin it anew.
+        """Create the file, or begin it anew.
 
         Raises:
-            LinkError: it can't be written.
+            LinkError: it can't be written, or its folder does not exist. A folder is never made:
+                a mistyped path would fill a place where nobody looks for it.
         """
         self.path = Path(path)
         self.failure: LinkError | None = None
         self._dirty = False
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = self.path.open("wb")
+        except FileNotFoundError as error:
+            folder = self.path.parent
+            raise LinkError(
+                f"Cannot record to {path}: there is no folder {folder}; create it first."
+            ) from error
         except OSError as error:
             raise LinkError(f"Cannot record to {path}: {error.strerror or error}.") from error
 

@@ -12,7 +12,7 @@ from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, parse_url
 __all__ = ["Link", "LinkKind", "LinkUrl", "Peer", "Report", "open_link", "parse_url"]
 
 
-def open_link(url: str, report: Report = no_report) -> Link:
+def open_link(url: str, report: Report = no_report, warn: Report | None = None) -> Link:
     """Open a link.
 
     A UDP port or a listener must be free now; a TCP peer and a serial device may come later
@@ -24,17 +24,18 @@ def open_link(url: str, report: Report = no_report) -> Link:
             (`udpin:127.0.0.1:14550`, `tcp:127.0.0.1:5760`, `/dev/ttyACM0,57600`), or
             `tlog:PATH` to replay a recording.
         report: takes sentences about what happens to the link.
+        warn: takes those about a link that is lost or cannot be opened yet; ``report`` if None.
 
     Raises:
         LinkError: it is badly written or cannot be opened; the sentence says what to do.
     """
     parsed = parse_url(url)
     if parsed.kind in (LinkKind.UDP_IN, LinkKind.UDP_OUT):
-        return UdpLink(parsed, report)
+        return UdpLink(parsed, report, warn)
     if parsed.kind is LinkKind.TCP_OUT:
-        return TcpOutLink(parsed, report)
+        return TcpOutLink(parsed, report, warn)
     if parsed.kind is LinkKind.TCP_IN:
-        return TcpInLink(parsed, report)
+        return TcpInLink(parsed, report, warn)
     if parsed.kind is LinkKind.SERIAL:
-        return SerialLink(parsed, report)
+        return SerialLink(parsed, report, warn)
     return TlogLink(parsed, report)

@@ -33,7 +33,7 @@ class Link(Protocol):
 
     @property
     def note(self) -> str | None:
-        """A warning for people, for example that it listens beyond this machine."""
+        """Where it listens, for people; None for a link that does not listen."""
 
     @property
     def peers(self) -> tuple[Peer, ...]:

@@ -21,7 +21,9 @@ _MAX_UNSENT = 4096
 class SerialLink:
     """One serial device, opened for us alone."""
 
-    def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
+    def __init__(
+        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
+    ) -> None:
         """Prepare; `poll` opens the device.
 
         Raises:
@@ -29,6 +31,7 @@ class SerialLink:
         """
         self._url = url
         self._report = report
+        self._warn = warn or report
         self._next_s: float | None = None
         self._complained = False
         self._closed = False
@@ -116,7 +119,7 @@ class SerialLink:
         except (OSError, ValueError, serial.SerialException) as error:
             if not self._complained:
                 self._complained = True
-                self._report(f"{self._url}: {_why(error)}; trying again.")
+                self._warn(f"{self._url}: {_why(error)}; trying again.")
             self._next_s = now + _REOPEN_S
             return self._next_s
         self._open = True
@@ -136,7 +139,7 @@ class SerialLink:
         self._next_s = None
         with contextlib.suppress(OSError, serial.SerialException):  # it's gone anyway
             self._port.close()
-        self._report(f"{self._url}: {_why(error)}; trying again.")
+        self._warn(f"{self._url}: {_why(error)}; trying again.")
 
 
 def _why(error: Exception) -> str:

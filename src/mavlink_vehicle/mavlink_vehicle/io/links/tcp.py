@@ -79,10 +79,13 @@ class _Stream:
 class TcpOutLink:
     """Connects to a listening peer; when it goes, tries again with growing pauses."""
 
-    def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
+    def __init__(
+        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
+    ) -> None:
         """Prepare; `poll` connects."""
         self._url = url
         self._report = report
+        self._warn = warn or report
         self._connecting: socket.socket | None = None
         self._stream: _Stream | None = None
         self._next_s: float | None = None
@@ -195,7 +198,7 @@ class TcpOutLink:
     def _fail(self, now: float, why: str) -> float:
         if not self._complained:
             self._complained = True
-            self._report(f"{self._url}: {why}; trying again.")
+            self._warn(f"{self._url}: {why}; trying again.")
         self._next_s = now + self._backoff_s
         self._backoff_s = min(self._backoff_s * 2.0, _MAX_BACKOFF_S)
         return self._next_s
@@ -205,13 +208,15 @@ class TcpOutLink:
             self._stream.socket.close()
             self._stream = None
             self._next_s = None
-            self._report(f"{self._url}: the connection ended; trying again.")
+            self._warn(f"{self._url}: the connection ended; trying again.")
 
 
 class TcpInLink:
     """Listens, and serves several peers."""
 
-    def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
+    def __init__(
+        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
+    ) -> None:
         """Listen.
 
         Raises:
@@ -219,6 +224,7 @@ class TcpInLink:
         """
         self._url = url
         self._report = report
+        self._warn = warn or report
         self._clients: dict[Peer, _Stream] = {}
         self._peers: tuple[Peer, ...] = ()
         family, address = resolve(url, socket.SOCK_STREAM)
@@ -235,7 +241,7 @@ class TcpInLink:
 
     @property
     def note(self) -> str | None:
-        """A warning when it listens beyond this machine."""
+        """Where it listens; None if it does not."""
         return self._url.note
 
     @property
@@ -304,7 +310,7 @@ class TcpInLink:
                 return
             if len(self._clients) >= MAX_CLIENTS:
                 sock.close()
-                self._report(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
+                self._warn(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
                 continue
             self._clients[address] = _Stream(sock, address)
             self._peers = tuple(self._clients)
@@ -314,4 +320,4 @@ class TcpInLink:
         client.socket.close()
         self._clients.pop(client.peer, None)
         self._peers = tuple(self._clients)
-        self._report(f"{self._url}: a peer went away.")
+        self._warn(f"{self._url}: a peer went away.")

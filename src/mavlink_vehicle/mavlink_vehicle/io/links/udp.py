@@ -32,7 +32,9 @@ _BUFFER_SIZE = 1 << 20
 class UdpLink:
     """One UDP socket."""
 
-    def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
+    def __init__(
+        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
+    ) -> None:
         """Open it.
 
         Raises:
@@ -40,6 +42,7 @@ class UdpLink:
         """
         self._url = url
         self._report = report
+        self._warn = warn or report
         self._listens = url.kind is LinkKind.UDP_IN
         self._heard_s: dict[Peer, float] = {}
         self._full = False
@@ -66,7 +69,7 @@ class UdpLink:
 
     @property
     def note(self) -> str | None:
-        """A warning when it listens beyond this machine."""
+        """Where it listens; None if it does not."""
         return self._url.note
 
     @property
@@ -151,7 +154,7 @@ class UdpLink:
             return True
         if len(self._heard_s) >= MAX_PEERS and not self._make_room():
             if not self._full:
-                self._report(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
+                self._warn(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
             self._full = True
             return False
         self._full = False

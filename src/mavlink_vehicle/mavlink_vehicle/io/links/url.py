@@ -85,13 +85,24 @@ class LinkUrl:
 
     @property
     def note(self) -> str | None:
-        """A warning for people when it listens beyond this machine, else None."""
-        if not self.listens or _is_loopback(self.host):
+        """Where a link listens, for people; None when it does not listen."""
+        if not self.listens:
             return None
+        if not self.is_exposed:
+            anywhere = "[::]" if ":" in self.host else "0.0.0.0"
+            return (
+                f"{self} listens on this machine only. To listen on all interfaces write "
+                f"{self.kind.value}://{anywhere}:{self.port}."
+            )
         return (
             f"{self} listens beyond this machine: whoever reaches port {self.port} can talk to "
             f"the vehicle. Use 127.0.0.1 where the vehicle runs on this machine."
         )
+
+    @property
+    def is_exposed(self) -> bool:
+        """Whether other machines may reach it."""
+        return self.listens and not _is_loopback(self.host)
 
 
 def parse_url(url: str) -> LinkUrl:

@@ -1,0 +1,75 @@
+"""What a server that stops says of the vehicle that it leaves behind."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from drone_navigation.what_is_left import what_is_left
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.state import VehicleState
+
+
+@pytest.mark.parametrize(
+    ("heard", "connected", "armed", "landed", "sentence", "attention"),
+    [
+        (
+            True,
+            True,
+            True,
+            LandedState.IN_AIR,
+            "Server stopped. It leaves the vehicle in the air, armed, in mode GUIDED.",
+            True,
+        ),
+        (
+            True,
+            True,
+            False,
+            LandedState.ON_GROUND,
+            "Server stopped. It leaves the vehicle on the ground, disarmed, in mode GUIDED.",
+            False,
+        ),
+        (
+            True,
+            True,
+            True,
+            LandedState.UNDEFINED,
+            (
+                "Server stopped. It leaves the vehicle where it is (in the air or on the ground: "
+                "unknown), armed, in mode GUIDED."
+            ),
+            True,
+        ),
+        (
+            True,
+            False,
+            False,
+            LandedState.IN_AIR,
+            (
+                "Server stopped. The vehicle is not heard; when last heard it was in the air, "
+                "disarmed, in mode GUIDED."
+            ),
+            True,
+        ),
+        (
+            False,
+            False,
+            False,
+            LandedState.UNDEFINED,
+            "Server stopped. No vehicle was heard.",
+            False,
+        ),
+    ],
+)
+def test_how_the_vehicle_stands_is_said(
+    heard: bool, connected: bool, armed: bool, landed: LandedState, sentence: str, attention: bool
+) -> None:
+    vehicle = SimpleNamespace(
+        discovered=heard,
+        connected=connected,
+        mode_name="GUIDED",
+        state=VehicleState(armed=armed, landed_state=landed),
+    )
+    left = what_is_left(vehicle)  # type: ignore[arg-type]
+    assert left == (sentence, attention)
