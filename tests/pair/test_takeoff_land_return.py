@@ -131,6 +131,17 @@ def test_a_paused_goal_can_be_cancelled(flight: SimulatedFlight) -> None:
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
 
 
+def test_a_goal_that_is_being_cancelled_neither_goes_on_nor_pauses(flight: SimulatedFlight) -> None:
+    flight.fly_up()
+    goal_id = flight.send(30.0, 0.0, 3.0)
+    flight.run_until(lambda: flight.truth()[1] > 2.0)
+    flight.bridge.cancel_goal(goal_id, flight.now)
+    refused = (False, f"Goal {goal_id} is being cancelled.")
+    assert flight.bridge.resume(flight.now) == refused
+    assert flight.bridge.pause(flight.now) == refused
+    assert flight.run_to_end(goal_id).code.value == "CANCELED"
+
+
 def test_without_a_goal_there_is_nothing_to_pause(flight: SimulatedFlight) -> None:
     assert flight.bridge.pause(flight.now) == (False, "No goal is active.")
     assert flight.bridge.resume(flight.now) == (False, "No goal is active.")
@@ -150,6 +161,48 @@ def test_disarm_in_the_air_is_refused_with_the_vehicles_reason(flight: Simulated
     done = flight.serve(Service.DISARM)
     assert not done.success
     assert "FAILED" in done.message
+
+
+def test_a_mode_is_set_in_any_case_and_confirmed_by_the_vehicle(flight: SimulatedFlight) -> None:
+    for name in ("loiter", " LAND", "Guided"):
+        done = flight.serve(Service.SET_MODE, name)
+        assert done.success, done.message
+        assert flight.vehicle.mode_name == name.strip().upper()
+
+
+def test_a_mode_that_does_not_exist_is_refused_with_those_that_do(flight: SimulatedFlight) -> None:
+    done = flight.serve(Service.SET_MODE, "HOVER")
+    assert not done.success
+    assert "has no mode 'HOVER'" in done.message
+    assert "GUIDED" in done.message
+
+
+def test_after_a_landing_another_mode_lets_the_vehicle_be_armed(flight: SimulatedFlight) -> None:
+    assert flight.serve(Service.SET_MODE, "LAND").success
+    refused = flight.serve(Service.ARM)
+    assert not refused.success
+    assert "LAND" in refused.message
+    assert flight.serve(Service.SET_MODE, "GUIDED").success
+    done = flight.serve(Service.ARM)
+    assert done.success, done.message
+
+
+def test_a_mode_that_would_take_off_at_once_is_not_set(flight: SimulatedFlight) -> None:
+    assert flight.serve(Service.SET_MODE, "GUIDED").success
+    assert flight.serve(Service.ARM).success
+    done = flight.serve(Service.SET_MODE, "AUTO")
+    assert not done.success
+    assert "would move at once" in done.message
+    assert flight.vehicle.mode_name == "GUIDED"
+
+
+def test_no_mode_is_set_while_a_goal_is_active(flight: SimulatedFlight) -> None:
+    flight.fly_up()
+    goal_id = flight.send(10.0, 0.0, 3.0)
+    done = flight.serve(Service.SET_MODE, "LOITER")
+    assert not done.success
+    assert goal_id in done.message
+    assert flight.run_to_end(goal_id).code.value == "SUCCESS"
 
 
 def test_hold_ends_the_goal_and_stops_the_vehicle(flight: SimulatedFlight) -> None:

@@ -159,7 +159,7 @@ def test_a_host_that_is_cut_off_flies_on_and_tells_the_ends_later(fleet: Fleet) 
         wait_for_flight(client)
     fleet.pair.unplug()
     try:
-        fleet.servers["a"].wait_for("SUCCEEDED", FLIGHT_S)
+        fleet.servers["a"].wait_for("ended: SUCCESS", FLIGHT_S)
         cut[0].wait_for("No word from the server for 5 s", READY_S)
         assert_never_noticed(other)
         assert [end(client) for client in cut] == ["", ""]
@@ -197,7 +197,7 @@ def test_a_client_that_is_cut_off_gives_up_in_time_and_the_vehicle_arrives(fleet
     fleet.desk.unplug()
     try:
         assert cut.wait(READY_S) == 5, cut.text
-        fleet.servers["b"].wait_for("SUCCEEDED", FLIGHT_S, after=line)
+        fleet.servers["b"].wait_for("ended: SUCCESS", FLIGHT_S, after=line)
     finally:
         fleet.desk.plug()
     assert end(cut) == ""

@@ -162,10 +162,10 @@ class SimulatedFlight:
         self._collect()
         return goal_id
 
-    def serve(self, service: Service) -> ServiceDone:
+    def serve(self, service: Service, mode: str = "") -> ServiceDone:
         """Call a service and return its answer."""
         number = next(self._ids)
-        self.bridge.serve(number, service, self.now)
+        self.bridge.serve(number, service, self.now, mode)
         self._collect()
         self.run_until(lambda: any(done.number == number for done in self.all(ServiceDone)), 20.0)
         return self.all(ServiceDone)[-1]

@@ -47,7 +47,7 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_core.geometry import norm
+from navigation_core.geometry import Vector3, norm
 from navigation_core.lateness import TOO_LATE_S, Lateness
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
@@ -133,6 +133,11 @@ class Bridge:
         return self._lateness
 
     @property
+    def home_enu_m(self) -> Vector3 | None:
+        """The launch point in the map frame, or None."""
+        return self._map_frame.home_enu_m(self._vehicle.state)
+
+    @property
     def height_m(self) -> float | None:
         """The vehicle's height above the ground, or None."""
         return self._report.height_m
@@ -202,6 +207,8 @@ class Bridge:
         goal = self._goal
         if goal is None:
             return False, "No goal is active."
+        if goal.cancel_requested_s is not None:
+            return False, f"Goal {goal.goal_id} is being cancelled."
         rejection = goal.task.pause(now)
         if rejection is not None:
             return False, rejection.message
@@ -215,6 +222,8 @@ class Bridge:
         goal = self._goal
         if goal is None:
             return False, "No goal is active."
+        if goal.cancel_requested_s is not None:
+            return False, f"Goal {goal.goal_id} is being cancelled."
         goal.paused_by_client = False
         if goal.paused_by:
             # Who has stopped it may stand beside it.
@@ -225,8 +234,15 @@ class Bridge:
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed")
         return True, f"Goal {goal.goal_id} goes on."
 
-    def serve(self, number: int, service: Service, now: float) -> None:
-        """Do what a service asks of the vehicle; a ``ServiceDone`` with the number answers."""
+    def serve(self, number: int, service: Service, now: float, mode: str = "") -> None:
+        """Do what a service asks of the vehicle; a ``ServiceDone`` with the number answers.
+
+        Args:
+            number: of the request.
+            service: what is asked.
+            now: time in seconds.
+            mode: for SET_MODE, the firmware's name of the mode.
+        """
         if self._refusal is not None:
             self._report.served(number, False, self._refusal.message)
             return
@@ -242,7 +258,7 @@ class Bridge:
             self._desk.wait_for(number, self._parking.operation_id)
         else:
             self._parking.give_up()
-            self._desk.begin(number, service, now)
+            self._desk.begin(number, service, now, mode)
 
     def shut_down(self, now: float) -> None:
         """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""

@@ -172,6 +172,7 @@ def result_message(finished: GoalFinished, stamp: Time) -> Navigate.Result:
     error_m = finished.final_error_m
     message.final_error = math.nan if error_m is None else error_m
     message.message = finished.message
+    message.error_code = code_number(finished.code)
     return message
 
 
@@ -179,6 +180,8 @@ def waypoints_result(finished: GoalFinished, stamp: Time) -> NavigateWaypoints.R
     """Return the result of NavigateWaypoints."""
     message = _result(NavigateWaypoints.Result(), finished, stamp)
     message.waypoints_reached = finished.waypoints_reached
+    error_m = finished.final_error_m
+    message.final_error = math.nan if error_m is None else error_m
     return message
 
 
@@ -198,6 +201,7 @@ def return_result(finished: GoalFinished, stamp: Time) -> ReturnToLaunch.Result:
 
 
 def _result(message: Any, finished: GoalFinished, stamp: Time) -> Any:
+    message.success = finished.state is GoalState.SUCCEEDED
     message.error_code = code_number(finished.code)
     message.message = finished.message
     message.final_pose = pose_stamped(finished.pose, stamp)

@@ -152,7 +152,7 @@ class Reporter:
         self._outputs.append(
             GoalFinished(goal_id, GoalState.ABORTED, rejection.code, text, pose, 0.0, None)
         )
-        self.log(LogLevel.WARN, f"Goal {goal_id[:8]} ABORTED: {text}")
+        self.log(LogLevel.WARN, f"Goal {goal_id[:8]} ended: {text}")
 
     def served(self, number: int, success: bool, message: str) -> None:
         """Answer a service."""
@@ -182,7 +182,7 @@ class Reporter:
             self._outputs.append(PlanChanged(()))
         self.log(
             LogLevel.INFO if finished.code is OutcomeCode.SUCCESS else LogLevel.WARN,
-            f"Goal {goal.short_id} {finished.state.value}: {finished.message}",
+            f"Goal {goal.short_id} ended: {finished.message}",
         )
 
     def operation(self, event: OperationFinished) -> None:

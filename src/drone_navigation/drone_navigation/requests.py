@@ -148,13 +148,21 @@ class MapPose:
     orientation_xyzw: tuple[float, float, float, float]
 
 
+_POSITION_FIELDS = tuple(f"target_pose.pose.position.{axis}" for axis in "xyz")
+_ORIENTATION_FIELDS = tuple(f"target_pose.pose.orientation.{axis}" for axis in "xyzw")
+
+
 def check_request(request: NavigateRequest) -> Rejection | None:
     """Check all that can be judged without a vehicle: numbers, frame, speed, orientation."""
-    numbers = (*request.position, *request.orientation_xyzw, request.max_speed_m_s)
-    if not all(math.isfinite(number) for number in numbers):
+    numbers = {
+        **dict(zip(_POSITION_FIELDS, request.position, strict=True)),
+        **dict(zip(_ORIENTATION_FIELDS, request.orientation_xyzw, strict=True)),
+        "max_speed": request.max_speed_m_s,
+    }
+    bad = [f"{name} is {number}" for name, number in numbers.items() if not math.isfinite(number)]
+    if bad:
         return Rejection(
-            OutcomeCode.INVALID_NUMBER,
-            "The goal contains a number that is NaN or infinite; every number must be finite.",
+            OutcomeCode.INVALID_NUMBER, f"{', '.join(bad)}; every number must be finite."
         )
     if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84):
         return Rejection(

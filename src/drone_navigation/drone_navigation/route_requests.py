@@ -94,7 +94,7 @@ def _place(
     volume: FlightVolume,
     traits: Traits,
 ) -> Vector3 | Rejection:
-    rejection = _check(waypoint)
+    rejection = check_waypoint(waypoint)
     if rejection is not None:
         return rejection
     position = on_ground(_position(waypoint, map_frame, ground_enu_m), ground_enu_m, traits)
@@ -123,16 +123,19 @@ def _problem_of_speed(speed_m_s: float) -> str | None:
     return None
 
 
-def _check(waypoint: WaypointRequest) -> Rejection | None:
-    numbers = (
-        *waypoint.position,
-        waypoint.acceptance_radius_m,
-        waypoint.hold_time_s,
-        waypoint.yaw_enu_rad or 0.0,
-        waypoint.max_speed_m_s,
-    )
-    if not all(math.isfinite(number) for number in numbers):
-        return Rejection(OutcomeCode.INVALID_NUMBER, "a number is NaN or infinite.")
+def check_waypoint(waypoint: WaypointRequest) -> Rejection | None:
+    """Check what can be judged without a vehicle: numbers, speed, radius, hold time."""
+    numbers = {
+        **{f"position.{axis}": part for axis, part in zip("xyz", waypoint.position, strict=True)},
+        "acceptance_radius": waypoint.acceptance_radius_m,
+        "hold_time": waypoint.hold_time_s,
+        "yaw": waypoint.yaw_enu_rad or 0.0,
+        "max_speed": waypoint.max_speed_m_s,
+    }
+    for name, number in numbers.items():
+        if not math.isfinite(number):
+            text = f"{name} is {number}; every number must be finite."
+            return Rejection(OutcomeCode.INVALID_NUMBER, text)
     problem = _problem_of_speed(waypoint.max_speed_m_s)
     radius_m = waypoint.acceptance_radius_m
     if radius_m < 0.0 or 0.0 < radius_m < RADIUS_MIN_M:

@@ -1,4 +1,4 @@
-"""The services of the navigation server: pause, resume, hold, arm, disarm."""
+"""The services of the navigation server: pause, resume, hold, arm, disarm, set_mode."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import itertools
 import threading
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from custom_interfaces.srv import SetMode
 from drone_navigation.bridge import Bridge
 from drone_navigation.fleet import DriverThread
 from drone_navigation.goal import ServiceDone
@@ -24,10 +26,10 @@ _DONE_TIMEOUT_S = 15.0
 
 
 class ServiceServers:
-    """Offers ``~/pause``, ``~/resume``, ``~/hold``, ``~/arm`` and ``~/disarm``."""
+    """Offers ``~/pause``, ``~/resume``, ``~/hold``, ``~/arm``, ``~/disarm``, ``~/set_mode``."""
 
     def __init__(self, node: Node, bridge: Bridge, driver: DriverThread, clock: Clock) -> None:
-        """Offer the services, all std_srvs/Trigger, on ``node``."""
+        """Offer the services on ``node``: all are std_srvs/Trigger, but set_mode."""
         self._bridge = bridge
         self._driver = driver
         self._clock = clock
@@ -39,11 +41,23 @@ class ServiceServers:
             "pause": partial(self._ask, bridge.pause),
             "resume": partial(self._ask, bridge.resume),
         }
-        callbacks |= {service.value: partial(self._serve, service) for service in Service}
+        callbacks |= {
+            service.value: partial(self._serve, service)
+            for service in Service
+            if service is not Service.SET_MODE
+        }
         self._servers = [
             node.create_service(Trigger, f"~/{name}", callback, callback_group=group)
             for name, callback in callbacks.items()
         ]
+        self._servers.append(
+            node.create_service(
+                SetMode,
+                f"~/{Service.SET_MODE.value}",
+                partial(self._serve, Service.SET_MODE),
+                callback_group=group,
+            )
+        )
 
     # --- executor threads --------------------------------------------------------------
 
@@ -61,13 +75,12 @@ class ServiceServers:
             response.success, response.message = False, str(error)
         return response
 
-    def _serve(
-        self, service: Service, _request: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
+    def _serve(self, service: Service, request: Any, response: Any) -> Any:
         number = next(self._numbers)
+        mode = request.mode if service is Service.SET_MODE else ""
         done = self._waiting[number] = threading.Event()
         try:
-            self._driver.post(lambda: self._bridge.serve(number, service, self._clock.now()))
+            self._driver.post(lambda: self._bridge.serve(number, service, self._clock.now(), mode))
             done.wait(_DONE_TIMEOUT_S)
         finally:
             del self._waiting[number]

@@ -7,7 +7,7 @@ from enum import Enum
 from drone_navigation.map_frame import MapFrame
 from drone_navigation.operations import begin_operation
 from drone_navigation.reporting import Reporter
-from mavlink_vehicle.events import OperationFinished, OperationResult
+from mavlink_vehicle.events import LandedState, OperationFinished, OperationResult
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.tasks.base import OperationKind, Perform
 
@@ -18,6 +18,7 @@ class Service(Enum):
     HOLD = "hold"
     ARM = "arm"
     DISARM = "disarm"
+    SET_MODE = "set_mode"
 
 
 _OPERATIONS = {
@@ -38,12 +39,39 @@ class ServiceDesk:
         self._number: int | None = None
         self._operation_id: int | None = None
 
-    def begin(self, number: int, service: Service, now: float) -> None:
-        """Ask the vehicle."""
+    def begin(self, number: int, service: Service, now: float, mode: str = "") -> None:
+        """Ask the vehicle.
+
+        Args:
+            number: of the request.
+            service: what is asked.
+            now: time in seconds.
+            mode: for SET_MODE, the firmware's name of the mode.
+        """
         self.give_up("Another request came.", now)
         self._number = number
+        if service is Service.SET_MODE:
+            self._set_mode(mode, now)
+            return
         intent = Perform(_OPERATIONS[service])
         self._operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
+
+    def _set_mode(self, mode: str, now: float) -> None:
+        vehicle, profile = self._vehicle, self._vehicle.profile
+        name = mode.strip().upper()
+        if profile is not None and name in (profile.mission_mode, profile.takeoff_mode):
+            state = vehicle.state
+            if state.armed and state.landed_state is not LandedState.IN_AIR:
+                number, self._number = self._number, None
+                assert number is not None
+                text = (
+                    f"{name} was not set: the vehicle is armed on the ground and would move at "
+                    "once. Send a goal."
+                )
+                self._report.served(number, False, text)
+                return
+        vehicle.close_stream()
+        self._operation_id = vehicle.change_mode(name, now)
 
     def wait_for(self, number: int, operation_id: int) -> None:
         """Answer when an operation ends that is under way already."""

@@ -17,24 +17,32 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 
-from custom_interfaces.msg import VehicleStatus
+from custom_interfaces.msg import GoalRejected as GoalRejectedMessage
+from custom_interfaces.msg import HomePosition, VehicleStatus
 from drone_navigation.bridge import Bridge
-from drone_navigation.convert import pose_stamped
+from drone_navigation.convert import code_number, pose_stamped
 from drone_navigation.failsafes import failsafe_code
 from drone_navigation.frame_names import PLAIN, FrameNames
+from drone_navigation.goal import GoalRejected
 from drone_navigation.link_health import LinkHealth
 from drone_navigation.presence import SERVER_ID
 from drone_navigation.requests import MapPose
 from drone_navigation.station_health import StationHealth
 from mavlink_vehicle import frames
+from mavlink_vehicle.health import battery_is_low, estimator_faults
 from mavlink_vehicle.state import VehicleState
+from mavlink_vehicle.telemetry import GpsFix
 from navigation_core.geometry import Vector3
 from navigation_core.lateness import LATE_S, TOO_LATE_S, WINDOW_S
 
 # MAVLink's GPS_FIX_TYPE.
 _FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT, _FIX_RTK_FIXED = 3, 4, 5, 6
-# Where a covariance is not known, these messages have no way to say so but a zero matrix.
-_EARTH_FRAME_DIAGONAL = (0, 7, 14)
+# What is assumed where the vehicle says nothing of its accuracy, as standard deviations: a GPS
+# receiver without corrections, and the attitude and rates of a small autopilot.
+_POSITION_M, _HEIGHT_M, _VELOCITY_M_S = 2.5, 4.0, 0.3
+_TILT_RAD, _YAW_RAD, _RATE_RAD_S = math.radians(2.0), math.radians(5.0), math.radians(2.0)
+# Error of a receiver's range, by which its dilution of precision is multiplied.
+_RANGE_ERROR_M = 2.0
 
 
 def odometry(
@@ -43,21 +51,20 @@ def odometry(
     """Return pose in ``map`` and velocity in ``base_link``.
 
     The position's covariance is what the GPS receiver says of its accuracy, which the
-    estimator is about as good as; all zero when it says nothing, as for the rest.
+    estimator is about as good as. Where the vehicle says nothing, it is an assumption on the safe
+    side, never zero, which filters take for certainty.
     """
     message = Odometry()
     message.header.stamp = stamp
     message.header.frame_id = names.map
     message.child_frame_id = names.base_link
     message.pose.pose = pose_stamped(pose, stamp).pose
-    gps = state.gps
-    if gps is not None and gps.horizontal_accuracy_m is not None:
-        horizontal = gps.horizontal_accuracy_m**2
-        vertical = (gps.vertical_accuracy_m or gps.horizontal_accuracy_m) ** 2
-        for index, variance in zip(
-            _EARTH_FRAME_DIAGONAL, (horizontal, horizontal, vertical), strict=True
-        ):
-            message.pose.covariance[index] = variance
+    horizontal_m, vertical_m, _ = _accuracy_m(state.gps)
+    deviations = (horizontal_m, horizontal_m, vertical_m, _TILT_RAD, _TILT_RAD, _YAW_RAD)
+    rates = (_VELOCITY_M_S,) * 3 + (_RATE_RAD_S,) * 3
+    for index in range(6):
+        message.pose.covariance[7 * index] = deviations[index] ** 2
+        message.twist.covariance[7 * index] = rates[index] ** 2
     position = state.global_position
     if position is not None:
         linear = message.twist.twist.linear
@@ -115,13 +122,64 @@ def nav_sat_fix(state: VehicleState, stamp: Time, names: FrameNames = PLAIN) -> 
     message.latitude = _or_nan(gps.latitude_deg)
     message.longitude = _or_nan(gps.longitude_deg)
     message.altitude = _or_nan(gps.altitude_ellipsoid_m)
-    if gps.horizontal_accuracy_m is not None:
-        horizontal = gps.horizontal_accuracy_m**2
-        vertical = (gps.vertical_accuracy_m or gps.horizontal_accuracy_m) ** 2
-        message.position_covariance[0] = message.position_covariance[4] = horizontal
-        message.position_covariance[8] = vertical
-        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+    horizontal_m, vertical_m, measured = _accuracy_m(gps)
+    if fix_type < _FIX_3D and not measured:
+        return message
+    message.position_covariance[0] = message.position_covariance[4] = horizontal_m**2
+    message.position_covariance[8] = vertical_m**2
+    message.position_covariance_type = (
+        NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+        if measured
+        else NavSatFix.COVARIANCE_TYPE_APPROXIMATED
+    )
     return message
+
+
+def _accuracy_m(gps: GpsFix | None) -> tuple[float, float, bool]:
+    """Return horizontal and vertical standard deviation, and whether the receiver says them."""
+    if gps is not None and gps.horizontal_accuracy_m is not None:
+        vertical_m = gps.vertical_accuracy_m or gps.horizontal_accuracy_m
+        return gps.horizontal_accuracy_m, vertical_m, True
+    if gps is None:
+        return _POSITION_M, _HEIGHT_M, False
+    horizontal_m = _POSITION_M if gps.hdop is None else max(gps.hdop, 0.1) * _RANGE_ERROR_M
+    vertical_m = _HEIGHT_M if gps.vdop is None else max(gps.vdop, 0.1) * _RANGE_ERROR_M
+    return horizontal_m, vertical_m, False
+
+
+def goal_rejected(rejected: GoalRejected, stamp: Time) -> GoalRejectedMessage:
+    """Return why a goal was rejected, in parts."""
+    message = GoalRejectedMessage()
+    message.header.stamp = stamp
+    message.error_code = code_number(rejected.rejection.code)
+    message.code = rejected.rejection.code.value
+    message.message = rejected.rejection.message
+    return message
+
+
+def home_position(
+    bridge: Bridge, state: VehicleState, stamp: Time, names: FrameNames = PLAIN
+) -> HomePosition:
+    """Return the launch point; the vehicle must have said it."""
+    assert state.home is not None
+    message = HomePosition()
+    message.header.stamp = stamp
+    message.header.frame_id = names.map
+    message.latitude, message.longitude = state.home.latitude_deg, state.home.longitude_deg
+    message.altitude_amsl = state.home.altitude_amsl_m
+    place = bridge.home_enu_m or (math.nan, math.nan, math.nan)
+    message.position.x, message.position.y, message.position.z = place
+    return message
+
+
+def is_same_home(before: HomePosition, now: HomePosition) -> bool:
+    """Whether two messages tell the same place; each that is sent has another stamp."""
+    return (
+        before.latitude == now.latitude
+        and before.longitude == now.longitude
+        and before.altitude_amsl == now.altitude_amsl
+        and math.isnan(before.position.x) == math.isnan(now.position.x)
+    )
 
 
 def battery_state(state: VehicleState, stamp: Time) -> BatteryState:
@@ -238,6 +296,68 @@ def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> 
         KeyValue(key="worst delay", value=f"{lateness.worst_s:.3f} s"),
         KeyValue(key=f"delays of {LATE_S:g} s or more", value=str(lateness.count)),
     ]
+    return message
+
+
+def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
+    """Return how good the GPS is."""
+    message = DiagnosticStatus(name=f"{name}: GPS", hardware_id=hardware_id)
+    gps = state.gps
+    if gps is None:
+        message.level, message.message = DiagnosticStatus.STALE, "No GPS_RAW_INT was heard"
+        return message
+    if gps.fix_type < _FIX_3D:
+        message.level, message.message = DiagnosticStatus.ERROR, "No 3D fix"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "3D fix"
+    horizontal_m, vertical_m, _ = _accuracy_m(gps)
+    values = {
+        "GPS_FIX_TYPE": str(gps.fix_type),
+        "satellites": "unknown" if gps.satellites is None else str(gps.satellites),
+        "HDOP": "unknown" if gps.hdop is None else f"{gps.hdop:.2f}",
+        "horizontal accuracy": f"{horizontal_m:.2f} m",
+        "vertical accuracy": f"{vertical_m:.2f} m",
+    }
+    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return message
+
+
+def estimator_diagnostic(bridge: Bridge, name: str, hardware_id: str) -> DiagnosticStatus:
+    """Return whether the vehicle knows where it is."""
+    message = DiagnosticStatus(name=f"{name}: estimator", hardware_id=hardware_id)
+    state = bridge.vehicle.state
+    faults = estimator_faults(state)
+    if state.estimator is None and bridge.pose is None:
+        message.level, message.message = DiagnosticStatus.STALE, "Nothing was heard of it"
+    elif faults:
+        message.level, message.message = DiagnosticStatus.ERROR, "; ".join(faults)
+    elif bridge.pose is None:
+        message.level, message.message = DiagnosticStatus.WARN, "No valid position yet"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Position valid"
+    flags = "unknown" if state.estimator is None else f"{state.estimator.flags:#06x}"
+    message.values = [KeyValue(key="flags", value=flags)]
+    return message
+
+
+def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
+    """Return how full the battery is, by what the autopilot thinks of it."""
+    message = DiagnosticStatus(name=f"{name}: battery", hardware_id=hardware_id)
+    battery = state.battery
+    if battery is None:
+        message.level, message.message = DiagnosticStatus.STALE, "Nothing was heard of it"
+        return message
+    if battery_is_low(battery):
+        message.level, message.message = DiagnosticStatus.WARN, "Low, as the autopilot says"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Not low"
+    values = {
+        "remaining": "unknown" if battery.remaining is None else f"{100 * battery.remaining:.0f} %",
+        "voltage": "unknown" if battery.voltage_v is None else f"{battery.voltage_v:.2f} V",
+        "current": "unknown" if battery.current_a is None else f"{battery.current_a:.2f} A",
+        "consumed": "unknown" if battery.consumed_ah is None else f"{battery.consumed_ah:.2f} Ah",
+    }
+    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
     return message
 
 

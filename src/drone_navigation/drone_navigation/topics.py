@@ -13,12 +13,13 @@ from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from custom_interfaces.msg import GoalEvent, VehicleStatus
+from custom_interfaces.msg import GoalEvent, HomePosition, VehicleStatus
+from custom_interfaces.msg import GoalRejected as GoalRejectedMessage
 from drone_navigation import telemetry_messages as messages
 from drone_navigation.bridge import Bridge
 from drone_navigation.convert import pose_stamped
 from drone_navigation.frame_names import PLAIN, FrameNames
-from drone_navigation.goal import GoalHappened, PlanChanged
+from drone_navigation.goal import GoalHappened, GoalRejected, PlanChanged
 from drone_navigation.link_health import LinkHealth
 from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.obstacle_markers import ObstacleMarkers
@@ -92,8 +93,13 @@ class Topics:
         self._station_health: dict[str, StationHealth] = {}
         self._seen: VehicleState | None = None
         self._status: VehicleStatus | None = None
+        self._known_home: HomePosition | None = None
         self._next_s = 0.0
         self._last_rejection = node.create_publisher(String, "~/last_rejection", LATCHED_QOS)
+        self._goal_rejected = node.create_publisher(
+            GoalRejectedMessage, "~/goal_rejected", LATCHED_QOS
+        )
+        self._home = node.create_publisher(HomePosition, "~/home", LATCHED_QOS)
         self._pose = node.create_publisher(PoseStamped, "~/pose", STREAM_QOS)
         self._odometry = node.create_publisher(Odometry, "~/odometry", STREAM_QOS)
         self._fix = node.create_publisher(NavSatFix, "~/fix", STREAM_QOS)
@@ -110,12 +116,13 @@ class Topics:
     def begin_again(self) -> None:
         """Forget what was published: a recording is played from its beginning."""
         self._health = LinkHealth()
-        self._seen = self._status = None
+        self._seen = self._status = self._known_home = None
         self._next_s = 0.0
 
-    def publish_rejection(self, text: str) -> None:
-        """Publish why the last goal was refused, as "CODE: sentence"."""
-        self._last_rejection.publish(String(data=text))
+    def publish_rejection(self, rejected: GoalRejected) -> None:
+        """Publish why the last goal was rejected: as "CODE: sentence", and in parts."""
+        self._last_rejection.publish(String(data=rejected.text))
+        self._goal_rejected.publish(messages.goal_rejected(rejected, self._stamp()))
 
     def publish_plan(self, plan: PlanChanged) -> None:
         """Publish the way that is flown; an empty one when there is none."""
@@ -151,6 +158,8 @@ class Topics:
             self._fix.publish(messages.nav_sat_fix(state, stamp, self._frames))
         if before is None or state.battery is not before.battery:
             self._battery.publish(messages.battery_state(state, stamp))
+        if state.home is not None and (before is None or state.home is not before.home):
+            self._publish_home(state, stamp)
         if periodic or (before is not None and _status_may_differ(before, state)):
             self._publish_status(stamp, periodic)
         if periodic:
@@ -165,6 +174,13 @@ class Topics:
         self._odometry.publish(messages.odometry(pose, state, stamp, self._frames))
         if self._tf is not None:
             self._tf.publish(TFMessage(transforms=[messages.transform(pose, stamp, self._frames)]))
+
+    def _publish_home(self, state: VehicleState, stamp: Any) -> None:
+        home = messages.home_position(self._bridge, state, stamp, self._frames)
+        known = self._known_home
+        if known is None or not messages.is_same_home(known, home):
+            self._known_home = home
+            self._home.publish(home)
 
     def _publish_status(self, stamp: Any, always: bool) -> None:
         status = messages.vehicle_status(self._bridge, stamp)
@@ -185,6 +201,9 @@ class Topics:
             messages.diagnostic(self._bridge, self._health, self._name, hardware),
             messages.obstacle_diagnostic(self._bridge, self._name, hardware, now),
             messages.loop_diagnostic(self._bridge, self._name, hardware, now),
+            messages.gps_diagnostic(vehicle.state, self._name, hardware),
+            messages.estimator_diagnostic(self._bridge, self._name, hardware),
+            messages.battery_diagnostic(vehicle.state, self._name, hardware),
         ]
         for url, statistics in self._stations() if self._stations else ():
             health = self._station_health.setdefault(url, StationHealth())

@@ -146,7 +146,7 @@ class VehicleApplication:
         if self._topics is None:
             return
         if isinstance(output, GoalRejected):
-            self._topics.publish_rejection(output.text)
+            self._topics.publish_rejection(output)
         elif isinstance(output, GoalHappened):
             self._topics.publish_event(output)
         else:

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.requests import MapPose, NavigateRequest, check_request, resolve
+from drone_navigation.requests import (
+    MapPose,
+    NavigateRequest,
+    WaypointRequest,
+    check_request,
+    resolve,
+)
+from drone_navigation.route_requests import check_waypoint
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import FlightVolume, Rejection
 from navigation_core.tasks.goto import GotoGoal
@@ -60,6 +69,9 @@ def test_a_number_that_is_not_finite_is_refused(part: str, index: int, bad: floa
     rejection = check_request(asked)
     assert rejection is not None
     assert rejection.code is OutcomeCode.INVALID_NUMBER
+    axis = "xyzw"[index]
+    field = "max_speed" if part == "speed" else f"target_pose.pose.{part}.{axis}"
+    assert rejection.message == f"{field} is {bad}; every number must be finite."
 
 
 @pytest.mark.parametrize("frame", ["odom", "world", "/map", "MAP", "base_footprint", " "])
@@ -154,3 +166,19 @@ def test_a_place_that_is_not_on_earth_is_refused(place: tuple[float, float, floa
     assert rejection is not None
     assert rejection.code is OutcomeCode.INVALID_NUMBER
     assert "latitude (-90 to" in rejection.message
+
+
+@pytest.mark.parametrize(
+    ("member", "field"),
+    [
+        ({"position": (1.0, math.nan, 2.0)}, "position.y is nan"),
+        ({"hold_time_s": math.inf}, "hold_time is inf"),
+        ({"yaw_enu_rad": math.nan}, "yaw is nan"),
+    ],
+)
+def test_a_number_of_a_waypoint_is_named(member: dict[str, Any], field: str) -> None:
+    waypoint = replace(WaypointRequest((1.0, 2.0, 3.0)), **member)
+    rejection = check_waypoint(waypoint)
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.INVALID_NUMBER
+    assert rejection.message == f"{field}; every number must be finite."

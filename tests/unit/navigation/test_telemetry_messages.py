@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from builtin_interfaces.msg import Time
@@ -10,12 +12,17 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 
+from custom_interfaces.msg import GoalCode
 from drone_navigation import telemetry_messages as messages
+from drone_navigation.goal import GoalRejected
 from drone_navigation.requests import MapPose
 from drone_navigation.station_health import StationHealth
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state import VehicleState
-from mavlink_vehicle.telemetry import Attitude, Battery, GlobalPosition, GpsFix
+from mavlink_vehicle.telemetry import Attitude, Battery, Estimator, GlobalPosition, GpsFix, Home
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety import Rejection
 
 STAMP = Time(sec=12)
 NORTH = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
@@ -49,10 +56,13 @@ def test_velocity_follows_roll_and_pitch_too() -> None:
     )
 
 
-def test_a_covariance_is_the_receivers_own_or_zero() -> None:
+def test_a_covariance_is_the_receivers_own_and_never_zero() -> None:
     pose = MapPose((0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0, 1.0))
     unknown = messages.odometry(pose, _moving(0.0, 0.0, 0.0), STAMP)
-    assert not any(unknown.pose.covariance)
+    for covariance in (unknown.pose.covariance, unknown.twist.covariance):
+        assert all(covariance[7 * index] > 0.0 for index in range(6))
+    coarse = GpsFix(0.0, 3, 9, 3.0, None)
+    assert messages.odometry(pose, VehicleState(gps=coarse), STAMP).pose.covariance[0] == 36.0
     gps = GpsFix(0.0, 3, 9, 0.8, 1.2, 47.0, 8.0, 547.0, 0.5, 2.0)
     known: Odometry = messages.odometry(
         pose, VehicleState(gps=gps, global_position=_moving(0.0, 0.0, 0.0).global_position), STAMP
@@ -67,6 +77,13 @@ def test_a_fix_has_its_altitude_above_the_ellipsoid() -> None:
     assert message.status.status == NavSatStatus.STATUS_GBAS_FIX
     assert message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
     assert message.position_covariance[8] == pytest.approx(0.0009)
+
+
+def test_a_fix_without_an_accuracy_has_an_approximate_one() -> None:
+    gps = GpsFix(0.0, 3, 9, 1.5, 2.0, 47.0, 8.0, 547.0)
+    message = messages.nav_sat_fix(VehicleState(gps=gps), STAMP)
+    assert message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_APPROXIMATED
+    assert [message.position_covariance[i] for i in (0, 4, 8)] == pytest.approx([9.0, 9.0, 16.0])
 
 
 def test_without_a_fix_nothing_is_made_up() -> None:
@@ -107,3 +124,74 @@ def test_trouble_with_ground_stations_is_a_warning_of_their_link() -> None:
     status = messages.station_diagnostic(health, "navigation_server", "udpin://127.0.0.1:1")
     assert (status.level, status.message) == (DiagnosticStatus.WARN, health.trouble)
     assert {value.key: value.value for value in status.values} == health.values
+
+
+def test_a_rejection_comes_in_parts() -> None:
+    rejected = GoalRejected(Rejection(OutcomeCode.BELOW_GROUND, "Too low."))
+    message = messages.goal_rejected(rejected, STAMP)
+    assert (message.code, message.message) == ("BELOW_GROUND", "Too low.")
+    assert message.error_code == GoalCode.BELOW_GROUND
+    assert message.header.stamp == STAMP
+
+
+def _bridge(**members: Any) -> Any:
+    state = members.pop("state", VehicleState())
+    return SimpleNamespace(vehicle=SimpleNamespace(state=state), pose=None, **members)
+
+
+def test_home_is_told_and_its_place_in_the_map_once_that_is_known() -> None:
+    state = VehicleState(home=Home(0.0, 47.0, 8.0, 500.0, None))
+    before = messages.home_position(_bridge(home_enu_m=None), state, STAMP)
+    assert (before.latitude, before.longitude, before.altitude_amsl) == (47.0, 8.0, 500.0)
+    assert math.isnan(before.position.x)
+    later = messages.home_position(_bridge(home_enu_m=(1.0, 2.0, 3.0)), state, Time(sec=13))
+    assert (later.position.x, later.position.y, later.position.z) == (1.0, 2.0, 3.0)
+    assert later.header.frame_id == "map"
+    assert not messages.is_same_home(before, later)
+    again = messages.home_position(_bridge(home_enu_m=(1.0, 2.0, 3.0)), state, Time(sec=14))
+    assert messages.is_same_home(later, again)
+
+
+@pytest.mark.parametrize(
+    ("gps", "level"),
+    [
+        (None, DiagnosticStatus.STALE),
+        (GpsFix(0.0, 1, 3, None, None), DiagnosticStatus.ERROR),
+        (GpsFix(0.0, 3, 9, 0.8, 1.2), DiagnosticStatus.OK),
+    ],
+)
+def test_the_gps_is_diagnosed(gps: GpsFix | None, level: bytes) -> None:
+    status = messages.gps_diagnostic(VehicleState(gps=gps), "navigation_server", "1/1")
+    assert (status.name, status.level) == ("navigation_server: GPS", level)
+    if gps is not None:
+        values = {value.key: value.value for value in status.values}
+        assert values["satellites"] == str(gps.satellites)
+
+
+@pytest.mark.parametrize(
+    ("battery", "level"),
+    [
+        (None, DiagnosticStatus.STALE),
+        (Battery(0.0, 0.1, 10.5, 15.0, 3.0, mavlink.MAV_BATTERY_CHARGE_STATE_LOW), b"\x01"),
+        (Battery(0.0, 0.9, 12.5, 15.0, 0.3, mavlink.MAV_BATTERY_CHARGE_STATE_OK), b"\x00"),
+    ],
+)
+def test_the_battery_is_diagnosed(battery: Battery | None, level: bytes) -> None:
+    status = messages.battery_diagnostic(VehicleState(battery=battery), "navigation_server", "1/1")
+    assert (status.name, status.level) == ("navigation_server: battery", level)
+
+
+@pytest.mark.parametrize(
+    ("state", "pose", "level"),
+    [
+        (VehicleState(), None, DiagnosticStatus.STALE),
+        (VehicleState(estimator=Estimator(0.0, 0, False, False)), None, DiagnosticStatus.ERROR),
+        (VehicleState(estimator=Estimator(0.0, 0x3FF, True, True)), None, DiagnosticStatus.WARN),
+        (VehicleState(estimator=Estimator(0.0, 0x3FF, True, True)), object(), DiagnosticStatus.OK),
+    ],
+)
+def test_the_estimator_is_diagnosed(state: VehicleState, pose: object, level: bytes) -> None:
+    bridge = _bridge(state=state)
+    bridge.pose = pose
+    status = messages.estimator_diagnostic(bridge, "navigation_server", "1/1")
+    assert (status.name, status.level) == ("navigation_server: estimator", level)

@@ -32,7 +32,7 @@ SEVERAL = REPLAYS / "multi_udp.tlog"
 ALL_TOPICS = {
     f"{SERVER}/last_rejection", f"{SERVER}/pose", f"{SERVER}/odometry", f"{SERVER}/fix",
     f"{SERVER}/battery", f"{SERVER}/plan", f"{SERVER}/vehicle_status", f"{SERVER}/goal_events",
-    f"{SERVER}/obstacles", "/diagnostics",
+    f"{SERVER}/obstacles", f"{SERVER}/home", f"{SERVER}/goal_rejected", "/diagnostics",
 }  # fmt: skip
 
 
