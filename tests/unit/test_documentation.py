@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
@@ -15,6 +15,7 @@ import pytest
 
 from drone_navigation import client_events, client_options
 from drone_navigation.client_keys import Key
+from drone_navigation.client_options import COMMANDS
 from drone_navigation.client_options import make_parser as client_parser
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.flight_plot import make_parser as plot_parser
@@ -37,9 +38,18 @@ ACTIONS = "".join(path.read_text("utf-8") for path in sorted(INTERFACES.glob("ac
 NUMBERS = (INTERFACES / "msg/GoalCode.msg").read_text("utf-8")
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
 
-PROGRAMS: dict[str, Callable[[], ArgumentParser]] = {
+
+class ClientParser:
+    """The client's command line, whose commands have parsers of their own."""
+
+    def parse_args(self, arguments: list[str]) -> Namespace:
+        """Return the options."""
+        return client_options.parse_options(arguments)
+
+
+PROGRAMS: dict[str, Callable[[], ArgumentParser | ClientParser]] = {
     "navigation_server": server_parser,
-    "navigation_client": client_parser,
+    "navigation_client": ClientParser,
     "navigation_report": report_parser,
     "tlog_export": export_parser,
     "tlog2mcap": bag_parser,
@@ -137,8 +147,11 @@ def test_every_parameter_is_documented_with_its_default() -> None:
 
 def test_every_option_key_exit_code_and_event_of_the_client_is_documented() -> None:
     page = (ROOT / "docs/client.md").read_text("utf-8")
-    for action in client_parser()._actions:
-        if action.dest not in ("help", "plain"):
+    parsers = [client_parser(), *map(client_options.make_command_parser, COMMANDS)]
+    for command in COMMANDS:
+        assert f"`{command}`" in page or f"`{command} " in page, command
+    for action in (action for parser in parsers for action in parser._actions):
+        if action.option_strings and action.dest not in ("help", "plain"):
             assert f"`{action.option_strings[0]}" in page, action.dest
     for key in Key:
         assert f"`{key.value}`" in page, key
@@ -172,3 +185,11 @@ def test_parameters_named_on_the_navigate_page_exist() -> None:
     for word in re.findall(r"`([a-z]+(?:_[a-z]+)+)`", NAVIGATE):
         if word.endswith(suffixes):
             assert word in names, word
+
+
+def test_the_first_command_of_the_first_page_is_one_that_make_setup_gives() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    (first, *_) = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert first.startswith("navigation_client --goal ")
+    before, _, _ = text.partition("\nros2 action send_goal")
+    assert "With a full ROS 2 installation" in before.split("\n## ")[-1]

@@ -7,9 +7,22 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from custom_interfaces.action import Navigate, NavigateWaypoints
+from custom_interfaces.action import (
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    ReturnToLaunch,
+    Takeoff,
+)
 from custom_interfaces.msg import Waypoint
-from drone_navigation.names import ACTION_NAME, WAYPOINTS_ACTION_NAME
+from drone_navigation.client_options import ACTION_COMMANDS
+from drone_navigation.names import (
+    ACTION_NAME,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+    TAKEOFF_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
 from drone_navigation.plan_files import Route, read_plan, read_waypoints
 from drone_navigation.requests import AltitudeReference, WaypointRequest
 from navigation_core.geometry import Vector3
@@ -48,6 +61,8 @@ def make_errand(options: argparse.Namespace) -> Errand:
     Raises:
         PlanError: the file cannot be flown.
     """
+    if options.command in ACTION_COMMANDS:
+        return _command(options)
     if options.plan is not None:
         return _route(read_plan(options.plan), options)
     if options.waypoints is not None:
@@ -63,6 +78,18 @@ def make_point_errand(options: argparse.Namespace, position_m: Vector3) -> Erran
     unit = "" if options.frame == Navigate.Goal.FRAME_WGS84 else " m"
     place = f"goal ({x:.10g}, {y:.10g}, {z:.10g}){unit} in frame {options.frame or 'map'}"
     return Errand(Navigate, ACTION_NAME, goal, place)
+
+
+def _command(options: argparse.Namespace) -> Errand:
+    """Return what a command of one word asks for."""
+    if options.command == "takeoff":
+        goal = Takeoff.Goal()
+        goal.height = options.height
+        height = f" to {options.height:g} m" if options.height else ""
+        return Errand(Takeoff, TAKEOFF_ACTION_NAME, goal, f"take-off{height}")
+    if options.command == "land":
+        return Errand(Land, LAND_ACTION_NAME, Land.Goal(), "landing")
+    return Errand(ReturnToLaunch, RETURN_ACTION_NAME, ReturnToLaunch.Goal(), "return to launch")
 
 
 def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:

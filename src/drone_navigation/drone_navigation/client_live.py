@@ -74,7 +74,11 @@ class LiveView:
 
     def _show_end(self, ended: Ended) -> None:
         if self._telemetry is not None and self._telemetry.goal == ended.goal:
-            self._telemetry = replace(self._telemetry, status=ended.code)
+            left_m = ended.error_m
+            # A route's end may be near while most of the route is left.
+            if self._telemetry.waypoint is not None or not math.isfinite(left_m):
+                left_m = self._telemetry.distance_left_m
+            self._telemetry = replace(self._telemetry, status=ended.code, distance_left_m=left_m)
             self._failed = ended.bad
             self._heard_s = math.inf  # nothing more is to come
 

@@ -7,7 +7,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from rclpy.action import get_action_names_and_types
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
@@ -25,9 +24,10 @@ from drone_navigation.client_options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
+from drone_navigation.client_servers import no_server
 from drone_navigation.client_updates import Update, UpdateError, parse_point
 from drone_navigation.client_view import View
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.presence import duplicate
 
 _SPIN_S = 0.05
@@ -122,16 +122,7 @@ class NavigationClient:
         if self._interrupts:
             self._course.say("Interrupted; no goal was sent.", bad=True)
             return EXIT_CANCELED
-        name = self._node.resolve_service_name(self._errand.name)
-        others = [
-            other.removesuffix(f"/{ACTION_NAME}").strip("/")
-            for other, _ in get_action_names_and_types(self._node)
-            if other.endswith(f"/{ACTION_NAME}") and other.count("/") > 1
-        ]
-        advice = "start navigation_server, in the same ROS domain."
-        if others:
-            advice = f"vehicles are there: choose with --vehicle {' or '.join(sorted(others))}."
-        self._course.say(f"No server offers {name.strip('/')}; {advice}", bad=True)
+        self._course.say(no_server(self._node, self._errand.name), bad=True)
         return EXIT_NO_SERVER
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
@@ -239,6 +230,9 @@ class NavigationClient:
         self._course.send(make_point_errand(self._options, position_m), typed=True)
 
     def _call(self, key: Key, now_s: float) -> None:
+        if self._cancelling:
+            self._course.say("The goal is being cancelled.", bad=True)
+            return
         service = self._services[key]
         if service.service_is_ready():
             self._calls.append((service.call_async(Trigger.Request()), now_s))

@@ -13,18 +13,21 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from drone_navigation.client_commands import run_command
 from drone_navigation.client_errands import make_errand
 from drone_navigation.client_keys import Keyboard
-from drone_navigation.client_options import make_parser, parse_options
+from drone_navigation.client_options import SERVICE_COMMANDS, make_parser, parse_options
 from drone_navigation.client_session import NavigationClient
 from drone_navigation.client_view import View, make_view
 from drone_navigation.plan_files import PlanError
 
 
 def main(args: list[str] | None = None) -> int:
-    """Send a goal and return the exit code."""
+    """Send a goal, or do what a command says, and return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_client", *args])
     options = parse_options(remove_ros_args(argv)[1:])
+    if options.command in SERVICE_COMMANDS:
+        return run_command(options, argv)
     try:
         errand = make_errand(options)
     except PlanError as error:

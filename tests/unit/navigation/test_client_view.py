@@ -121,6 +121,27 @@ def test_a_stop_is_no_progress() -> None:
     assert "40 %  6.0 m left" in "\n".join(lines)
 
 
+@pytest.mark.parametrize(
+    ("waypoint", "shown"), [(None, " 89 %  1.1 m left"), (2, " 40 %  6.0 m left")]
+)
+def test_the_last_panel_agrees_with_where_the_goal_ended(waypoint: int | None, shown: str) -> None:
+    # From where a route ended to its last waypoint is not what was left of it.
+    where = console(colour=False)
+    view = LiveView(where)
+    view.show(telemetry(10.0, waypoint=waypoint), 1.0)
+    view.show(telemetry(6.0, waypoint=waypoint), 2.0)
+    place = (1.0, 2.0, 3.0)
+    view.tell(Ended(1, "CANCELED", "CANCELED", "CANCELED: So.", False, place, 9.5, 1.06), 3.0)
+    last = "\n".join(line.plain for line in view.block(3.0).renderables)  # type: ignore[union-attr]
+    view.close()
+    assert shown in last
+    bar = next(line for line in last.splitlines() if line.startswith("way"))
+    full, empty = bar.count("━"), bar.count("╌")
+    assert full / (full + empty) == pytest.approx(
+        float(shown.split(maxsplit=1)[0]) / 100.0, abs=0.05
+    )
+
+
 def test_what_is_unknown_is_said() -> None:
     unknown = Telemetry(1, "PREPARING", UNKNOWN, math.nan, math.nan, math.nan)
     text = "\n".join(block(100, unknown))

@@ -1,0 +1,90 @@
+"""The command line of navigation_client: its commands, and what is refused with a sentence."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from drone_navigation.client_options import (
+    ACTION_COMMANDS,
+    COMMANDS,
+    SERVICE_COMMANDS,
+    make_parser,
+    parse_options,
+)
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    with pytest.raises(SystemExit) as ended:
+        parse_options(list(arguments))
+    assert ended.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_command_lines_without_a_command_go_on_working() -> None:
+    options = parse_options(["--goal", "1", "2", "-3", "--update", "t=8: 5 5 2", "--avoid"])
+    assert (options.command, options.goal, options.laps) == ("", [1.0, 2.0, -3.0], 1)
+    assert len(options.update) == 1
+    assert parse_options([]).goal == (10.0, 5.0, 2.0)
+    assert parse_options(["--plan", "a.plan", "--laps", "2", "--mission"]).laps == 2
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_takes_the_options_of_all(command: str) -> None:
+    words = ["MODE"] if command == "mode" else []
+    common = ["--vehicle", "a/b", "--json", "--server-timeout", "3"]
+    options = parse_options([command, *words, *common])
+    assert (options.command, options.vehicle, options.json) == (command, "a/b", True)
+    assert options.server_timeout == 3.0
+
+
+@pytest.mark.parametrize("command", ACTION_COMMANDS)
+def test_what_is_a_goal_can_be_followed_as_one(command: str) -> None:
+    options = parse_options([command, "--cancel-after", "2", "--lost-timeout", "9"])
+    assert (options.cancel_after, options.lost_timeout, options.update) == (2.0, 9.0, [])
+    assert parse_options([command]).cancel_after == math.inf
+
+
+@pytest.mark.parametrize("command", SERVICE_COMMANDS)
+def test_what_is_no_goal_takes_no_options_of_one(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["MODE"] if command == "mode" else []
+    assert "--cancel-after" in refusal(capsys, command, *words, "--cancel-after", "2")
+
+
+def test_takeoff_takes_a_height_and_mode_a_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert parse_options(["takeoff", "--height", "5"]).height == 5.0
+    assert parse_options(["takeoff"]).height == 0.0
+    assert parse_options(["mode", "GUIDED"]).mode == "GUIDED"
+    for height in ("0", "-3", "nan", "inf", "high"):
+        assert f"'{height}' is not a height above 0 m" in refusal(
+            capsys, "takeoff", f"--height={height}"
+        )
+    assert "MODE" in refusal(capsys, "mode")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["lnad"], "'lnad' is not a command; did you mean 'land'?"),
+        (["xyzzy"], "give one of takeoff, land, return"),
+        (["--laps", "2"], "--laps is for a route; give --plan or --waypoints, too."),
+        (["--goal", "1", "2", "3", "--mission"], "--mission is for a route"),
+        (["--plan", "a.plan", "--laps", "-1"], "--laps is -1"),
+        (["--cancel-after", "nan"], "--cancel-after is nan"),
+        (["status", "--server-timeout", "-1"], "--server-timeout is -1"),
+        (["land", "--vehicle", "a b"], "'a b' cannot be the name of a vehicle"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_with_a_sentence(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert sentence in refusal(capsys, *arguments)
+
+
+def test_the_help_names_every_command() -> None:
+    text = make_parser().format_help()
+    for command, what in COMMANDS.items():
+        assert f"{command:<8} {what}" in text
