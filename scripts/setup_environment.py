@@ -36,6 +36,13 @@ INSTALL = ROOT / "install"
 LOGS = ROOT / "log" / "setup"
 PACKAGES_STAMP = VENV / "packages.stamp"
 WORKSPACE_STAMP = INSTALL / "workspace.stamp"
+# Where no terminal redraws a line, what is being done is told this often, in seconds.
+TELL_S = 15.0
+# Lines of colcon, CMake and pip that say how far they are.
+PROGRESS = re.compile(
+    r"^(?:Starting >>> (\S+)|(\[ *\d+%\])|Collecting (\S+)|(Installing collected packages))",
+    re.MULTILINE,
+)
 OURS = (VENV, INSTALL, ROOT / "build")
 ENVIRONMENT_FILE = INSTALL / "environment.bash"
 
@@ -214,7 +221,7 @@ def install_packages(ros: str, lock: Path) -> None:
         environment.pop(variable, None)
     run("venv", "Making .venv", [base_interpreter(), "-m", "venv", VENV], environment)
     # The lock is complete, so pip has nothing to resolve.
-    flags = "--quiet --no-input --no-deps --require-hashes --disable-pip-version-check"
+    flags = "--no-input --no-deps --require-hashes --disable-pip-version-check"
     pip: list[str | Path] = [VENV / "bin" / "python", "-m", "pip", "install", *flags.split()]
     pip += ["--only-binary", ":all:"]
     # empy is published as source only. It is built with the pinned build tools, installed
@@ -223,7 +230,7 @@ def install_packages(ros: str, lock: Path) -> None:
     tools.write_text(build_tools(lock.read_text()))
     run("build-tools", "Installing the build tools", [*pip, "-r", tools], environment)
     count = len(re.findall(r"^\S+==", lock.read_text(), re.MULTILINE))
-    what = f"Installing {count} pinned packages (a minute or two)"
+    what = f"Installing {count} pinned packages (some minutes)"
     pip += ["--no-build-isolation", "--no-binary", "empy"]
     run("packages", what, [*pip, "-r", lock], environment)
     if ros == "wheels":
@@ -339,6 +346,12 @@ def record_environment(ros: str, base: dict[str, str]) -> None:
     ENVIRONMENT_FILE.write_text("\n".join(lines) + "\n")
 
 
+def progress(log: str) -> str:
+    """What a step is at, by its log: the package, and how much of it has been compiled."""
+    found = list(PROGRESS.finditer(log))
+    return next((text.strip() for text in found[-1].groups() if text), "") if found else ""
+
+
 def run(name: str, what: str, command: Sequence[str | Path], environment: dict[str, str]) -> None:
     """Runs a step, showing what it does; its output goes to a log.
 
@@ -356,6 +369,7 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
     live = sys.stdout.isatty()
     started = time.monotonic()
     print(f"  {what} ...", end="" if live else "\n", flush=True)
+    told_s, told = started, ""
     with log.open("w") as output:
         process = subprocess.Popen(
             list(map(str, command)),
@@ -369,9 +383,15 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
             while process.poll() is None:
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     process.wait(timeout=1)
+                now = time.monotonic()
+                doing = progress(log.read_text(errors="replace"))
+                line = f"  {what} ... {now - started:.0f} s  {doing}"
                 if live:
-                    seconds = time.monotonic() - started
-                    print(f"\r  {what} ... {seconds:.0f} s", end="", flush=True)
+                    width = shutil.get_terminal_size().columns - 1
+                    print(f"\r{line[:width]:<{width}}", end="", flush=True)
+                elif doing != told and now - told_s >= TELL_S:
+                    told_s, told = now, doing
+                    print(line, flush=True)
         finally:
             process.terminate()
             process.wait()

@@ -136,6 +136,20 @@ def test_missing_venv_module_is_named(
         setup_environment.check_prerequisites("system")
 
 
+@pytest.mark.parametrize(
+    ("log", "doing"),
+    [
+        ("", ""),
+        ("Starting >>> custom_interfaces\n-- Found x\n", "custom_interfaces"),
+        ("Starting >>> custom_interfaces\n[ 43%] Building C object\n", "[ 43%]"),
+        ("Collecting numpy==2.2.6 (from -r x)\n  Downloading\n", "numpy==2.2.6"),
+        ("Collecting a==1\nInstalling collected packages: a, b\n", "Installing collected packages"),
+    ],
+)
+def test_the_set_up_tells_what_it_does(setup_environment: ModuleType, log: str, doing: str) -> None:
+    assert setup_environment.progress(log) == doing
+
+
 def test_entries_of_the_project_are_taken_out_of_an_environment(
     setup_environment: ModuleType,
 ) -> None:
