@@ -43,6 +43,12 @@ _NEW_S = 5.0
 def main(args: list[str] | None = None) -> int:
     """Run the server until it is told to stop; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_server", *args])
+    try:
+        # First of all: ROS meets a file that cannot be read with a traceback.
+        check_parameter_files(argv, SERVER_NODE_NAME)
+    except ConfigurationError as error:
+        print(f"navigation_server: {error}", file=sys.stderr)
+        return EXIT_USAGE
     arguments = remove_ros_args(argv)
     ros_arguments = len(arguments) < len(argv)
     parser = make_parser()
@@ -56,7 +62,6 @@ def main(args: list[str] | None = None) -> int:
             return _check(options, file, ros_arguments)
         if options.shadow_goals:
             return _shadow_goals(options, file, ros_arguments)
-        check_parameter_files(argv, SERVER_NODE_NAME)
     except (ConfigurationError, LinkError, ShadowGoalsError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
