@@ -47,7 +47,7 @@ def test_a_flight_by_commands_alone(flight: Flight) -> None:
     assert (code, answer["success"]) == (3, False)
     assert "has no mode 'HOVER'" in answer["message"]
 
-    record = flight.send(navigate_goal(30.0, 0.0, 3.0))
+    record = flight.send(navigate_goal(80.0, 0.0, 3.0, speed=0.5))  # longer than the clients take
     flight.wait_for_status(record, "NAVIGATING")
     code, text = run(flight, "status")
     assert code == 0
