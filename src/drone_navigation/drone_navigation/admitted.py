@@ -100,10 +100,21 @@ class Situation:
 
     def may_move(self) -> Rejection | None:
         """Return why a goal may not set the vehicle off, or None."""
-        if self.vehicle.state.armed or self.config.goto.may_arm:
-            return None
-        return Rejection(
-            OutcomeCode.ARMING_NOT_ALLOWED,
-            "The vehicle is disarmed and the parameter arming is 'never'; arm and take off "
-            "yourself, or set arming to 'auto'.",
-        )
+        goto = self.config.goto
+        if not self.vehicle.state.armed and not goto.may_arm:
+            word = "pilot" if goto.may_take_off else "never"
+            by_hand = "arm and take off" if self.traits.flies and word == "never" else "arm it"
+            return Rejection(
+                OutcomeCode.ARMING_NOT_ALLOWED,
+                f"The vehicle is disarmed and the parameter arming is '{word}'; {by_hand} "
+                "yourself, or set arming to 'auto'.",
+            )
+        if self.traits.flies and not self.flies and not goto.may_leave_ground:
+            told = self.vehicle.state.landed_state is LandedState.ON_GROUND
+            where = "is on the ground" if told else "does not say that it flies"
+            return Rejection(
+                OutcomeCode.TAKEOFF_NOT_ALLOWED,
+                f"The vehicle {where} and the parameter arming is 'never'; take off yourself, or "
+                "set arming to 'pilot', so that goals take off with a vehicle that you have armed.",
+            )
+        return None

@@ -251,6 +251,13 @@ class Bridge:
             text = f"Goal {goal.goal_id} is active; cancel it first."
             self._report.served(number, False, text)
             return
+        if service is Service.ARM and not self._config.goto.may_leave_ground:
+            text = (
+                "The parameter arming is 'never'; arm it yourself, or set arming to 'pilot' or "
+                "'auto'."
+            )
+            self._report.served(number, False, text)
+            return
         if goal is not None:
             text = "The hold service was called."
             self._end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)

@@ -67,7 +67,7 @@ class Checker:
             # A PX4 that has heard a ground station takes the end of this check as its loss.
             settings = replace(settings, heartbeat_type=mavlink.MAV_TYPE_ONBOARD_CONTROLLER)
         # Whether the vehicle may be armed is said apart, so that it hides no other reason.
-        goto = replace(config.bridge.goto, may_arm=True)
+        goto = replace(config.bridge.goto, may_arm=True, may_take_off=True)
         self.config = config
         self.statistics = statistics
         self.vehicle = Vehicle(settings)

@@ -18,6 +18,7 @@ from drone_navigation.check_sections import (
     vehicle_section,
 )
 from drone_navigation.traits import traits_of
+from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.state import VehicleState
 from navigation_core.outcomes import OutcomeCode
@@ -171,7 +172,14 @@ def _advice(code: OutcomeCode, state: VehicleState) -> str:
 
 
 def _yours(checker: Checker, profile: Profile) -> tuple[str, ...]:
-    if checker.vehicle.state.armed or checker.config.bridge.goto.may_arm:
+    state, goto, flies = checker.vehicle.state, checker.config.bridge.goto, traits_of(profile).flies
+    word = "pilot" if goto.may_leave_ground else "never"
+    takes_off = "" if goto.may_leave_ground or not flies else "take off to a safe height"
+    if not state.armed and not goto.may_arm:
+        what = " and ".join(filter(None, ("arm it", takes_off)))
+        why = f"arming is '{word}', so goals to a disarmed vehicle are refused"
+    elif takes_off and state.landed_state is LandedState.ON_GROUND:
+        what, why = takes_off, f"arming is '{word}', so goals on the ground are refused"
+    else:
         return ()
-    what = "Arm it and take off to a safe height" if traits_of(profile).flies else "Arm it"
-    return (f"{what} by hand: arming is 'never', so goals to a disarmed vehicle are refused.",)
+    return (f"{what[0].upper()}{what[1:]} by hand: {why}.",)

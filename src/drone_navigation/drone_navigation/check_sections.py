@@ -40,6 +40,8 @@ def vehicle_section(checker: Checker, profile: Profile) -> Section:
     vehicle = checker.vehicle
     state = vehicle.state
     failsafe = None if state.failsafe is None else state.failsafe.text
+    goto = checker.config.bridge.goto
+    unarmed = "no, but may take off once it is armed" if goto.may_leave_ground else "no"
     return Section(
         "Vehicle",
         (
@@ -54,7 +56,7 @@ def vehicle_section(checker: Checker, profile: Profile) -> Section:
                 {True: "passed", False: "not passed", None: _UNKNOWN}[state.prearm_ok],
             ),
             Line("failsafe in force", failsafe or "none", failsafe and "It has the vehicle now."),
-            Line("goals may arm it", "yes" if checker.config.bridge.goto.may_arm else "no"),
+            Line("goals may arm it", "yes" if goto.may_arm else unarmed),
         ),
     )
 

@@ -151,6 +151,7 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
         settle_timeout_s=number("settle_timeout_s"),
         cancel_timeout_s=number("cancel_timeout_s"),
         may_arm=text("arming") == "auto",
+        may_take_off=text("arming") in ("auto", "pilot"),
         takeoff_height_m=number("takeoff_height_m"),
         takeoff_height_min_m=number("takeoff_height_min_m"),
         position_timeout_s=number("position_timeout_s"),

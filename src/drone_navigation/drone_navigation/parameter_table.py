@@ -97,8 +97,9 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ParameterSpec(
         "arming",
         "never",
-        "Whether a goal may arm the vehicle and take off: auto or never.",
-        choices=("auto", "never"),
+        "Whether goals may arm the vehicle and take off: auto (both), pilot (take off once "
+        "somebody has armed it) or never (neither; what drives may go once it is armed).",
+        choices=("auto", "pilot", "never"),
     ),
     ParameterSpec(
         "on_new_goal",

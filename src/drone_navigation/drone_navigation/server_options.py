@@ -27,7 +27,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--config", metavar="FILE", help="ROS parameter file (YAML)")
     parser.add_argument("--link", metavar="URL", help="parameter link_url")
-    parser.add_argument("--arming", choices=("auto", "never"), help="parameter arming")
+    parser.add_argument("--arming", choices=("auto", "pilot", "never"), help="parameter arming")
     parser.add_argument("--tlog", metavar="FILE", help="parameter record_tlog")
     parser.add_argument(
         "--check",

@@ -122,7 +122,10 @@ class VehicleNode:
 
     def tell_ready(self) -> None:
         """Say that the vehicle's link is open."""
-        arming = "may arm and take off" if self.config.bridge.goto.may_arm else "never arms"
+        goto = self.config.bridge.goto
+        arming = "never arms"
+        if goto.may_leave_ground:
+            arming = "may arm and take off" if goto.may_arm else "may take off once it is armed"
         self.node.get_logger().info(
             f"Navigation server ready on {self.config.link_url}; it {arming}"
         )

@@ -257,6 +257,35 @@ def test_without_leave_to_arm_nothing_is_asked_of_the_vehicle() -> None:
     assert vehicle.requests == []
 
 
+@pytest.mark.parametrize("airborne", [False, None])
+def test_without_leave_to_take_off_nothing_is_asked_of_an_armed_vehicle_on_the_ground(
+    airborne: bool | None,
+) -> None:
+    vehicle = PointMass(armed=True, airborne=airborne)
+    flight = fly(goto(config=GotoConfig()), vehicle)
+    assert flight.outcome.code is OutcomeCode.TAKEOFF_NOT_ALLOWED
+    assert vehicle.requests == []
+
+
+def test_with_leave_to_take_off_a_vehicle_that_somebody_armed_is_flown() -> None:
+    vehicle = PointMass(armed=True)
+    flight = fly(goto(config=GotoConfig(may_take_off=True)), vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert OperationKind.ARM not in {request.kind for request in vehicle.requests}
+
+
+def test_a_vehicle_that_was_landed_meanwhile_is_not_lifted_again() -> None:
+    vehicle = PointMass(position=(0.0, 0.0, 3.0), armed=True, airborne=True, in_control=True)
+    task = goto(config=GotoConfig())
+    task.start(vehicle.observe(), vehicle.now)
+    task.step(vehicle.observe(), vehicle.now)
+    vehicle.airborne, vehicle.in_control = False, False
+    task.take_up(vehicle.now)  # a station had stopped it, and lets it go on
+    answer = task.step(vehicle.observe(), vehicle.now)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.TAKEOFF_NOT_ALLOWED
+
+
 @pytest.mark.parametrize(
     ("kind", "code"),
     [

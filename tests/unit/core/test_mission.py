@@ -309,6 +309,27 @@ def test_it_may_not_arm_unless_told() -> None:
     assert vehicle.asked == []
 
 
+def test_it_may_not_take_off_unless_told() -> None:
+    vehicle = mission(config=GotoConfig(), armed=True)
+    assert vehicle.run().code is OutcomeCode.TAKEOFF_NOT_ALLOWED
+    assert vehicle.asked == []
+
+
+def test_a_vehicle_that_was_landed_in_a_pause_does_not_take_off_for_its_mission() -> None:
+    vehicle = flying(config=GotoConfig())
+    pause = in_phase(MissionPhase.FLYING, pause_it)
+
+    def each(mission: Mission) -> None:
+        pause(mission)
+        if mission.now > 14.0:
+            mission.airborne = False
+            mission.task.unpause(mission.now)
+
+    assert vehicle.run(each).code is OutcomeCode.TAKEOFF_NOT_ALLOWED
+    assert vehicle.asked.count(START) == 1
+    assert vehicle.plan is None, "the mission is removed, so that nobody starts it later"
+
+
 def test_a_pause_holds_and_goes_on_with_the_same_mission() -> None:
     vehicle = flying()
 

@@ -77,6 +77,13 @@ def test_on_the_ground_it_arms_takes_off_and_only_then_goes_to_the_place() -> No
     ]
 
 
+def test_a_plane_on_the_ground_stays_there_without_leave_to_take_off() -> None:
+    plane = task(waypoint((300.0, 0.0, 60.0)), may_arm=False)
+    end = plane.step(seen((0.0, 0.0, 0.0), airborne=False), 0.0)
+    assert isinstance(end, Outcome)
+    assert end.code.value == "TAKEOFF_NOT_ALLOWED"
+
+
 def test_a_pause_while_it_is_sent_off_asks_for_the_place_where_it_is() -> None:
     plane = task(waypoint((300.0, 0.0, 60.0)))
     first = plane.step(seen((0.0, 0.0, 50.0)), 0.0)

@@ -67,6 +67,16 @@ def test_a_refusal_ends_it_with_the_vehicles_reason() -> None:
 
 
 @pytest.mark.parametrize("goal", [LAND, RETURN_TO_LAUNCH])
+def test_an_armed_vehicle_on_the_ground_is_not_asked(goal: VehicleLedGoal) -> None:
+    task = VehicleLed(goal, GotoConfig(), COPTER)
+    standing = replace(FLYING, position_enu_m=(30.0, 40.0, 2.0), airborne=False)
+    task.start(standing, 0.0)
+    answer = task.step(standing, 0.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.NOT_FLYING
+
+
+@pytest.mark.parametrize("goal", [LAND, RETURN_TO_LAUNCH])
 def test_on_the_ground_and_disarmed_is_success(goal: VehicleLedGoal) -> None:
     task = under_way(goal)
     standing = replace(FLYING, airborne=False)

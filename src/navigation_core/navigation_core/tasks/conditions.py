@@ -12,7 +12,10 @@ from navigation_core.tasks.base import (
     OperationState,
     Outcome,
     Perform,
+    Rejection,
+    Traits,
 )
+from navigation_core.tasks.goto_config import GotoConfig
 
 _WHAT = {
     OperationKind.TAKE_CONTROL: "change to the mode in which it obeys setpoints",
@@ -28,6 +31,30 @@ _WHAT = {
     OperationKind.START_MISSION: "start the mission",
     OperationKind.CLEAR_MISSION: "remove the mission",
 }
+
+
+def check_departure(
+    observation: Observation, config: GotoConfig, traits: Traits
+) -> Rejection | None:
+    """Say why a vehicle must stay where it stands, or None.
+
+    Somebody may stand beside its propellers: without leave, only a vehicle that says that it
+    flies is flown. What drives may go once it is armed.
+    """
+    if not observation.armed and not config.may_arm:
+        return Rejection(
+            OutcomeCode.ARMING_NOT_ALLOWED,
+            "The vehicle is disarmed and may not be armed by this server; arm it yourself, or "
+            "allow the server to arm.",
+        )
+    if not traits.flies or config.may_leave_ground or observation.airborne:
+        return None
+    where = "does not say whether it flies" if observation.airborne is None else "is on the ground"
+    return Rejection(
+        OutcomeCode.TAKEOFF_NOT_ALLOWED,
+        f"The vehicle {where}, and this server may not make it take off; take off yourself, or "
+        "allow the server to.",
+    )
 
 
 class Dwell:

@@ -36,6 +36,7 @@ class GotoConfig:
     Attributes:
         limits: kinematic limits; a goal's speed replaces the horizontal one.
         may_arm: whether a disarmed vehicle may be armed and taken off.
+        may_take_off: whether one that somebody else has armed may be; ``may_arm`` implies it.
         arrival_radius_m: how close counts as arrived.
         arrival_speed_m_s: how slow counts as arrived.
         arrival_dwell_s: for how long both must hold.
@@ -63,6 +64,7 @@ class GotoConfig:
 
     limits: Limits = dataclasses.field(default_factory=Limits)
     may_arm: bool = False
+    may_take_off: bool = False
     arrival_radius_m: float = 0.5
     arrival_speed_m_s: float = 0.3
     arrival_dwell_s: float = 1.0
@@ -83,6 +85,11 @@ class GotoConfig:
     landed_timeout_s: float = 2.0
     airborne_height_m: float = 0.5
     yaw_distance_min_m: float = 1.0
+
+    @property
+    def may_leave_ground(self) -> bool:
+        """Whether a vehicle that stands on the ground, armed, may be made to leave it."""
+        return self.may_arm or self.may_take_off
 
     def __post_init__(self) -> None:
         """Refuse settings that make no sense.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Observation, OperationKind, OperationState, Outcome, Perform
+from navigation_core.tasks.conditions import check_departure
 from navigation_core.tasks.goto_base import Answer, GotoBase, is_pending
 from navigation_core.tasks.goto_phases import Event
 
@@ -12,16 +13,13 @@ class GotoDeparture(GotoBase):
     """What comes before the flight."""
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
-        if not observation.armed and not self._config.may_arm:
-            text = (
-                "The vehicle is disarmed and may not be armed by this server; arm it and take "
-                "off yourself, or allow the server to arm."
-            )
-            return self._over(OutcomeCode.ARMING_NOT_ALLOWED, text, observation)
-        if is_pending(observation, OperationKind.DISARM):
-            return Perform(OperationKind.DISARM)  # of a replaced goal; it cannot be taken back
         # A take-off that a replaced goal began goes on.
         taking_off = is_pending(observation, OperationKind.TAKE_OFF)
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None and not taking_off:
+            return self._over(rejection.code, rejection.message, observation)
+        if is_pending(observation, OperationKind.DISARM):
+            return Perform(OperationKind.DISARM)  # of a replaced goal; it cannot be taken back
         needs_control = self._traits.control_before_takeoff or self._flies(observation)
         if not observation.in_control and not taking_off and needs_control:
             answer = self._perform(

@@ -28,7 +28,7 @@ from navigation_core.tasks.base import (
     Wait,
     WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Operation
+from navigation_core.tasks.conditions import Dwell, Operation, check_departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.mission_measures import MissionMeasures
@@ -259,9 +259,9 @@ class FlyMission(WithoutSetpoints):
         )
 
     def _upload(self, observation: Observation, now: float) -> _Answer:
-        if not observation.armed and not self._config.may_arm:
-            text = "The vehicle is disarmed and may not be armed by this server."
-            return Outcome(OutcomeCode.ARMING_NOT_ALLOWED, text, None)
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None:
+            return Outcome(rejection.code, rejection.message, None)
         timeout_s = self._config.operation_timeout_s + _ITEM_UPLOAD_S * len(self._plan.waypoints)
         answer = self._perform(
             Perform(OperationKind.UPLOAD_MISSION, mission=self._plan),
@@ -294,6 +294,11 @@ class FlyMission(WithoutSetpoints):
         )
 
     def _begin(self, observation: Observation, now: float) -> _Answer:
+        # It may have landed in a pause. Once it was asked to start, it is on its way.
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None and self._operation is None:
+            self._stop_with(Outcome(rejection.code, rejection.message, None), now)
+            return None
         answer = self._do(
             OperationKind.START_MISSION,
             OutcomeCode.MISSION_REFUSED,

@@ -30,7 +30,7 @@ from navigation_core.tasks.base import (
     Wait,
     WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Operation
+from navigation_core.tasks.conditions import Dwell, Operation, check_departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import (
     is_airborne,
@@ -275,18 +275,13 @@ class FlyPlane(WithoutSetpoints):
         return None
 
     def _prepare(self, observation: Observation, now: float) -> _Answer:
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None:
+            return self._over(rejection.code, rejection.message, observation)
         if observation.armed and is_airborne(observation, self._config.airborne_height_m):
             self._go(_Phase.FLYING, now)
-        elif observation.armed:
-            self._go(_Phase.TAKING_OFF, now)
-        elif self._config.may_arm:
-            self._go(_Phase.ARMING, now)
         else:
-            text = (
-                "The vehicle is disarmed and may not be armed by this server; arm it and take "
-                "off yourself, or allow the server to arm."
-            )
-            return self._over(OutcomeCode.ARMING_NOT_ALLOWED, text, observation)
+            self._go(_Phase.TAKING_OFF if observation.armed else _Phase.ARMING, now)
         return None
 
     def _arm(self, observation: Observation, now: float) -> _Answer:

@@ -184,6 +184,10 @@ class VehicleLed(WithoutSetpoints):
         if self._phase is _Phase.STOPPING:
             return self._stop(observation, now)
         if self._phase is _Phase.ASKING:
+            if observation.airborne is False and self._traits.flies and self._operation is None:
+                # Its mode for a return might begin with a climb.
+                text = f"The vehicle is on the ground, so there is no {self._goal.name} to do."
+                return Outcome(OutcomeCode.NOT_FLYING, text, None)
             answer = self._ask(Perform(self._goal.operation), observation, now)
             if answer is not None:
                 return answer
