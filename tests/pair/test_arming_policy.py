@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from drone_navigation.requests import (
@@ -122,3 +124,44 @@ def test_never_flies_on_a_vehicle_in_the_air() -> None:
     flight.reconfigure(arming="never")
     end = flight.run_to_end(flight.send(6.0, 0.0, 4.0))
     assert end.code is OutcomeCode.SUCCESS, end.message
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "kind", "mode", "then"),
+    [
+        ("ardupilot", "copter", "RTL", "GUIDED"),
+        ("ardupilot", "copter", "LAND", "GUIDED"),
+        ("ardupilot", "rover", "RTL", "HOLD"),
+        ("ardupilot", "plane", "RTL", "LOITER"),
+        ("px4", "copter", "AUTO.LAND", "AUTO.LOITER"),
+        ("px4", "plane", "AUTO.RTL", "AUTO.LOITER"),
+        ("px4", "rover", "OFFBOARD", "AUTO.LOITER"),
+        # These it could be armed in, and would set off at once.
+        ("ardupilot", "plane", "TAKEOFF", "LOITER"),
+        ("px4", "copter", "AUTO.TAKEOFF", "AUTO.LOITER"),
+    ],
+)
+def test_a_mode_that_is_not_armed_in_is_left_first(
+    autopilot: str, kind: str, mode: str, then: str
+) -> None:
+    vehicle = VehicleConfig(autopilot=autopilot, vehicle=kind, ready_after_s=1.0)
+    flight = SimulatedFlight(simulated=vehicle).ready()
+    flight.run_for(2.0)
+    flight.set_mode_as_pilot(mode)
+    flight.run_until(lambda: flight.vehicle.mode_name == mode, 3.0)
+    flight.run_for(1.0)
+    answer = flight.serve(Service.ARM)
+    assert answer.success, answer.message
+    assert flight.vehicle.mode_name == then
+    place = flight.truth()[0]
+    flight.run_for(6.0)
+    assert math.dist(flight.truth()[0], place) < 0.5, "it was set off by being armed"
+
+
+def test_an_armable_mode_is_the_pilots_to_choose() -> None:
+    flight = SimulatedFlight().ready()
+    flight.run_for(2.0)
+    flight.set_mode_as_pilot("ALT_HOLD")
+    flight.run_for(1.5)
+    assert flight.serve(Service.ARM).success
+    assert flight.vehicle.mode_name == "ALT_HOLD"

@@ -7,7 +7,13 @@ import math
 
 import pytest
 
-from drone_navigation.requests import LandRequest, ReturnRequest, TakeoffRequest
+from drone_navigation.requests import (
+    LandRequest,
+    ReturnRequest,
+    TakeoffRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
 from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from tests.support.simulated_flight import SimulatedFlight
@@ -144,3 +150,43 @@ def test_a_fast_flight_stops_at_its_goal_and_not_beyond(flight: SimulatedFlight)
             beyond_m = max(beyond_m, math.dist(start, flight.truth()[0]) - math.dist(start, goal))
         assert flight.ends(goal_id)[0].code.value == "SUCCESS"
         assert beyond_m < radius_m
+
+
+def landed_by_its_failsafe(kind: str = "copter") -> SimulatedFlight:
+    """A PX4 whose server fell silent under way; it came home by itself and disarmed."""
+    vehicle = VehicleConfig(autopilot="px4", vehicle=kind, ready_after_s=1.0)
+    flight = SimulatedFlight(simulated=vehicle).ready()
+    goal = flight.send(20.0, 0.0, 6.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.run_for(1.0)
+    flight.link_up = False
+    flight.run_for(20.0)
+    flight.link_up = True
+    flight.run_until(lambda: not flight.vehicle.state.armed, 120.0)
+    flight.run_for(2.0)
+    assert flight.vehicle.mode_name == "OFFBOARD"
+    assert flight.vehicle.state.system_status == 0
+    return flight
+
+
+def test_a_px4_that_disarmed_in_offboard_is_flown_again() -> None:
+    flight = landed_by_its_failsafe()
+    end = flight.run_to_end(flight.send(5.0, 0.0, 4.0))
+    assert end.code.value == "SUCCESS", end.message
+
+
+def test_a_px4_that_disarmed_in_offboard_flies_a_mission() -> None:
+    flight = landed_by_its_failsafe()
+    request = WaypointsRequest((WaypointRequest((15.0, 0.0, 5.0)),), by_mission=True)
+    end = flight.run_to_end(flight.start(request), 200.0)
+    assert end.code.value == "SUCCESS", end.message
+
+
+def test_the_arm_service_leaves_offboard_first() -> None:
+    flight = landed_by_its_failsafe()
+    since_s = flight.now
+    answer = flight.serve(Service.ARM)
+    assert answer.success, answer.message
+    assert flight.vehicle.state.armed
+    assert flight.vehicle.mode_name == "AUTO.LOITER"
+    assert flight.setpoint_times(since_s) == []

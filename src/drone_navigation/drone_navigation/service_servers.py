@@ -21,8 +21,8 @@ from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
 
 _CALL_TIMEOUT_S = 2.0
-# Longer than a mode change or an arming may take (``VehicleConfig.operation_timeout_s``).
-_DONE_TIMEOUT_S = 15.0
+# Longer than a mode change and an arming may take (``VehicleConfig.operation_timeout_s`` each).
+_DONE_TIMEOUT_S = 25.0
 
 
 class ServiceServers:

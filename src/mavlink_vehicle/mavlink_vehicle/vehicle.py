@@ -10,6 +10,7 @@ from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.goals import (
     ArmGoal,
+    ArmingModeGoal,
     ModeGoal,
     SpeedGoal,
     reposition_goal,
@@ -99,8 +100,24 @@ class Vehicle(VehicleStations):
     # Motors and take-off
 
     def arm(self, now: float) -> int:
-        """Arm the motors; returns the operation's id."""
-        return self._set_armed(ArmGoal(True), now)
+        """Arm the motors; returns the operation's id.
+
+        A mode in which the vehicle cannot be armed, or in which arming would set it off, is left
+        for the profile's `arming_mode` first.
+        """
+        profile, goal = self.profile, ArmGoal(True)
+        name = None if profile is None else self._mode_to_arm_in(profile)
+        if profile is None or name is None:
+            return self._set_armed(goal, now)
+        mode = profile.modes[name]
+        return self._begin(
+            profile,
+            ArmingModeGoal(name, mode, profile),
+            Wanted(mode=mode),
+            OperationTiming(self.config.operation_timeout_s),
+            now,
+            then=lambda operation_id, now: self._set_armed(goal, now, operation_id),
+        )
 
     def disarm(self, now: float, force: bool = False) -> int:
         """Disarm the motors, with `force` even in the air; returns the operation's id."""
@@ -251,8 +268,19 @@ class Vehicle(VehicleStations):
         goal = ModeGoal(name, mode, profile, kind)
         return self._begin(profile, goal, Wanted(mode=mode), timing, now, gate)
 
-    def _set_armed(self, goal: ArmGoal, now: float) -> int:
+    def _mode_to_arm_in(self, profile: Profile) -> str | None:
+        """Return the mode to change to before arming; None when it may be armed as it is."""
+        state, name = self.state, self.mode_name
+        if state.armed or name == profile.arming_mode:
+            return None
+        # What CURRENT_MODE shows, the status in the next HEARTBEAT is about.
+        judged = state.heartbeat_mode == state.custom_mode
+        cannot_run = profile.status_tells_runnable and judged and state.mode_may_not_run
+        return profile.arming_mode if cannot_run or name in profile.not_armed_in else None
+
+    def _set_armed(self, goal: ArmGoal, now: float, operation_id: int | None = None) -> int:
         if self.profile is None:
             return self._nobody(goal.kind, now)
         timing = OperationTiming(self.config.operation_timeout_s)
-        return self._begin(self.profile, goal, Wanted(armed=goal.armed), timing, now)
+        wanted = Wanted(armed=goal.armed)
+        return self._begin(self.profile, goal, wanted, timing, now, operation_id=operation_id)

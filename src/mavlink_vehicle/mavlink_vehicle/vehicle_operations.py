@@ -5,7 +5,7 @@ from __future__ import annotations
 from mavlink_vehicle.events import OperationKind, OperationResult
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.operation_parts import Gate, Goal, OperationTiming
-from mavlink_vehicle.protocols.operation_slot import Wanted
+from mavlink_vehicle.protocols.operation_slot import Begin, Wanted
 from mavlink_vehicle.vehicle_core import VehicleCore
 
 
@@ -20,6 +20,8 @@ class VehicleOperations(VehicleCore):
         timing: OperationTiming,
         now: float,
         gate: Gate | None = None,
+        then: Begin | None = None,
+        operation_id: int | None = None,
     ) -> int:
         operation_id = self._slot.begin(
             goal,
@@ -31,6 +33,8 @@ class VehicleOperations(VehicleCore):
             connected=self.connected,
             first_ack_counts=goal.request.command not in profile.later_ack_counts,
             gate=gate,
+            then=then,
+            operation_id=operation_id,
         )
         self._take_ends()
         return operation_id

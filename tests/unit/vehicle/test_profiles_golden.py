@@ -98,6 +98,8 @@ def situation(name: str, action: str) -> tuple[int | None, bool]:
     mode = None
     if action in ("hold", "take control", "speed"):
         mode = ELSEWHERE.get(name, PX4_MISSION)
+    if action == "arm" and name.startswith("PX4"):
+        mode = PX4_LOITER  # armed in OFFBOARD it would be sent another mode first
     return mode, action != "arm"
 
 

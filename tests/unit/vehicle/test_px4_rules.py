@@ -16,6 +16,7 @@ from mavlink_vehicle.events import (
     LandedState,
     ModeChanged,
     OperationFinished,
+    OperationKind,
     OperationResult,
     StreamClosed,
     VehicleEvent,
@@ -24,7 +25,7 @@ from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 
 LOITER, TAKEOFF, LAND, RTL = 0x03040000, 0x02040000, 0x06040000, 0x05040000
-OFFBOARD, MISSION = 0x00060000, 0x04040000
+OFFBOARD, MISSION, POSCTL = 0x00060000, 0x04040000, 0x00030000
 SET_MODE, NAV_TAKEOFF = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_TAKEOFF
 ACCEPTED, REJECTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 SPEED = SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0))
@@ -140,6 +141,60 @@ def test_two_good_acknowledgements_are_no_success_without_the_heartbeat() -> Non
     for _ in range(11):
         results += ends(px4.wait(1.0) + px4.tell(px4.beat(LOITER)))
     assert results == [OperationResult.TIMED_OUT]
+
+
+ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+
+
+def standing(mode: int, status: int) -> tuple[Px4, int]:
+    """A disarmed PX4 that is asked to arm, and the operation's id."""
+    px4 = Px4(mode, armed=False, status=status)
+    return px4, px4.vehicle.arm(px4.now)
+
+
+def test_disarmed_in_offboard_it_is_armed_in_loiter_and_one_end_is_told() -> None:
+    px4, operation_id = standing(OFFBOARD, 0)
+    px4.events()
+    assert (len(px4.commands(SET_MODE)), len(px4.commands(ARM))) == (1, 0)
+    px4.tell(px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, ACCEPTED))
+    events = px4.tell(px4.beat(LOITER, False, 3))
+    assert [e.requested for e in events if isinstance(e, ModeChanged)] == [True]
+    assert ends(events) == []
+    assert len(px4.commands(ARM)) == 1
+    events = px4.tell(px4.say.ack(ARM, ACCEPTED), px4.beat(LOITER, True))
+    (end,) = [e for e in events if isinstance(e, OperationFinished)]
+    assert (end.operation_id, end.kind, end.result) == (
+        operation_id, OperationKind.ARM, OperationResult.ACHIEVED,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("mode", "status", "left"),
+    [(LOITER, 0, False), (LOITER, 3, False), (POSCTL, 3, False), (POSCTL, 0, True)],
+)
+def test_only_a_mode_that_it_cannot_be_armed_in_is_left(mode: int, status: int, left: bool) -> None:
+    px4, _ = standing(mode, status)
+    px4.events()
+    assert bool(px4.commands(SET_MODE)) is left
+    assert bool(px4.commands(ARM)) is not left
+
+
+def test_without_the_mode_to_arm_in_it_is_not_armed() -> None:
+    px4, operation_id = standing(OFFBOARD, 0)
+    px4.tell(px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, REJECTED))
+    (end,) = [e for e in px4.wait(1.0) if isinstance(e, OperationFinished)]
+    assert (end.operation_id, end.kind, end.result) == (
+        operation_id, OperationKind.ARM, OperationResult.REFUSED,
+    )  # fmt: skip
+    assert "AUTO.LOITER" in end.reason
+    assert px4.commands(ARM) == []
+
+
+def test_a_pilot_who_chooses_a_mode_meanwhile_is_not_armed() -> None:
+    px4, _ = standing(OFFBOARD, 0)
+    assert ends(px4.tell(px4.beat(POSCTL, False, 3))) == [OperationResult.CANCELLED]
+    assert ends(px4.wait(3.0)) == []
+    assert px4.commands(ARM) == []
 
 
 def test_a_selected_mode_that_cannot_run_is_not_control() -> None:

@@ -84,6 +84,27 @@ COPTER = Profile(
     modes=_modes("COPTER_MODE"),
     control_mode="GUIDED",
     control_before_takeoff=True,
+    # mode.h, allows_arming: a ground station may arm in GUIDED. AUTO would begin the mission
+    # (AUTO_OPTIONS), THROW would start the motors when it is lifted.
+    arming_mode="GUIDED",
+    not_armed_in=frozenset(
+        {
+            "AUTO",
+            "AUTO_RTL",
+            "AUTOROTATE",
+            "AUTOTUNE",
+            "AVOID_ADSB",
+            "BRAKE",
+            "CIRCLE",
+            "FLIP",
+            "FOLLOW",
+            "LAND",
+            "RTL",
+            "SMART_RTL",
+            "SYSTEMID",
+            "THROW",
+        }
+    ),
     hold_mode="BRAKE",
     land_mode="LAND",
     return_mode="RTL",
@@ -115,6 +136,11 @@ ROVER = Profile(
     modes=_modes("ROVER_MODE"),
     control_mode="GUIDED",
     control_before_takeoff=True,
+    # mode.h, allows_arming; in the others it would drive off by itself.
+    arming_mode="HOLD",
+    not_armed_in=frozenset(
+        {"AUTO", "CIRCLE", "DOCK", "FOLLOW", "INITIALIZING", "RTL", "SMART_RTL"}
+    ),
     hold_mode="HOLD",
     return_mode="RTL",
     mission_mode="AUTO",
@@ -142,6 +168,10 @@ PLANE = Profile(
     kind=VehicleKind.PLANE,
     modes=_modes("PLANE_MODE"),
     control_mode="GUIDED",
+    # mode.h, _pre_arm_checks; armed in AUTO or TAKEOFF it takes off. In LOITER it keeps the
+    # throttle down until it flies.
+    arming_mode="LOITER",
+    not_armed_in=frozenset({"AUTO", "AUTOLAND", "INITIALIZING", "RTL", "TAKEOFF"}),
     hold_mode="LOITER",
     return_mode="RTL",
     mission_mode="AUTO",

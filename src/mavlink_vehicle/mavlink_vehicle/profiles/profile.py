@@ -93,6 +93,9 @@ class Profile:
         control_before_takeoff: whether the control mode must be entered before a take-off.
         prestream_s: how long setpoints must have been streamed before the control mode is
             entered; 0: not before, but after.
+        arming_mode: the mode that is entered first when the one that it is in is not armed in.
+        not_armed_in: modes in which it refuses to arm, and those in which arming would set it
+            off, so that it is never armed in them.
         hold_mode: the mode that stops and holds by itself, without a pilot's sticks. A plane
             circles.
         land_mode: lands where it is.
@@ -143,6 +146,8 @@ class Profile:
     control_mode: str | None = None
     control_before_takeoff: bool = False
     prestream_s: float = 0.0
+    arming_mode: str | None = None
+    not_armed_in: frozenset[str] = frozenset()
     hold_mode: str | None = None
     land_mode: str | None = None
     return_mode: str | None = None

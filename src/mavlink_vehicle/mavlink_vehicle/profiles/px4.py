@@ -72,6 +72,23 @@ _COMMON = Profile(
     projection=PROJECTION,
     modes=_modes(),
     mode_packing=ModePacking.MAIN_AND_SUB,
+    # mode_requirements.cpp: some modes prevent arming, and OFFBOARD needs setpoints, which a
+    # disarmed vehicle does not get. A PX4 that landed by a failsafe shows OFFBOARD again. Armed
+    # in AUTO.MISSION or AUTO.TAKEOFF it takes off.
+    arming_mode="AUTO.LOITER",
+    not_armed_in=frozenset(
+        {
+            "OFFBOARD",
+            "POSCTL.ORBIT",
+            "AUTO.FOLLOW_TARGET",
+            "AUTO.LAND",
+            "AUTO.MISSION",
+            "AUTO.PRECLAND",
+            "AUTO.RTL",
+            "AUTO.TAKEOFF",
+            "AUTO.VTOL_TAKEOFF",
+        }
+    ),
     hold_mode="AUTO.LOITER",
     return_mode="AUTO.RTL",
     mission_mode="AUTO.MISSION",

@@ -98,6 +98,22 @@ class ModeGoal(StateGoal):
 
 
 @dataclass(frozen=True)
+class ArmingModeGoal(ModeGoal):
+    """HEARTBEAT shows the mode to arm in; whether it can run there, arming will tell."""
+
+    kind: OperationKind = OperationKind.ARM
+
+    @property
+    def wish(self) -> str:
+        """The mode's name."""
+        return f"in {self.name}"
+
+    def reached(self, state: VehicleState) -> bool:
+        """Tell whether the mode is the wanted one."""
+        return self.expects_mode(state)
+
+
+@dataclass(frozen=True)
 class ArmGoal(StateGoal):
     """HEARTBEAT shows the motors armed (or disarmed)."""
 

@@ -18,6 +18,9 @@ from mavlink_vehicle.state import VehicleState
 SETTLE_S = 1.5
 """How long a command that was sent and given up may still take effect."""
 
+Begin = Callable[[int, float], object]
+"""Begins an operation with an id, at a time."""
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -36,6 +39,7 @@ class OperationSlot:
         self._requested = RequestedChanges(grace_s)
         self._last_words: list[Message] = []
         self._operation: Operation | MissionOperation | None = None
+        self._then: Begin | None = None
         self._next_id = 1
         self._events: deque[OperationFinished] = deque()
 
@@ -56,11 +60,17 @@ class OperationSlot:
         connected: bool,
         first_ack_counts: bool,
         gate: Gate | None = None,
+        then: Begin | None = None,
+        operation_id: int | None = None,
     ) -> int:
-        """Start an operation and return its id; the parameters are those of `Operation`."""
+        """Start an operation and return its id; the parameters are those of `Operation`.
+
+        `then` begins what follows when it is achieved, with the same `operation_id`: only the
+        end of that is told.
+        """
         self.cancel(f"{goal.kind.value} was asked for instead", now)
         operation = Operation(
-            self._take_id(),
+            self._take_id() if operation_id is None else operation_id,
             goal,
             address,
             self._command_timing,
@@ -68,7 +78,7 @@ class OperationSlot:
             first_ack_counts=first_ack_counts,
             gate=gate,
         )
-        self._operation = operation
+        self._operation, self._then = operation, then
         doubt = self._requested.contradicted(now, mode=wanted.mode, armed=wanted.armed)
         operation.begin(state, connected, now, SETTLE_S if doubt else 0.0)
         if not operation.finished and wanted != Wanted():
@@ -181,9 +191,12 @@ class OperationSlot:
                     self._requested.add(mode=mode)
             # A transfer's end is acknowledged to the vehicle, which waits for it.
             self._last_words += self._operation.messages_to_send()
-            self._operation = None
+            then, self._operation, self._then = self._then, None, None
             self._requested.end(now)
-            self._events.append(event)
+            if then is not None and event.result is OperationResult.ACHIEVED:
+                then(event.operation_id, now)
+            else:
+                self._events.append(event)
 
     def _take_id(self) -> int:
         operation_id = self._next_id
