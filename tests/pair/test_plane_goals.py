@@ -185,6 +185,31 @@ def test_it_returns_and_circles_the_launch_point(flying: SimulatedFlight) -> Non
 
 
 @pytest.mark.parametrize(
+    ("autopilot", "parameters", "circle_m", "return_m"),
+    [
+        ("ardupilot", {"WP_LOITER_RAD": 150.0}, 150.0, 150.0),
+        ("ardupilot", {"WP_LOITER_RAD": 60.0, "RTL_RADIUS": -200.0}, 60.0, 200.0),
+        ("px4", {"NAV_LOITER_RAD": 50.0, "RTL_LOITER_RAD": -160.0}, 50.0, 160.0),
+    ],
+)
+def test_its_circles_are_those_of_its_own_parameters(
+    autopilot: str, parameters: dict[str, float], circle_m: float, return_m: float
+) -> None:
+    vehicle = VehicleConfig(
+        vehicle="plane", autopilot=autopilot, ready_after_s=1.0, parameters=parameters
+    )
+    plane = SimulatedFlight(simulated=vehicle).ready()
+    plane.run_to_end(plane.start(TakeoffRequest(50.0)))
+    room_m = 500.0 - 2.0 * circle_m  # of volume_radius_m
+    assert plane.check(plane.request(room_m - 5.0, 0.0, 60.0)) is None
+    assert plane.check(plane.request(room_m + 5.0, 0.0, 60.0)) is not None
+    end = plane.run_to_end(plane.start(ReturnRequest()), 300.0)
+    assert end.code.value == "SUCCESS", end.message
+    plane.run_for(60.0)
+    assert 0.8 * return_m < _away_m(plane, (0.0, 0.0, 0.0)) < 1.4 * return_m
+
+
+@pytest.mark.parametrize(
     ("reference", "height_m", "up_m"),
     [(AltitudeReference.HOME, 45.0, 45.0), (AltitudeReference.AMSL, 584.0 + 65.0, 65.0)],
 )

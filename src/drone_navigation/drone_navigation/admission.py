@@ -20,6 +20,7 @@ from drone_navigation.requests import (
 )
 from drone_navigation.route_admission import admit_plane, admit_route
 from drone_navigation.settings import BridgeConfig
+from drone_navigation.traits import circle_radius_m
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection, check_target
@@ -224,5 +225,8 @@ def _vehicle_led(
             OutcomeCode.NOT_FLYING,
             f"The vehicle is on the ground, so there is no {goal.name} to do.",
         )
-    config = situation.config.goto
+    config, vehicle = situation.config.goto, situation.vehicle
+    if goal is RETURN_TO_LAUNCH:
+        radius_m = circle_radius_m(situation.profile, vehicle.parameters, about_launch=True)
+        traits = replace(traits, circle_radius_m=radius_m)
     return Admitted(goal.name, None, lambda _handover: VehicleLed(goal, config, traits))

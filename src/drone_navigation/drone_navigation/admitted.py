@@ -76,8 +76,8 @@ class Situation:
 
     @property
     def traits(self) -> Traits:
-        """What a vehicle of its kind can do."""
-        return traits_of(self.profile, self.vehicle.setpoint_timeout_s)
+        """What this vehicle can do, by its kind and its parameters."""
+        return traits_of(self.profile, self.vehicle.parameters)
 
     @property
     def speed_max_m_s(self) -> float:

@@ -17,6 +17,7 @@ from drone_navigation.goal import ActiveGoal
 from drone_navigation.map_frame import MapFrame
 from drone_navigation.settings import BatteryPolicy, BridgeConfig
 from drone_navigation.standing_obstacles import StandingObstacles
+from drone_navigation.traits import circle_radius_m
 from drone_navigation.vehicle_fence import areas_of, fence_of, has_areas
 from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.health import arming_faults, estimator_faults
@@ -104,8 +105,9 @@ class Guard:
             notes.append(_UNKNOWN_FENCE)
         else:
             plan, margin_m = admitted.plan, self._config.safety.fence_margin_m
-            if self._vehicle.profile is not None:
-                margin_m += circle_max_m(self._vehicle.profile.circle_radius_m)
+            profile = self._vehicle.profile
+            if profile is not None:
+                margin_m += circle_max_m(circle_radius_m(profile, self._vehicle.parameters))
             rejection = self._check_fence(fence, plan, 0, margin_m, plan.laps > 1)
             if rejection is not None:
                 return rejection

@@ -190,14 +190,6 @@ class VehicleCore:
         return self._parameters.values
 
     @property
-    def setpoint_timeout_s(self) -> float:
-        """For how long it goes on with the last setpoint when none follows; 0 if it does not."""
-        if self.profile is None:
-            return 0.0
-        told = self.parameters.get(self.profile.setpoint_timeout_parameter)
-        return self.profile.setpoint_timeout_s if told is None else max(told, 0.0)
-
-    @property
     def fence_items(self) -> tuple[MissionItem, ...] | None:
         """The items of the fence that was uploaded to it; None while they are not known."""
         return self._fence.items

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -128,6 +129,36 @@ def test_a_plane_returns_when_it_circles_the_launch_point() -> None:
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.SUCCESS
     assert "circles" in answer.message
+
+
+def test_a_plane_that_goes_round_the_launch_point_further_off_has_returned_too() -> None:
+    task = under_way(RETURN_TO_LAUNCH, PLANE)
+    for second in range(2, 200):
+        turn = 0.1 * second  # 20 m/s
+        place = (200.0 * math.cos(turn), 200.0 * math.sin(turn), 90.0)
+        answer = task.step(
+            replace(FLYING, position_enu_m=place, mode=VehicleMode.RETURN), float(second)
+        )
+        if isinstance(answer, Outcome):
+            break
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.SUCCESS
+    assert second > 2 + math.pi / 0.1, "half a round, at least"
+
+
+def test_a_plane_that_circles_elsewhere_has_not_returned() -> None:
+    task = under_way(RETURN_TO_LAUNCH, PLANE)
+    for second in range(2, 600):
+        turn = 0.2 * second
+        place = (600.0 + 80.0 * math.cos(turn), 80.0 * math.sin(turn), 90.0)
+        answer = task.step(
+            replace(FLYING, position_enu_m=place, mode=VehicleMode.RETURN), float(second)
+        )
+        if isinstance(answer, Outcome):
+            break
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.TIMEOUT
+    assert answer.final_error_m is not None
 
 
 def test_only_a_planes_return_may_become_its_mission() -> None:

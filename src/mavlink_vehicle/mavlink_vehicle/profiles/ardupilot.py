@@ -181,11 +181,13 @@ PLANE = Profile(
     takeoff_mode="TAKEOFF",
     # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
     reposition=True,
-    circle_radius_m=60.0,  # WP_LOITER_RAD
+    circle_radius_m=60.0,
+    circle_parameters=("WP_LOITER_RAD",),
+    return_circle_parameters=("RTL_RADIUS", "WP_LOITER_RAD"),
     # An airspeed between its limits; it is forgotten when the mode changes.
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
     unsupported_messages=_PX4_MESSAGES,
-    wanted_parameters=_FENCE_PARAMETERS,
+    wanted_parameters=(*_FENCE_PARAMETERS, "WP_LOITER_RAD", "RTL_RADIUS"),
     failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 

@@ -108,6 +108,9 @@ class Profile:
         altitude_reference: of the altitudes in commands.
         reposition: whether it is sent to places by MAV_CMD_DO_REPOSITION, not by setpoints.
         circle_radius_m: of a plane's circles, by the default of its parameter.
+        circle_parameters: that parameter; negative is against the clock.
+        return_circle_parameters: the parameters of the circle about the launch point; the first
+            that is not 0 counts.
         speed_command: how its speed is changed by command; None where the setpoints say it.
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
@@ -159,6 +162,8 @@ class Profile:
     altitude_reference: AltitudeReference = AltitudeReference.HOME
     reposition: bool = False
     circle_radius_m: float = 0.0
+    circle_parameters: tuple[str, ...] = ()
+    return_circle_parameters: tuple[str, ...] = ()
     speed_command: SpeedCommand | None = None
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE

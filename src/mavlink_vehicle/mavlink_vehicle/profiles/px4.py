@@ -164,7 +164,10 @@ PLANE = replace(
     takeoff_mode="AUTO.TAKEOFF",
     after_takeoff_mode="AUTO.LOITER",
     reposition=True,
-    circle_radius_m=80.0,  # NAV_LOITER_RAD
+    circle_radius_m=80.0,
+    circle_parameters=("NAV_LOITER_RAD",),
+    return_circle_parameters=("RTL_LOITER_RAD",),
+    wanted_parameters=(*_COMMON.wanted_parameters, "NAV_LOITER_RAD", "RTL_LOITER_RAD"),
 )
 
 VTOL = replace(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from navigation_core.outcomes import OutcomeCode
@@ -31,6 +33,8 @@ _WHAT = {
     OperationKind.START_MISSION: "start the mission",
     OperationKind.CLEAR_MISSION: "remove the mission",
 }
+# More than the noise of a position at rest.
+_HEADWAY_M = 1.0
 
 
 def check_departure(
@@ -77,6 +81,43 @@ class Dwell:
     def reset(self) -> None:
         """Forget what was seen."""
         self._since_s = None
+
+
+class Headway:
+    """Whether a vehicle that flies by itself still gets on.
+
+    It is told lengths that shrink as the vehicle gets on, and that do not shrink for ever: so
+    there is an end to whatever the vehicle does.
+    """
+
+    def __init__(self, patience_s: float) -> None:
+        """Wait so long without headway."""
+        self._patience_s = patience_s
+        self._since_s: float | None = None
+        self._least_m: list[float] = []
+
+    def restart(self) -> None:
+        """Begin again, with other lengths."""
+        self._since_s, self._least_m = None, []
+
+    def is_lost(self, lengths_m: Sequence[float], now: float, longer_s: float = 0.0) -> bool:
+        """Take note of the lengths, and say whether none has shrunk for too long.
+
+        Args:
+            lengths_m: always as many, or none while they are not known.
+            now: time in seconds.
+            longer_s: time that it may stand by right, beyond the usual patience.
+        """
+        least_m = self._least_m or [math.inf] * len(lengths_m)
+        shrunk = [new < least - _HEADWAY_M for new, least in zip(lengths_m, least_m, strict=False)]
+        if self._since_s is None or any(shrunk):
+            self._since_s = now
+        if lengths_m:
+            self._least_m = [
+                new if less else least
+                for new, least, less in zip(lengths_m, least_m, shrunk, strict=True)
+            ]
+        return now - self._since_s > self._patience_s + longer_s
 
 
 @dataclass(frozen=True)

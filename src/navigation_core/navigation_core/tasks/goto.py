@@ -24,6 +24,9 @@ from navigation_core.tasks.pursuit import Pursuer, Way
 
 __all__ = ["Goto", "GotoConfig", "GotoConfigError", "GotoGoal"]
 
+# So much nearer along the way than ever before is progress.
+_NEARER_M = 1.0
+
 
 class Goto(GotoStopping):
     """The task of one goal, and the base of routes. See :class:`~.base.Task`."""
@@ -83,6 +86,8 @@ class Goto(GotoStopping):
             return None
         if carrot.stalled_s > self._patience_s:
             return self._timeout("It made no progress", observation)
+        if carrot.distance_remaining_m < self._least_left_m - _NEARER_M:
+            self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
         return Fly(self._setpoint(carrot, observation))
 
     def _note_place(self, observation: Observation) -> None:
@@ -144,7 +149,16 @@ class Goto(GotoStopping):
         return None
 
     def _hold(self, observation: Observation, now: float) -> Answer:
+        held_s = self._held_s + now - self._phase_since_s
+        if held_s > self._patience_s and not self._pause_asked:
+            # Each time it comes back the flight begins anew, and with it all other patience.
+            text = (
+                f"The vehicle's position comes and goes: it was held for {held_s:.0f} s in all "
+                "without getting nearer."
+            )
+            return Outcome(OutcomeCode.NO_POSITION, text, None)
         if is_located(observation, self._config.position_stale_s):
+            self._held_s = 0.0 if self._pause_asked else held_s
             self._begin_flight(Event.REPLAN, observation, now)
             return None
         timeout_s = self._config.position_timeout_s

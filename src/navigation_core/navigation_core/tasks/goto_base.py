@@ -103,6 +103,9 @@ class GotoBase(ABC):
         # What cannot turn on the spot may have to go away first, and round once more.
         self._patience_s = config.settle_timeout_s + _TURNS_S_M * traits.turning_radius_m
         self._hold_time_s = 0.0
+        # Time without a position since the flight last got nearer to its end.
+        self._held_s = 0.0
+        self._least_left_m = math.inf
         self._stopped = Dwell(config.stop_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
         self._handlers: dict[Phase, Callable[[Observation, float], Answer]] = {}

@@ -19,7 +19,11 @@ class GotoDeparture(GotoBase):
         if rejection is not None and not taking_off:
             return self._over(rejection.code, rejection.message, observation)
         if is_pending(observation, OperationKind.DISARM):
-            return Perform(OperationKind.DISARM)  # of a replaced goal; it cannot be taken back
+            # Of a replaced goal; it cannot be taken back.
+            disarm, refusal = Perform(OperationKind.DISARM), OutcomeCode.ARMING_REFUSED
+            return self._perform(disarm, refusal, observation, now)
+        if self._operation is not None and self._operation.intent.kind is OperationKind.DISARM:
+            self._operation = None
         needs_control = self._traits.control_before_takeoff or self._flies(observation)
         if not observation.in_control and not taking_off and needs_control:
             answer = self._perform(

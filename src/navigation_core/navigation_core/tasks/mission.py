@@ -28,7 +28,7 @@ from navigation_core.tasks.base import (
     Wait,
     WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Operation, check_departure
+from navigation_core.tasks.conditions import Dwell, Headway, Operation, check_departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.mission_measures import MissionMeasures
@@ -38,6 +38,8 @@ from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 _MOVED_M = 0.5
 _STUCK_S = 60.0
+# One that moves, but comes no nearer to its waypoint, is astray after this.
+_ASTRAY_S = 300.0
 # MISSION_CURRENT may come up to a second after the HEARTBEAT that belongs to it.
 _REPORT_S = 2.0
 _CLEAR_S = 10.0
@@ -91,6 +93,8 @@ class FlyMission(WithoutSetpoints):
         self._left_s: float | None = None
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
+        self._headway = Headway(_ASTRAY_S)
+        self._headed_for = 0
         self._arrival = Dwell(config.arrival_dwell_s)
         self._stopped = Dwell(config.stop_dwell_s)
         self._handlers: dict[MissionPhase, Callable[[Observation, float], _Answer]] = {
@@ -174,6 +178,7 @@ class FlyMission(WithoutSetpoints):
     def resume(self, observation: Observation, now: float) -> None:
         """Go on after a time without steps."""
         self._moved_s = now
+        self._headway.restart()
         self._arrival.reset()
         self._stopped.reset()
 
@@ -204,6 +209,7 @@ class FlyMission(WithoutSetpoints):
         self._phase = phase
         self._since_s = self._moved_s = now
         self._operation = None
+        self._headway.restart()
         self._left_s = None
         self._arrival.reset()
         self._stopped.reset()
@@ -361,7 +367,24 @@ class FlyMission(WithoutSetpoints):
             text = f"The vehicle has not moved for {limit_s:g} s in its mission."
             self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
             return None
+        if self._headway.is_lost(self._lengths_m(position), now, self._mission.target.hold_time_s):
+            text = (
+                f"The vehicle moves, but comes no nearer to waypoint {self._mission.current} "
+                "(counted from 0, over all laps)."
+            )
+            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
+            return None
         return Wait()
+
+    def _lengths_m(self, position: Vector3 | None) -> tuple[float, ...]:
+        """Return what shrinks as it gets on: the way to the waypoint that it is headed for."""
+        if position is None:
+            return ()
+        current, target = self._mission.current, self._mission.target.position_enu_m
+        if current != self._headed_for:
+            self._headed_for = current
+            self._headway.restart()
+        return (distance(position, target),)
 
     def _stop_for_pause(self, observation: Observation, now: float) -> _Answer:
         if self._holds_already(observation):

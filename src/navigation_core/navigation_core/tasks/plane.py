@@ -334,6 +334,9 @@ class FlyPlane(WithoutSetpoints):
             answer = self._tell_speed(observation, now)
         if answer is not None:
             return answer
+        if now - self._nearest_s > _STUCK_S:
+            text = f"The vehicle has not come nearer to its target for {_STUCK_S:g} s."
+            return self._over(OutcomeCode.TIMEOUT, text, observation)
         if not is_located(observation, self._config.position_stale_s):
             return Wait()
         here = measured_state(observation)
@@ -348,9 +351,6 @@ class FlyPlane(WithoutSetpoints):
         left_m = distance(position, target) + _HEIGHT_WEIGHT * abs(position[2] - target[2])
         if left_m < self._nearest_m - _NEARER_M:
             self._nearest_m, self._nearest_s = left_m, now
-        if now - self._nearest_s > _STUCK_S:
-            text = f"The vehicle has not come nearer to its target for {_STUCK_S:g} s."
-            return self._over(OutcomeCode.TIMEOUT, text, observation)
         return Wait()
 
     def _circle(self, observation: Observation, now: float) -> _Answer:
@@ -358,15 +358,15 @@ class FlyPlane(WithoutSetpoints):
         if self._pause_asked:
             return self._begin_stay(_Phase.PAUSED, observation, now)
         waypoint = self._route.current
+        if now - self._phase_since_s > _STUCK_S + waypoint.hold_time_s:
+            text = "The vehicle did not stay on its circle about the target."
+            return self._over(OutcomeCode.TIMEOUT, text, observation)
         if not is_located(observation, self._config.position_stale_s):
             return Wait()
         here = measured_state(observation)
         level = abs(here.velocity_enu_m_s[2]) <= _LEVEL_M_S
         on_circle = self._circling.watch(here.position_enu_m, waypoint.position_enu_m) and level
         settled = self._circled.holds(on_circle, now - observation.position_age_s)
-        if now - self._phase_since_s > _STUCK_S + waypoint.hold_time_s:
-            text = "The vehicle did not stay on its circle about the target."
-            return self._over(OutcomeCode.TIMEOUT, text, observation)
         if not settled or now - self._phase_since_s < waypoint.hold_time_s:
             return Wait()
         return self._next(observation, now)

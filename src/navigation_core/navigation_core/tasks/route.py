@@ -170,6 +170,7 @@ class FlyRoute(Goto):
     def _arrived(self, observation: Observation, now: float) -> Answer:
         error_m = self._error_m(observation)
         self._tick_off(True)
+        self._held_s, self._least_left_m = 0.0, math.inf
         if self._next < self._total:
             self._begin_flight(Event.REPLAN, observation, now)
             return None

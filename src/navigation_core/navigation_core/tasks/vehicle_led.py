@@ -27,21 +27,29 @@ from navigation_core.tasks.base import (
     Wait,
     WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Operation
+from navigation_core.tasks.conditions import Dwell, Headway, Operation
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.plane_route import Circling
 
 # A vehicle that has not moved this far for this long is stuck. ArduCopter waits 5 s above
 # the launch point before it lands (RTL_LOIT_TIME), PX4 up to 5 s (RTL_LAND_DELAY).
 _MOVED_M = 0.5
 _STUCK_S = 60.0
+# One that moves, but comes neither nearer to the launch point nor lower, nor climbs to return,
+# is astray after this; an approach to a landing may lead away from it for a while.
+_ASTRAY_S = 300.0
+# RTL_ALT of ArduCopter is at most 3000 m.
+_RETURN_HEIGHT_MAX_M = 3000.0
+_DEPTH_MAX_M = 1000.0
 # Descent at the end of a landing: LAND_SPEED of ArduCopter is 0.5 m/s, MPC_LAND_SPEED of
 # PX4 0.7 m/s; from 10 m up both are faster (LAND_ALT_LOW, MPC_LAND_ALT2).
 _LAND_SPEED_M_S = 0.5
 _LAND_LOW_M = 10.0
 _DESCENT_M_S = 1.5
 _TOUCHDOWN_S = 3.0
-# A plane circles the launch point; its radius is its own parameter.
+# A plane circles the launch point, wider than its own parameter says: ArduPlane's standard
+# simulated plane at 96 m, where that says 80 m.
 _CIRCLE_SHARE = 1.5
 # One that only passes is out of the circle again sooner than this.
 _CIRCLING_S = 12.0
@@ -94,7 +102,8 @@ class VehicleLed(WithoutSetpoints):
         self._landing_seen = False
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
-        self._nearest_m = math.inf
+        self._headway = Headway(_ASTRAY_S if traits.flies else _STUCK_S)
+        self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
         self._stopped = Dwell(config.stop_dwell_s)
         self._outcome: Outcome | None = None
@@ -157,6 +166,7 @@ class VehicleLed(WithoutSetpoints):
     def resume(self, observation: Observation, now: float) -> None:
         """Go on after a time without steps."""
         self._moved_s = now
+        self._headway.restart()
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Say how far it is."""
@@ -214,22 +224,33 @@ class VehicleLed(WithoutSetpoints):
             return Outcome(OutcomeCode.SUCCESS, text, self._home_m(observation))
         if self._has_moved(observation):
             self._moved_from, self._moved_s = observation.position_enu_m, now
-        if now - self._moved_s > _STUCK_S:
-            text = f"The vehicle has not moved for {_STUCK_S:g} s in its {self._goal.name}."
+        # Without a position it may be on its way all the same.
+        stuck_s = _STUCK_S if observation.position_enu_m is not None else _ASTRAY_S
+        if now - self._moved_s > stuck_s:
+            text = f"The vehicle has not moved for {stuck_s:g} s in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, None)
+        longer_s = _ASTRAY_S if observation.home_enu_m is None else 0.0
+        if self._headway.is_lost(self._lengths_m(observation), now, longer_s):
+            text = f"The vehicle moves, but gets no further in its {self._goal.name}."
+            return Outcome(OutcomeCode.TIMEOUT, text, self._home_m(observation))
         return Wait()
 
     def _has_moved(self, observation: Observation) -> bool:
-        """Whether it has got on; for what drives home, nearer to it: circles do not count."""
+        position, before = observation.position_enu_m, self._moved_from
+        return position is not None and (before is None or distance(position, before) > _MOVED_M)
+
+    def _lengths_m(self, observation: Observation) -> tuple[float, ...]:
+        """Return what shrinks as it gets on: the way home, the height, and what it may climb."""
         position, home_m = observation.position_enu_m, self._home_m(observation)
-        if self._traits.flies or home_m is None:
-            before = self._moved_from
-            return position is not None and (
-                before is None or distance(position, before) > _MOVED_M
-            )
-        nearer = home_m < self._nearest_m - _MOVED_M
-        self._nearest_m = home_m if nearer else self._nearest_m
-        return nearer
+        if position is None:
+            return ()
+        way_m = math.inf if home_m is None else home_m
+        if not self._traits.flies:
+            return (way_m,)
+        height_m = max(position[2] - observation.ground_enu_m, -_DEPTH_MAX_M)
+        if self._goal is LAND:
+            return (height_m,)
+        return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
 
     def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
         answer = self._ask(Perform(OperationKind.HOLD), observation, now)
@@ -276,12 +297,21 @@ class VehicleLed(WithoutSetpoints):
         if home_m is None:
             return False
         if not self._traits.hovers:
-            return home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
+            return self._is_about_launch(observation, home_m)
         if self._traits.flies:
             return False  # it lands there
         speed_m_s = measured_speed(observation)
         slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
         return slow and home_m <= self._arrival_m()
+
+    def _is_about_launch(self, observation: Observation, home_m: float) -> bool:
+        """Whether a plane is as near as its circle, or goes round the launch point further off."""
+        position, home = observation.position_enu_m, observation.home_enu_m
+        assert position is not None
+        assert home is not None
+        # It circles at the height of its return, whatever that is.
+        rounds = self._circling.watch(position, (home[0], home[1], position[2]))
+        return rounds or home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
 
     def _arrival_m(self) -> float:
         """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m), or about."""
