@@ -99,6 +99,29 @@ def test_a_breached_fence() -> None:
     assert "fence" in end.message.lower()
 
 
+@pytest.mark.parametrize("kind", ["copter", "rover"])
+def test_a_breach_is_over_when_the_fence_is_switched_off(kind: str) -> None:
+    """The firmware then says nothing more of it, but in the health bit that stays."""
+    fence = {"FENCE_TYPE": 2.0, "FENCE_RADIUS": 200.0}
+    # A rover would drive back in before it is looked at.
+    own = {"copter": {"AVOID_ENABLE": 0.0}, "rover": {"FENCE_ACTION": 2.0}}[kind]
+    flight, vehicle, goal = under_way(kind=kind, parameters=fence | own)
+    vehicle.parameters.set("FENCE_RADIUS", 5.0)
+    vehicle.parameters.set("FENCE_ENABLE", 1.0)
+    assert end_in_silence(flight, goal).code is OutcomeCode.FAILSAFE_FENCE
+    refused = flight.check(flight.request(1.0, 1.0, 5.0 if kind == "copter" else 0.0))
+    assert refused is not None
+    assert refused.code is OutcomeCode.FAILSAFE_FENCE
+    vehicle.parameters.set("FENCE_ENABLE", 0.0)
+    flight.set_mode_as_pilot("LOITER")
+    flight.simulation.vehicles[0].pilot_throttle(1500)
+    flight.run_for(5.0)
+    assert vehicle.copter.fence.breached, "the firmware's own flag stays"
+    assert flight.vehicle.state.failsafe is None
+    end = flight.run_to_end(flight.send(1.0, 1.0, 5.0 if kind == "copter" else 0.0))
+    assert end.code is OutcomeCode.SUCCESS, end.message
+
+
 def test_a_battery_failsafe_that_only_warns_ends_the_goal_or_is_noted_as_configured() -> None:
     parameters = {"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 0.0, "BATT_LOW_TIMER": 3.0}
     flight, vehicle, goal = under_way(parameters=parameters)

@@ -134,8 +134,10 @@ class Fence:
         return "FENCE_ENABLE" in parameters and bool(parameters["FENCE_ENABLE"])
 
     def enable(self, on: bool) -> None:
-        """DO_FENCE_ENABLE."""
+        """DO_FENCE_ENABLE; unlike the parameter it takes back a breach, too (AC_Fence::enable)."""
         self._copter.parameters.set("FENCE_ENABLE", float(on))
+        if not on:
+            self.breached = 0
 
     def reasons(self) -> list[str]:
         """Why the fence forbids arming."""
@@ -225,7 +227,11 @@ class Fence:
     def update(self) -> None:
         """Look where the vehicle is, and act."""
         copter = self._copter
-        if not self.enabled or not copter.armed or copter.landed:
+        if not self.enabled:
+            # AC_Fence::check returns before it looks: what was breached stays so in SYS_STATUS.
+            self._above_floor = False
+            return
+        if not copter.armed or copter.landed:
             self.breached = 0
             self._above_floor = False
             return

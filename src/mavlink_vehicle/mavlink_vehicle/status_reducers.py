@@ -17,6 +17,8 @@ _AUTOPILOT_INVALID = mavlink.MAV_AUTOPILOT_INVALID
 _ARMED_FLAG = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _GEOFENCE = mavlink.MAV_SYS_STATUS_GEOFENCE
+# Stations that want FENCE_STATUS ask for it at least once a second.
+_FENCE_SILENCE_S = 3.0
 _FIRMWARE_TYPES = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
 
 
@@ -98,6 +100,10 @@ def sys_status(state: VehicleState, message: Message, now: float) -> VehicleStat
     }
     if message.onboard_control_sensors_enabled & _GEOFENCE:
         changes["fence_breached"] = not health & _GEOFENCE
+    elif state.fence_told_s is None or now - state.fence_told_s > _FENCE_SILENCE_S:
+        # Switched off. An ArduPilot keeps the health bit of a breach then, and says no more of it;
+        # with FENCE_ACTION 0 the fence is not enabled here either, but FENCE_STATUS goes on.
+        changes["fence_breached"] = False
     if state.battery is None or state.battery.from_summary:
         voltage_mv = message.voltage_battery
         changes["battery"] = Battery(
@@ -119,9 +125,10 @@ def extended_sys_state(state: VehicleState, message: Message, _now: float) -> Ve
     return state if landed is state.landed_state else evolve(state, {"landed_state": landed})
 
 
-def fence_status(state: VehicleState, message: Message, _now: float) -> VehicleState:
-    """Take in whether a fence is breached."""
-    return evolve(state, {"fence_breached": message.breach_status != 0})
+def fence_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Take in whether a fence is breached; it comes only while a fence is enabled."""
+    changes = {"fence_breached": message.breach_status != 0, "fence_told_s": now}
+    return evolve(state, changes)
 
 
 def autopilot_version(state: VehicleState, message: Message, _now: float) -> VehicleState:

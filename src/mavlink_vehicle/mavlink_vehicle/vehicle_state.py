@@ -39,6 +39,7 @@ class VehicleState:
         landed_state: of EXTENDED_SYS_STATE.
         failsafe: the failsafe in force, None when there is none.
         fence_breached: of FENCE_STATUS, or of SYS_STATUS where a fence is enabled.
+        fence_told_s: when FENCE_STATUS came last.
         global_position: None also while the vehicle sends 0, 0.
         ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
         ground_down_m: the same in the local frame.
@@ -72,6 +73,7 @@ class VehicleState:
     landed_state: LandedState = LandedState.UNDEFINED
     failsafe: Failsafe | None = None
     fence_breached: bool = False
+    fence_told_s: float | None = None
     global_position: GlobalPosition | None = None
     local_position: LocalPosition | None = None
     attitude: Attitude | None = None

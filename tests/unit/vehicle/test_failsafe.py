@@ -100,6 +100,28 @@ def test_a_breached_fence_counts_although_the_status_is_active() -> None:
     assert after(say("SYS_STATUS", onboard_control_sensors_enabled=0)).failsafe is None
 
 
+def test_a_fence_that_is_switched_off_after_a_breach_is_breached_no_more() -> None:
+    """By parameter, the firmware keeps the health bit of the breach; FENCE_STATUS falls silent."""
+    enabled = say("SYS_STATUS", onboard_control_sensors_enabled=mavlink.MAV_SYS_STATUS_GEOFENCE)
+    disabled = say("SYS_STATUS", onboard_control_sensors_enabled=0)
+    state = after(enabled)
+    assert state.failsafe is not None
+    assert after(disabled, state=state, now=101.0).failsafe is None
+    state = after(enabled, say("FENCE_STATUS", breach_status=1))
+    assert after(disabled, state=state, now=104.0).failsafe is None
+
+
+def test_a_fence_that_only_reports_is_not_taken_for_one_that_is_switched_off() -> None:
+    """With FENCE_ACTION 0 SYS_STATUS does not call it enabled, but FENCE_STATUS goes on."""
+    breach = say("FENCE_STATUS", breach_status=1)
+    state = after(breach)
+    for second in range(101, 110):
+        disabled = say("SYS_STATUS", onboard_control_sensors_enabled=0)
+        state = after(breach, disabled, state=state, now=float(second))
+        assert state.failsafe is not None
+        assert state.failsafe.since_s == 100.0
+
+
 def test_without_a_text_the_charge_state_or_the_estimator_tells() -> None:
     battery = say("BATTERY_STATUS", voltages=[65535] * 10, charge_state=2)
     state = after(battery, critical())
