@@ -6,6 +6,7 @@ import pytest
 
 from drone_navigation.goal import GoalFinished, LogLine
 from drone_navigation.requests import LandRequest, ReturnRequest
+from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.vehicle import SimulatedVehicle
 from mavlink_vehicle.codec import Codec, make, mavlink
@@ -147,6 +148,44 @@ def test_a_landing_and_a_return_are_never_ended_by_a_failsafe() -> None:
     assert not flight.ends(goal)
     goal = flight.start(LandRequest())
     assert flight.run_to_end(goal).code is OutcomeCode.SUCCESS
+
+
+def test_a_landing_after_a_battery_return_does_not_say_that_the_vehicle_did_not_act() -> None:
+    flight, vehicle, goal = under_way(
+        parameters={"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 2.0, "BATT_LOW_TIMER": 3.0}
+    )
+    vehicle.set_battery_voltage(10.0)
+    assert end_in_silence(flight, goal).code is OutcomeCode.FAILSAFE_BATTERY
+    end = flight.run_to_end(flight.start(LandRequest()))
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert "did not act" not in end.message
+    assert "failsafe (" not in end.message
+
+
+def test_the_refusal_after_the_end_of_the_server_names_the_hold_service_and_it_helps() -> None:
+    flight, _, goal = under_way("px4")
+    flight.link_up = False
+    flight.run_for(4.0)
+    flight.link_up = True
+    end_in_silence(flight, goal)
+    refused = flight.check(flight.request(1.0, 1.0, 5.0))
+    assert refused is not None
+    assert "hold service" in refused.message
+    assert flight.serve(Service.HOLD).success
+    flight.run_for(2.0)
+    end = flight.run_to_end(flight.send(1.0, 1.0, 5.0))
+    assert end.code is OutcomeCode.SUCCESS, end.message
+
+
+def test_the_refusal_of_a_battery_return_does_not_ask_to_stop_it() -> None:
+    flight, vehicle, goal = under_way(
+        parameters={"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 2.0, "BATT_LOW_TIMER": 3.0}
+    )
+    vehicle.set_battery_voltage(10.0)
+    end_in_silence(flight, goal)
+    refused = flight.check(flight.request(1.0, 1.0, 5.0))
+    assert refused is not None
+    assert "hold" not in refused.message
 
 
 def test_a_lost_ground_station() -> None:

@@ -60,12 +60,12 @@ def check_fleet(configs: Mapping[str, ServerConfig]) -> None:
     """Check that each of several vehicles can be told from the others.
 
     Raises:
-        ConfigurationError: two have the same system id, or one has none.
+        ConfigurationError: two have the same system id, or one of several has none.
     """
     systems: dict[int, str] = {}
     for name, config in configs.items():
         system_id = config.vehicle.target_system
-        if system_id == 0:
+        if system_id == 0 and len(configs) > 1:
             raise ConfigurationError(
                 f"Vehicle {name}: parameter target_system is 0; with several vehicles each needs "
                 "the MAVLink system id of its own."

@@ -35,6 +35,9 @@ _PERIOD_S = 0.5
 _LEFT_M = 3.0
 # A failsafe that changes the mode does so within this time of its first sign.
 _FAILSAFE_ACTS_S = 2.0
+# To stop what a vehicle does against these makes them worse. Others leave it fit to be held: a
+# server that died, and is there again, lets it return for nothing.
+_NOT_TO_STOP = frozenset({FailsafeKind.BATTERY, FailsafeKind.FENCE, FailsafeKind.GPS})
 _UNKNOWN_FENCE = "The vehicle's own fence is not known yet, so it was not checked."
 _UNKNOWN_AREAS = "The areas of the vehicle's own fence are not known yet, so were not checked."
 _UNKNOWN_BATTERY = "The vehicle does not tell what is left in its battery."
@@ -136,9 +139,11 @@ class Guard:
                 text = f"The autopilot would not arm. It says: {'; '.join(words)}."
                 return Rejection(OutcomeCode.UNHEALTHY, text)
         elif state.failsafe is not None and not vehicle.in_control_mode:
+            hold = "" if state.failsafe.kind in _NOT_TO_STOP else " call the hold service,"
             text = (
                 f"The vehicle is in a failsafe ({state.failsafe.text}) and acts by itself in "
-                f"{vehicle.mode_name}; wait until it is over, or take the vehicle back by hand."
+                f"{vehicle.mode_name}; wait until it is over,{hold} or take the vehicle back by "
+                "hand."
             )
             return Rejection(failsafe_code(state.failsafe), text)
         return None
@@ -226,13 +231,23 @@ class Guard:
             return None
         began_before = failsafe.since_s < goal.accepted_s  # so the goal was meant all the same
         memory.failsafe = failsafe.kind
+        if goal.plan is None:
+            # It lands or returns, perhaps because of it: that is no failsafe that did not act.
+            if not began_before:
+                goal.notes.append(f"The vehicle reported a failsafe meanwhile ({failsafe.text}).")
+            return None
         policy = self._config.safety.battery_policy
         ends = failsafe.kind in (FailsafeKind.FENCE, FailsafeKind.GPS) or (
             failsafe.kind is FailsafeKind.BATTERY and policy is BatteryPolicy.REJECT
         )
-        if ends and goal.plan is not None and not began_before:
+        if ends and not began_before:
             text = f"The vehicle is in a failsafe and left in our control: {failsafe.text}."
             return Outcome(failsafe_code(failsafe), text, None)
+        if began_before:
+            goal.notes.append(
+                f"The vehicle was in a failsafe already when the goal came ({failsafe.text})."
+            )
+            return None
         goal.notes.append(
             f"The vehicle reported a failsafe ({failsafe.text}) and did not act on it, so the goal "
             "went on."

@@ -82,6 +82,11 @@ def test_vehicles_that_cannot_be_told_apart_or_flown_are_refused_by_name(
         make_vehicle_configs(vehicles)
 
 
+def test_a_vehicle_that_is_the_only_one_needs_no_system_id() -> None:
+    configs = make_vehicle_configs({"x": {}})
+    assert configs["x"].vehicle.target_system == 0, "the first that is heard"
+
+
 def test_what_the_server_has_once_is_not_a_vehicles() -> None:
     server: dict[str, ParameterValue] = {"record_tlog": "all.tlog"}
     check_server_wide("a", {"record_tlog": "all.tlog", "arming": "auto"}, server)
