@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
+from drone_navigation.configuration import make_config
 from drone_navigation.parameter_file import read_parameter_file
 from drone_navigation.requests import NavigateRequest, Request, TakeoffRequest
 from mavlink_sitl import VehicleConfig
@@ -46,6 +47,21 @@ def test_a_first_goal_succeeds_with_each_set_up(path: Path) -> None:
     for goal in goals:
         end = flight.run_to_end(flight.start(goal), 300.0)
         assert end.code.value == "SUCCESS", end.message
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        path
+        for path in sorted(CONFIG.glob("[rs]*/*_*.yaml"))
+        if path.stem.endswith(("copter", "rover"))
+    ],
+    ids=lambda path: f"{path.parent.name}-{path.stem}",
+)
+def test_what_can_stand_arrives_within_half_a_metre(path: Path) -> None:
+    """A metre let a goal of 0.3 m count as arrived where it began."""
+    values = yaml.safe_load(path.read_text("utf-8"))["navigation_server"]["ros__parameters"]
+    assert make_config(values).bridge.goto.arrival_radius_m <= 0.5
 
 
 @pytest.mark.parametrize("name", FLEET)
