@@ -208,6 +208,15 @@ def test_a_real_vehicle_is_ready_and_its_arming_is_left_to_the_pilot() -> None:
     assert "take off" not in look(kind="rover", arming="never").run_to_end().yours[0]
 
 
+@pytest.mark.parametrize("kind", ["copter", "rover", "plane"])
+def test_the_ground_stations_system_id_is_told_by_the_name_that_the_firmware_has(kind: str) -> None:
+    report = look(kind=kind).run_to_end()
+    (section,) = (s for s in report.sections if s.title == "What the vehicle does by itself")
+    names = [line.name for line in section.lines]
+    assert len({"MAV_GCS_SYSID", "SYSID_MYGCS"} & set(names)) == 1
+    assert "SYSID" not in "".join(line.value for line in section.lines if line.name == "not told")
+
+
 def test_without_a_position_it_is_not_ready_and_says_what_to_do() -> None:
     report = look(ready_after_s=60.0).run_to_end()
     assert report.verdict is Verdict.NOT_READY

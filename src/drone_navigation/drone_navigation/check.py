@@ -99,7 +99,7 @@ class Checker:
             return
         if self._found_s is None:
             self._found_s = now
-            names = [setting.name for setting in profile.failsafe_settings]
+            names = [name for setting in profile.failsafe_settings for name in setting.names]
             self._reader.resume(self.vehicle.address, names, profile.parameters_bytewise, now)
         if header.srcSystem == self.vehicle.state.system_id:
             self._reader.receive(message, now)

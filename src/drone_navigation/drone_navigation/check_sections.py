@@ -136,14 +136,16 @@ def failsafes_section(checker: Checker, profile: Profile) -> Section:
     """What it does when something fails, by its parameters."""
     told = checker.parameters
     lines = []
+    untold = []
     for setting in profile.failsafe_settings:
-        if setting.name not in told:
+        name = next((name for name in setting.names if name in told), None)
+        if name is None:
+            untold.append(" or ".join(setting.names))
             continue
-        value = told[setting.name]
+        value = told[name]
         off = int(value) in setting.off and value == int(value)
         warning = "Off: the vehicle does nothing about it by itself." if off else None
-        lines.append(Line(setting.name, f"{setting.about}: {setting.describe(value)}", warning))
-    untold = [s.name for s in profile.failsafe_settings if s.name not in told]
+        lines.append(Line(name, f"{setting.about}: {setting.describe(value)}", warning))
     if untold:
         lines.append(Line(_UNKNOWN, ", ".join(untold)))
     return Section("What the vehicle does by itself", tuple(lines))

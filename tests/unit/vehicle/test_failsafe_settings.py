@@ -15,12 +15,18 @@ FLOWN = [
 
 @pytest.mark.parametrize("profile", FLOWN, ids=lambda profile: profile.name)
 def test_every_kind_that_is_flown_has_settings_with_names_that_fit(profile: Profile) -> None:
-    names = [setting.name for setting in profile.failsafe_settings]
+    names = [name for setting in profile.failsafe_settings for name in setting.names]
     assert len(names) > 5
     assert len(set(names)) == len(names)
     assert all(0 < len(name) <= 16 for name in names)
     for setting in profile.failsafe_settings:
         assert not setting.off or setting.off <= set(setting.values), setting.name
+
+
+@pytest.mark.parametrize("profile", FLOWN[:4], ids=lambda profile: profile.name)
+def test_the_ground_stations_system_id_is_known_by_both_of_its_names(profile: Profile) -> None:
+    (setting,) = (s for s in profile.failsafe_settings if "MAV_GCS_SYSID" in s.names)
+    assert setting.names == ("MAV_GCS_SYSID", "SYSID_MYGCS")
 
 
 def test_only_what_is_flown_by_a_stream_tells_what_follows_its_end() -> None:

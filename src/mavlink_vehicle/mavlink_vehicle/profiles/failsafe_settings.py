@@ -22,6 +22,7 @@ class FailsafeSetting:
         values: what its numbers mean; empty for a quantity.
         unit: of a quantity.
         off: the numbers with which the vehicle does nothing.
+        formerly: what older firmwares call it; a firmware answers for the one that it has.
     """
 
     name: str
@@ -29,6 +30,12 @@ class FailsafeSetting:
     values: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     unit: str = ""
     off: frozenset[int] = frozenset()
+    formerly: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names that it may have."""
+        return (self.name, self.formerly) if self.formerly else (self.name,)
 
     def describe(self, value: float) -> str:
         """Return a value for people, with what it means."""
@@ -56,16 +63,15 @@ _COPTER_BATTERY = (
 _ROVER_ENABLE = ("off", "on", "on, but a mission goes on")
 _ROVER_BATTERY = ("nothing", "RTL", "hold", "SmartRTL", "SmartRTL or hold", "terminate")
 _PLANE_BATTERY = ("nothing", "RTL", "land", "terminate", "QLAND", "parachute", "loiter to QLAND")
-# Before 4.7 and from then on; a firmware answers for the one that it has.
-_STATION_IDS = (
-    FailsafeSetting("SYSID_MYGCS", "system id of the ground station that counts"),
-    FailsafeSetting("MAV_GCS_SYSID", "system id of the ground station that counts"),
+# Renamed in ArduPilot 4.7.
+_STATION_ID = FailsafeSetting(
+    "MAV_GCS_SYSID", "system id of the ground station that counts", formerly="SYSID_MYGCS"
 )
 _FENCE_ENABLE = _choice("FENCE_ENABLE", _FENCE_ON, "off", "on")
 
 ARDUCOPTER = (
     _choice("FS_GCS_ENABLE", _STATION, *_COPTER_ACTIONS),
-    *_STATION_IDS,
+    _STATION_ID,
     _choice(
         "FS_THR_ENABLE", _RC, "nothing", "RTL", "RTL, but a mission goes on", "land",
         "SmartRTL or RTL", "SmartRTL or land", "to the mission's landing, or RTL",
@@ -88,7 +94,7 @@ ARDUROVER = (
             "SmartRTL or hold", "terminate", "loiter or hold"),
     FailsafeSetting("FS_TIMEOUT", "how long until then", unit="s"),
     _choice("FS_GCS_ENABLE", _STATION, *_ROVER_ENABLE),
-    *_STATION_IDS,
+    _STATION_ID,
     _choice("FS_THR_ENABLE", _RC, *_ROVER_ENABLE),
     _choice("BATT_FS_LOW_ACT", _BATTERY, *_ROVER_BATTERY),
     _choice("BATT_FS_CRT_ACT", _CRITICAL, *_ROVER_BATTERY),
@@ -105,7 +111,7 @@ ARDUPLANE = (
     FailsafeSetting("FS_LONG_TIMEOUT", "how long until then", unit="s"),
     _choice("FS_GCS_ENABL", _STATION, "off", "on", "on, by the radio's report, too",
             "on in AUTO only"),
-    *_STATION_IDS,
+    _STATION_ID,
     _choice("THR_FAILSAFE", _RC, "off", "on", "no failsafe, but no stale sticks", off=(0, 2)),
     _choice("BATT_FS_LOW_ACT", _BATTERY, *_PLANE_BATTERY),
     _choice("BATT_FS_CRT_ACT", _CRITICAL, *_PLANE_BATTERY),
