@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from drone_navigation.requests import (
@@ -140,6 +142,41 @@ def test_a_goal_that_the_battery_will_not_do_for_is_refused_or_warned_about() ->
     assert "battery_reserve is 20 %" in refused.message
     for policy in ("warn", "ignore"):
         assert ready(battery_policy=policy).check(request) is None
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "kind", "parameters", "speed_m_s"),
+    [
+        ("ardupilot", "copter", {"WPNAV_SPEED": 800.0}, 8.0),
+        ("ardupilot", "copter", {"WPNAV_SPEED": 800.0, "RTL_SPEED": 100.0}, 1.0),
+        ("ardupilot", "rover", {"WP_SPEED": 2.0}, 2.0),
+        ("px4", "copter", {"MPC_XY_CRUISE": 6.0}, 6.0),
+        ("px4", "rover", {"RO_SPEED_LIM": 1.5}, 1.5),
+    ],
+)
+def test_the_way_back_is_reckoned_at_the_vehicles_own_speed(
+    autopilot: str, kind: str, parameters: dict[str, float], speed_m_s: float
+) -> None:
+    flight = ready(autopilot, parameters, kind=kind)
+    flight.run_for(2.0)
+    height_m = 0.0 if kind == "rover" else 5.0
+    flight.reconfigure(battery_reserve=0.9, battery_endurance_s=60.0)
+    # The goal's own speed is neither the default (3 m/s) nor the vehicle's.
+    refused = flight.check(flight.request(400.0, 0.0, height_m, speed=10.0))
+    assert refused is not None
+    (back_s,) = (float(s) for s in re.findall(r"(\d+) s for the way back", refused.message))
+    assert back_s == pytest.approx(400.0 / speed_m_s + height_m, abs=2.0), refused.message
+
+
+def test_the_way_back_is_reckoned_at_the_goals_speed_while_the_vehicles_is_not_known() -> None:
+    flight = ready(
+        "ardupilot", {"RTL_SPEED": 0.0, "WP_SPEED": 0.0, "CRUISE_SPEED": 0.0}, kind="rover"
+    )
+    flight.run_for(2.0)
+    flight.reconfigure(battery_reserve=0.9, battery_endurance_s=60.0)
+    refused = flight.check(flight.request(400.0, 0.0, 0.0, speed=10.0))
+    assert refused is not None
+    assert "40 s for the way back" in refused.message
 
 
 def test_the_battery_of_px4s_own_simulation_does_not_ground_it() -> None:

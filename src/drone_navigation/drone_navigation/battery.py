@@ -57,35 +57,44 @@ class BatteryReckoning:
         remaining = None if state.battery is None else state.battery.remaining
         self._consumption.observe(now, remaining, under_way)
 
-    def _back_s(self, start_enu_m: Vector3) -> float:
+    def _return_speed_m_s(self, plan: FlightPlan) -> float:
+        """Return the speed of the vehicle's own return; that of the goal while it is not known."""
+        profile, parameters = self._vehicle.profile, self._vehicle.parameters
+        for name, scale in () if profile is None else profile.return_speeds:
+            if parameters.get(name, 0.0) > 0.0:
+                return parameters[name] * scale
+        return plan.speeds_m_s[-1]
+
+    def _back_s(self, start_enu_m: Vector3, plan: FlightPlan) -> float:
         """Return the time of the way from a place to the launch point, landing included."""
         home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
         limits = self._config.goto.limits
         way_m = math.dist(start_enu_m[:2], home[:2])
         height_m = max(start_enu_m[2] - home[2], 0.0)
-        return way_m / limits.speed_horizontal_m_s + height_m / limits.speed_down_m_s
+        return way_m / self._return_speed_m_s(plan) + height_m / limits.speed_down_m_s
 
     def problem(self, plan: FlightPlan, start_enu_m: Vector3) -> str | None:
         """Say why the battery will not do for a plan from a place, and the way back."""
         if battery_is_low(self._vehicle.state.battery):
             return _SAID_LOW
         goal_s = _BEGIN_S + plan.duration_s(start_enu_m) + _SETTLE_S
-        prediction = self._consumption.predict(goal_s, self._back_s(plan.targets_enu_m[-1]))
+        back_s = self._back_s(plan.targets_enu_m[-1], plan)
+        prediction = self._consumption.predict(goal_s, back_s)
         reserve = self._config.safety.battery_reserve
         if prediction is None or prediction.back >= reserve:
             return None
         words = prediction.describe()
         return f"{words[0].upper()}{words[1:]}; battery_reserve is {100 * reserve:g} %."
 
-    def runs_low(self, here_enu_m: Vector3, now: float) -> str | None:
-        """Say why it is time to turn back."""
+    def runs_low(self, plan: FlightPlan, here_enu_m: Vector3, now: float) -> str | None:
+        """Say why it is time to turn back from a place on the way of a plan."""
         if not battery_is_low(self._vehicle.state.battery):
             self._low_since_s = None
         elif self._low_since_s is None:
             self._low_since_s = now
         if self._low_since_s is not None and now - self._low_since_s > _FAILSAFE_ACTS_S:
             return _SAID_LOW
-        prediction = self._consumption.predict(0.0, self._back_s(here_enu_m))
+        prediction = self._consumption.predict(0.0, self._back_s(here_enu_m, plan))
         reserve = self._config.safety.battery_reserve
         if prediction is None or prediction.back >= reserve:
             return None

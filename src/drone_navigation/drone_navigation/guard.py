@@ -220,7 +220,7 @@ class Guard:
         rejection = self._watch_place(goal, goal.plan, memory, here)
         if rejection is not None:
             return Outcome(rejection.code, rejection.message, None)
-        return self._watch_battery(goal, here, now)
+        return self._watch_battery(goal, goal.plan, here, now)
 
     def _watch_failsafe(self, goal: ActiveGoal, memory: _Memory, now: float) -> Outcome | None:
         """Judge a failsafe that has had the time to change the mode and did not."""
@@ -275,9 +275,11 @@ class Guard:
             return None
         return Rejection(rejection.code, f"The vehicle's fence was changed: {rejection.message}")
 
-    def _watch_battery(self, goal: ActiveGoal, here: Vector3, now: float) -> Outcome | None:
+    def _watch_battery(
+        self, goal: ActiveGoal, plan: FlightPlan, here: Vector3, now: float
+    ) -> Outcome | None:
         policy = self._config.safety.battery_policy
-        text = None if policy is BatteryPolicy.IGNORE else self._battery.runs_low(here, now)
+        text = None if policy is BatteryPolicy.IGNORE else self._battery.runs_low(plan, here, now)
         if text is None:
             return None
         if policy is BatteryPolicy.REJECT:

@@ -121,11 +121,13 @@ COPTER = Profile(
     setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
     # ArduCopter's mode_guided.cpp; neither rovers nor planes know the command.
     pauses_in_mode=True,
+    # Both in cm/s; the second is that of all waypoints.
+    return_speeds=(("RTL_SPEED", 0.01), ("WPNAV_SPEED", 0.01)),
     unsupported_messages=_PX4_MESSAGES,
     # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
     setpoint_timeout_s=3.0,
     setpoint_timeout_parameter="GUID_TIMEOUT",
-    wanted_parameters=(*_FENCE_PARAMETERS, "GUID_TIMEOUT"),
+    wanted_parameters=(*_FENCE_PARAMETERS, "GUID_TIMEOUT", "RTL_SPEED", "WPNAV_SPEED"),
     failsafe_settings=failsafe_settings.ARDUCOPTER,
 )
 
@@ -153,10 +155,11 @@ ROVER = Profile(
     # over its direction, so none is sent: the heading follows the velocity.
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
+    return_speeds=(("RTL_SPEED", 1.0), ("WP_SPEED", 1.0), ("CRUISE_SPEED", 1.0)),
     unsupported_messages=_PX4_MESSAGES,
     # Observed: "target not received last 3secs, stopping"; no parameter changes it.
     setpoint_timeout_s=3.0,
-    wanted_parameters=_FENCE_PARAMETERS,
+    wanted_parameters=(*_FENCE_PARAMETERS, "RTL_SPEED", "WP_SPEED", "CRUISE_SPEED"),
     failsafe_settings=failsafe_settings.ARDUROVER,
 )
 
@@ -187,7 +190,8 @@ PLANE = Profile(
     # An airspeed between its limits; it is forgotten when the mode changes.
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
     unsupported_messages=_PX4_MESSAGES,
-    wanted_parameters=(*_FENCE_PARAMETERS, "WP_LOITER_RAD", "RTL_RADIUS"),
+    return_speeds=(("AIRSPEED_CRUISE", 1.0),),
+    wanted_parameters=(*_FENCE_PARAMETERS, "WP_LOITER_RAD", "RTL_RADIUS", "AIRSPEED_CRUISE"),
     failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 

@@ -111,6 +111,8 @@ class Profile:
         circle_parameters: that parameter; negative is against the clock.
         return_circle_parameters: the parameters of the circle about the launch point; the first
             that is not 0 counts.
+        return_speeds: the parameters of the speed of its own return, each with what makes m/s of
+            it; the first that is above 0 counts.
         speed_command: how its speed is changed by command; None where the setpoints say it.
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
@@ -164,6 +166,7 @@ class Profile:
     circle_radius_m: float = 0.0
     circle_parameters: tuple[str, ...] = ()
     return_circle_parameters: tuple[str, ...] = ()
+    return_speeds: tuple[tuple[str, float], ...] = ()
     speed_command: SpeedCommand | None = None
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE

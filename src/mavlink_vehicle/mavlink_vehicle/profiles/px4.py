@@ -138,6 +138,8 @@ COPTER = replace(
     acceleration_is_push=True,
     # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
     setpoints_before_takeoff=True,
+    return_speeds=(("MPC_XY_CRUISE", 1.0),),
+    wanted_parameters=(*_COMMON.wanted_parameters, "MPC_XY_CRUISE"),
 )
 
 ROVER = replace(
@@ -148,6 +150,8 @@ ROVER = replace(
     # velocity the length is the speed and the direction the heading; yaw is not looked at.
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
+    return_speeds=(("RO_SPEED_LIM", 1.0),),
+    wanted_parameters=(*_COMMON.wanted_parameters, "RO_SPEED_LIM"),
 )
 
 BOAT = replace(ROVER, name="PX4 boat", kind=VehicleKind.BOAT)
@@ -167,7 +171,13 @@ PLANE = replace(
     circle_radius_m=80.0,
     circle_parameters=("NAV_LOITER_RAD",),
     return_circle_parameters=("RTL_LOITER_RAD",),
-    wanted_parameters=(*_COMMON.wanted_parameters, "NAV_LOITER_RAD", "RTL_LOITER_RAD"),
+    return_speeds=(("FW_AIRSPD_TRIM", 1.0),),
+    wanted_parameters=(
+        *_COMMON.wanted_parameters,
+        "NAV_LOITER_RAD",
+        "RTL_LOITER_RAD",
+        "FW_AIRSPD_TRIM",
+    ),
 )
 
 VTOL = replace(
