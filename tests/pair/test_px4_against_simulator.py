@@ -75,6 +75,20 @@ def height_m(pair: VehiclePair) -> float:
     return -float(pair.simulation.truth.position_ned_m[0][2])
 
 
+def test_a_rate_that_the_firmware_does_not_reach_is_asked_for_once() -> None:
+    """CURRENT_MODE comes at 2 Hz at most, and MISSION_CURRENT at 1 Hz, whatever is asked for."""
+    pair = px4_pair()
+    pair.run_for(120.0)
+    asked = [
+        int(message.param1)
+        for _, message in pair.sent
+        if message.get_type() == "COMMAND_LONG" and message.command == 511
+    ]
+    assert {436, 42} <= set(asked)
+    assert {asked.count(number) for number in set(asked)} == {1}
+    assert not pair.vehicle.refused_messages
+
+
 @pytest.mark.parametrize(
     ("seed", "faults"), [(1, None), (2, BAD_RADIO), (3, LinkFaults(loss=0.2, delay_s=0.2))]
 )

@@ -18,6 +18,7 @@ from mavlink_vehicle.events import (
     ModeChanged,
     OperationFinished,
     OperationResult,
+    StatusTextReceived,
     StreamClosed,
     VehicleDiscovered,
     VehicleRebooted,
@@ -74,8 +75,6 @@ def test_discovery_brings_the_telemetry_at_its_rates() -> None:
     state = pair.vehicle.state
     assert state.firmware_version is not None
     assert state.origin is not None
-    # The simulated ArduPilot has no terrain.
-    assert pair.vehicle.refused_messages == {"TERRAIN_REPORT": "DENIED"}
     assert state.battery is not None
     assert state.battery.remaining is not None
     assert state.battery.remaining > 0.9
@@ -378,16 +377,27 @@ def test_other_systems_on_the_link_change_nothing() -> None:
     assert pair.vehicle.state is state
 
 
-def test_a_refused_message_is_known_and_not_nagged_for() -> None:
-    rates = {**DEFAULT_RATES_HZ, "ODOMETRY": 5.0, "MEMINFO": 1.0}
-    pair = VehiclePair(config=VehicleConfig(message_rates_hz={**rates, "VIBRATION": 1.0})).ready()
-    pair.run_for(60.0)
-    asked = [
-        message.param1
+def test_a_refused_message_is_asked_for_once_and_not_nagged_for() -> None:
+    """The simulated ArduPilot has none of the last two, and says so to all stations each time."""
+    rates = {**DEFAULT_RATES_HZ, "ODOMETRY": 5.0, "WHEEL_DISTANCE": 1.0, "HYGROMETER_SENSOR": 1.0}
+    ranges = {"OBSTACLE_DISTANCE": 10.0, "DISTANCE_SENSOR": 10.0}
+    config = VehicleConfig(message_rates_hz=rates, optional_rates_hz=ranges)
+    pair = VehiclePair(config=config).ready()
+    pair.run_for(120.0)
+    asked = asked_for(pair)
+    for name in ("ODOMETRY", "OBSTACLE_DISTANCE"):
+        assert message_id(name) not in asked  # the profile knows that ArduPilot has none
+    assert {asked.count(number) for number in set(asked)} == {1}
+    refused = pair.vehicle.refused_messages
+    assert refused.items() >= {"WHEEL_DISTANCE": "DENIED", "HYGROMETER_SENSOR": "DENIED"}.items()
+    texts = [e.text for e in pair.all(StatusTextReceived) if "No ap_message" in e.text]
+    assert len(texts) == len(set(texts)) == len(refused)
+
+
+def asked_for(pair: VehiclePair) -> list[int]:
+    """Return the messages whose rate was asked for, once for each time."""
+    return [
+        int(message.param1)
         for _, message in pair.sent
         if message.get_type() == "COMMAND_LONG" and message.command == 511
     ]
-    assert message_id("ODOMETRY") not in asked  # the profile knows that ArduPilot has none
-    for name, result in pair.vehicle.refused_messages.items():
-        assert result == "DENIED"
-        assert asked.count(message_id(name)) <= 3

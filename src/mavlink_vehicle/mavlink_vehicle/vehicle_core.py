@@ -98,7 +98,7 @@ class VehicleCore:
         self._rates = MessageRates(
             self.config.message_rates_hz, self._command_timing, self.config.optional_rates_hz
         )
-        self._requests = MessageRequests(_WANTED_ONCE)
+        self._requests = MessageRequests(_WANTED_ONCE, lambda: self.state.position_valid)
         self._timesync = Timesync(self.config.timesync_interval_s)
         self._parameters = ParameterReader()
         self._fence = FenceItems(
@@ -397,6 +397,8 @@ class VehicleCore:
         if state.boot_count != before.boot_count:
             self._events.append(VehicleRebooted(state.boot_count))
             self._close_by_interlock("the autopilot restarted")
+            self._rates.forget()
+            self._requests.forget()
             self._parameters.forget()
             self._fence.forget()
             self._ask(now)

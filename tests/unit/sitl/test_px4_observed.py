@@ -9,7 +9,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from tests.support.ground_station import ACCEPTED, TEMPORARILY_REJECTED
+from tests.support.ground_station import ACCEPTED, FAILED, TEMPORARILY_REJECTED
 from tests.support.missions import Message, download, item, take_off, upload, waypoint
 from tests.support.px4_station import HOME, NAN, Px4Station, near_home, ready_px4
 
@@ -62,6 +62,29 @@ def test_current_mode_comes_every_two_seconds_and_has_the_intention(ground: Px4S
     modes = ground.messages("CURRENT_MODE", begin_s + 0.001)
     assert len(modes) == 3
     assert {(m.custom_mode, m.intended_custom_mode) for m in modes} == {(px4.POSCTL, px4.POSCTL)}
+
+
+def test_current_mode_comes_no_more_often_than_the_status_is_published(ground: Px4Station) -> None:
+    """Read in CURRENT_MODE.hpp and Commander.cpp: twice a second, and whenever it changes."""
+    assert ground.command(511, 436, 200_000) == ACCEPTED
+    ground.run(1.0)
+    begin_s = ground.now_s
+    ground.run(10.0)
+    assert len(ground.messages("CURRENT_MODE", begin_s + 0.001)) == pytest.approx(20, abs=1)
+    begin_s = ground.now_s
+    ground.mode(px4.POSCTL)
+    ground.run(0.25)
+    assert ground.last("CURRENT_MODE").custom_mode == px4.POSCTL
+    assert ground.messages("CURRENT_MODE", begin_s)
+
+
+@pytest.mark.parametrize("message_id", [0, 42, 9999])
+def test_what_no_stream_sends_has_no_interval(ground: Px4Station, message_id: int) -> None:
+    """Read in mavlink_receiver.cpp: the mission manager sends MISSION_CURRENT by itself."""
+    assert ground.command(511, message_id, 500_000) == FAILED
+    begin_s = ground.now_s
+    ground.run(4.0)
+    assert len(ground.messages("MISSION_CURRENT", begin_s + 0.001)) == pytest.approx(4, abs=1)
 
 
 def test_one_available_mode_can_be_asked_for(ground: Px4Station) -> None:

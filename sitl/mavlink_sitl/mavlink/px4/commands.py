@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 Handler = Callable[["Px4Server", Command], "Result | None"]
 AVAILABLE_MODES, CURRENT_MODE = 435, 436
+NO_STREAMS = frozenset({0, 42})
+"""HEARTBEAT has its own rate, and MISSION_CURRENT is the mission manager's: no stream sends it"""
 PLANE = "px4plane"
 _CHANGE_MODE = 1
 NAN_AS_INTEGER = 0x7FF80000
@@ -169,7 +171,7 @@ def _ignore(_server: Px4Server, _: Command) -> None:
 
 def _set_interval(server: Px4Server, command: Command) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
-    if message_id not in server.builders:
+    if message_id not in server.builders or message_id in NO_STREAMS:
         return Result.FAILED
     server.set_interval(message_id, int(min(max(interval_us, -1.0), 2.0**31)))
     return Result.ACCEPTED

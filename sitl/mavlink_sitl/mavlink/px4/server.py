@@ -48,7 +48,9 @@ HANDED_ON = ("HEARTBEAT", "SET_MODE")
 """What one link says and the others get, too"""
 ONBOARD, GCS = "onboard", "gcs"
 ROLES = (GCS, ONBOARD)
-_HOME_POSITION, _HEARTBEAT, _OBSTACLE_DISTANCE = 242, 0, 330
+_HOME_POSITION, _HEARTBEAT, _OBSTACLE_DISTANCE, _CURRENT_MODE = 242, 0, 330, 436
+STATUS_US = 500_000
+"""The commander publishes its vehicle_status so often, and whenever it changes"""
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
 
 
@@ -78,7 +80,10 @@ class Px4Server(MavlinkServer):
         role: str = GCS,
     ) -> None:
         """See the class."""
-        self.builders = kind_messages.BUILDERS[copter.personality.kind]
+        self.builders = {
+            **kind_messages.BUILDERS[copter.personality.kind],
+            _CURRENT_MODE: self._current_mode,
+        }
         super().__init__(copter, (encoder,), system_id, now_us, snapshot)
         self.px4 = copter
         self.role = role
@@ -93,6 +98,7 @@ class Px4Server(MavlinkServer):
         self._gimbal: tuple[int, int] | None = None
         self._mode_name = ""
         self._scans = False
+        self._mode_told: tuple[int, int, int] | None = None
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
         for message_id in _RATES[role]:
@@ -119,6 +125,16 @@ class Px4Server(MavlinkServer):
         """What the scanner sees is a stream like the others."""
         self._scans = True
         self._begin_stream(_OBSTACLE_DISTANCE, self._default_interval_us(_OBSTACLE_DISTANCE))
+
+    def _current_mode(self, snapshot: Snapshot) -> Message | None:
+        """CURRENT_MODE, unless the vehicle_status has not been published again since the last."""
+        message = messages.current_mode(snapshot)
+        published = snapshot.time_boot_us // STATUS_US
+        status = (published, message.custom_mode, message.intended_custom_mode)
+        if status == self._mode_told:
+            return None
+        self._mode_told = status
+        return message
 
     def set_interval(self, message_id: int, interval_us: int) -> None:
         """SET_MESSAGE_INTERVAL: 0 is the default, -1 stops it."""

@@ -35,7 +35,10 @@ def _modes(enum_name: str) -> Mapping[str, int]:
     )
 
 
-_PX4_MESSAGES = frozenset({"ESTIMATOR_STATUS", "ODOMETRY", "CURRENT_MODE", "EVENT"})
+# OBSTACLE_DISTANCE is a companion's, which an ArduPilot hands on; it sends none itself.
+_NOT_SENT = frozenset(
+    {"ESTIMATOR_STATUS", "ODOMETRY", "CURRENT_MODE", "EVENT", "OBSTACLE_DISTANCE"}
+)
 # AC_Fence.cpp; a rover has no heights, and older firmwares no FENCE_AUTOENABLE on a copter.
 _FENCE_PARAMETERS = (
     "FENCE_ENABLE",
@@ -123,7 +126,7 @@ COPTER = Profile(
     pauses_in_mode=True,
     # Both in cm/s; the second is that of all waypoints.
     return_speeds=(("RTL_SPEED", 0.01), ("WPNAV_SPEED", 0.01)),
-    unsupported_messages=_PX4_MESSAGES,
+    unsupported_messages=_NOT_SENT,
     # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
     setpoint_timeout_s=3.0,
     setpoint_timeout_parameter="GUID_TIMEOUT",
@@ -156,7 +159,7 @@ ROVER = Profile(
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
     return_speeds=(("RTL_SPEED", 1.0), ("WP_SPEED", 1.0), ("CRUISE_SPEED", 1.0)),
-    unsupported_messages=_PX4_MESSAGES,
+    unsupported_messages=_NOT_SENT,
     # Observed: "target not received last 3secs, stopping"; no parameter changes it.
     setpoint_timeout_s=3.0,
     wanted_parameters=(*_FENCE_PARAMETERS, "RTL_SPEED", "WP_SPEED", "CRUISE_SPEED"),
@@ -189,7 +192,7 @@ PLANE = Profile(
     return_circle_parameters=("RTL_RADIUS", "WP_LOITER_RAD"),
     # An airspeed between its limits; it is forgotten when the mode changes.
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
-    unsupported_messages=_PX4_MESSAGES,
+    unsupported_messages=_NOT_SENT,
     return_speeds=(("AIRSPEED_CRUISE", 1.0),),
     wanted_parameters=(*_FENCE_PARAMETERS, "WP_LOITER_RAD", "RTL_RADIUS", "AIRSPEED_CRUISE"),
     failsafe_settings=failsafe_settings.ARDUPLANE,
@@ -204,7 +207,7 @@ QUADPLANE = Profile(
     hold_mode="LOITER",
     return_mode="RTL",
     mission_mode="AUTO",
-    unsupported_messages=_PX4_MESSAGES,
+    unsupported_messages=_NOT_SENT,
     wanted_parameters=_FENCE_PARAMETERS,
     failsafe_settings=failsafe_settings.ARDUPLANE,
 )
@@ -213,10 +216,10 @@ SUB = Profile(
     name="ArduSub",
     projection=PROJECTION,
     modes=_modes("SUB_MODE"),
-    unsupported_messages=_PX4_MESSAGES,
+    unsupported_messages=_NOT_SENT,
 )
 
-OTHER = Profile(name="ArduPilot", projection=PROJECTION, unsupported_messages=_PX4_MESSAGES)
+OTHER = Profile(name="ArduPilot", projection=PROJECTION, unsupported_messages=_NOT_SENT)
 
 _COPTER_TYPES = {
     mavlink.MAV_TYPE_QUADROTOR,

@@ -1,15 +1,29 @@
 """Telemetry: asks for each message at its rate, and sees to it that it really comes.
 
 MAV_CMD_SET_MESSAGE_INTERVAL is sent for one message after the other, since an acknowledgement
-doesn't say which message it is about. What counts is what arrives: a message that comes much
-too rarely, or not at all, is asked for again. That covers lost commands and autopilots that
-restarted without anybody noticing; an ArduPilot forgets its rates then. Where the command is
-UNSUPPORTED (old ArduPilots), REQUEST_DATA_STREAM asks for the group that holds the message.
+doesn't say which message it is about. Each message is asked for until the command is answered,
+and then no more:
+
+- A refusal holds until the autopilot restarts. A refused message is never asked for again, because
+  each question makes an ArduPilot simulator say "No ap_message for mavlink id (330)" to every
+  ground station.
+- What comes in the first seconds after a grant is what the autopilot sends of the message. That may
+  be less than the rate asked for: a PX4 sends CURRENT_MODE at 2 Hz at most, and an ArduPilot no
+  LOCAL_POSITION_NED before its estimator is ready.
+- Only a rate that falls much below what it was is asked for again, once. That covers a restart that
+  nobody noticed, and a ground station that sets other rates on the same link.
+
+On a link so slow that commands are repeated, an answer may be that to the command before. It is
+then believed when the message comes, or when it was given several times.
+
+Where the command is UNSUPPORTED (old ArduPilots), REQUEST_DATA_STREAM asks for the group that holds
+the message; it has no acknowledgement, and is repeated a few times.
 """
 
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -28,10 +42,14 @@ from mavlink_vehicle.protocols.machine import Machine, Table
 _CHECK_PERIOD_S = 2.0
 _EXPECTED_IN_WINDOW = 4
 _ENOUGH = 0.4
-"""A lossy link may swallow more than half; less than this means the rate isn't set."""
+"""A lossy link may swallow more than half; less than this means that the rate has fallen."""
 _RETRY_S = 1.0
 _MAX_RETRY_S = 10.0
-_REFUSED_RETRY_S = 30.0
+_GROUP_ATTEMPTS = 3
+_LATE_S = 5.0
+"""So long after a repeated command an answer may still be one to it."""
+_UNSURE_ANSWERS = 3
+_NO_ANSWER = frozenset({mavlink.MAV_RESULT_TEMPORARILY_REJECTED})
 
 # MAV_DATA_STREAM groups, as ArduPilot fills them.
 _GROUPS: dict[str, int] = {
@@ -48,28 +66,72 @@ _GROUPS: dict[str, int] = {
 
 @dataclass
 class _Wish:
-    """One message that is wanted, and how it goes."""
+    """One message that is wanted, and how it goes.
+
+    Attributes:
+        due_s: when it is to be asked for; None while it is watched.
+        received: how many came since `window_start_s`.
+        measured_hz: how often it came in the last window.
+        usual_hz: how often it came when it came most; None before the first window after an
+            answer is over.
+        answers: how often the command was answered.
+        settled: whether the answer is believed, or the message comes without one.
+        refusal: the answer, unless it was ACCEPTED.
+        attempts: commands, or requests for the group, that brought nothing.
+    """
 
     name: str
     number: int
     rate_hz: float
     optional: bool
-    due_s: float | None = None  # when it is to be asked for, None while it is watched
+    due_s: float | None = None
     window_start_s: float = 0.0
     received: int = 0
+    measured_hz: float = 0.0
+    usual_hz: float | None = None
+    answers: int = 0
+    settled: bool = False
+    refusal: int | None = None
     attempts: int = 0
-    refusal: str | None = None
 
     @property
     def window_s(self) -> float:
         """How long to count before judging."""
-        return max(_CHECK_PERIOD_S, _EXPECTED_IN_WINDOW / self.rate_hz)
+        rate_hz = self.rate_hz if not self.usual_hz else self.usual_hz
+        return max(_CHECK_PERIOD_S, _EXPECTED_IN_WINDOW / rate_hz)
+
+    @property
+    def group(self) -> int | None:
+        """The MAV_DATA_STREAM that it is asked for with instead of the command, or None."""
+        unsupported = self.refusal == mavlink.MAV_RESULT_UNSUPPORTED
+        return _GROUPS.get(self.name) if unsupported else None
 
     def watch(self, now: float) -> None:
         """Begin to count."""
         self.due_s = None
         self.window_start_s = now
         self.received = 0
+
+    def judge(self, now: float) -> bool:
+        """End a window and begin the next; return whether the message must be asked for."""
+        self.measured_hz = self.received / (now - self.window_start_s)
+        self.watch(now)
+        comes = self.measured_hz >= _ENOUGH * self.rate_hz
+        if not self.settled:
+            partly = self.refusal is not None or self.measured_hz > 0.0
+            self.settled = comes or (partly and self.answers >= _UNSURE_ANSWERS)
+            if not self.settled:
+                return True
+        if self.usual_hz is None:
+            if self.group is not None and not comes and self.attempts < _GROUP_ATTEMPTS:
+                return True
+            self.usual_hz = self.measured_hz
+        fell = self.measured_hz < _ENOUGH * self.usual_hz
+        if fell:
+            self.usual_hz, self.attempts, self.answers = None, 0, 0
+        else:
+            self.usual_hz = max(self.usual_hz, min(self.measured_hz, self.rate_hz))
+        return fell and (self.refusal is None or self.group is not None)
 
 
 class RatesState(enum.Enum):
@@ -101,7 +163,7 @@ class MessageRates(Machine[None]):
         """Say what is wanted: Hz by message name.
 
         What is optional comes only from vehicles that are equipped for it: it is no refusal when
-        it does not come, and it is asked for again less often.
+        it does not come.
 
         Raises:
             MessageError: there is no such message.
@@ -114,23 +176,32 @@ class MessageRates(Machine[None]):
         self._wishes: dict[int, _Wish] = {}
         self._command: Command | None = None
         self._asked: _Wish | None = None
+        self._unsure_until_s = -math.inf
         for name in self._rates_hz:
             message_id(name)
 
     @property
     def refusals(self) -> dict[str, str]:
-        """Messages that the autopilot won't send, with the result it gave."""
+        """Messages that the autopilot won't send, with the result it gave.
+
+        One that comes unasked is none of them: a PX4 sends MISSION_CURRENT once a second, and
+        refuses every other rate.
+        """
         return {
-            wish.name: wish.refusal
+            wish.name: result_name(wish.refusal)
             for wish in self._wishes.values()
-            if wish.refusal is not None and not wish.optional
+            if wish.refusal is not None and not wish.optional and not wish.measured_hz
         }
+
+    def forget(self) -> None:
+        """Ask for everything from the next `resume` on: the autopilot restarted."""
+        self._wishes.clear()
 
     def start(self, now: float) -> None:
         """Nothing to ask before `resume`."""
 
     def resume(self, address: Address, skip: frozenset[str], now: float) -> None:
-        """Ask for everything, from the beginning.
+        """Ask for everything, but for what has been refused since the last `forget`.
 
         Args:
             address: who asks whom.
@@ -140,12 +211,17 @@ class MessageRates(Machine[None]):
         self._address = address
         self._command = None
         self._asked = None
-        self._wishes = {
-            number: _Wish(name, number, rate_hz, name in self._optional, due_s=now)
-            for name, rate_hz in self._rates_hz.items()
-            if rate_hz > 0 and name not in skip
-            for number in (message_id(name),)
-        }
+        before, self._wishes = self._wishes, {}
+        for name, rate_hz in self._rates_hz.items():
+            if rate_hz <= 0 or name in skip:
+                continue
+            number = message_id(name)
+            wish = before.get(number)
+            if wish is None or wish.refusal is None:
+                wish = _Wish(name, number, rate_hz, name in self._optional, due_s=now)
+            else:
+                wish.watch(now)
+            self._wishes[number] = wish
         self._fire(RatesInput.RESUME, now)
 
     def pause(self, now: float) -> None:
@@ -181,22 +257,27 @@ class MessageRates(Machine[None]):
         end = command.next_event()
         if end is None:
             return
+        sure = end.attempts == 1 and now >= self._unsure_until_s
+        if end.attempts > 1:
+            self._unsure_until_s = now + _LATE_S
         wish.watch(now)
         wish.attempts += 1
-        wish.refusal = None
-        if end.result is not None and end.result != ACCEPTED:
-            wish.refusal = result_name(end.result)
-            if end.result == mavlink.MAV_RESULT_UNSUPPORTED:
+        wish.settled = False
+        if end.result is not None and end.result not in _NO_ANSWER:
+            wish.answers += 1
+            wish.settled = sure
+            wish.usual_hz = None
+            wish.refusal = None if end.result == ACCEPTED else end.result
+            if wish.group is not None:
+                wish.attempts = 0
                 self._ask_for_group(wish)
-        elif end.result is None:
-            wish.due_s = now + min(_RETRY_S * wish.attempts, _MAX_RETRY_S)
         self._fire(RatesInput.DONE, now)
 
     def _ask_for_group(self, wish: _Wish) -> None:
-        group = _GROUPS.get(wish.name)
-        address = self._address
+        group, address = wish.group, self._address
         if group is None or address is None:
             return
+        wish.attempts += 1
         self._outbox.append(
             make(
                 "REQUEST_DATA_STREAM",
@@ -211,8 +292,9 @@ class MessageRates(Machine[None]):
     def _look(self, now: float) -> None:
         """Judge the windows that are over, then ask for what is due, else wait."""
         for wish in self._wishes.values():
-            if wish.due_s is None and now >= wish.window_start_s + wish.window_s:
-                self._judge(wish, now)
+            over = wish.due_s is None and now >= wish.window_start_s + wish.window_s
+            if over and wish.judge(now):
+                self._want(wish, now)
         due = [w for w in self._wishes.values() if w.due_s is not None and w.due_s <= now]
         if due:
             self._asked = due[0]
@@ -226,17 +308,11 @@ class MessageRates(Machine[None]):
                 default=None,
             )
 
-    def _judge(self, wish: _Wish, now: float) -> None:
-        expected = wish.rate_hz * (now - wish.window_start_s)
-        if wish.received >= _ENOUGH * expected:
-            wish.attempts = 0
-            wish.refusal = None
-            wish.watch(now)
-        elif wish.refusal is not None or (wish.optional and not wish.received):
-            wish.due_s = now + _REFUSED_RETRY_S
+    def _want(self, wish: _Wish, now: float) -> None:
+        if wish.group is not None:
+            self._ask_for_group(wish)
         else:
-            # Some messages come only once there is a position; don't nag.
-            wish.due_s = now + (min(_RETRY_S * (wish.attempts - 1), _MAX_RETRY_S))
+            wish.due_s = now + min(_RETRY_S * wish.attempts, _MAX_RETRY_S)
 
     def _ask(self, now: float) -> None:
         wish, address = self._asked, self._address

@@ -1,77 +1,143 @@
 """Messages that are wanted once: asked for by MAV_CMD_REQUEST_MESSAGE until they came.
 
-The message itself is the answer; acknowledgements are not looked at. An autopilot answers
-FAILED while it has no home or origin yet, and may have one a minute later.
+The message itself is the answer. What the acknowledgement says decides whether to ask again, so
+one request is under way at a time; an acknowledgement does not say which message it is about.
+
+- FAILED (an ArduPilot, GCS_Common.cpp) and UNSUPPORTED mean that the autopilot does not have the
+  message. It is not asked for again before a restart.
+- DENIED (a PX4, mavlink_receiver.cpp) means that it does not have the message, or has nothing to
+  put into it yet: home and origin need a position. Once there is a position, the next DENIED
+  counts as a refusal, too.
+- ACCEPTED without the message is "not yet" of an ArduPilot.
+
+After a request without an answer a refusal is not believed for a while: it may be the late answer
+to that one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Iterable
 
 from mavlink_vehicle.codec import Message, mavlink, message_id
-from mavlink_vehicle.protocols.command import Address, CommandRequest
+from mavlink_vehicle.protocols.command import ACCEPTED, Address, CommandRequest, ack_result
 
+_ANSWER_S = 1.0
 _FIRST_RETRY_S = 1.0
 _MAX_RETRY_S = 10.0
+_LATE_S = 10.0
+_NEVER = frozenset({mavlink.MAV_RESULT_FAILED, mavlink.MAV_RESULT_UNSUPPORTED})
+_REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
+_COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
 class MessageRequests:
-    """Asks for each missing message, more and more rarely, until it is there."""
+    """Asks for each missing message, more and more rarely, until it is there or refused."""
 
-    def __init__(self, names: Iterable[str]) -> None:
+    def __init__(
+        self, names: Iterable[str], has_position: Callable[[], bool] = lambda: False
+    ) -> None:
         """Say which messages are wanted.
+
+        Args:
+            names: of the messages, in the order in which they are asked for.
+            has_position: whether the vehicle knows where it is.
 
         Raises:
             MessageError: there is no such message.
         """
-        self._wanted = frozenset(message_id(name) for name in names)
-        self._missing: set[int] = set()
+        self._wanted = tuple(message_id(name) for name in names)
+        self._has_position = has_position
+        self._missing: list[int] = []
+        self._refused: set[int] = set()
         self._address: Address | None = None
+        self._round: list[int] = []
+        self._asked: int | None = None
         self._deadline: float | None = None
         self._retry_s = _FIRST_RETRY_S
+        self._next_round_s = math.inf
+        self._unsure_until_s = -math.inf
         self._outbox: list[Message] = []
 
     @property
     def missing(self) -> frozenset[int]:
-        """Ids of the messages that have not come yet."""
+        """Ids of the messages that have neither come nor been refused."""
         return frozenset(self._missing)
 
     def start(self, now: float) -> None:
         """Nothing to ask before `resume`."""
 
+    def forget(self) -> None:
+        """Ask for what was refused, too, from the next `resume` on: the autopilot restarted."""
+        self._refused.clear()
+
     def resume(self, address: Address, now: float) -> None:
-        """Ask for everything again."""
+        """Ask for everything again that was not refused."""
         self._address = address
-        self._missing = set(self._wanted)
+        self._missing = [number for number in self._wanted if number not in self._refused]
         self._retry_s = _FIRST_RETRY_S
-        self._deadline = now if self._missing else None
-        self.handle_timer(now)
+        self._begin_round(now)
 
     def pause(self) -> None:
         """Stop asking."""
-        self._deadline = None
+        self._asked = self._deadline = None
         self._outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
-        """Tick off what came."""
-        if self._missing:
-            self._missing.discard(message._header.msgId)
+        """Tick off what came; look for the answer to the request under way."""
+        if not self._missing:
+            return
+        number = message._header.msgId
+        if number in self._missing:
+            self._missing.remove(number)
             if not self._missing:
-                self._deadline = None
+                self._asked = self._deadline = None
+            elif number == self._asked:
+                self._ask_next(now)
+        elif message.__class__ is _COMMAND_ACK and self._asked is not None:
+            self._take_answer(message, self._asked, now)
+
+    def _take_answer(self, ack: Message, asked: int, now: float) -> None:
+        assert self._address is not None
+        result = ack_result(ack, _REQUEST, self._address)
+        denied = result == mavlink.MAV_RESULT_DENIED and self._has_position()
+        if (result in _NEVER or denied) and now >= self._unsure_until_s:
+            self._refused.add(asked)
+            self._missing.remove(asked)
+        if result is not None and result != ACCEPTED:
+            self._ask_next(now)
 
     def next_deadline(self) -> float | None:
-        """Return when to ask again."""
+        """Return when to go on."""
         return self._deadline
 
     def handle_timer(self, now: float) -> None:
-        """Ask for what is missing."""
-        if self._deadline is None or now < self._deadline or self._address is None:
+        """Ask for the next one, or begin again."""
+        if self._deadline is None or now < self._deadline:
             return
-        for number in sorted(self._missing):
-            request = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (number,))
-            self._outbox.append(request.message(self._address, 0))
-        self._deadline = now + self._retry_s
+        if self._asked is None:
+            self._begin_round(now)
+        else:
+            self._unsure_until_s = now + _LATE_S
+            self._ask_next(now)
+
+    def _begin_round(self, now: float) -> None:
+        self._round = list(self._missing)
+        self._next_round_s = now + self._retry_s
         self._retry_s = min(self._retry_s * 2.0, _MAX_RETRY_S)
+        self._ask_next(now)
+
+    def _ask_next(self, now: float) -> None:
+        """Ask for what is left of this round; after the last, wait for the next round."""
+        self._round = [number for number in self._round if number in self._missing]
+        if self._round and self._address is not None:
+            self._asked = self._round.pop(0)
+            request = CommandRequest(_REQUEST, (self._asked,))
+            self._outbox.append(request.message(self._address, 0))
+            self._deadline = now + _ANSWER_S
+        else:
+            self._asked = None
+            self._deadline = max(self._next_round_s, now) if self._missing else None
 
     def messages_to_send(self) -> list[Message]:
         """Take what is to be sent."""
