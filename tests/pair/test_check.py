@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -176,11 +178,56 @@ def test_every_message_comes_as_often_as_it_was_asked_for(firmware: str, kind: s
     assert {"GLOBAL_POSITION_INT", "SYS_STATUS"} <= {rate.name for rate in rates}
     for rate in rates:
         if rate.name == "TERRAIN_REPORT":
-            assert rate.refusal == "DENIED"  # the simulated ArduPilot has no terrain
-            continue
+            continue  # not every vehicle has terrain data
         assert not rate.low, rate
         assert rate.refusal is None, rate
-        assert rate.measured_hz == pytest.approx(rate.asked_hz, rel=0.3, abs=0.5), rate
+        expected_hz = min(rate.asked_hz, rate.own_hz or rate.asked_hz)
+        assert rate.measured_hz == pytest.approx(expected_hz, rel=0.3, abs=0.5), rate
+
+
+def rate_warnings(report: Report) -> dict[str, str]:
+    (section,) = [s for s in report.sections if s.title.startswith("Messages")]
+    return {line.name: line.warning for line in section.lines if line.warning is not None}
+
+
+@pytest.mark.parametrize(("firmware", "kind"), SETTINGS)
+def test_a_healthy_vehicle_gives_no_reason_to_doubt_the_link(firmware: str, kind: str) -> None:
+    """Neither when it is looked at nor at any moment before, its estimator ready or not."""
+    flight = look(firmware, kind, ready_after_s=8.0)
+    flight.run_for(6.0)
+    while flight.now < 14.0:
+        flight.run_for(0.25)
+        assert not rate_warnings(flight.report()), flight.now
+    assert flight.run_to_end().verdict is Verdict.READY
+
+
+def test_what_a_firmware_sends_at_its_own_rate_is_said_so() -> None:
+    report = look("px4").run_to_end()
+    for name, own_hz in (("CURRENT_MODE", 2), ("MISSION_CURRENT", 1)):
+        assert value_of(report, name).endswith(f"the firmware sends it at {own_hz} Hz")
+
+
+def test_a_slow_link_is_warned_of_and_what_limits_it_is_named() -> None:
+    for firmware, advice in (("px4", "MAV_x_RATE"), ("ardupilot", "is the link too slow?")):
+        flight = look(firmware)
+        flight.run_for(4.0)
+        receive, count = flight.checker.receive, itertools.count()
+
+        def slow(
+            message: Message,
+            now: float,
+            receive: Callable[[Message, float], None] = receive,
+            count: Iterator[int] = count,
+        ) -> None:
+            often = message.get_type() in ("GLOBAL_POSITION_INT", "ATTITUDE")
+            if not often or next(count) % 10 == 0:
+                receive(message, now)
+
+        flight.checker.receive = slow  # type: ignore[method-assign]
+        flight.run_for(6.0)
+        warnings = rate_warnings(flight.report())
+        assert set(warnings) == {"GLOBAL_POSITION_INT", "ATTITUDE"}
+        assert all(advice in warning for warning in warnings.values())
 
 
 def test_a_flying_vehicle_flies_on_and_says_what_it_does() -> None:

@@ -37,19 +37,37 @@ _REASONS_AGAIN_S = 5.0
 _HEARTBEAT = "HEARTBEAT"
 
 
+# Not sent by every firmware before its estimator has a position.
+_NEED_POSITION = frozenset({"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"})
+# So much of a message must have been seen to tell its rate.
+_RATE_S = 1.0
+
+
 @dataclass(frozen=True)
 class MessageRate:
-    """How often a message comes, and how often it was asked for, in Hz."""
+    """How often a message comes.
+
+    Attributes:
+        name: of the message.
+        asked_hz: how often it was asked for.
+        measured_hz: how often it came in the last seconds, since the first of them.
+        refusal: why the vehicle does not send it, or None.
+        own_hz: how often the firmware sends it at most, whatever is asked for; None: as asked.
+        pending: why its rate cannot be told yet, for people; empty when it can.
+    """
 
     name: str
     asked_hz: float
     measured_hz: float
-    refusal: str | None
+    refusal: str | None = None
+    own_hz: float | None = None
+    pending: str = ""
 
     @property
     def low(self) -> bool:
         """Whether it comes much too rarely; the slowest cannot be told in so short a time."""
-        return self.asked_hz >= 1.0 and self.measured_hz < 0.4 * self.asked_hz
+        expected_hz = min(self.asked_hz, self.own_hz or self.asked_hz)
+        return not self.pending and expected_hz >= 1.0 and self.measured_hz < 0.4 * expected_hz
 
 
 class Checker:
@@ -76,6 +94,7 @@ class Checker:
         self._reader = ParameterReader()
         self._health = LinkHealth()
         self._arrivals: dict[str, deque[float]] = defaultdict(deque)
+        self._first_s: dict[str, float] = {}
         self._found_s: float | None = None
         self._reasons_asked_s = -math.inf
         self._outbox: list[Message] = []
@@ -174,13 +193,27 @@ class Checker:
         if profile is None:
             return []
         refused = self.vehicle.refused_messages
-        found = []
-        for name, asked_hz in self.vehicle.config.message_rates_hz.items():
-            if name in profile.unsupported_messages or asked_hz <= 0.0:
-                continue
-            times = [time for time in self._arrivals[name] if time > now - _WINDOW_S]
-            found.append(MessageRate(name, asked_hz, len(times) / _WINDOW_S, refused.get(name)))
-        return found
+        return [
+            self._rate(name, asked_hz, refused.get(name), profile.own_rates_hz.get(name), now)
+            for name, asked_hz in self.vehicle.config.message_rates_hz.items()
+            if name not in profile.unsupported_messages and asked_hz > 0.0
+        ]
+
+    def _rate(
+        self, name: str, asked_hz: float, refusal: str | None, own_hz: float | None, now: float
+    ) -> MessageRate:
+        """Measure one rate; what begins to come while it is looked at counts from there on."""
+        first_s = self._first_s.get(name, math.inf)
+        seen_s = min(now - first_s, _WINDOW_S)
+        pending, measured_hz = "", 0.0
+        if seen_s >= _RATE_S:
+            count = sum(1 for time in self._arrivals[name] if time > now - seen_s)
+            measured_hz = count / seen_s
+        elif math.isfinite(first_s):
+            pending = "has just begun to come"
+        elif name in _NEED_POSITION and not self.vehicle.state.position_valid:
+            pending = "comes when there is a position"
+        return MessageRate(name, asked_hz, measured_hz, refusal, own_hz, pending)
 
     def link(self, now: float) -> LinkHealth:
         """Return how well the vehicle has been heard since the last call."""
@@ -205,6 +238,7 @@ class Checker:
             self._outbox.append(request.message(self.vehicle.address, 0))
 
     def _count(self, name: str, now: float) -> None:
+        self._first_s.setdefault(name, now)
         times = self._arrivals[name]
         times.append(now)
         while times[0] < now - _WINDOW_S:

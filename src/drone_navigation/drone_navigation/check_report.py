@@ -78,7 +78,7 @@ def make_report(checker: Checker, link_advice: str, now: float) -> Report:
         battery_section(checker.vehicle.state),
         failsafes_section(checker, profile),
         link_section(checker, health),
-        rates_section(checker, now),
+        rates_section(checker, profile, now),
     )
     missing, yours = _missing(checker, now), _yours(checker, profile)
     if missing:
@@ -157,7 +157,8 @@ def _advice(code: OutcomeCode, state: VehicleState) -> str:
     if code is OutcomeCode.NO_POSITION:
         if state.gps is not None and state.gps.fix_type < FIX_3D:
             return NO_FIX
-        if state.global_position is None:
+        told = state.estimator is None or state.estimator.horizontal_position_ok
+        if state.global_position is None and told:
             return "Look whether GLOBAL_POSITION_INT comes at its rate (below)."
         return "Wait for the estimator; it takes up to a minute after power-up."
     if code is OutcomeCode.NO_VEHICLE:

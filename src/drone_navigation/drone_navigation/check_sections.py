@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drone_navigation.check import Checker
+from drone_navigation.check import Checker, MessageRate
 from drone_navigation.link_health import LinkHealth
 from mavlink_vehicle.io.links import parse_url
 from mavlink_vehicle.profiles import Profile
@@ -16,6 +16,8 @@ FIX_3D = 3
 _BATTERY_LOW = 0.3
 NO_FIX = "Take it where it sees the sky, and wait for a 3D fix."
 _UNKNOWN = "not told"
+# Only missions with heights above terrain look at it, and many vehicles have no terrain data.
+_DISPENSABLE = frozenset({"TERRAIN_REPORT"})
 
 
 @dataclass(frozen=True)
@@ -169,13 +171,29 @@ def link_section(checker: Checker, health: LinkHealth) -> Section:
     )
 
 
-def rates_section(checker: Checker, now: float) -> Section:
+def rates_section(checker: Checker, profile: Profile, now: float) -> Section:
     """What it sends."""
-    lines = []
-    for rate in checker.rates(now):
-        warning = f"It asks for {rate.asked_hz:g} Hz; is the link too slow?" if rate.low else None
-        if rate.refusal is not None:
-            warning = f"The vehicle refuses to send it ({rate.refusal})."
-        value = f"{rate.measured_hz:.1f} Hz of {rate.asked_hz:g} Hz"
-        lines.append(Line(rate.name, value, warning))
-    return Section("Messages, of what was asked for", tuple(lines))
+    return Section(
+        "Messages, of what was asked for",
+        tuple(_rate_line(rate, profile) for rate in checker.rates(now)),
+    )
+
+
+def _rate_line(rate: MessageRate, profile: Profile) -> Line:
+    value = f"{rate.measured_hz:.1f} Hz of {rate.asked_hz:g} Hz"
+    if rate.refusal is not None:
+        warning = f"The vehicle refuses to send it ({rate.refusal})."
+        return Line(rate.name, value, None if rate.name in _DISPENSABLE else warning)
+    if rate.pending:
+        return Line(rate.name, f"{rate.pending} ({rate.asked_hz:g} Hz were asked for)")
+    if rate.own_hz is not None and rate.own_hz < rate.asked_hz:
+        value += f"; the firmware sends it at {rate.own_hz:g} Hz"
+    if not rate.low:
+        return Line(rate.name, value)
+    warning = f"{rate.asked_hz:g} Hz were asked for; is the link too slow?"
+    if profile.link_rate_parameter is not None:
+        warning += (
+            f" Compare {profile.link_rate_parameter}, the bytes per second of this port, with "
+            "what its baud rate allows."
+        )
+    return Line(rate.name, value, warning)

@@ -137,6 +137,10 @@ class Profile:
         setpoint_timeout_s: for how long it goes on with the velocity and the acceleration of the
             last setpoint when none follows, by the default of its parameter.
         setpoint_timeout_parameter: the parameter that says so; empty if there is none.
+        own_rates_hz: messages that the firmware sends no more often than this, whatever is asked
+            for.
+        link_rate_parameter: the parameter that limits what it sends on a link; None: the baud
+            rate alone does.
         wanted_parameters: parameters that are read and kept up to date.
         failsafe_settings: what says how it reacts to failures; read by `navigation_server --check`.
         parameters_bytewise: whether integer parameters stand in the float as their bytes.
@@ -182,6 +186,8 @@ class Profile:
     unsupported_messages: frozenset[str] = frozenset()
     setpoint_timeout_s: float = 0.0
     setpoint_timeout_parameter: str = ""
+    own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    link_rate_parameter: str | None = None
     wanted_parameters: tuple[str, ...] = ()
     failsafe_settings: tuple[FailsafeSetting, ...] = ()
     parameters_bytewise: bool = False

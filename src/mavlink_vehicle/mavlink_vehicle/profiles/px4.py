@@ -105,6 +105,10 @@ _COMMON = Profile(
     # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
     later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
     unsupported_messages=frozenset({"EKF_STATUS_REPORT", "TERRAIN_REPORT"}),
+    # The commander publishes its status twice a second (Commander.cpp), and the mission manager
+    # sends MISSION_CURRENT by itself (mavlink_mission.cpp).
+    own_rates_hz=MappingProxyType({"CURRENT_MODE": 2.0, "MISSION_CURRENT": 1.0}),
+    link_rate_parameter="MAV_x_RATE",  # mavlink_main.cpp, update_rate_mult
     # Navigator's geofence.cpp.
     # Observed: the failsafe comes 1.04 to 1.06 s after the last setpoint.
     setpoint_timeout_s=1.0,
