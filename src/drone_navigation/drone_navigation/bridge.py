@@ -428,6 +428,8 @@ class Bridge:
                 self._abandon(code, text, now)
         elif not self._vehicle.connected:
             self._step_without_link(goal, now)
+        elif self._vehicle.mode_unseen:
+            self._report.status(goal, self._progress(goal, now))
         elif self._parking.operation_id is None:  # else the mode is about to change, for us
             self._watch(goal, now)
             observation = self._observe(goal, now)

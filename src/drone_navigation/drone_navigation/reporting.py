@@ -29,6 +29,7 @@ from mavlink_vehicle.events import (
     HeartbeatRegained,
     OperationFinished,
     StatusTextReceived,
+    StoodStill,
     VehicleDiscovered,
     VehicleEvent,
 )
@@ -210,6 +211,12 @@ class Reporter:
             self.log(LogLevel.INFO, f"Found vehicle {event.system_id}, {event.profile_name}")
         elif isinstance(event, RangesRefused):
             self.log(LogLevel.WARN, event.reason)
+        elif isinstance(event, StoodStill):
+            self.log(
+                LogLevel.WARN,
+                f"The server stood still for {event.gap_s:.1f} s; nothing that moves the vehicle "
+                "is sent before its mode has been seen again",
+            )
         elif isinstance(event, HeartbeatLost):
             self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):

@@ -230,6 +230,13 @@ class StationActed:
     mode: int | None = None
 
 
+@dataclass(frozen=True)
+class StoodStill:
+    """We did not run for so long that nothing is sent before the vehicle's mode is seen again."""
+
+    gap_s: float
+
+
 VehicleEvent: TypeAlias = (
     VehicleDiscovered
     | ModeChanged
@@ -247,4 +254,5 @@ VehicleEvent: TypeAlias = (
     | StationActed
     | RangesMeasured
     | RangesRefused
+    | StoodStill
 )

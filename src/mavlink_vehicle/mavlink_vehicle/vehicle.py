@@ -205,12 +205,17 @@ class Vehicle(VehicleStations):
     def send_setpoint(self, setpoint: SetpointNed, now: float) -> None:
         """Send SET_POSITION_TARGET_LOCAL_NED with what the profile's `setpoint_form` has of it.
 
+        While `mode_unseen` it is dropped.
+
         Raises:
             SetpointError: says why this must not be sent, or not now.
         """
         profile = self.profile
         if profile is None:
             raise SetpointError("No vehicle has been heard yet; wait for its HEARTBEAT.")
+        self._notice(now)
+        if self.mode_unseen:
+            return
         pending = self._slot.pending
         if (
             pending is not None

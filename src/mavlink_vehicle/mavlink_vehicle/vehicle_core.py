@@ -20,6 +20,7 @@ from mavlink_vehicle.events import (
     ModeChanged,
     OperationFinished,
     StatusTextReceived,
+    StoodStill,
     StreamClosed,
     SystemStatusChanged,
     VehicleDiscovered,
@@ -37,6 +38,7 @@ from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.mission_parts import TransferTiming
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
+from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
@@ -70,6 +72,10 @@ _FOR_OPERATIONS = frozenset(
         mavlink.MAVLink_mission_ack_message,
     }
 )
+# Without setpoints our HEARTBEAT is what we run for, at least.
+_LATE_S = 0.25
+# A stream that is a little shorter than what the firmware allows may be too long on its side.
+_STREAM_SHARE = 0.9
 _MODE_FIELDS = ("custom_mode", "intended_mode")
 
 
@@ -106,6 +112,7 @@ class VehicleCore:
             lambda: not isinstance(self._slot.pending, MissionOperation),
         )
         self._stream = SetpointStream()
+        self._own_gap = OwnGap()
         self._drag = Drag()
         self._order = SequenceOrder()
         self._place = self._mode_place = self._beat_place = -1
@@ -175,6 +182,11 @@ class VehicleCore:
         return self._stream.statistics
 
     @property
+    def mode_unseen(self) -> bool:
+        """Whether we stood still, and nothing that commands is sent before the mode is seen."""
+        return self._own_gap.is_open
+
+    @property
     def refused_messages(self) -> dict[str, str]:
         """Telemetry that the autopilot will not send, with its answer."""
         return self._rates.refusals
@@ -214,6 +226,7 @@ class VehicleCore:
 
     def receive(self, message: Message, now: float) -> None:
         """Take in one message, whoever sent it."""
+        self._notice(now)
         header = message._header
         before = self.state
         if header.srcComponent != before.component_id or (
@@ -303,6 +316,7 @@ class VehicleCore:
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
+        self._notice(now)
         for part in self._parts:
             part.handle_timer(now)
         while (event := self._watch.next_event()) is not None:
@@ -321,7 +335,10 @@ class VehicleCore:
         """Take what is to be sent, with our ids in it."""
         messages: list[Message] = []
         for part in self._senders:
-            messages += part.messages_to_send()
+            made = part.messages_to_send()
+            # Who repeats a command takes this for a loss on the link.
+            if not (self._own_gap.is_open and (part is self._slot or part is self._stream)):
+                messages += made
         if messages:
             address = self.address
             for message in messages:
@@ -333,6 +350,18 @@ class VehicleCore:
         return self._events.popleft() if self._events else None
 
     # Inside
+
+    def _notice(self, now: float) -> None:
+        """Take note that we run, and whether we did not for too long."""
+        profile = self.profile
+        if profile is None:
+            return
+        longest_s = self.config.heartbeat_interval_s + _LATE_S
+        if self._stream.is_open and profile.stream_lost_s is not None:
+            longest_s = min(longest_s, _STREAM_SHARE * profile.stream_lost_s)
+        gap_s = self._own_gap.notice(now, self.state.boot_time_ms, longest_s)
+        if gap_s is not None:
+            self._events.append(StoodStill(gap_s))
 
     def _follow_order(
         self, kind: type[Message], sequence: int, now: float
@@ -359,6 +388,7 @@ class VehicleCore:
     def _heartbeat(self, message: Message, now: float) -> None:
         """Take note of a HEARTBEAT of the vehicle, already in the state."""
         state = self.state
+        self._own_gap.see_mode(now, state.boot_time_ms)
         if self.profile is None:
             self.profile = profile_for(state.autopilot, state.vehicle_type)
             if self.config.heartbeat_type is None:

@@ -116,6 +116,7 @@ class VehicleMissions(VehicleOperations):
             self._last_mission = MissionOperation(operation_id, job, self.address, timing)
             return self._last_mission
 
+        self._notice(now)
         operation_id = self._slot.begin_mission(make, self.state, now, connected=self.connected)
         self._take_ends()
         return operation_id

@@ -23,6 +23,7 @@ class VehicleOperations(VehicleCore):
         then: Begin | None = None,
         operation_id: int | None = None,
     ) -> int:
+        self._notice(now)
         operation_id = self._slot.begin(
             goal,
             wanted,

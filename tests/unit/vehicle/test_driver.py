@@ -12,7 +12,7 @@ import pytest
 from mavlink_vehicle.codec import Codec, Message, make
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io import driver as driver_module
-from mavlink_vehicle.io.clock import MonotonicClock
+from mavlink_vehicle.io.clock import ManualClock, MonotonicClock
 from mavlink_vehicle.io.driver import Application, Driver
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.links.udp import UdpLink
@@ -395,3 +395,53 @@ def test_what_a_station_link_brings_is_overheard_and_not_received() -> None:
         driver.stop()
         craft.close()
         ground.close()
+
+
+class Hanging:
+    """Works on a message for 2.6 s of its clock, and notes what the driver does then."""
+
+    def __init__(self, clock: ManualClock) -> None:
+        self.clock = clock
+        self.calls: list[tuple[str, float]] = []
+        self._due_s = 0.0
+
+    def start(self, now: float) -> None:
+        self._due_s = now
+
+    def receive(self, message: Message, now: float) -> None:
+        self.calls.append(("receive", now))
+        self.clock.advance_to(now + 2.6)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Nothing comes."""
+
+    def next_deadline(self) -> float | None:
+        return self._due_s
+
+    def handle_timer(self, now: float) -> None:
+        self._due_s = now + 1.0
+        self.calls.append(("timer", now))
+
+    def messages_to_send(self) -> list[Message]:
+        self.calls.append(("send", self.clock.now()))
+        return []
+
+
+def test_after_a_hang_in_its_own_turn_the_application_is_told_before_anything_leaves() -> None:
+    clock = ManualClock(10.0)
+    hanging = Hanging(clock)
+    link = open_link("udpin://127.0.0.1:0")
+    assert isinstance(link, UdpLink)
+    peer = open_link(f"udpout://127.0.0.1:{link.port}")
+    driver = Driver(hanging, Router([link], lambda: Codec(1, 191)), clock)
+    try:
+        driver.start()
+        peer.send(Codec(1, 1).encode(make("HEARTBEAT")))
+        until(lambda: ("receive", 10.0) in hanging.calls)
+        until(lambda: ("send", 12.6) in hanging.calls)
+    finally:
+        driver.stop()
+        peer.close()
+    at = hanging.calls.index(("receive", 10.0))
+    after = hanging.calls[at + 1 : hanging.calls.index(("send", 12.6))]
+    assert ("timer", 12.6) in after

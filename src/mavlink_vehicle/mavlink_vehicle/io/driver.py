@@ -36,6 +36,7 @@ GIVE_UP_S = 2.0
 """Timers may fail for this long, without one that works between, before the driver gives up."""
 
 _PAUSE_S = 0.05
+_STALL_S = 0.5
 _LONGEST_WAIT_S = 60.0
 _MAX_POSTS = 256
 
@@ -196,6 +197,10 @@ class Driver:
         self._hand_over(self._router.receive(now), self._application.receive, now)
         if deadline is not None and deadline <= now:
             self._run_timer(deadline, now)
+        late_s = self._clock.now()
+        if late_s - now > _STALL_S:
+            # What was made before the machine hung must not leave as if it had not.
+            self._run_timer(late_s, late_s)
         self._flush()
         # What is passed on comes after what flies the vehicle, however much it is.
         if self._router.has_stations:

@@ -96,6 +96,8 @@ class Profile:
         arming_mode: the mode that is entered first when the one that it is in is not armed in.
         not_armed_in: modes in which it refuses to arm, and those in which arming would set it
             off, so that it is never armed in them.
+        stream_lost_s: how long setpoints may be missing before the firmware takes control away;
+            None: it does not.
         hold_mode: the mode that stops and holds by itself, without a pilot's sticks. A plane
             circles.
         land_mode: lands where it is.
@@ -157,6 +159,7 @@ class Profile:
     prestream_s: float = 0.0
     arming_mode: str | None = None
     not_armed_in: frozenset[str] = frozenset()
+    stream_lost_s: float | None = None
     hold_mode: str | None = None
     land_mode: str | None = None
     return_mode: str | None = None

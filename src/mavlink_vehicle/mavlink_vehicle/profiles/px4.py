@@ -123,6 +123,7 @@ _OFFBOARD = replace(
     _COMMON,
     control_mode="OFFBOARD",
     prestream_s=1.2,
+    stream_lost_s=1.0,
     setpoints_outside_control_mode=True,
     failsafe_settings=failsafe_settings.PX4_OFFBOARD,
 )

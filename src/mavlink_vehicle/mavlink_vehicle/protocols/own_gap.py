@@ -1,0 +1,62 @@
+"""Gaps of our own: the machine hung, and the vehicle went on without us.
+
+Meanwhile a PX4 takes the missing setpoints for a failure and leaves OFFBOARD, or a pilot takes the
+vehicle over. Whoever then goes on with what was known before brings a PX4 back to OFFBOARD with
+a single setpoint (observed). So after a gap nothing that commands may leave before a HEARTBEAT has
+shown the mode again.
+
+What arrived during the gap is still in the buffers of this machine, and says how things were. A
+HEARTBEAT counts only when it was sent after the gap: when the vehicle's clock, its time since boot,
+had gone on for longer than the gap by then. Where no message tells that clock, it counts when it
+comes later than a buffer takes to be read.
+"""
+
+from __future__ import annotations
+
+_MARGIN_S = 0.1
+_BUFFERED_S = 1.5
+
+
+class OwnGap:
+    """Knows whether the mode has been seen since we last stood still."""
+
+    def __init__(self) -> None:
+        """Begin without a gap."""
+        self._ran_s: float | None = None
+        self._ran_boot_ms: int | None = None
+        self._before: tuple[float, int | None] | None = None
+        self._noticed_s = 0.0
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the vehicle's mode has not been seen since a gap."""
+        return self._before is not None
+
+    def notice(self, now: float, boot_time_ms: int | None, longest_s: float) -> float | None:
+        """Take note that we run; return how long we have not, if that was too long.
+
+        Args:
+            now: time in seconds.
+            boot_time_ms: the vehicle's newest time since boot, or None.
+            longest_s: what is not too long.
+        """
+        ran_s, boot_ms = self._ran_s, self._ran_boot_ms
+        self._ran_s, self._ran_boot_ms = now, boot_time_ms
+        if ran_s is None or now - ran_s <= longest_s:
+            return None
+        if self._before is None:
+            self._before, self._noticed_s = (ran_s, boot_ms), now
+        return now - ran_s
+
+    def see_mode(self, now: float, boot_time_ms: int | None) -> None:
+        """Take in a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""
+        if self._before is None:
+            return
+        before_s, before_ms = self._before
+        current = False
+        if boot_time_ms is not None and before_ms is not None:
+            gone_s = (boot_time_ms - before_ms) * 1e-3
+            # A restarted vehicle tells its mode anew, too.
+            current = gone_s < 0.0 or gone_s >= self._noticed_s - before_s + _MARGIN_S
+        if current or now - self._noticed_s >= _BUFFERED_S:
+            self._before = None
