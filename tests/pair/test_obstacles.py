@@ -110,7 +110,7 @@ def test_a_goal_flies_around_what_is_known_and_says_that_no_sensor_is_heard(
 def test_without_avoidance_it_flies_straight_and_says_what_that_hits(tmp_path: Path) -> None:
     flight = knowing(tmp_path, TREE)
     flight.fly_up()
-    words = "The straight way to (20.0, 0.0, 3.0) m hits the known obstacle 'tree' at (10.0, 0.0) m"
+    words = "straight ways hit known ones: 'tree' at (10.0, 0.0) m"
     goal = flight.start(flight.request(20.0, 0.0, 3.0))
     aside_m = 0.0
     while not flight.ends(goal):
@@ -121,6 +121,38 @@ def test_without_avoidance_it_flies_straight_and_says_what_that_hits(tmp_path: P
     assert words in end.message
     assert words in log(flight)
     assert aside_m < 0.5
+
+
+def test_a_route_that_hits_obstacles_says_so_in_one_sentence(tmp_path: Path) -> None:
+    """However many legs and laps there are, and each obstacle and target once."""
+    poles = ", ".join(
+        f"{{name: pole{i}, kind: cylinder, at_m: [10, {5 * i}], radius_m: 1, height_m: 30}}"
+        for i in range(6)
+    )
+    flight = knowing(tmp_path, poles)
+    ways = (
+        (0, 0),
+        (20, 0),
+        (20, 25),
+        (0, 25),
+        (0, 5),
+        (20, 5),
+        (20, 10),
+        (0, 10),
+        (0, 20),
+        (20, 20),
+    )
+    legs = tuple(WaypointRequest((float(x), float(y), 3.0)) for x, y in ways)
+    goal = flight.start(WaypointsRequest(legs, laps=3))
+    (goal_line,) = [line for line in log(flight).splitlines() if "hit known ones" in line]
+    assert goal_line.count("pole0") == 1
+    assert goal_line.count("Obstacles are not avoided") == 1
+    assert goal_line.count("pole") == 4
+    assert goal_line.endswith("and 1 more.")
+    assert len(goal_line) < 600
+    flight.bridge.cancel_goal(goal, flight.now)
+    end = flight.run_to_end(goal)
+    assert end.message.count("hit known ones") == 1
 
 
 def test_a_way_above_a_known_obstacle_hits_nothing(tmp_path: Path) -> None:
@@ -168,7 +200,7 @@ def test_what_the_autopilot_flies_by_itself_avoids_nothing_and_says_so(
     flight.start(WaypointsRequest(waypoints, by_mission=by_mission, avoid_obstacles=True))
     flight.run_for(0.5)
     assert words in log(flight)
-    assert "hits the known obstacle 'tree'" in log(flight)
+    assert "hit known ones: 'tree'" in log(flight)
 
 
 def test_a_rover_drives_around_what_is_known_however_high_its_gps_puts_it(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ _NO_SENSOR = "No obstacle sensor is heard, so only the known obstacles are avoid
 _MISSION = "The autopilot flies the mission by itself, so that obstacles are not avoided."
 _PLANE = "The autopilot of a plane leads it by itself, so that obstacles are not avoided."
 _ROUNDING_M = 0.01
+_NAMED_MAX = 4
 
 
 def check_obstacles(
@@ -67,7 +68,7 @@ def _check_targets(
 def _straight(
     targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
 ) -> tuple[str, ...]:
-    """Return a sentence for each straight way that hits something known."""
+    """Return one sentence about all known obstacles that the straight ways hit, if any."""
     if situation.pose is None or not known or not targets_enu_m:
         return ()
     x, y, z = situation.pose.position_enu_m
@@ -76,16 +77,25 @@ def _straight(
         rise_m = min(situation.config.goto.takeoff_height_m, targets_enu_m[0][2])
         z = max(z, situation.ground_enu_m + rise_m)
     radius_m = situation.config.obstacles.vehicle_radius_m
-    notes = (
-        f"The straight way to {_told(end)} hits the known obstacle {_named(obstacle)}; obstacles "
-        "are not avoided."
-        for start, end in itertools.pairwise([(x, y, z), *targets_enu_m])
-        for obstacle in known
-        if not Obstacles.of((obstacle,)).is_clear(
-            _level(start, situation), _level(end, situation), radius_m
-        )
-    )
-    return tuple(dict.fromkeys(notes))
+    hits: dict[str, list[str]] = {}
+    for start, end in dict.fromkeys(itertools.pairwise([(x, y, z), *targets_enu_m])):
+        for obstacle in known:
+            if not Obstacles.of((obstacle,)).is_clear(
+                _level(start, situation), _level(end, situation), radius_m
+            ):
+                hits.setdefault(_named(obstacle), []).append(_told(end))
+    if not hits:
+        return ()
+    named = [
+        f"{name} on the way to {_listed(list(dict.fromkeys(ends)))}" for name, ends in hits.items()
+    ]
+    return (f"Obstacles are not avoided, and straight ways hit known ones: {_listed(named)}.",)
+
+
+def _listed(words: list[str]) -> str:
+    """Return the first few, and how many more there are."""
+    left = len(words) - _NAMED_MAX
+    return ", ".join(words[:_NAMED_MAX]) + (f" and {left} more" if left > 0 else "")
 
 
 def _level(point: Vector3, situation: Situation) -> Vector3:
