@@ -18,14 +18,22 @@ BODY = QuadrotorModel(
 )
 """The recorded simulator's own quadrotor: its drag grows with speed (SIH_KDV over SIH_MASS), and
 its attitude follows MC_PITCH_P (6.5) and the rate loop behind it"""
+UNFILTERED_HZ = 1e3
 GAINS = ControllerGains(
     position_xy=0.95,
     velocity_xy=1.8,
     velocity_xy_i=0.4,
+    velocity_xy_d=0.0,
+    filter_xy_hz=UNFILTERED_HZ,
+    velocity_z=4.0,
+    velocity_z_i=2.0,
+    filter_z_hz=UNFILTERED_HZ,
+    direct_push_z=True,
     max_lean=1.0,
     most_faster_m_s=20.0,
 )
-"""MPC_XY_P, MPC_XY_VEL_P_ACC, MPC_XY_VEL_I_ACC, MPC_TILTMAX_AIR (45 degrees)"""
+"""MPC_XY_P, MPC_XY_VEL_P_ACC, MPC_XY_VEL_I_ACC, MPC_Z_VEL_P_ACC, MPC_Z_VEL_I_ACC, MPC_TILTMAX_AIR
+(45 degrees). MPC_XY_VEL_D_ACC stands in the law of OFFBOARD."""
 
 
 class Px4Physics(Physics):

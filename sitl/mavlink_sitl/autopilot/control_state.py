@@ -20,13 +20,27 @@ class ControllerGains(NamedTuple):
     """PSC_VELXY_P"""
     velocity_xy_i: float = 1.0
     """PSC_VELXY_I"""
+    velocity_xy_d: float = 0.5
+    """PSC_VELXY_D"""
+    filter_xy_hz: float = 5.0
+    """PSC_VELXY_FLTE and PSC_VELXY_FLTD"""
     integrator_xy_limit_m_s2: float = 10.0
     """PSC_VELXY_IMAX"""
     position_z: float = 1.0
     """PSC_POSZ_P"""
     velocity_z: float = 5.0
     """PSC_VELZ_P"""
-    velocity_z_i: float = 2.0
+    velocity_z_i: float = 0.0
+    """PSC_VELZ_I"""
+    filter_z_hz: float = 5.0
+    """PSC_VELZ_FLTE"""
+    push_z: float = 1.28
+    """PSC_ACCZ_P: of an error of acceleration, as an acceleration. The firmware's number counts in
+    throttle, of which 0.39 hovers: 0.05 * 9.81 / 0.39"""
+    push_z_i: float = 2.5
+    """PSC_ACCZ_I, likewise"""
+    direct_push_z: bool = False
+    """Whether there is no loop around the acceleration (PX4)"""
     max_lean: float = 0.5774
     """Tangent of ANGLE_MAX, 30 degrees"""
     most_ahead_m: float = 5.0
@@ -88,6 +102,11 @@ class HorizontalState(NamedTuple):
     acceleration_east_m_s2: Lane
     integrator_north_m_s2: Lane
     integrator_east_m_s2: Lane
+    error_north_m_s: Lane
+    error_east_m_s: Lane
+    """Of the velocity, filtered"""
+    error_rate_north_m_s2: Lane
+    error_rate_east_m_s2: Lane
 
 
 class VerticalState(NamedTuple):
@@ -99,6 +118,12 @@ class VerticalState(NamedTuple):
     velocity_down_m_s: Lane
     acceleration_down_m_s2: Lane
     integrator_down_m_s2: Lane
+    error_down_m_s: Lane
+    """Of the velocity, filtered"""
+    push_down_m_s2: Lane
+    """What the loop around the acceleration has gathered"""
+    was_velocity_down_m_s: Lane
+    """The estimate one step before"""
 
 
 class ControllerState(NamedTuple):
@@ -146,9 +171,12 @@ def initial(belief: Belief, o: Ops) -> ControllerState:
         HorizontalState(
             belief.north_m, belief.east_m, zero, zero,
             belief.north_m, belief.east_m, zero, zero,
-            zero, zero, zero, zero,
+            zero, zero, zero, zero, zero, zero, zero, zero,
         ),
-        VerticalState(belief.down_m, zero, belief.down_m, zero, zero, zero),
+        VerticalState(
+            belief.down_m, zero, belief.down_m, zero, zero, zero, zero, zero,
+            belief.velocity_down_m_s,
+        ),
         belief.yaw_rad,
         zero,
     )  # fmt: skip

@@ -10,6 +10,7 @@ motion is tested in tests/replay.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.control_state import (
@@ -100,6 +101,11 @@ def step(
     return state, Output(lean_n, lean_e, thrust, yaw_rate)
 
 
+def low_pass(cutoff_hz: float, dt: Lane) -> Lane:
+    """Share of a new value that a filter of the first order takes over in a step."""
+    return dt / (dt + 1.0 / (2.0 * math.pi * cutoff_hz))
+
+
 def approach_speed(distance: Lane, t: Targets, o: Ops) -> Lane:
     """Over ground towards a target at a distance, metres: as fast as it can still stop."""
     gain = 0.5 * t.jerk_xy_m_s3 / t.acceleration_xy_m_s2
@@ -121,7 +127,7 @@ def horizontal(
     # Names in place of fields: a third of the time of one vehicle.
     (
         target_n, target_e, target_v_n, target_v_e, n, e, v_n, v_e, a_n, a_e,
-        integrator_n, integrator_e,
+        integrator_n, integrator_e, was_n, was_e, rate_n, rate_e,
     ) = s  # fmt: skip
     here_n, here_e, _, speed_n, speed_e, _, _, _ = b
     a_limit, j_limit, track_v = t.acceleration_xy_m_s2, t.jerk_xy_m_s3, t.track_velocity_xy
@@ -163,8 +169,13 @@ def horizontal(
     # Tracking.
     error_n = v_n + k.position_xy * (n - here_n) - speed_n
     error_e = v_e + k.position_xy * (e - here_e) - speed_e
-    p_n = a_n + k.velocity_xy * error_n + integrator_n
-    p_e = a_e + k.velocity_xy * error_e + integrator_e
+    smooth = low_pass(k.filter_xy_hz, dt)
+    error_n = was_n + (error_n - was_n) * smooth
+    error_e = was_e + (error_e - was_e) * smooth
+    rate_n = (rate_n + ((error_n - was_n) / dt - rate_n) * smooth) * free
+    rate_e = (rate_e + ((error_e - was_e) / dt - rate_e) * smooth) * free
+    p_n = a_n + k.velocity_xy * error_n + integrator_n + k.velocity_xy_d * rate_n
+    p_e = a_e + k.velocity_xy * error_e + integrator_e + k.velocity_xy_d * rate_e
     most = k.max_lean * GRAVITY_M_S2
     asked = hypot(p_n, p_e)
     scale = most / maximum(asked, most)
@@ -173,7 +184,7 @@ def horizontal(
     integrator_e = (integrator_e + error_e * grow) * free
     state = HorizontalState(
         target_n, target_e, target_v_n, target_v_e, n, e, v_n, v_e, a_n, a_e,
-        integrator_n, integrator_e,
+        integrator_n, integrator_e, error_n * free, error_e * free, rate_n, rate_e,
     )  # fmt: skip
     return state, p_n * scale / GRAVITY_M_S2, p_e * scale / GRAVITY_M_S2
 
@@ -183,7 +194,7 @@ def _vertical(
 ) -> tuple[VerticalState, Lane]:
     """Shape and track down; returns the upward specific force, m/s2."""
     where, minimum, clip = o.where, o.minimum, o.clip
-    target, target_v, d, v, a, integrator = s
+    target, target_v, d, v, a, integrator, was_slip, push, was_speed_d = s
     _, _, here_d, _, _, speed_d, _, _ = b
     a_limit, j_limit, up, down = (
         t.acceleration_z_m_s2,
@@ -212,9 +223,16 @@ def _vertical(
     ahead = clip(d + v * dt - here_d, -k.most_ahead_m, k.most_below_m)
     d = here_d + ahead * free
     slip = v + k.position_z * (d - here_d) - speed_d
+    slip = was_slip + (slip - was_slip) * low_pass(k.filter_z_hz, dt)
     integrator = clip(integrator + slip * (k.velocity_z_i * dt), -5.0, 5.0) * free
-    lift = GRAVITY_M_S2 - (a + k.velocity_z * slip + integrator)
-    return VerticalState(target, target_v, d, v, a, integrator), lift
+    asked = a + k.velocity_z * slip + integrator
+    if not k.direct_push_z:
+        # The vehicle's own accelerometer closes a loop around what was asked for.
+        lacking = asked - (speed_d - was_speed_d) / dt
+        push = clip(push + lacking * (k.push_z_i * dt), -5.0, 5.0) * free
+        asked = k.push_z * lacking + push
+    state = VerticalState(target, target_v, d, v, a, integrator, slip * free, push, speed_d)
+    return state, GRAVITY_M_S2 - asked
 
 
 def _yaw(

@@ -26,7 +26,7 @@ class QuadrotorModel(NamedTuple):
     """Drag deceleration per speed through the air."""
     drag_quadratic_1_m: float = 0.018
     """Drag deceleration per speed squared."""
-    attitude_rate_rad_s: float = 12.0
+    attitude_rate_rad_s: float = 8.0
     """Natural frequency of the closed attitude loop."""
     attitude_damping: float = 0.8
     """Damping ratio of the closed attitude loop."""

@@ -79,8 +79,11 @@ def test_the_lean_is_limited() -> None:
     assert state.lean_east / state.lean_north == pytest.approx(4.0 / 3.0, rel=0.01)
 
 
-def test_the_attitude_follows_within_a_quarter_of_a_second() -> None:
-    state = flown(quadrotor.QuadrotorCommand(0.3, 0.0, 9.8, 0.0), 0.25)
+def test_the_attitude_follows_within_half_a_second() -> None:
+    """As on ArduCopter, whose speed overshoots by as much when an acceleration ends."""
+    state = flown(quadrotor.QuadrotorCommand(0.3, 0.0, 9.8, 0.0), 0.2)
+    assert 0.1 < state.lean_north < 0.2
+    state = flown(quadrotor.QuadrotorCommand(0.3, 0.0, 9.8, 0.0), 0.5)
     assert state.lean_north == pytest.approx(0.3, abs=0.03)
 
 

@@ -71,9 +71,9 @@ def _direct(
 ) -> Leans:
     """P and PID; a trajectory that follows begins where the vehicle is, without acceleration."""
     gain = 0.5 * t.jerk_xy_m_s3 / t.acceleration_xy_m_s2
-    target_v_n = s.target_velocity_north_m_s + t.acceleration_north_m_s2 * dt * t.track_velocity_xy
-    target_v_e = s.target_velocity_east_m_s + t.acceleration_east_m_s2 * dt * t.track_velocity_xy
-    target_n, target_e = s.target_north_m + target_v_n * dt, s.target_east_m + target_v_e * dt
+    # A setpoint stands still until the next one comes.
+    target_v_n, target_v_e = s.target_velocity_north_m_s, s.target_velocity_east_m_s
+    target_n, target_e = s.target_north_m, s.target_east_m
     v_n = target_v_n + t.track_position_xy * gain * (target_n - b.north_m)
     v_e = target_v_e + t.track_position_xy * gain * (target_e - b.east_m)
     scale = t.speed_xy_m_s / o.maximum(o.hypot(v_n, v_e), t.speed_xy_m_s)
@@ -95,5 +95,6 @@ def _direct(
         0.0 * free, 0.0 * free,
         (s.integrator_north_m_s2 + (error_n - back * p_n) * grow) * free,
         (s.integrator_east_m_s2 + (error_e - back * p_e) * grow) * free,
+        0.0 * free, 0.0 * free, 0.0 * free, 0.0 * free,
     )  # fmt: skip
     return state, p_n * scale / GRAVITY_M_S2, p_e * scale / GRAVITY_M_S2
