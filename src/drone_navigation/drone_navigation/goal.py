@@ -31,7 +31,7 @@ from navigation_core.tasks.base import (
     Status,
     Task,
 )
-from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.standstill import Standstill
 
 
 class LogLevel(Enum):
@@ -196,11 +196,11 @@ class Yielded:
 
     Attributes:
         since_s: since when.
-        stopped: whether it has stood still for its time.
+        stopped: whether it stands still.
     """
 
     since_s: float
-    stopped: Dwell
+    stopped: Standstill
 
 
 @dataclass
@@ -231,6 +231,7 @@ class ActiveGoal:
         plan: the straight ways that the server flies; None when the vehicle decides.
         takeover: a change of mode that ends it as soon as it is clear whose it was, or None.
         cancelled_by: a sentence about the station that cancelled it; empty if none did.
+        cancelled_by_pause: whether what that station did was no more than to stop the vehicle.
         paused_by: the same of one that has paused it, until that lets it go on.
         paused_by_client: whether the pause service has paused it.
         yielded: set while the vehicle is left alone because a station made it hold.
@@ -260,6 +261,7 @@ class ActiveGoal:
     plan: FlightPlan | None = None
     takeover: Takeover | None = None
     cancelled_by: str = ""
+    cancelled_by_pause: bool = False
     paused_by: str = ""
     paused_by_client: bool = False
     yielded: Yielded | None = None

@@ -35,9 +35,9 @@ from mavlink_vehicle.events import ModeChanged, StationAct, StationActed
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Observation, Outcome, VehicleMode
-from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.measurement import is_airborne
+from navigation_core.tasks.standstill import Standstill
 
 # A change of mode that a command brings is seen within this time of it: HEARTBEAT comes once a
 # second, and a link has its delay.
@@ -144,7 +144,8 @@ class Stations:
     ) -> bool:
         """Say whether the vehicle holds because a station made it, so that it is left alone."""
         if goal.yielded is None and self._is_taken(goal, observation, config):
-            goal.yielded = Yielded(now, Dwell(config.stop_dwell_s))
+            still = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
+            goal.yielded = Yielded(now, still)
             self._let_go(goal, now)
         return goal.yielded is not None
 
@@ -191,21 +192,14 @@ class Stations:
             return f"{text} It circles."
         if not observation.armed:
             return f"{text} Its motors are off."
-        fresh = observation.position_age_s <= config.position_stale_s
-        speed_m_s = measured_speed(observation) if fresh else None
-        slow = speed_m_s is not None and speed_m_s < config.stop_speed_m_s
-        if yielded.stopped.holds(slow, now - observation.position_age_s if fresh else now):
+        if yielded.stopped.holds(observation, config.position_stale_s):
             return f"{text} The vehicle stands still."
         asked_s = yielded.since_s
         if goal.cancel_requested_s is not None:
             asked_s = max(asked_s, goal.cancel_requested_s)
         if now - asked_s <= config.cancel_timeout_s:
             return None
-        speed = "an unknown speed" if speed_m_s is None else f"{speed_m_s:.2f} m/s"
-        return (
-            f"{text} The vehicle had not stopped after {config.cancel_timeout_s:g} s; it moves at "
-            f"{speed}."
-        )
+        return f"{text} {yielded.stopped.failure(config.cancel_timeout_s)}"
 
     def _is_taken(self, goal: ActiveGoal, observation: Observation, config: GotoConfig) -> bool:
         profile = self._vehicle.profile

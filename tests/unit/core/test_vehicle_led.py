@@ -184,10 +184,12 @@ def test_a_cancel_asks_for_hold_and_ends_at_a_standstill() -> None:
     task.cancel(2.0)
     assert task.step(FLYING, 2.0) == Perform(OperationKind.HOLD)
     held = report(OperationKind.HOLD, OperationState.ACHIEVED)
-    moving = replace(held, velocity_enu_m_s=(0.0, 0.0, -1.0))
-    assert isinstance(task.step(moving, 3.0), Wait)
-    assert isinstance(task.step(held, 4.0), Wait)
-    answer = task.step(held, 5.0)
+    for step in range(7):
+        height_m = 10.0 - 0.3 * step
+        moving = replace(held, time_s=2.0 + 0.2 * step, position_enu_m=(0.0, 0.0, height_m))
+        assert isinstance(task.step(moving, 2.0 + 0.2 * step), Wait)
+    assert isinstance(task.step(replace(moving, time_s=4.0), 4.0), Wait)
+    answer = task.step(replace(moving, time_s=5.1), 5.1)
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.CANCELED
     assert "stands still" in answer.message
@@ -198,7 +200,11 @@ def test_a_cancel_says_when_the_vehicle_does_not_stop() -> None:
     task.cancel(2.0)
     task.step(FLYING, 2.0)
     held = report(OperationKind.HOLD, OperationState.ACHIEVED)
-    answer = task.step(replace(held, velocity_enu_m_s=(0.0, 3.0, 0.0)), 8.0)
+    for step in range(13):
+        place = (0.0, 1.5 * step, 10.0)
+        answer = task.step(
+            replace(held, time_s=2.0 + 0.5 * step, position_enu_m=place), 2.0 + 0.5 * step
+        )
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.CANCELED
     assert "3.00 m/s" in answer.message

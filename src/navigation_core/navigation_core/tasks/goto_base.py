@@ -40,6 +40,7 @@ from navigation_core.tasks.goto_phases import Event, Phase, next_phase
 from navigation_core.tasks.goto_progress import GotoEstimator
 from navigation_core.tasks.measurement import is_airborne, is_located, measured_speed
 from navigation_core.tasks.pursuit import Pursuit
+from navigation_core.tasks.standstill import Standstill
 from navigation_core.trajectory import TrajectoryError
 
 Answer = Intent | Outcome | None
@@ -106,7 +107,7 @@ class GotoBase(ABC):
         # Time without a position since the flight last got nearer to its end.
         self._held_s = 0.0
         self._least_left_m = math.inf
-        self._stopped = Dwell(config.stop_dwell_s)
+        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
         self._handlers: dict[Phase, Callable[[Observation, float], Answer]] = {}
 
@@ -270,8 +271,8 @@ class GotoBase(ABC):
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
         self._flight.is_stale = True
-        for dwell in (self._arrival, self._stopped, self._landed):
-            dwell.reset()
+        for memory in (self._arrival, self._stopped, self._landed):
+            memory.reset()
 
     def _stop(self, observation: Observation, now: float, ending: Outcome) -> None:
         """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""

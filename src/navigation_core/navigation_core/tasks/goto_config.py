@@ -43,7 +43,7 @@ class GotoConfig:
         settle_timeout_s: time to settle at the target, and longest time without progress.
         cancel_timeout_s: longest time that a stop may take.
         stop_speed_m_s: how slow counts as stopped.
-        stop_dwell_s: for how long that must hold.
+        stop_dwell_s: the time over which that is measured.
         takeoff_height_m: greatest height above the ground that a take-off climbs to.
         takeoff_height_min_m: least height above the ground that a take-off climbs to.
         takeoff_climb_rate_m_s: assumed climb rate of a take-off, for the estimate of time.
@@ -71,7 +71,7 @@ class GotoConfig:
     settle_timeout_s: float = 20.0
     cancel_timeout_s: float = 10.0
     stop_speed_m_s: float = 0.3
-    stop_dwell_s: float = 0.5
+    stop_dwell_s: float = 1.0
     takeoff_height_m: float = 2.5
     takeoff_height_min_m: float = 1.5
     takeoff_climb_rate_m_s: float = 1.0

@@ -7,7 +7,10 @@ from navigation_core.tasks.base import Fly, Observation, OperationKind, Outcome,
 from navigation_core.tasks.goto_base import Answer
 from navigation_core.tasks.goto_departure import GotoDeparture
 from navigation_core.tasks.goto_phases import Event
-from navigation_core.tasks.measurement import is_located, measured_speed
+from navigation_core.tasks.measurement import is_located
+
+# A setpoint slower than this has come to its end.
+_STANDS_M_S = 0.01
 
 
 class GotoStopping(GotoDeparture):
@@ -19,17 +22,13 @@ class GotoStopping(GotoDeparture):
             self._flight.plan_stop(observation)
         self._flight.walk(None)
         carrot = self._flight.carrot
-        speed_m_s = measured_speed(observation) if located else None
-        commanded = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
-        limit = self._config.stop_speed_m_s
-        slow = speed_m_s is not None and max(speed_m_s, commanded) < limit
-        if self._stopped.holds(slow, now - observation.position_age_s):
+        commanded_m_s = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
+        still = self._stopped.holds(observation, self._config.position_stale_s)
+        if still and commanded_m_s < _STANDS_M_S:
             return self._ended("The vehicle stands still.", observation)
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
-            speed = "an unknown speed" if speed_m_s is None else f"{speed_m_s:.2f} m/s"
-            text = f"The vehicle had not stopped after {timeout_s:g} s; it moves at {speed}."
-            return self._ended(text, observation)
+            return self._ended(self._stopped.failure(timeout_s), observation)
         return Wait() if carrot is None else Fly(carrot.setpoint)
 
     def _disarm(self, observation: Observation, now: float) -> Answer:

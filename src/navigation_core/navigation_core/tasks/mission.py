@@ -30,10 +30,10 @@ from navigation_core.tasks.base import (
 )
 from navigation_core.tasks.conditions import Dwell, Headway, Operation, check_departure
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.mission_measures import MissionMeasures
 from navigation_core.tasks.mission_phases import STATUS, STOPPING, MissionPhase, check_change
 from navigation_core.tasks.mission_progress import MissionProgress
+from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 _MOVED_M = 0.5
@@ -96,7 +96,7 @@ class FlyMission(WithoutSetpoints):
         self._headway = Headway(_ASTRAY_S)
         self._headed_for = 0
         self._arrival = Dwell(config.arrival_dwell_s)
-        self._stopped = Dwell(config.stop_dwell_s)
+        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
         self._handlers: dict[MissionPhase, Callable[[Observation, float], _Answer]] = {
             MissionPhase.HALTING: self._halt,
             MissionPhase.UPLOADING: self._upload,
@@ -424,26 +424,20 @@ class FlyMission(WithoutSetpoints):
             return None
         if answer is not None:
             return answer
-        speed_m_s = measured_speed(observation)
-        slow = speed_m_s is not None and speed_m_s < self._config.stop_speed_m_s
         over = now - self._since_s > self._config.cancel_timeout_s
-        stopped = self._stopped.holds(slow, now)
+        stopped = self._stopped.holds(observation, self._config.position_stale_s)
         if stopped or not self._traits.hovers or over:
-            self._add_to_ending(self._how_it_stopped(stopped, speed_m_s))
+            self._add_to_ending(self._how_it_stopped(stopped))
             self._go(MissionPhase.CLEARING, now)
             return None
         return Wait()
 
-    def _how_it_stopped(self, stopped: bool, speed_m_s: float | None) -> str:
+    def _how_it_stopped(self, stopped: bool) -> str:
         if not self._traits.hovers:
             return "It circles."
         if stopped:
             return "It has stopped."
-        speed = "an unknown speed" if speed_m_s is None else f"{speed_m_s:.2f} m/s"
-        return (
-            f"The vehicle had not stopped after {self._config.cancel_timeout_s:g} s; it moves at "
-            f"{speed}."
-        )
+        return self._stopped.failure(self._config.cancel_timeout_s)
 
     def _clear(self, observation: Observation, now: float) -> _Answer:
         assert self._ending is not None

@@ -31,6 +31,7 @@ from navigation_core.tasks.conditions import Dwell, Headway, Operation
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.plane_route import Circling
+from navigation_core.tasks.standstill import Standstill
 
 # A vehicle that has not moved this far for this long is stuck. ArduCopter waits 5 s above
 # the launch point before it lands (RTL_LOIT_TIME), PX4 up to 5 s (RTL_LAND_DELAY).
@@ -105,7 +106,7 @@ class VehicleLed(WithoutSetpoints):
         self._headway = Headway(_ASTRAY_S if traits.flies else _STUCK_S)
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
-        self._stopped = Dwell(config.stop_dwell_s)
+        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
         self._outcome: Outcome | None = None
 
     # --- the task protocol -----------------------------------------------------------
@@ -258,19 +259,14 @@ class VehicleLed(WithoutSetpoints):
             return Outcome(
                 OutcomeCode.CANCELED, f"The goal was cancelled, but: {answer.message}", None
             )
-        speed_m_s = measured_speed(observation)
-        slow = speed_m_s is not None and speed_m_s < self._config.stop_speed_m_s
+        still = self._stopped.holds(observation, self._config.position_stale_s)
         if answer is None and not self._traits.hovers:
             return Outcome(OutcomeCode.CANCELED, "The goal was cancelled; it circles.", None)
-        if answer is None and self._stopped.holds(slow, now):
+        if answer is None and still:
             text = "The goal was cancelled. The vehicle stands still."
             return Outcome(OutcomeCode.CANCELED, text, None)
         if now - self._cancelled_s > self._config.cancel_timeout_s:
-            speed = "an unknown speed" if speed_m_s is None else f"{speed_m_s:.2f} m/s"
-            text = (
-                f"The goal was cancelled. The vehicle had not stopped after "
-                f"{self._config.cancel_timeout_s:g} s; it moves at {speed}."
-            )
+            text = f"The goal was cancelled. {self._stopped.failure(self._config.cancel_timeout_s)}"
             return Outcome(OutcomeCode.CANCELED, text, None)
         return Wait() if answer is None else answer
 
