@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -13,6 +14,7 @@ from navigation_core.limits import Limits
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
     Fly,
+    Observation,
     OperationKind,
     OperationState,
     Outcome,
@@ -183,6 +185,63 @@ def test_a_repeated_position_is_not_dwelt_on() -> None:
 
     flight = fly(task, vehicle, lose_after_arrival)
     assert flight.outcome.code is OutcomeCode.NO_POSITION
+
+
+def test_a_velocity_that_is_off_does_not_hide_an_arrival() -> None:
+    """Observed on a PX4 after a long flight: it stands, and reports 0.3 to 0.7 m/s."""
+    vehicle, task = hovering(), goto()
+    true = vehicle.observe
+
+    def biased() -> Observation:
+        observation = true()
+        east, north, up = observation.velocity_enu_m_s or (0.0, 0.0, 0.0)
+        return replace(observation, velocity_enu_m_s=(east + 0.3, north - 0.4, up))
+
+    settling: list[float] = []
+
+    def note(_: float) -> None:
+        if task.phase is Phase.SETTLING:
+            settling.append(vehicle.now)
+
+    vehicle.observe = biased  # type: ignore[method-assign]
+    flight = fly(task, vehicle, note)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert settling[-1] - settling[0] < 2.5 * CONFIG.arrival_dwell_s
+
+
+@pytest.mark.parametrize("yaw", [2.0, None])
+def test_a_goal_that_names_a_yaw_is_not_reached_before_the_vehicle_has_it(
+    yaw: float | None,
+) -> None:
+    vehicle, task = hovering(), goto(yaw=yaw)
+    turned_s = math.inf
+    true = vehicle.observe
+
+    def slowly_turning() -> Observation:
+        nonlocal turned_s
+        observation = true()
+        off = 0.3 if task.phase is Phase.NAVIGATING or vehicle.now < turned_s else 0.05
+        if task.phase is Phase.SETTLING and turned_s == math.inf:
+            turned_s = vehicle.now + 5.0
+        return replace(observation, yaw_enu_rad=(observation.yaw_enu_rad or 0.0) - off)
+
+    vehicle.observe = slowly_turning  # type: ignore[method-assign]
+    flight = fly(task, vehicle)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    ended_s = flight.steps[-1][0]
+    if yaw is None:
+        assert ended_s < turned_s - 3.0  # such a goal faces the way it came, and names no yaw
+    else:
+        assert ended_s > turned_s
+
+
+def test_a_yaw_that_is_never_reached_ends_in_timeout_and_is_named() -> None:
+    vehicle, task = hovering(), goto(yaw=2.0)
+    true = vehicle.observe
+    vehicle.observe = lambda: replace(true(), yaw_enu_rad=1.8)  # type: ignore[method-assign]
+    flight = fly(task, vehicle)
+    assert flight.outcome.code is OutcomeCode.TIMEOUT
+    assert "11 degrees off, where 5 count as turned" in flight.outcome.message
 
 
 def test_a_vehicle_that_circles_fast_around_the_target_has_not_arrived() -> None:

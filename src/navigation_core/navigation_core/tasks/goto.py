@@ -102,7 +102,8 @@ class Goto(GotoStopping):
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
             self._go(Event.NO_WAY, now)
             return None
-        if self._has_arrived(observation, now):
+        turned = self._yaw_error_rad(observation) <= self._config.arrival_yaw_rad
+        if self._has_arrived(observation, now, turned):
             return self._arrived(observation, now)
         if now - self._phase_since_s > self._patience_s + self._hold_time_s:
             return self._timeout("It did not settle", observation)
@@ -128,17 +129,21 @@ class Goto(GotoStopping):
         error_m = self._error_m(observation)
         return error_m is not None and error_m <= self._arrival_radius_m
 
-    def _has_arrived(self, observation: Observation, now: float) -> bool:
-        """Whether the vehicle has been near and slow for its time."""
+    def _has_arrived(self, observation: Observation, now: float, turned: bool = True) -> bool:
+        """Whether the vehicle has been near, turned and slow for its time.
+
+        Slow is what its velocity or what its positions show: the velocity of a PX4 may be off by
+        0.5 m/s for half a minute after a long flight (observed).
+        """
         speed_m_s = measured_speed(observation)
-        slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
+        still = self._still.holds(observation, self._config.position_stale_s)
+        slow = still or (speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s)
+        there = self._is_near(observation) and turned
         # A position that is only repeated adds nothing to the dwell.
-        return self._arrival.holds(
-            self._is_near(observation) and slow, now - observation.position_age_s
-        )
+        return self._arrival.holds(there and slow, now - observation.position_age_s)
 
     def _arrived(self, observation: Observation, now: float) -> Answer:
-        """End, or go on; the vehicle has been near and slow for its time."""
+        """End, or go on; the vehicle has been near, turned and slow for its time."""
         error_m = self._error_m(observation)
         return Outcome(OutcomeCode.SUCCESS, f"Arrived, {error_m:.2f} m from the target.", error_m)
 

@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 
-from navigation_core.geometry import KinematicState, Vector3, distance
+from navigation_core.geometry import KinematicState, Vector3, distance, wrap_angle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.avoider import Avoider
@@ -51,6 +51,8 @@ _STOPPING = frozenset({Phase.BRAKING, Phase.DISARMING})
 _PHASE_CHANGES_MAX = 8
 # Two full turns at 1 m/s, per metre of their radius.
 _TURNS_S_M = 4.0 * math.pi
+# Over a shorter time positions do not tell whether the vehicle moves.
+_STILL_MIN_S = 0.5
 
 
 class GotoBase(ABC):
@@ -99,6 +101,8 @@ class GotoBase(ABC):
         self._thought_failed: TrajectoryError | None = None
         self._outcome: Outcome | None = None
         self._arrival = Dwell(config.arrival_dwell_s)
+        window_s = max(config.arrival_dwell_s, _STILL_MIN_S)
+        self._still = Standstill(config.arrival_speed_m_s, window_s)
         self._arrival_radius_m = max(config.arrival_radius_m, traits.arrival_radius_m)
         self._pursuit = Pursuit(traits)
         # What cannot turn on the spot may have to go away first, and round once more.
@@ -271,7 +275,7 @@ class GotoBase(ABC):
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
         self._flight.is_stale = True
-        for memory in (self._arrival, self._stopped, self._landed):
+        for memory in (self._arrival, self._still, self._stopped, self._landed):
             memory.reset()
 
     def _stop(self, observation: Observation, now: float, ending: Outcome) -> None:
@@ -332,6 +336,12 @@ class GotoBase(ABC):
             f"the target and moves at {speed_m_s:.2f} m/s, where {self._arrival_radius_m:g} m "
             f"and {config.arrival_speed_m_s:g} m/s count as arrived."
         )
+        yaw_error_rad = self._yaw_error_rad(observation)
+        if yaw_error_rad > config.arrival_yaw_rad:
+            text += (
+                f" Its yaw is {math.degrees(yaw_error_rad):.0f} degrees off, where "
+                f"{math.degrees(config.arrival_yaw_rad):.0f} count as turned."
+            )
         return Outcome(OutcomeCode.TIMEOUT, text, error_m)
 
     def _perform(
@@ -352,6 +362,16 @@ class GotoBase(ABC):
         if not self._traits.flies:
             return observation.armed
         return observation.armed and is_airborne(observation, self._config.airborne_height_m)
+
+    def _yaw_error_rad(self, observation: Observation) -> float:
+        """Return how far the yaw is from the one that the goal names; 0 if it names none.
+
+        What drives has the yaw of its way.
+        """
+        yaw, wanted = observation.yaw_enu_rad, self._goal.yaw_enu_rad
+        if wanted is None or yaw is None or not self._traits.flies:
+            return 0.0
+        return abs(wrap_angle(yaw - wanted))
 
     def _error_m(self, observation: Observation) -> float | None:
         position = observation.position_enu_m

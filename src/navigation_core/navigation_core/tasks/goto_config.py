@@ -40,6 +40,7 @@ class GotoConfig:
         arrival_radius_m: how close counts as arrived.
         arrival_speed_m_s: how slow counts as arrived.
         arrival_dwell_s: for how long both must hold.
+        arrival_yaw_rad: how near the yaw must be to that of a goal that names one.
         settle_timeout_s: time to settle at the target, and longest time without progress.
         cancel_timeout_s: longest time that a stop may take.
         stop_speed_m_s: how slow counts as stopped.
@@ -68,6 +69,7 @@ class GotoConfig:
     arrival_radius_m: float = 0.5
     arrival_speed_m_s: float = 0.3
     arrival_dwell_s: float = 1.0
+    arrival_yaw_rad: float = math.radians(5.0)
     settle_timeout_s: float = 20.0
     cancel_timeout_s: float = 10.0
     stop_speed_m_s: float = 0.3
