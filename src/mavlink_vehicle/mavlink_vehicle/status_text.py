@@ -3,6 +3,10 @@
 MAVLink cuts a text of more than 50 bytes into chunks with a common `id` and rising
 `chunk_seq`; the last one has room for a NUL (https://mavlink.io/en/messages/common.html
 #STATUSTEXT). Chunks may be lost, doubled or reordered on the way.
+
+The id 0 stands for a text in one piece, but a PX4 counts its texts from 0 on each link, so that
+its first text after a start may be cut and have the id 0 all the same (its STATUSTEXT stream;
+observed). So a full chunk with the id 0 is kept until its continuation, or the patience, is there.
 """
 
 from __future__ import annotations
@@ -47,7 +51,7 @@ class StatusTexts:
         texts: the last 20, oldest first.
         count: how many there were since the start.
         partial: texts whose chunks are still coming, and recent complete ones.
-        last_key: identity of the last unchunked text, by which a doubled packet is known.
+        last_key: identity of the last text with the id 0, by which a doubled packet is known.
     """
 
     texts: tuple[StatusText, ...] = ()
@@ -72,18 +76,22 @@ def add_chunk(
         texts: what was there.
         severity: MAV_SEVERITY.
         text: the message's text.
-        text_id: 0 for a text in one piece, else the common number of its chunks.
+        text_id: the common number of its chunks; 0 for a text in one piece, and for the first
+            text of a PX4.
         chunk: chunk_seq.
         sequence: the packet's sequence number; a doubled packet has the same one.
         now: time in seconds.
     """
-    if text_id == 0:
+    last_key = texts.last_key
+    if text_id == 0 and chunk == 0:
         key = (sequence, severity, text)
-        if key == texts.last_key:
+        if key == last_key:
             return texts
-        return StatusTexts(
-            *_with(texts, StatusText(now, severity, _clean(text))), texts.partial, key
-        )
+        last_key = key
+        if len(text) < CHUNK_SIZE:
+            whole = StatusText(now, severity, _clean(text))
+            return StatusTexts(*_with(texts, whole), texts.partial, last_key)
+        texts = _without_first(texts, now)
     partial = next((p for p in texts.partial if p.text_id == text_id), None)
     if partial is None:
         partial = _Partial(text_id, severity, now, ())
@@ -94,11 +102,23 @@ def add_chunk(
     )
     others = tuple(p for p in texts.partial if p.text_id != text_id)
     if not _complete(partial):
-        return StatusTexts(texts.texts, texts.count, (*others, partial), texts.last_key)
+        return StatusTexts(texts.texts, texts.count, (*others, partial), last_key)
     done = _Partial(text_id, severity, now, (), done=True)
     return StatusTexts(
-        *_with(texts, StatusText(now, severity, _joined(partial))), (*others, done), texts.last_key
+        *_with(texts, StatusText(now, severity, _joined(partial))), (*others, done), last_key
     )
+
+
+def _without_first(texts: StatusTexts, now: float) -> StatusTexts:
+    """Give out a text with the id 0 that was waited for: another one begins."""
+    waiting = next((p for p in texts.partial if p.text_id == 0), None)
+    if waiting is None or (waiting.chunks and waiting.chunks[0][0] > 0):
+        return texts  # its later chunks overtook its first
+    others = tuple(p for p in texts.partial if p is not waiting)
+    if waiting.done:
+        return StatusTexts(texts.texts, texts.count, others, texts.last_key)
+    text = StatusText(now, waiting.severity, _joined(waiting))
+    return StatusTexts(*_with(texts, text), others, texts.last_key)
 
 
 def expire(texts: StatusTexts, now: float) -> StatusTexts:
@@ -132,7 +152,8 @@ def _joined(partial: _Partial) -> str:
         pieces.append("[...]" if number > expected else "")
         pieces.append(text)
         expected = number + 1
-    if len(partial.chunks[-1][1]) == CHUNK_SIZE:
+    whole = partial.text_id == 0 and expected == 1  # 50 bytes in one piece
+    if len(partial.chunks[-1][1]) == CHUNK_SIZE and not whole:
         pieces.append("[...]")
     return _clean("".join(pieces))
 

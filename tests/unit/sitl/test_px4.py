@@ -454,8 +454,10 @@ def test_texts_come_only_where_a_ground_station_is_heard_and_end_in_a_tab(
     first, second = ground.messages("STATUSTEXT")
     assert first.text + second.text == "Arming denied: Resolve system health failures first\t"
     assert (first.chunk_seq, second.chunk_seq) == (0, 1)
-    assert first.id == second.id != 0
+    assert first.id == second.id == 0, "the first text of a link, read in its STATUSTEXT stream"
     assert len(first.text) == 50
+    assert ground.arm() == TEMPORARILY_REJECTED
+    assert [message.id for message in ground.messages("STATUSTEXT")] == [0, 0, 1, 1]
 
 
 def test_each_link_has_its_own_acknowledgements_and_hears_the_others_heartbeats() -> None:

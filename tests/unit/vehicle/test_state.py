@@ -297,6 +297,41 @@ def test_texts_come_whole_and_the_last_twenty_stay(autopilot: AutopilotMessages)
     assert state.texts.count == 31
 
 
+FIRST = "Arming denied: Resolve system health failures first\t"
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_the_first_text_of_a_px4_is_whole_though_its_id_is_0(
+    autopilot: AutopilotMessages, backwards: bool
+) -> None:
+    """It counts its texts from 0 on each link, and every text has a number."""
+    chunks = [
+        autopilot("STATUSTEXT", severity=2, text=FIRST[:50], id=0, chunk_seq=0),
+        autopilot("STATUSTEXT", severity=2, text=FIRST[50:], id=0, chunk_seq=1),
+    ]
+    if backwards:
+        chunks.reverse()
+    state = after(autopilot.heartbeat())
+    for chunk in chunks:
+        state = reduce(reduce(state, chunk, 101.0), chunk, 101.0)  # each packet arrives twice
+    assert [t.text for t in state.status_texts] == [FIRST.strip()]
+    second = autopilot("STATUSTEXT", severity=6, text="Armed by external command\t", id=1)
+    state = reduce(state, second, 101.1)
+    assert [t.text for t in state.status_texts][1:] == ["Armed by external command"]
+
+
+def test_a_text_of_fifty_bytes_with_the_id_0_is_whole(autopilot: AutopilotMessages) -> None:
+    """An ArduPilot's; the next text, or the patience, shows that nothing continues it."""
+    full = "PreArm: Need Position Estimate, this has 50 bytes."
+    assert len(full) == 50
+    state = after(autopilot.heartbeat(), autopilot("STATUSTEXT", severity=2, text=full))
+    assert not state.status_texts
+    state = after(autopilot("STATUSTEXT", severity=2, text=full.upper()), state=state)
+    assert [t.text for t in state.status_texts] == [full]
+    state = reduce(state, autopilot.heartbeat(), 103.0)
+    assert [t.text for t in state.status_texts] == [full, full.upper()]
+
+
 def test_a_text_with_a_lost_chunk_is_given_out_with_a_gap(autopilot: AutopilotMessages) -> None:
     state = after(
         autopilot.heartbeat(),

@@ -28,6 +28,7 @@ from mavlink_sitl.mavlink.px4 import commands, kind_messages, messages, rates, s
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
 from mavlink_sitl.mavlink.snapshot import Snapshot
+from mavlink_sitl.mavlink.statustext import StatusTexts
 from mavlink_sitl.mavlink.streams import NEVER_US
 
 GCS_TIMEOUT_US = 2_500_000
@@ -89,6 +90,7 @@ class Px4Server(MavlinkServer):
         self.role = role
         self.peers: list[Px4Server] = [self]
         self._parameters: Px4ParameterServer = Px4ParameterServer(copter.parameters)
+        self._texts = StatusTexts(numbers_all=True)
         self._gcs_heard_us: int | None = None
         self._ping_seq = 0
         self._ping_due_us = now_us + PING_US if role == ONBOARD else NEVER_US
