@@ -224,6 +224,33 @@ def test_a_vehicle_that_is_sent_elsewhere_in_the_same_mode_is_left_to_the_statio
     assert flight.truth()[0][1] > north_m + 20.0
 
 
+@pytest.mark.parametrize("by_mission", GOALS)
+@pytest.mark.parametrize("pause", ["cancel", "pause"])
+@pytest.mark.parametrize(
+    ("autopilot", "vehicle"), [("px4", "copter"), ("px4", "rover"), ("ardupilot", "rover")]
+)
+@pytest.mark.parametrize("after_s", [0.02, 0.6])
+def test_a_hold_on_the_way_to_somewhere_else_is_an_override(
+    autopilot: str, vehicle: str, pause: str, by_mission: bool, after_s: float
+) -> None:
+    """MAVSDK's goto_location: the hold mode, and once that is acknowledged DO_REPOSITION."""
+    flight = StationFlight(autopilot, vehicle, on_station_pause=pause)
+    goal_id = flight.begin(by_mission)
+    flight.hold_mode()
+    flight.run_for(after_s)
+    begun_s = flight.now
+    flight.reposition(-35.3600, 149.1652, 700.0 if vehicle == "copter" else 584.0)
+    end = flight.run_to_end(goal_id, 3.0)
+    assert end.code.value == "PILOT_OVERRIDE", end.message
+    assert "Station 255/190" in end.message
+    assert "DO_REPOSITION to a place" in end.message
+    north_m = flight.truth()[0][1]
+    flight.run_for(15.0)
+    assert flight.truth()[0][1] > north_m + 5.0, "it goes where the station sent it"
+    assert flight.setpoint_times(begun_s) == []
+    assert flight.modes_asked(begun_s) == []
+
+
 def test_who_disarms_a_vehicle_is_named() -> None:
     flight = StationFlight("ardupilot", "rover")
     goal_id = flight.begin(False)

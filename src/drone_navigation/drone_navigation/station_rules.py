@@ -64,10 +64,17 @@ def starts_mission(acted: StationActed, goal: ActiveGoal, profile: Profile | Non
     return goal.mission is None and acted.how.split()[-1] in ("MISSION_START", mode)
 
 
-def sends_elsewhere(acted: StationActed, vehicle: Vehicle) -> bool:
-    """Whether it sends the vehicle to another place in the mode that it is in already."""
+def sends_elsewhere(acted: StationActed, goal: ActiveGoal, vehicle: Vehicle) -> bool:
+    """Whether it sends the vehicle to another place in the mode that it is in already.
+
+    MAVSDK's `goto_location` has a PX4 hold first, and then sends it to the place. That stop alone
+    is a pause; but who pauses a vehicle and then sends it somewhere flies it, whatever mode has
+    been seen of it by now.
+    """
     if acted.act is not StationAct.CHANGED_MODE or not acted.how.startswith("DO_REPOSITION"):
         return False
+    if goal.paused_by or goal.cancelled_by_pause:
+        return True
     if acted.mode is not None:
         return acted.mode == vehicle.state.custom_mode
     # An ArduPilot goes there without a change of mode; a PX4 refuses to.

@@ -79,9 +79,8 @@ class Stations:
             return
         self._report.remark(goal, sentence)
         what = consequence(acted, goal, on_pause, self._vehicle)
-        if goal.takeover is None and sends_elsewhere(acted, self._vehicle):
-            goal.takeover = Takeover("", now, sentence)
-            self._let_go(goal, now)
+        if goal.takeover is None and sends_elsewhere(acted, goal, self._vehicle):
+            self._give_away(goal, sentence, now)
             return
         if goal.takeover is not None:
             if not self._brought(goal, acted, goal.takeover):
@@ -93,7 +92,7 @@ class Stations:
         if acted.act is StationAct.REPLACED_MISSION and goal.mission is not None:
             goal.mission.disown()
         if what is Consequence.CANCEL:
-            self._cancel(goal, sentence, now)
+            self._cancel(goal, acted, now)
         elif what is Consequence.PAUSE:
             self._pause(goal, sentence, now)
         elif what is Consequence.GO_ON:
@@ -109,7 +108,7 @@ class Stations:
             if acted is None or acted.act not in STOPS:
                 return bool(goal.cancelled_by)
             if goal.plan is None and not goal.ending:
-                self._cancel(goal, told(acted), now)
+                self._cancel(goal, acted, now)
             return bool(goal.cancelled_by or goal.paused_by)
         mode = vehicle_mode(self._vehicle.profile, event.name)
         if mode is not working_mode(goal) or goal.ending or stays_paused(goal):
@@ -171,6 +170,13 @@ class Stations:
 
     # --- inside ------------------------------------------------------------------------
 
+    def _give_away(self, goal: ActiveGoal, sentence: str, now: float) -> None:
+        """The station flies it now; a stop of its own before was a part of that."""
+        goal.takeover = Takeover("", now, sentence)
+        if goal.cancelled_by_pause:
+            goal.cancelled_by, goal.cancelled_by_pause = "", False
+        self._let_go(goal, now)
+
     def _let_go(self, goal: ActiveGoal, now: float) -> None:
         if goal.operation is not None:
             self._vehicle.cancel_operation(now)
@@ -213,8 +219,9 @@ class Stations:
             return is_airborne(observation, config.airborne_height_m)
         return goal.plan is None or goal.task.commanded is not None
 
-    def _cancel(self, goal: ActiveGoal, sentence: str, now: float) -> None:
-        goal.cancelled_by = sentence
+    def _cancel(self, goal: ActiveGoal, acted: StationActed, now: float) -> None:
+        goal.cancelled_by = told(acted)
+        goal.cancelled_by_pause = acted.act is StationAct.PAUSED
         goal.begin_cancel(now)
         self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: cancelled by a station")
         self._report.cancel_wanted(goal)
