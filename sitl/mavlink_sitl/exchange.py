@@ -129,6 +129,8 @@ class Observation(NamedTuple):
     thrust_over_hover: float
     airspeed_m_s: float | None = None
     """Indicated, of who measures it."""
+    gps_off_m: float = 0.0
+    """How far the receiver is, over ground, from what the estimator has believed of it."""
 
 
 class YawMode(IntEnum):

@@ -270,6 +270,45 @@ class Physics:
         )
         self._glitch = (n, e, d)
 
+    def reset_estimate(self, index: int, offset_ned_m: Vector) -> None:
+        """Let a vehicle's estimator jump to where a receiver is that errs by so much.
+
+        What its controllers hold goes along, so that it stays where it is: both firmwares do so
+        (AC_PosControl's handling of EKF resets, PX4's reset counters). A setpoint that comes
+        later means the new place.
+        """
+        old = tuple(self.at(lane, index) for lane in self._misled)
+        self.mislead(index, offset_ned_m)
+        n, e, d = (
+            self.with_value(lane, index, value)
+            for lane, value in zip(self._misled, offset_ned_m, strict=True)
+        )
+        self._misled = (n, e, d)
+        north_m, east_m = offset_ned_m[0] - old[0], offset_ned_m[1] - old[1]
+
+        def moved(lane: Lane, by_m: float) -> Lane:
+            return self.with_value(lane, index, self.at(lane, index) + by_m)
+
+        self.error = self.error._replace(
+            north_m=moved(self.error.north_m, north_m), east_m=moved(self.error.east_m, east_m)
+        )
+        level = self.control.horizontal
+        level = level._replace(
+            target_north_m=moved(level.target_north_m, north_m),
+            target_east_m=moved(level.target_east_m, east_m),
+            north_m=moved(level.north_m, north_m),
+            east_m=moved(level.east_m, east_m),
+        )
+        self.control = self.control._replace(horizontal=level)
+
+    def misled_by(self, index: int) -> Vector:
+        """How much of a receiver's error a vehicle's estimator has taken over by now."""
+        return (
+            self.at(self._misled[0], index),
+            self.at(self._misled[1], index),
+            self.at(self._misled[2], index),
+        )
+
     def weaken(self, index: int, efficiency: float) -> None:
         """Let a vehicle's motors give this part of what is asked of them."""
         self.efficiency = self.with_value(self.efficiency, index, efficiency)

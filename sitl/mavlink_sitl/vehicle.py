@@ -106,6 +106,7 @@ class SimulatedVehicle(VehicleBody):
         self._boot_at_us = None
         self._boot_us = self.now_us
         self._snapshot_cache = None
+        self._resets = 0
         self.copter = firmware_class(self.config.personality())(
             self.config.personality(),
             self.parameters,
@@ -151,6 +152,7 @@ class SimulatedVehicle(VehicleBody):
             self._failures.follow_parameters()
             copter = self.copter
             copter.update(self._observation())
+            self._follow_resets(copter.estimator.resets)
             if copter.events:
                 self._flush_events()
                 self._plan_wake()
@@ -248,13 +250,17 @@ class SimulatedVehicle(VehicleBody):
         return Observation(  # by position, which is twice as fast
             self.now_us / 1e6,
             physics.motion(index),
-            self._gps_lost_at_s is None and self._gps_believed,
+            self._gps_lost_at_s is None,
             physics.battery_reading(index, self._capacity_mah()),
             touching,
             impact_m_s,
             thrust_m_s2 / 9.80665,
             physics.airspeed_m_s(index),
+            self._gps_off_m(),
         )
+
+    def _gate_m(self) -> float:
+        return self.copter.estimator.glitch_rules.gate_m
 
     def _capacity_mah(self) -> float:
         """What the firmware believes the pack to hold."""

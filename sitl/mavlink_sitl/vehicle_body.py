@@ -14,9 +14,6 @@ from mavlink_sitl.fleets import Fleet
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.world import sensors
 
-GLITCH_RADIUS_M = 25.0
-"""EK3_GLITCH_RAD: an estimator does not follow a receiver that jumps farther"""
-
 
 class VehicleBody:
     """The body of a vehicle of a simulation, and its sensors.
@@ -44,7 +41,9 @@ class VehicleBody:
         self._gps_lost_at_s: float | None = None
         self._gps_faults: set[str] = set()
         self._gps_offset_ned_m = (0.0, 0.0, 0.0)
-        self._gps_believed = True
+        self._gps_believed_ned_m = (0.0, 0.0, 0.0)
+        """The offset that the estimator follows"""
+        self._resets = 0
         self._gps_reading: tuple[object, GpsReading] | None = None
         """What the latest reading was made of, and it"""
 
@@ -89,8 +88,9 @@ class VehicleBody:
     def receiver(self) -> GpsReading:
         """What the receiver says; made once for each sample."""
         lost_at_s = self._gps_lost_at_s
-        # Else the estimate, and the sample with it, goes along.
-        offset = (0.0, 0.0, 0.0) if self._gps_believed else self._gps_offset_ned_m
+        # What the estimator follows is in the sample already.
+        taken = self._physics.misled_by(self._lane)
+        offset = tuple(o - t for o, t in zip(self._gps_offset_ned_m, taken, strict=True))
         made_of = (self._physics.gps(self._lane), lost_at_s, offset, self.origin)
         if self._gps_reading is not None and made_of == self._gps_reading[0]:
             return self._gps_reading[1]
@@ -129,11 +129,27 @@ class VehicleBody:
             self.lose_gps("world")
 
     def shift_gps(self, offset_ned_m: tuple[float, float, float]) -> None:
-        """Let the receiver be wrong by so much; far off, the estimator does not believe it."""
+        """Let the receiver be wrong by so much; the estimator may not believe it, at first."""
         self._gps_offset_ned_m = offset_ned_m
-        believed = math.hypot(*offset_ned_m) <= GLITCH_RADIUS_M
-        self._physics.mislead(self._lane, offset_ned_m if believed else (0.0, 0.0, 0.0))
-        self._gps_believed = believed
+        if self._gps_off_m() <= self._gate_m():
+            self._gps_believed_ned_m = offset_ned_m
+            self._physics.mislead(self._lane, offset_ned_m)
+
+    def _gate_m(self) -> float:
+        """What the estimator believes of a jump; the firmware knows."""
+        return math.inf
+
+    def _gps_off_m(self) -> float:
+        """How far the receiver is from what the estimator follows, over ground."""
+        (north, east, _), believed = self._gps_offset_ned_m, self._gps_believed_ned_m
+        return math.hypot(north - believed[0], east - believed[1])
+
+    def _follow_resets(self, resets: int) -> None:
+        """The firmware's estimator gives in to the receiver."""
+        if resets != self._resets:
+            self._resets = resets
+            self._gps_believed_ned_m = self._gps_offset_ned_m
+            self._physics.reset_estimate(self._lane, self._gps_offset_ned_m)
 
     def _set_fix(self, fix: bool) -> None:
         physics = self._physics

@@ -2,9 +2,15 @@
 
 Times and flags are those seen in the recordings (`copter_guided` for the start; the list in
 the observations of the GPS loss). The numbers themselves come from `world.sensors`.
+
+A receiver that jumps is not believed at first: the estimate goes on by what else it has, and
+says that it does. After a time it gives in, and is reset to the receiver in one step (read in
+both firmwares' estimators, and seen on PX4's own simulator).
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 from mavlink_sitl.autopilot.personality import Personality
 
@@ -20,6 +26,30 @@ LOST_AFTER_S = 15.0
 """From losing the GPS to the end of LOCAL_POSITION_NED."""
 RECOVERY_S = 1.0
 """From the GPS coming back to using it again."""
+
+
+class GlitchRules(NamedTuple):
+    """What a firmware's estimator makes of a receiver that jumps.
+
+    Attributes:
+        gate_m: a jump this far is not believed.
+        gives_in_s: after so long the estimate is reset to the receiver.
+        flagged_s: from the jump to the flag that says so.
+        cleared_s: how long all must be well before the flag goes.
+    """
+
+    gate_m: float
+    gives_in_s: float
+    flagged_s: float
+    cleared_s: float
+
+
+EKF3 = GlitchRules(3.7, 10.0, 1.0, 10.0)
+"""EK3_POS_I_GATE of 5 sigma with EK3_POSNE_M_NSE; posRetryTimeUseVel_ms; calcGpsGoodForFlight"""
+EKF2 = GlitchRules(4.7, 7.0, 0.0, 0.0)
+"""EKF2_GPS_P_GATE of 5 sigma with the receiver's 0.9 m; reset_timeout_max"""
+_PX4 = 12
+"""MAV_AUTOPILOT_PX4"""
 
 
 class Estimator:
@@ -42,14 +72,23 @@ class Estimator:
         self._origin_at_s = self.scaled(personality.origin_s)
         self._now_s = boot_s
         self._fix = True
+        self.glitch_rules = EKF2 if personality.mav_autopilot == _PX4 else EKF3
+        self.resets = 0
+        """How often it was reset to a receiver that it had not believed"""
+        self.gps_off_m = 0.0
+        self._rejects_since_s: float | None = None
+        self._rejected_at_s: float | None = None
+        self._flagged = False
 
     def scaled(self, at_s: float) -> float:
         """Simulated time of something that the real firmware does `at_s` after power-up."""
         return self._boot_s + at_s * self.time_scale
 
-    def update(self, now_s: float, gps_fix: bool) -> None:
-        """Take notice of the time and of the receiver."""
+    def update(self, now_s: float, gps_fix: bool, gps_off_m: float = 0.0) -> None:
+        """Take notice of the time and of the receiver, which may be far off the estimate."""
         self._now_s = now_s
+        if gps_off_m > 0.0 or self._flagged or self._rejects_since_s is not None:
+            self._judge(now_s, gps_fix, gps_off_m)
         if gps_fix and self._fix and self._lost_since_s is None:
             return  # as nearly always
         if gps_fix and not self._fix:
@@ -60,6 +99,35 @@ class Estimator:
             self._lost_since_s = None
         elif not gps_fix and self._lost_since_s is None:
             self._lost_since_s = now_s
+
+    def _judge(self, now_s: float, gps_fix: bool, gps_off_m: float) -> None:
+        """Believe the receiver, or not, or not any longer."""
+        rules = self.glitch_rules
+        self.gps_off_m = gps_off_m if gps_fix else 0.0
+        if self.gps_off_m <= rules.gate_m:
+            self._rejects_since_s = None
+        else:
+            self._rejected_at_s = now_s
+            if self._rejects_since_s is None:
+                self._rejects_since_s = now_s
+            if now_s - self._rejects_since_s >= rules.gives_in_s:
+                self.resets += 1
+                self.gps_off_m, self._rejects_since_s = 0.0, None
+        since_s, last_s = self._rejects_since_s, self._rejected_at_s
+        if since_s is not None and now_s - since_s >= rules.flagged_s:
+            self._flagged = True
+        elif since_s is None and (last_s is None or now_s - last_s >= rules.cleared_s):
+            self._flagged = False
+
+    @property
+    def glitching(self) -> bool:
+        """Whether it says that the receiver is not to be believed."""
+        return self._flagged and self.position_ok
+
+    @property
+    def gps_test_ratio(self) -> float:
+        """How far off the receiver is, as a part of what would be believed."""
+        return self.gps_off_m / self.glitch_rules.gate_m
 
     def _outage_s(self) -> float:
         return 0.0 if self._lost_since_s is None else self._now_s - self._lost_since_s

@@ -43,6 +43,7 @@ class Failsafes:
         self._gcs_heard_s: float | None = None
         self._parameters_revision = -1
         self._well_above_v = math.inf
+        self._glitching = False
 
     @property
     def active(self) -> bool:
@@ -147,7 +148,15 @@ class Failsafes:
         copter.say(Severity.WARNING, "Radio Failsafe")
         self._act(copter, MODE_LAND if action == THR_LAND else MODE_RTL)
 
+    def _glitch(self, copter: Copter) -> None:
+        """ArduCopter's gpsglitch_check: no more than its words."""
+        if copter.estimator.glitching is not self._glitching:
+            self._glitching = copter.estimator.glitching
+            words = "GPS Glitch or Compass error" if self._glitching else "Glitch cleared"
+            copter.say(Severity.CRITICAL, words)
+
     def _estimator(self, copter: Copter) -> None:
+        self._glitch(copter)
         variance = copter.estimator.variance
         if variance and not self.estimator_lost and copter.armed and not copter.landed:
             self.estimator_lost = True

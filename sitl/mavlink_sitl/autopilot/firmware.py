@@ -213,7 +213,7 @@ class Firmware(ABC):
         estimator = self.estimator
         had_origin = estimator.has_origin
         self.observe(observation)
-        estimator.update(observation.time_s, observation.gps_fix)
+        estimator.update(observation.time_s, observation.gps_fix, observation.gps_off_m)
         self._say_boot()
         if not self.started and self.now_s >= self.estimator.scaled(self.personality.standby_s):
             self.started = True

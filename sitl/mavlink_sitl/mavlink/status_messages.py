@@ -160,10 +160,12 @@ def autopilot_version(s: Snapshot) -> Message:
 
 
 def ekf_status_report(s: Snapshot) -> Message:
-    """EKF_STATUS_REPORT."""
-    bad = 1.0 if s.copter.estimator.variance else 0.0
+    """EKF_STATUS_REPORT: the square roots of the test ratios."""
+    estimator = s.copter.estimator
+    bad = 1.0 if estimator.variance else 0.0
+    flags = estimator.flags | (dialect.EKF_GPS_GLITCHING if estimator.glitching else 0)
     return dialect.MAVLink_ekf_status_report_message(
-        s.copter.estimator.flags, 0.005 + bad, 0.001 + bad, 0.007, 0.03, 0.0
+        flags, 0.005 + bad, 0.001 + bad + estimator.gps_test_ratio, 0.007, 0.03, 0.0
     )
 
 

@@ -78,33 +78,88 @@ def test_gps_loss_in_flight_as_observed(way: str) -> None:
     assert station.mode(GUIDED) == ACCEPTED
 
 
+METRE_DEG = 1.0 / 111318.845
+GLITCHING = 0x8000
+
+
 def test_a_small_glitch_pulls_the_vehicle_away() -> None:
     station = flying()
-    put(station, "SIM_GPS1_GLTCH_X", 8.0 / 111318.845)
+    put(station, "SIM_GPS1_GLTCH_X", 3.0 * METRE_DEG)
     station.run(10.0)
-    assert error_m(station) == pytest.approx(8.0, abs=0.5)
-    assert station.position[0] == pytest.approx(-8.0, abs=1.0), "it holds the wrong place"
+    assert error_m(station) == pytest.approx(3.0, abs=0.5)
+    assert station.position[0] == pytest.approx(-3.0, abs=1.0), "it holds the wrong place"
     put(station, "SIM_GPS1_GLTCH_X", 0.0)
     station.run(10.0)
     assert error_m(station) < 0.5
+    assert "GPS Glitch or Compass error" not in station.texts()
 
 
 @pytest.mark.parametrize("way", ["command", "parameter"])
-def test_a_far_glitch_is_not_believed(way: str) -> None:
+def test_a_receiver_that_jumps_is_not_believed_for_ten_seconds(way: str) -> None:
+    """EKF3: flagged after a second; after posRetryTimeUseVel_ms the estimate is reset to it."""
     station = flying()
-    station.interval(24, 5.0)
+    for message_id in (24, 193):
+        station.interval(message_id, 5.0)
+    begin_s = station.now_s
     if way == "command":
         assert inject(station, GPS, WRONG) == ACCEPTED
     else:
-        put(station, "SIM_GPS1_GLTCH_X", 0.001)
-    station.run(5.0)
+        put(station, "SIM_GPS1_GLTCH_X", 60.0 * METRE_DEG)
+        put(station, "SIM_GPS1_GLTCH_Y", 60.0 * METRE_DEG)
+    station.run(0.9)
+    report = station.last("EKF_STATUS_REPORT")
+    assert (report.flags, report.pos_horiz_variance > 1.0) == (0x33F, True)
+    station.run(8.0)
     told = station.last("GPS_RAW_INT")
     assert told.fix_type == 6
-    away_m = (told.lat / 1e7 - station.vehicle.origin.latitude_deg) * 111318.845
+    away_m = (told.lat / 1e7 - station.vehicle.origin.latitude_deg) / METRE_DEG
     assert away_m - station.position[0] > 50.0
-    assert error_m(station) < 10.0
-    station.run(5.0)
-    assert "EKF variance" in station.texts()
+    assert error_m(station) < 1.0
+    report = station.last("EKF_STATUS_REPORT")
+    assert report.flags == 0x33F | GLITCHING
+    assert "GPS Glitch or Compass error" in station.texts(begin_s)
+    station.run(2.0)
+    assert error_m(station) > 50.0, "in one step"
+    report = station.last("EKF_STATUS_REPORT")
+    assert (report.flags, report.pos_horiz_variance < 1.0) == (0x33F | GLITCHING, True)
+    station.run(10.0)
+    assert station.last("EKF_STATUS_REPORT").flags == 0x33F
+    assert station.texts(begin_s) == ["GPS Glitch or Compass error", "Glitch cleared"]
+    assert station.last("HEARTBEAT").custom_mode == GUIDED, "the position alone is no failsafe"
+    assert math.hypot(*station.position[:2]) < 1.0, "what it holds goes along with the reset"
+
+
+def test_a_receiver_that_is_right_again_in_time_leaves_the_estimate_alone() -> None:
+    station = flying()
+    station.interval(193, 5.0)
+    put(station, "SIM_GPS1_GLTCH_X", 20.0 * METRE_DEG)
+    station.run(6.0)
+    put(station, "SIM_GPS1_GLTCH_X", 0.0)
+    station.run(9.0)
+    assert station.last("EKF_STATUS_REPORT").flags & GLITCHING, "for ten seconds more"
+    station.run(2.0)
+    assert station.last("EKF_STATUS_REPORT").flags == 0x33F
+    assert error_m(station) < 0.5
+
+
+def test_a_px4_says_at_once_that_it_does_not_believe_and_gives_in_after_seven_seconds() -> None:
+    """Seen on its own simulator, with a receiver that was fed 20 m beside the truth."""
+    config = VehicleConfig(
+        autopilot="px4", ready_after_s=1.0, parameters={"SYS_FAILURE_EN": 1.0}
+    )
+    station = GroundStation(Simulation([config], seed=1))
+    station.run(4.0)
+    station.interval(230, 10.0)
+    assert inject(station, GPS, WRONG) == ACCEPTED
+    station.run(0.3)
+    report = station.last("ESTIMATOR_STATUS")
+    assert (report.flags & 0x400, round(report.pos_horiz_ratio, 2)) == (0x400, 2.0)
+    station.run(6.4)
+    assert error_m(station) < 1.0
+    station.run(0.6)
+    report = station.last("ESTIMATOR_STATUS")
+    assert (report.flags & 0x400, report.pos_horiz_ratio < 0.1) == (0, True)
+    assert error_m(station) > 80.0
 
 
 @pytest.mark.parametrize("way", ["command", "parameter"])

@@ -30,7 +30,7 @@ HOVER_THRUST = 0.48
 """Thrust 0..1 in hover, of ATTITUDE_TARGET and VFR_HUD"""
 
 _PRESENT, _ENABLED, _HEALTHY = 0x0300402F, 0x0301402F, 0x0320C83F
-_PREARM = 0x10000000
+_PREARM, _BATTERY, _RADIO = 0x10000000, 0x02000000, 0x00010000
 _NOTHING_YET = (0x0300400F, 0x0321480F, 0x0300803F)
 
 _FLAGS_GROUND, _FLAGS_FLYING, _FLAGS_NO_POSITION = 1023, 831, 0x0A7
@@ -78,13 +78,21 @@ def available_mode(vehicle: Px4Vehicle, place: int) -> Message:
 
 
 def sys_status(s: Snapshot) -> Message:
-    """SYS_STATUS: ready to arm is one bit; the charge is rounded up."""
+    """SYS_STATUS: ready to arm is one bit; the charge is rounded up.
+
+    Sticks count as present only while they are heard, and a low battery as unhealthy; of a lost
+    receiver only the fix tells (all seen on its own simulator).
+    """
     copter = copter_of(s)
     present, enabled, health = _PRESENT, _ENABLED, _HEALTHY
     if not copter.estimator.gps_started:
         present, enabled, health = _NOTHING_YET
     if copter.can_arm():
         health |= _PREARM
+    if copter.manual_alive():
+        present, health = present | _RADIO, health | _RADIO
+    if copter.failsafe.battery_level:
+        health &= ~_BATTERY
     battery = copter.battery
     return dialect.MAVLink_sys_status_message(
         present,
@@ -130,8 +138,11 @@ def estimator_status(s: Snapshot) -> Message:
     else:
         flags = _FLAGS_FLYING if copter.armed else _FLAGS_GROUND
         flags |= 0x40  # absolute height is there in any case
+    if copter.estimator.glitching:
+        flags |= dialect.ESTIMATOR_GPS_GLITCH
+    ratio = 0.03 + min(copter.estimator.gps_test_ratio, 1.97)  # 2.00 is the most it was seen to say
     return dialect.MAVLink_estimator_status_message(
-        s.time_boot_us, flags, 0.04, 0.03, 0.02, 0.09, 0.003, NAN, 0.29, 0.1
+        s.time_boot_us, flags, 0.04, ratio, 0.02, 0.09, 0.003, NAN, 0.29, 0.1
     )
 
 
@@ -272,7 +283,7 @@ def gps_raw_int(s: Snapshot) -> Message:
     altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
     return dialect.MAVLink_gps_raw_int_message(
         to_int(gps.time_s * 1e6, 0, 2**63),
-        min(gps.fix_type, 3),
+        3 if gps.fix_type >= 3 else 0,
         to_i32(gps.point.latitude_deg * 1e7),
         to_i32(gps.point.longitude_deg * 1e7),
         altitude_mm,
