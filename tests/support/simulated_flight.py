@@ -112,6 +112,19 @@ class SimulatedFlight:
             if self.on_output is not None:
                 self.on_output(output)
 
+    def hang_for(self, seconds: float) -> None:
+        """Let the server's process stand still: what arrives meanwhile is read afterwards."""
+        end_s = self.now + seconds
+        waiting = []
+        while self.now < end_s:
+            self.now += _TICK_S
+            self.simulation.run_for(_TICK_S)
+            waiting += self.simulation.link.read_datagrams()
+        for data in waiting:
+            for message in self.codec.decode(data):
+                self.bridge.receive(message, self.now)
+        self._collect()
+
     def run_for(self, seconds: float) -> None:
         """Go on for a while."""
         end_s = self.now + seconds

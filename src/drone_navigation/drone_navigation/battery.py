@@ -86,14 +86,18 @@ class BatteryReckoning:
         words = prediction.describe()
         return f"{words[0].upper()}{words[1:]}; battery_reserve is {100 * reserve:g} %."
 
-    def runs_low(self, plan: FlightPlan, here_enu_m: Vector3, now: float) -> str | None:
-        """Say why it is time to turn back from a place on the way of a plan."""
+    def says_low(self, now: float) -> str | None:
+        """Say that the autopilot calls the battery low, and has not acted on it."""
         if not battery_is_low(self._vehicle.state.battery):
             self._low_since_s = None
         elif self._low_since_s is None:
             self._low_since_s = now
         if self._low_since_s is not None and now - self._low_since_s > _FAILSAFE_ACTS_S:
             return _SAID_LOW
+        return None
+
+    def runs_low(self, plan: FlightPlan, here_enu_m: Vector3) -> str | None:
+        """Say why it is time to turn back from a place on the way of a plan."""
         prediction = self._consumption.predict(0.0, self._back_s(here_enu_m, plan))
         reserve = self._config.safety.battery_reserve
         if prediction is None or prediction.back >= reserve:

@@ -15,6 +15,9 @@ _CODES = {
     FailsafeKind.OFFBOARD: OutcomeCode.FAILSAFE_OFFBOARD,
 }
 
+FAILSAFE_CODES = frozenset({OutcomeCode.VEHICLE_FAILSAFE, *_CODES.values()})
+"""The codes of goals that a failsafe of the vehicle has ended."""
+
 
 def failsafe_code(failsafe: Failsafe | None) -> OutcomeCode:
     """Return the code for a failsafe; ``VEHICLE_FAILSAFE`` if its kind is not known."""

@@ -279,11 +279,16 @@ class Guard:
         self, goal: ActiveGoal, plan: FlightPlan, here: Vector3, now: float
     ) -> Outcome | None:
         policy = self._config.safety.battery_policy
-        text = None if policy is BatteryPolicy.IGNORE else self._battery.runs_low(plan, here, now)
+        if policy is BatteryPolicy.IGNORE:
+            return None
+        # A PX4 whose failsafe only warns says so by the charge state alone (observed).
+        code, text = OutcomeCode.FAILSAFE_BATTERY, self._battery.says_low(now)
+        if text is None:
+            code, text = OutcomeCode.LOW_BATTERY, self._battery.runs_low(plan, here)
         if text is None:
             return None
         if policy is BatteryPolicy.REJECT:
-            return Outcome(OutcomeCode.LOW_BATTERY, text, None)
+            return Outcome(code, text, None)
         if not self._memory.warned:
             self._memory.warned = True
             goal.notes.append(text)

@@ -7,6 +7,7 @@ from collections import deque
 
 from drone_navigation import notes
 from drone_navigation.autopilot_words import answers_in, worst_text
+from drone_navigation.failsafes import FAILSAFE_CODES
 from drone_navigation.goal import (
     ActiveGoal,
     Annotation,
@@ -174,6 +175,8 @@ class Reporter:
         heard_s = now if state.last_heartbeat_s is None else state.last_heartbeat_s
         code = goal.end_of(outcome).code
         said = worst_text(state.status_texts, code, goal.accepted_s, heard_s, self._answers)
+        if outcome.code in FAILSAFE_CODES:
+            said = ""  # what belongs to it is quoted, and the rest does not
         finished = goal.finish(outcome, self._map_frame.pose(state), now, said)
         self._outputs.append(finished)
         self._happened(

@@ -1,7 +1,7 @@
 """Who changed the mode, when nobody here did: a pilot, or a failsafe of which kind. No ROS.
 
 The mode, the state and the words that tell a failsafe's kind come in any order, up to a second
-apart. So the server falls silent at once, and judges when the kind is known or the time is up.
+apart. So the server falls silent at once, and judges when the time is up.
 """
 
 from __future__ import annotations
@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drone_navigation.failsafes import failsafe_code
-from mavlink_vehicle.events import FailsafeKind
-from mavlink_vehicle.failsafe import TEXT_AGE_S
+from mavlink_vehicle.failsafe import failsafe_words
 from mavlink_vehicle.vehicle_state import VehicleState
 from navigation_core.outcomes import OutcomeCode
 
@@ -36,20 +35,19 @@ class Takeover:
 
     def judge(self, state: VehicleState, now: float) -> tuple[OutcomeCode, str] | None:
         """Say whose change it was, as a code and a sentence; None while it is not clear yet."""
+        if now - self.seen_s < _JUDGE_S:
+            return None  # an older sign may be known before the one that this is about
         failsafe = state.failsafe
-        known = failsafe is not None and failsafe.kind is not FailsafeKind.OTHER
-        if not known and now - self.seen_s < _JUDGE_S:
-            return None
         if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
             left = "control is left to the pilot until a new goal comes."
             changed = f"The mode became {self.mode_name}, which this server did not ask for;"
             words = [changed if self.mode_name else "The vehicle was sent elsewhere;", left]
             return OutcomeCode.PILOT_OVERRIDE, " ".join([*words, *filter(None, [self.by])])
-        words = [
-            text.text for text in state.status_texts[-2:] if text.time_s >= self.seen_s - TEXT_AGE_S
-        ]
-        said = f" It said: {'; '.join(words)}." if words else ""
-        return failsafe_code(failsafe), (
-            f"A failsafe of the vehicle changed the mode to {self.mode_name}; control is left to "
-            f"it.{said}"
-        )
+        said = failsafe_words(state, failsafe, self.seen_s)
+        mode = self.mode_name
+        text = f"A failsafe of the vehicle changed the mode to {mode}; control is left to it."
+        if failsafe is not None and failsafe.text not in said:
+            text += f" It is known by this: {failsafe.text}."
+        if said:
+            text += f" It said: {'; '.join(dict.fromkeys(said))}."
+        return failsafe_code(failsafe), text

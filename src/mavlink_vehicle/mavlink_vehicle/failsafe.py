@@ -3,7 +3,8 @@
 A failsafe is in force while the vehicle is armed and its HEARTBEAT says CRITICAL or EMERGENCY
 (both firmwares), while a fence is breached (ArduPilot stays ACTIVE then), or while PX4 flies
 another mode than the one that was chosen (CURRENT_MODE.intended_custom_mode). What it is about
-is told by the texts, and where there is none by the other evidence.
+is what began last of what the vehicle shows to be wrong (:mod:`.signs`). Only where it shows
+nothing its words name the kind: the loss of a ground station, and the fence of a PX4.
 """
 
 from __future__ import annotations
@@ -14,17 +15,19 @@ from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import FailsafeKind
 
 if TYPE_CHECKING:
+    from mavlink_vehicle.status_text import StatusText
     from mavlink_vehicle.vehicle_state import VehicleState
 
 TEXT_AGE_S = 3.0
 """A text may come this long before the HEARTBEAT that shows the failsafe."""
+_SIGN_LATE_S = 2.0
+"""What is wrong may show this long after the failsafe: EKF_STATUS_REPORT comes once a second."""
+_SIGN_AGE_S = 30.0
+"""What has been wrong for longer without a failsafe is not what this one is about."""
+_STREAM_AGE_S = 3.0
+"""PX4 acts on a lost stream after COM_OF_LOSS_T, 1 s; an older gap was another one."""
 
 _CRITICAL = (mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY)
-_CHARGE_LOW = (
-    mavlink.MAV_BATTERY_CHARGE_STATE_LOW,
-    mavlink.MAV_BATTERY_CHARGE_STATE_CRITICAL,
-    mavlink.MAV_BATTERY_CHARGE_STATE_EMERGENCY,
-)
 _WARNING = mavlink.MAV_SEVERITY_WARNING
 _NOTHING_BEGINS = ("prearm", "arm:", "cleared", "regained", "recovered")
 
@@ -46,7 +49,6 @@ _WORDS: tuple[tuple[str, FailsafeKind], ...] = (
     ("gps glitch", FailsafeKind.GPS),
     ("fence breach", FailsafeKind.FENCE),
     ("geofence", FailsafeKind.FENCE),
-    ("offboard", FailsafeKind.OFFBOARD),
 )
 
 
@@ -56,7 +58,7 @@ class Failsafe(NamedTuple):
     Attributes:
         since_s: when it was first seen.
         kind: what it is about, as far as it is known by now.
-        text: the autopilot's words, or what else shows it.
+        text: what shows it, for people; the autopilot's words if it has any for it.
     """
 
     since_s: float
@@ -70,15 +72,32 @@ def assess(state: VehicleState, now: float) -> Failsafe | None:
         return None
     last = state.failsafe
     since_s = now if last is None else last.since_s
+    shown = _shown(state, since_s)
     told = _told(state, since_s - TEXT_AGE_S)
-    if told is not None:
+    if shown is not None:
+        kind, text = shown
+        if told is not None and told[0] is kind:
+            text = told[1]
+    elif told is not None:
         kind, text = told
     elif last is not None and last.kind is not FailsafeKind.OTHER:
-        return last
+        return last  # what was wrong is well again
     else:
-        kind, text = _shown(state)
+        kind, text = FailsafeKind.OTHER, _unknown(state)
     new = Failsafe(since_s, kind, text)
     return last if new == last else new
+
+
+def failsafe_words(state: VehicleState, failsafe: Failsafe | None, since_s: float) -> list[str]:
+    """Return the autopilot's words about a failsafe: warnings, and those that name its kind."""
+    kind = None if failsafe is None else failsafe.kind
+    return [
+        text.text
+        for text in state.status_texts
+        if text.time_s >= since_s - TEXT_AGE_S
+        and not _begins_nothing(text)
+        and (text.severity <= _WARNING or (_kind_of(text) is kind is not None))
+    ]
 
 
 def _in_force(state: VehicleState) -> bool:
@@ -91,19 +110,55 @@ def _another_mode(state: VehicleState) -> bool:
     return state.intended_mode not in (0, state.custom_mode)
 
 
+def _shown(state: VehicleState, since_s: float) -> tuple[FailsafeKind, str] | None:
+    """Return what began last of what is wrong, until the failsafe or shortly after it."""
+    signs = state.signs
+    found = [
+        (began_s, kind, text)
+        for began_s, kind, text in (
+            (signs.fence_s, FailsafeKind.FENCE, "a fence is breached"),
+            (signs.battery_s, FailsafeKind.BATTERY, "the battery's charge state is low"),
+            (signs.radio_s, FailsafeKind.RC, "the receiver of the radio is not healthy"),
+            (signs.fix_s, FailsafeKind.GPS, "the GPS has no 3D fix"),
+            (signs.estimator_s, FailsafeKind.GPS, "there is no horizontal position"),
+            (signs.stream_s, FailsafeKind.OFFBOARD, "the stream of setpoints had a gap"),
+        )
+        if began_s is not None
+        and began_s <= since_s + _SIGN_LATE_S
+        and since_s - began_s <= (_STREAM_AGE_S if kind is FailsafeKind.OFFBOARD else _SIGN_AGE_S)
+    ]
+    if not found:
+        return None
+    _, kind, text = max(found, key=lambda sign: sign[0])
+    return kind, text
+
+
 def _told(state: VehicleState, from_s: float) -> tuple[FailsafeKind, str] | None:
     """Return what the latest of the autopilot's texts since then says."""
     for text in reversed(state.status_texts):
         if text.time_s < from_s:
             return None
+        if _begins_nothing(text):
+            continue
         words = text.text.lower()
         if text.severity > _WARNING and "lost" not in words and "breached" not in words:
             continue
-        if any(word in words for word in _NOTHING_BEGINS):
-            continue
-        for word, kind in _WORDS:
-            if word in words or _breached(words, kind):
-                return kind, text.text
+        kind = _kind_of(text)
+        if kind is not None:
+            return kind, text.text
+    return None
+
+
+def _begins_nothing(text: StatusText) -> bool:
+    words = text.text.lower()
+    return any(word in words for word in _NOTHING_BEGINS)
+
+
+def _kind_of(text: StatusText) -> FailsafeKind | None:
+    words = text.text.lower()
+    for word, kind in _WORDS:
+        if word in words or _breached(words, kind):
+            return kind
     return None
 
 
@@ -112,19 +167,7 @@ def _breached(words: str, kind: FailsafeKind) -> bool:
     return kind is FailsafeKind.FENCE and "fence" in words and "breached" in words
 
 
-def _shown(state: VehicleState) -> tuple[FailsafeKind, str]:
-    """Return what else is known to be wrong."""
-    if state.fence_breached:
-        return FailsafeKind.FENCE, "a fence is breached"
-    battery = state.battery
-    if battery is not None and battery.charge_state in _CHARGE_LOW:
-        return FailsafeKind.BATTERY, "the battery's charge state is low"
-    if state.estimator is not None and not state.estimator.horizontal_position_ok:
-        return FailsafeKind.GPS, "there is no horizontal position"
-    if _another_mode(state) and state.intended_mode == OFFBOARD_MODE:
-        return FailsafeKind.OFFBOARD, "OFFBOARD is wanted but another mode is flown"
-    return FailsafeKind.OTHER, "the autopilot says that its state is critical"
-
-
-OFFBOARD_MODE = 6 << 16
-"""PX4's custom_mode; no other firmware sends `intended_custom_mode`."""
+def _unknown(state: VehicleState) -> str:
+    if _another_mode(state):
+        return "it flies another mode than the one that was chosen"
+    return "the autopilot says that its state is critical"

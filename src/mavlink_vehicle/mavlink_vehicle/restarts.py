@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.signs import NO_SIGNS
 from mavlink_vehicle.telemetry import Attitude, GlobalPosition, LocalPosition
 from mavlink_vehicle.vehicle_state import VehicleState
 
@@ -31,6 +32,8 @@ VOID_AFTER_RESTART: dict[str, Any] = {
     "prearm_ok": None,
     "intended_mode": 0,
     "fence_breached": False,
+    "radio_ok": None,
+    "signs": NO_SIGNS,
     "failsafe": None,
     "terrain_ready": None,
 }

@@ -17,6 +17,7 @@ from mavlink_vehicle.failsafe import assess
 from mavlink_vehicle.frames import Vector3, normalize_angle
 from mavlink_vehicle.mission_items import mission_id
 from mavlink_vehicle.restarts import boot_changes, evolve, is_late
+from mavlink_vehicle.signs import follow
 from mavlink_vehicle.status_reducers import (
     autopilot_version,
     battery_status,
@@ -82,10 +83,18 @@ def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
         return state
     after = reducer(state, message, now)
     if reducer in _FAILSAFE_EVIDENCE and after is not state:
-        failsafe = assess(after, now)
-        if failsafe is not after.failsafe:
-            after = evolve(after, {"failsafe": failsafe})
+        after = _judged(state, after, now)
     return after
+
+
+def _judged(before: VehicleState, after: VehicleState, now: float) -> VehicleState:
+    """Return the state with what it says of failures."""
+    if after.boot_count == before.boot_count:
+        signs = follow(before, after, now)
+        if signs is not after.signs:
+            after = evolve(after, {"signs": signs})
+    failsafe = assess(after, now)
+    return after if failsafe is after.failsafe else evolve(after, {"failsafe": failsafe})
 
 
 def _on_ground(state: VehicleState) -> bool:
@@ -261,5 +270,14 @@ _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_statustext_message: status_text,
 }
 _FAILSAFE_EVIDENCE = frozenset(
-    {heartbeat, current_mode, sys_status, fence_status, status_text, battery_status}
+    {
+        heartbeat,
+        current_mode,
+        sys_status,
+        fence_status,
+        status_text,
+        battery_status,
+        _gps_raw,
+        _estimator,
+    }
 )

@@ -7,6 +7,7 @@ from typing import Any
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.restarts import VOID_AFTER_RESTART, evolve
+from mavlink_vehicle.signs import radio_ok
 from mavlink_vehicle.status_text import add_chunk, expire
 from mavlink_vehicle.telemetry import Battery
 from mavlink_vehicle.vehicle_state import VehicleState
@@ -98,7 +99,9 @@ def sys_status(state: VehicleState, message: Message, now: float) -> VehicleStat
         "sensors_health": health,
         "prearm_ok": bool(health & _PREARM_CHECK) if tells_prearm else None,
     }
-    if message.onboard_control_sensors_enabled & _GEOFENCE:
+    enabled = message.onboard_control_sensors_enabled
+    changes["radio_ok"] = radio_ok(enabled, health)
+    if enabled & _GEOFENCE:
         changes["fence_breached"] = not health & _GEOFENCE
     elif state.fence_told_s is None or now - state.fence_told_s > _FENCE_SILENCE_S:
         # Switched off. An ArduPilot keeps the health bit of a breach then, and says no more of it;

@@ -232,6 +232,7 @@ class Vehicle(VehicleStations):
             if self.in_control_mode and self.state.armed:
                 self._drag.learn(self.state.attitude, self.state.local_position)
             setpoint = self._drag.added_to(setpoint)
+        self._note_setpoint(now)
         self._stream.offer(
             setpoint,
             now,

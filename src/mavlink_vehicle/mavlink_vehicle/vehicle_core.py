@@ -7,6 +7,7 @@ can be asked to do.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 
@@ -77,6 +78,17 @@ _LATE_S = 0.25
 # A stream that is a little shorter than what the firmware allows may be too long on its side.
 _STREAM_SHARE = 0.9
 _MODE_FIELDS = ("custom_mode", "intended_mode")
+_MODE_MESSAGES = (_HEARTBEAT, _CURRENT_MODE)
+_SETPOINTS = frozenset(
+    {
+        mavlink.MAVLink_set_position_target_local_ned_message,
+        mavlink.MAVLink_set_position_target_global_int_message,
+    }
+)
+# PX4 takes the stream for lost after COM_OF_LOSS_T (1 s); the link's jitter comes on top.
+_STREAM_GAP_S = 0.8
+# What was streamed longer ago was another flight.
+_STREAM_OVER_S = 10.0
 
 
 class VehicleCore:
@@ -117,6 +129,7 @@ class VehicleCore:
         self._order = SequenceOrder()
         self._place = self._mode_place = self._beat_place = -1
         self._answers_by_name = False
+        self._heard_s = self._setpoint_s = -math.inf
         self._failsafes = FailsafeWatch()
         self._slot = OperationSlot(self._command_timing, self.config.grace_s)
         self.ranges = RangeReader()
@@ -235,6 +248,7 @@ class VehicleCore:
             self._overhear(message, now)
             return
         kind = message.__class__
+        before = self._watch_stream(kind, now)
         newer = self._follow_order(kind, header.seq, now)
         if newer is None or self._is_for_another(message, now):
             return
@@ -257,6 +271,34 @@ class VehicleCore:
         if self._slot.pending is not None:
             self._slot.observe(state, self.connected, now)
             self._take_ends()
+
+    def _watch_stream(self, kind: type[Message], now: float) -> VehicleState:
+        """Return the state, with a gap of the setpoints before a message that shows the mode."""
+        silent = now - self._heard_s > _STREAM_GAP_S
+        self._heard_s = now
+        if silent or kind in _MODE_MESSAGES:
+            self.state = self._with_gap(self.state, silent, now)
+        return self.state
+
+    def _note_setpoint(self, now: float) -> None:
+        """Take note that a setpoint goes out, ours or another computer's."""
+        self.state = self._with_gap(self.state, False, now)
+        self._setpoint_s = now
+
+    def _with_gap(self, state: VehicleState, silent: bool, now: float) -> VehicleState:
+        """Return the state with a gap of the setpoints that the vehicle is flown by, if any.
+
+        There is one when none went out for a time, and perhaps when nothing was heard for it.
+        """
+        last_s = now - self._setpoint_s
+        profile = self.profile
+        if profile is None or profile.prestream_s == 0.0 or last_s > _STREAM_OVER_S:
+            return state
+        if not (silent or last_s > _STREAM_GAP_S):
+            return state
+        if state.custom_mode != profile.mode_number(profile.control_mode):
+            return state
+        return evolve(state, {"signs": state.signs._replace(stream_s=now)})
 
     def _hand_out(self, message: Message, now: float) -> None:
         """Give the protocols what may be an answer to them."""
@@ -282,7 +324,9 @@ class VehicleCore:
         """Take an acknowledgement to somebody else."""
 
     def _overhear(self, message: Message, now: float) -> None:
-        """Take what sensors say that hang on a computer beside the autopilot."""
+        """Take what sensors say that hang on a computer beside the autopilot, and its setpoints."""
+        if message.__class__ in _SETPOINTS:
+            self._note_setpoint(now)
         if message.__class__ not in RANGE_MESSAGES or self.state.system_id == 0:
             return
         if message._header.srcSystem == self.state.system_id:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.failsafe import Failsafe
+from mavlink_vehicle.signs import NO_SIGNS, Signs
 from mavlink_vehicle.status_text import StatusText, StatusTexts
 from mavlink_vehicle.telemetry import (
     Attitude,
@@ -40,6 +41,8 @@ class VehicleState:
         failsafe: the failsafe in force, None when there is none.
         fence_breached: of FENCE_STATUS, or of SYS_STATUS where a fence is enabled.
         fence_told_s: when FENCE_STATUS came last.
+        radio_ok: whether SYS_STATUS calls the pilot's radio healthy; None when it does not say.
+        signs: since when the vehicle shows that something is wrong.
         global_position: None also while the vehicle sends 0, 0.
         ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
         ground_down_m: the same in the local frame.
@@ -74,6 +77,8 @@ class VehicleState:
     failsafe: Failsafe | None = None
     fence_breached: bool = False
     fence_told_s: float | None = None
+    radio_ok: bool | None = None
+    signs: Signs = NO_SIGNS
     global_position: GlobalPosition | None = None
     local_position: LocalPosition | None = None
     attitude: Attitude | None = None

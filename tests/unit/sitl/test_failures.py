@@ -144,9 +144,7 @@ def test_a_receiver_that_is_right_again_in_time_leaves_the_estimate_alone() -> N
 
 def test_a_px4_says_at_once_that_it_does_not_believe_and_gives_in_after_seven_seconds() -> None:
     """Seen on its own simulator, with a receiver that was fed 20 m beside the truth."""
-    config = VehicleConfig(
-        autopilot="px4", ready_after_s=1.0, parameters={"SYS_FAILURE_EN": 1.0}
-    )
+    config = VehicleConfig(autopilot="px4", ready_after_s=1.0, parameters={"SYS_FAILURE_EN": 1.0})
     station = GroundStation(Simulation([config], seed=1))
     station.run(4.0)
     station.interval(230, 10.0)

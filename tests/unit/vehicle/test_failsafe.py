@@ -6,7 +6,7 @@ import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
-from mavlink_vehicle.failsafe import Failsafe
+from mavlink_vehicle.failsafe import Failsafe, failsafe_words
 from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.state import VehicleState, reduce
 from tests.support.autopilot_messages import AutopilotMessages
@@ -127,7 +127,8 @@ def test_without_a_text_the_charge_state_or_the_estimator_tells() -> None:
     state = after(battery, critical())
     assert state.failsafe is not None
     assert state.failsafe.kind is FailsafeKind.BATTERY
-    state = after(say("EKF_STATUS_REPORT", flags=0xA7), critical())
+    well = say("EKF_STATUS_REPORT", flags=0x33F)
+    state = after(well, say("EKF_STATUS_REPORT", flags=0xA7), critical())
     assert state.failsafe is not None
     assert state.failsafe.kind is FailsafeKind.GPS
 
@@ -146,9 +147,89 @@ def test_px4_flying_another_mode_than_the_chosen_one_is_a_failsafe() -> None:
     state = px4_state(current_mode(PX4_RTL, OFFBOARD))
     assert state.custom_mode == PX4_RTL
     assert state.failsafe is not None
-    assert state.failsafe.kind is FailsafeKind.OFFBOARD
+    assert state.failsafe.kind is FailsafeKind.OTHER, "the stream may have been kept"
     assert px4_state(current_mode(PX4_RTL, PX4_RTL)).failsafe is None  # somebody chose RTL
     assert px4_state(current_mode(PX4_RTL, 0)).failsafe is None  # not told
+
+
+# What a PX4 was seen to say on its own simulator, in OFFBOARD with the stream kept.
+RADIO = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+PX4_HOLD = 0x03040000
+
+
+def sys_status(radio: bool) -> Message:
+    health = 0x0120C83F | (RADIO if radio else 0)
+    return say(
+        "SYS_STATUS",
+        onboard_control_sensors_enabled=0x0201402F,
+        onboard_control_sensors_health=health,
+    )
+
+
+def px4_critical(mode: int) -> Message:
+    return say.heartbeat(mode, True, CRITICAL, autopilot=PX4)
+
+
+def battery(charge_state: int) -> Message:
+    return say("BATTERY_STATUS", voltages=[65535] * 10, charge_state=charge_state)
+
+
+def kind_of(*messages: Message) -> FailsafeKind:
+    failsafe = px4_state(*messages).failsafe
+    assert failsafe is not None
+    return failsafe.kind
+
+
+FELL_BACK = (current_mode(PX4_HOLD, OFFBOARD), px4_critical(PX4_HOLD))
+ACTIVATED = text("Failsafe activated: entering Hold for 5 seconds\t", 2)
+
+
+def test_a_px4_whose_sticks_are_lost_shows_it_after_it_has_acted() -> None:
+    seen = (sys_status(True), ACTIVATED, *FELL_BACK, sys_status(False))
+    assert kind_of(*seen) is FailsafeKind.RC
+    assert kind_of(sys_status(False), *FELL_BACK, sys_status(False)) is FailsafeKind.OTHER, (
+        "without a radio the bit is never set"
+    )
+
+
+def test_a_px4_that_loses_its_fix_is_known_by_that_before_it_acts() -> None:
+    fix, none = (say("GPS_RAW_INT", fix_type=kind) for kind in (3, 0))
+    assert kind_of(fix, none, ACTIVATED, *FELL_BACK) is FailsafeKind.GPS
+    assert kind_of(none, *FELL_BACK) is FailsafeKind.OTHER, "it never had one"
+
+
+def test_what_began_last_before_a_failsafe_is_what_it_is_about() -> None:
+    low = battery(2)
+    assert kind_of(sys_status(True), low, *FELL_BACK, sys_status(False)) is FailsafeKind.RC
+    assert kind_of(sys_status(True), sys_status(False), low, *FELL_BACK) is FailsafeKind.BATTERY
+    worse = (battery(2), sys_status(True), sys_status(False), battery(3))
+    assert kind_of(*worse, *FELL_BACK) is FailsafeKind.BATTERY
+    lost = (say("GPS_RAW_INT", fix_type=3), say("GPS_RAW_INT", fix_type=0))
+    state = after(*FELL_BACK, state=px4_state(*lost), now=150.0)
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.OTHER, "that was half a minute before"
+
+
+def test_words_name_the_kind_only_where_nothing_shows_it() -> None:
+    words = text("Connection to ground station lost\t", 6)
+    assert kind_of(words, *FELL_BACK) is FailsafeKind.GCS
+    assert kind_of(sys_status(True), words, *FELL_BACK, sys_status(False)) is FailsafeKind.RC
+
+
+def test_quoted_is_what_warns_or_names_the_kind() -> None:
+    state = px4_state(
+        text("Takeoff detected\t", 6),
+        text("Connection to ground station lost\t", 6),
+        text("PreArm: Battery failsafe"),
+        *FELL_BACK,
+        text("Failsafe activated\t", 2),
+        text("RTL: land at destination\t", 6),
+    )
+    assert failsafe_words(state, state.failsafe, 100.0) == [
+        "Connection to ground station lost",
+        "Failsafe activated",
+    ]
+    assert failsafe_words(state, None, 100.0) == ["Failsafe activated"]
 
 
 def test_a_lost_current_mode_makes_no_failsafe_of_a_chosen_mode() -> None:
