@@ -115,6 +115,19 @@ def test_a_rover_returns_when_it_stands_at_the_launch_point() -> None:
     assert answer.final_error_m == pytest.approx(2**0.5)
 
 
+@pytest.mark.parametrize(
+    ("east_m", "code"), [(1.0, OutcomeCode.SUCCESS), (8.0, OutcomeCode.DISARMED)]
+)
+def test_a_rover_that_disarms_in_its_return_ends_it(east_m: float, code: OutcomeCode) -> None:
+    """A PX4 does so at the end; nearer than RTL_MIN_DIST it does not even move."""
+    task = under_way(RETURN_TO_LAUNCH, ROVER)
+    there = replace(FLYING, position_enu_m=(east_m, 0.0, 2.0), armed=False, airborne=False)
+    answer = task.step(replace(there, mode=VehicleMode.HOLD), 2.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is code
+    assert answer.final_error_m == pytest.approx(east_m)
+
+
 def test_a_plane_returns_when_it_circles_the_launch_point() -> None:
     task = under_way(RETURN_TO_LAUNCH, PLANE)
     circling = replace(

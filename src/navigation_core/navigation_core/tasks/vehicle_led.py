@@ -216,6 +216,8 @@ class VehicleLed(WithoutSetpoints):
         return self._operation.check(observation, now)
 
     def _watch(self, observation: Observation, now: float) -> Intent | Outcome:
+        if not observation.armed and not self._traits.flies:
+            return self._disarmed(observation)
         if self._arrived.holds(self._at_launch(observation), now):
             text = (
                 "The vehicle circles the launch point."
@@ -235,6 +237,17 @@ class VehicleLed(WithoutSetpoints):
             text = f"The vehicle moves, but gets no further in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, self._home_m(observation))
         return Wait()
+
+    def _disarmed(self, observation: Observation) -> Outcome:
+        """A PX4 rover disarms at the end, and nearer than RTL_MIN_DIST without having moved."""
+        home_m = self._home_m(observation)
+        if home_m is None:
+            return Outcome(OutcomeCode.DISARMED, "The vehicle was disarmed in its return.", None)
+        if home_m <= self._arrival_m():
+            text = "The vehicle stands at the launch point, its motors are off."
+            return Outcome(OutcomeCode.SUCCESS, text, home_m)
+        text = f"The vehicle was disarmed {home_m:.1f} m from the launch point."
+        return Outcome(OutcomeCode.DISARMED, text, home_m)
 
     def _has_moved(self, observation: Observation) -> bool:
         position, before = observation.position_enu_m, self._moved_from
