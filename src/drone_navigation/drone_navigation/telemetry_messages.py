@@ -25,7 +25,6 @@ from drone_navigation.failsafes import failsafe_code
 from drone_navigation.frame_names import PLAIN, FrameNames
 from drone_navigation.goal import GoalRejected
 from drone_navigation.link_health import LinkHealth
-from drone_navigation.presence import SERVER_ID
 from drone_navigation.requests import MapPose
 from drone_navigation.station_health import StationHealth
 from mavlink_vehicle import frames
@@ -214,8 +213,14 @@ def path(points_enu_m: Sequence[Vector3], stamp: Time, names: FrameNames = PLAIN
     return message
 
 
-def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
-    """Return what is known about the vehicle."""
+def vehicle_status(bridge: Bridge, stamp: Time, server_id: str = "") -> VehicleStatus:
+    """Return what is known about the vehicle.
+
+    Args:
+        bridge: of the vehicle.
+        stamp: of the message.
+        server_id: of the process that publishes it; empty in a bag.
+    """
     vehicle, state = bridge.vehicle, bridge.vehicle.state
     message = VehicleStatus()
     message.header.stamp = stamp
@@ -229,7 +234,7 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     message.position_valid = bridge.pose is not None
     message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
     message.active_goal = bridge.active_goal_id or ""
-    message.server_id = SERVER_ID
+    message.server_id = server_id
     message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
     return message
 

@@ -72,6 +72,7 @@ class Topics:
         statistics: Callable[[], LinkStatistics],
         frames: FrameNames = PLAIN,
         stations: StationLinks | None = None,
+        server_id: str = "",
     ) -> None:
         """Advertise the topics, all but ``/diagnostics`` and ``/tf`` under the node's name.
 
@@ -82,7 +83,9 @@ class Topics:
             frames: names of the vehicle's frames.
             stations: returns URL and counts of the links to ground stations, if this is the
                 one that tells of them.
+            server_id: of this process, by which another server of the name knows it.
         """
+        self._server_id = server_id
         self._node = node
         self._bridge = bridge
         self._statistics = statistics
@@ -183,7 +186,7 @@ class Topics:
             self._home.publish(home)
 
     def _publish_status(self, stamp: Any, always: bool) -> None:
-        status = messages.vehicle_status(self._bridge, stamp)
+        status = messages.vehicle_status(self._bridge, stamp, self._server_id)
         if self._status is not None:
             self._status.header.stamp = stamp
         if always or status != self._status:
