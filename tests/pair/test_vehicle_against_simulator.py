@@ -140,12 +140,14 @@ def test_setpoints_are_refused_while_they_would_do_harm(name: str) -> None:
 def test_a_refusal_brings_the_autopilots_reasons(name: str) -> None:
     pair = VehiclePair(5, LINKS[name], PATIENT).ready()
     vehicle = pair.vehicle
-    pair.finish(vehicle.change_mode("RTL", pair.now))
+    pair.finish(vehicle.change_mode("GUIDED", pair.now))
+    pair.copter.lose_gps()
+    pair.run_for(20.0)
     end = pair.finish(vehicle.arm(pair.now))
     assert end.result is REFUSED
     assert "COMPONENT_ARM_DISARM was answered FAILED" in end.reason
     if name == "good":  # on a bad link the text may be lost
-        assert 'autopilot: "Arm: RTL mode not armable"' in end.reason
+        assert '"Arm: Need Position Estimate"' in end.reason
     assert not vehicle.state.armed
 
 
@@ -303,8 +305,13 @@ def test_a_restart_in_the_middle_of_a_take_off_ends_it(name: str) -> None:
     pair.run_until(lambda: height_m(pair) > 3.0)
     pair.copter.power_cycle()
     end = pair.finish(operation)
-    assert end.result is LINK_LOST
-    assert "the autopilot restarted" in end.reason
+    if name == "bad" and end.result is CANCELLED:
+        # The HEARTBEAT with the mode after the restart came before what tells of the restart.
+        assert "switched to STABILIZE" in end.reason
+        pair.run_until(lambda: bool(pair.all(VehicleRebooted)))
+    else:
+        assert end.result is LINK_LOST
+        assert "the autopilot restarted" in end.reason
     assert len(pair.all(VehicleRebooted)) == 1
     pair.run_for(15.0)
     assert len(pair.all(VehicleRebooted)) == 1

@@ -133,7 +133,7 @@ def test_a_client_that_names_no_vehicle_is_told_which_there_are(fleet: FleetFlig
     )  # fmt: skip
     assert named.wait(60.0) == 3  # refused by the rover: it cannot fly
     assert nameless.wait(60.0) == 5
-    assert "--vehicle copter or px4 or rover" in nameless.text
+    assert "choose with --vehicle NAME. Vehicles here: copter, px4, rover." in nameless.text
 
 
 def test_the_recording_has_each_vehicle_and_notes_about_it(fleet: FleetFlight) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from navigation_core.geometry import ZERO, norm, scale
+from navigation_core.geometry import ZERO, dot, norm, scale
 from navigation_core.lateness import LATE_S, speed_share
 from navigation_core.limits import Limits
 from navigation_core.run_out import run_out_is_clear, safe_speed_m_s
@@ -77,7 +77,9 @@ class Caution:
             return _slower(setpoint, share)
         if self._avoidance is None:
             return setpoint
-        if not self._traits.accelerates_on and run_out_is_clear(
+        # Braking needs its push; to go faster, what would gather speed until the timeout needs none.
+        slows = dot(setpoint.acceleration_enu_m_s2, setpoint.velocity_enu_m_s) < 0.0
+        if (slows or not self._traits.accelerates_on) and run_out_is_clear(
             setpoint.position_enu_m,
             setpoint.velocity_enu_m_s,
             setpoint.acceleration_enu_m_s2,
