@@ -313,7 +313,7 @@ def test_px4s_pack_voltage_and_unknown_current_are_read_as_such() -> None:
         ("ardupilot/copter_gcsloss", [("gcs", "GCS Failsafe")], True),
         (
             "px4/offboard_loss_stop_api",
-            [("offboard", "OFFBOARD is wanted but another mode is flown")],
+            [("offboard", "the stream of setpoints had a gap")],
             True,
         ),
         # Flights without one, with everything that could be mistaken for one: refused setpoints,

@@ -116,6 +116,8 @@ COURSE_POSE = "geometry_msgs/PoseStamped"
                 "total_elapsed_time": "float",
                 "final_error": "float",
                 "message": "string",
+                # Not of the course.
+                "error_code": "uint16",
             },
         ),
         (
@@ -128,6 +130,7 @@ COURSE_POSE = "geometry_msgs/PoseStamped"
                 "current_status": "string",
                 # Not of the course: at the end, so that the course's own come as it shows them.
                 "replans": "uint32",
+                "setpoint_delay": "float",
             },
         ),
     ],

@@ -48,7 +48,7 @@ def long_text(words: str, text_id: int) -> list[Message]:
         text_id: any number; another one for the next text.
     """
     data = words.encode("ascii", "replace")
-    if len(data) <= CHUNK_SIZE:
+    if len(data) < CHUNK_SIZE:
         return [text(words)]
     # The last chunk is never full: so it is known as the last.
     return [

@@ -53,7 +53,8 @@ def test_updates_come_in_the_order_of_their_times() -> None:
         (["--cancel-after", "nan"], "--cancel-after is nan"),
         (["--server-timeout", "-1"], "--server-timeout is -1"),
         (["--mission"], "--mission is for a route"),
-        (["--laps", "-1"], "--laps is -1"),
+        (["--laps", "-1"], "--laps is for a route"),
+        (["--plan", "x.plan", "--laps", "-1"], "--laps is -1"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

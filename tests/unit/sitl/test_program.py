@@ -292,5 +292,7 @@ def test_a_port_that_is_taken_gets_one_sentence() -> None:
 def test_a_log_that_cannot_be_written_gets_one_sentence(tmp_path: Path) -> None:
     path = tmp_path / "no" / "such.tlog"
     with running("--tlog", str(path)) as program:
-        assert program.first_line == f"mavlink_sitl: cannot write {path}: No such file or directory"
+        assert program.first_line == (
+            f"mavlink_sitl: cannot write {path}: there is no folder {path.parent}; create it"
+        )
         assert program.process.wait(WAIT_S) == 2

@@ -77,7 +77,7 @@ class Caution:
             return _slower(setpoint, share)
         if self._avoidance is None:
             return setpoint
-        # Braking needs its push; to go faster, what would gather speed until the timeout needs none.
+        # Braking needs its push; speeding up must do without one, which would go on to the timeout.
         slows = dot(setpoint.acceleration_enu_m_s2, setpoint.velocity_enu_m_s) < 0.0
         if (slows or not self._traits.accelerates_on) and run_out_is_clear(
             setpoint.position_enu_m,
