@@ -22,8 +22,8 @@ from navigation_core.safety import Rejection
 
 __all__ = ["SERVER_ID", "Presence"]
 
-SERVER_ID = uuid.uuid4().hex
-"""Tells this process's statuses from those of another."""
+SERVER_ID = f"{time.time_ns():020d}-{uuid.uuid4().hex}"
+"""Tells this process's statuses from those of another; of two, the smaller was there first."""
 
 # Statuses come once a second. A server that was killed stays in the graph for 20 s (the lease of
 # its DDS participant), but says nothing any more.
@@ -61,8 +61,16 @@ class Presence:
     @property
     def alive(self) -> int:
         """How many other servers were heard a moment ago."""
+        return len(self._alive())
+
+    @property
+    def is_second(self) -> bool:
+        """Whether another server that is there was there before this one."""
+        return any(other < self._own_id for other in self._alive())
+
+    def _alive(self) -> list[str]:
         since_s = time.monotonic() - _SILENT_S
-        return sum(1 for heard_s in list(self._heard_s.values()) if heard_s >= since_s)
+        return [other for other, heard_s in list(self._heard_s.items()) if heard_s >= since_s]
 
     @property
     def offered(self) -> int:

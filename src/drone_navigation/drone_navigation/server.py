@@ -125,9 +125,9 @@ class NavigationServer:
 
     @property
     def duplicate(self) -> str:
-        """What to do about another server of the same name that was heard; empty without one."""
+        """What to do about a server of the same name that was there before; empty without one."""
         for vehicle in self._vehicles:
-            if vehicle.presence.alive:
+            if vehicle.presence.is_second:
                 return duplicate(vehicle.node)
         return ""
 
