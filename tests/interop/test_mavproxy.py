@@ -96,7 +96,8 @@ def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
     mission = tmp_path / "mission.txt"
     mission.write_text(MISSION)
     with simulator("--speedup", "8") as port, mavproxy(port, tmp_path) as console:
-        console.hear("is using GPS")
+        # It starts slowly on a busy machine, and misses what the vehicle said before.
+        console.hear("Received ")
         console.say("mode guided")
         console.hear("Mode GUIDED")
         console.say("arm throttle")
