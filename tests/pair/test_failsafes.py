@@ -263,6 +263,22 @@ def test_a_server_that_hung_has_lost_the_stream_itself() -> None:
     assert "gap" in end.message
 
 
+def test_a_stream_that_comes_back_at_once_was_lost_all_the_same() -> None:
+    """The PX4 takes up OFFBOARD again before it is clear whose change of mode it was."""
+    flight, vehicle, goal = under_way("px4")
+    flight.hang_for(1.3)
+    assert vehicle.copter.failsafe.active
+    flight.bridge.handle_timer(flight.now)
+    setpoint = make("SET_POSITION_TARGET_LOCAL_NED", target_system=1, target_component=1,
+                    coordinate_frame=1, type_mask=0xDC7)  # fmt: skip
+    for _ in range(30):
+        flight.simulation.link.write(Codec(1, 195).encode(setpoint))
+        flight.run_for(0.05)
+    assert flight.vehicle.state.failsafe is None
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.FAILSAFE_OFFBOARD, end.message
+
+
 def test_a_stream_that_did_not_come_through_to_a_px4_copter() -> None:
     flight, _, goal = under_way("px4")
     flight.link_up = False

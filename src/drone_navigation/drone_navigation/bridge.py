@@ -30,6 +30,7 @@ from drone_navigation.observation import (
 from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.operations import STREAMED, begin_operation, begin_upload
 from drone_navigation.parking import Parking
+from drone_navigation.position_watch import PositionWatch
 from drone_navigation.reporting import Reporter
 from drone_navigation.requests import MapPose, Request, action_name
 from drone_navigation.services import Service, ServiceDesk
@@ -103,6 +104,7 @@ class Bridge:
         self._obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
         self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
+        self._positions = PositionWatch(self._report, config.safety.position_doubt_timeout_s)
         self._goal: ActiveGoal | None = None
         self._lateness = Lateness()
         self._late_told_s = -math.inf
@@ -187,6 +189,7 @@ class Bridge:
             self._report.ended(previous, replaced, now)
         goal.apply(GoalEvent.EXECUTE)
         goal.kind = action_name(request)
+        self._positions.begin(goal)
         self._report.accepted(goal)
         if goal.plan is not None:
             self._stations.free(now)
@@ -286,6 +289,7 @@ class Bridge:
         """Treat goals that come from now on by other settings; the active one keeps its own."""
         self._config = config
         self._guard.configure(config)
+        self._positions.configure(config.safety.position_doubt_timeout_s)
         self._obstacles.configure(config.obstacles)
 
     def start(self, now: float) -> None:
@@ -307,6 +311,8 @@ class Bridge:
         if moved or state.origin is not before.origin:
             self._map_frame.update(state)
             self._report.position()
+        if state is not before:
+            self._positions.observe(before, state, now)
         if state.battery is not before.battery:
             self._guard.observe_battery(now)
         self._handle_events(now)
@@ -382,7 +388,15 @@ class Bridge:
             self.active_goal_id,
             now,
         )
-        return admitted if isinstance(admitted, Rejection) else self._guard.check(admitted, now)
+        if isinstance(admitted, Rejection):
+            return admitted
+        checked = self._guard.check(admitted, now)
+        if isinstance(checked, Rejection) or checked.plan is None:
+            return checked
+        doubt, note = self._positions.check(now)
+        if doubt is not None:
+            return doubt
+        return replace(checked, warnings=(*checked.warnings, note)) if note else checked
 
     def _new_goal(self, goal_id: str, admitted: Admitted, now: float) -> ActiveGoal:
         """Make a goal that goes on from where the active one, if any, has got to."""
@@ -420,6 +434,7 @@ class Bridge:
 
     def _step(self, goal: ActiveGoal, now: float) -> None:
         if goal.takeover is not None:
+            goal.takeover = goal.takeover.watched(self._vehicle.state)
             judged = goal.takeover.judge(self._vehicle.state, now)
             if judged is not None:
                 code, text = judged
@@ -469,8 +484,9 @@ class Bridge:
         goal.next_step_s = min(goal.next_step_s, now)
 
     def _watch(self, goal: ActiveGoal, now: float) -> None:
+        outcome = self._positions.watch(goal, now)
         known = len(goal.notes)
-        outcome = self._guard.watch(goal, now)
+        outcome = outcome or self._guard.watch(goal, now)
         if outcome is not None:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {outcome.message}")
             self._stop_for(goal, outcome, now)
@@ -498,7 +514,8 @@ class Bridge:
             self._close_when_sent = False
             if not self._vehicle.stream_open:
                 self._vehicle.open_stream(now)
-            self._vehicle.send_setpoint(setpoint_ned(intent.setpoint), now)
+            setpoint = setpoint_ned(intent.setpoint, intent.by_velocity)
+            self._vehicle.send_setpoint(setpoint, now)
             goal.setpoint_s = goal.think_s = now
         except SetpointError as error:
             self._end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None), now)
@@ -542,6 +559,7 @@ class Bridge:
         if not self._parking.begin(hold_setpoint_ned(goal.task.commanded_yaw_enu_rad), now):
             self._close_when_sent = True  # closing now would drop that setpoint
         goal.progress = goal.task.progress(self._observe(goal, now), now)
+        self._positions.conclude(goal, now)
         self._report.ended(goal, outcome, now)
 
     def _abandon(self, code: OutcomeCode, text: str, now: float) -> None:
@@ -553,6 +571,7 @@ class Bridge:
         if goal.operation is not None:
             self._vehicle.cancel_operation(now)
         self._vehicle.close_stream()
+        self._positions.conclude(goal, now)
         self._report.ended(goal, Outcome(code, text, None), now)
 
     # --- events from the vehicle -------------------------------------------------------
@@ -625,6 +644,7 @@ class Bridge:
             now,
             goal.mission,
             self._lateness.recent_s(now),
+            self._positions.reason(goal),
         )
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:

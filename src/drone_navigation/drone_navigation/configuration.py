@@ -174,6 +174,7 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
             battery_policy=BatteryPolicy(text("battery_policy")),
             battery_reserve=number("battery_reserve"),
             battery_endurance_s=number("battery_endurance_s"),
+            position_doubt_timeout_s=number("position_doubt_timeout_s"),
         ),
         obstacles=_obstacle_config(number, text),
         on_station_pause=StationPause(text("on_station_pause")),

@@ -204,6 +204,21 @@ class Yielded:
 
 
 @dataclass
+class PositionDoubt:
+    """A doubt about the vehicle's position while a goal is flown.
+
+    Attributes:
+        jumps_ned_m: what the position had jumped in all when the goal began, north and east.
+        since_s: since when there is one; None while there is none.
+        reasons: why, each once.
+    """
+
+    jumps_ned_m: tuple[float, float] = (0.0, 0.0)
+    since_s: float | None = None
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass
 class ActiveGoal:
     """A goal that has been accepted and has not ended, with its task and its clocks.
 
@@ -236,6 +251,7 @@ class ActiveGoal:
         paused_by_client: whether the pause service has paused it.
         yielded: set while the vehicle is left alone because a station made it hold.
         kind: name of the action that it came by.
+        doubt: whether the vehicle's position can be relied on.
     """
 
     goal_id: str
@@ -266,6 +282,7 @@ class ActiveGoal:
     paused_by_client: bool = False
     yielded: Yielded | None = None
     kind: str = ""
+    doubt: PositionDoubt = field(default_factory=PositionDoubt)
 
     @property
     def ending(self) -> bool:

@@ -53,6 +53,7 @@ def observe(
     now: float,
     mission: MissionTracker | None = None,
     late_s: float = 0.0,
+    position_doubt: str = "",
 ) -> Observation:
     """Build the observation of this moment."""
     state = vehicle.state
@@ -88,14 +89,21 @@ def observe(
         obstacles_age_s=obstacles.age_s(now),
         obstacles_reach_m=obstacles.reach_m,
         late_s=late_s,
+        position_doubt=position_doubt,
     )
 
 
-def setpoint_ned(setpoint: Setpoint) -> SetpointNed:
+def setpoint_ned(setpoint: Setpoint, by_velocity: bool = False) -> SetpointNed:
     """Convert a setpoint of the map frame into the autopilot's local frame.
 
-    The map origin is the autopilot's local origin, so only the axes turn.
+    The map origin is the autopilot's local origin, so only the axes turn. ``by_velocity`` leaves
+    out where to be.
     """
+    if by_velocity:
+        return SetpointNed(
+            velocity_ned_m_s=frames.enu_to_ned(setpoint.velocity_enu_m_s),
+            yaw_ned_rad=frames.yaw_enu_to_ned(setpoint.yaw_enu_rad),
+        )
     return SetpointNed(
         position_ned_m=frames.enu_to_ned(setpoint.position_enu_m),
         velocity_ned_m_s=frames.enu_to_ned(setpoint.velocity_enu_m_s),

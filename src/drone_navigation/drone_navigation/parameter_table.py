@@ -242,6 +242,14 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         86400.0,
     ),
     ParameterSpec(
+        "position_doubt_timeout_s",
+        40.0,
+        "How long a goal is held while the position is given but in doubt (a GPS glitch, a jump); "
+        "then it ends.",
+        1.0,
+        600.0,
+    ),
+    ParameterSpec(
         "vehicle_radius_m",
         0.5,
         "Half of the vehicle's greatest width; nearer than this it would touch an obstacle.",

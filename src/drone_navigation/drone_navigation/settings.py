@@ -38,12 +38,14 @@ class SafetyConfig:
         battery_policy: what is done when the battery will not do.
         battery_reserve: fraction that must be left after the way back.
         battery_endurance_s: how long a full battery lasts, until it was measured.
+        position_doubt_timeout_s: how long a goal is held because the position is in doubt.
     """
 
     fence_margin_m: float = 1.0
     battery_policy: BatteryPolicy = BatteryPolicy.REJECT
     battery_reserve: float = 0.2
     battery_endurance_s: float = 900.0
+    position_doubt_timeout_s: float = 40.0
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,8 @@ class Stations:
     def take_away(self, goal: ActiveGoal, event: ModeChanged, now: float) -> None:
         """Fall silent: the mode was changed, and whose change it was may show a moment later."""
         acted = self._recent(now)
-        goal.takeover = Takeover(event.name, now, "" if acted is None else told(acted))
+        by = "" if acted is None else told(acted)
+        goal.takeover = Takeover(event.name, now, by).watched(self._vehicle.state)
         self._let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:

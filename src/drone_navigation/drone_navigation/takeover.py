@@ -6,10 +6,10 @@ apart. So the server falls silent at once, and judges when the time is up.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drone_navigation.failsafes import failsafe_code
-from mavlink_vehicle.failsafe import failsafe_words
+from mavlink_vehicle.failsafe import Failsafe, failsafe_words
 from mavlink_vehicle.vehicle_state import VehicleState
 from navigation_core.outcomes import OutcomeCode
 
@@ -27,17 +27,24 @@ class Takeover:
         mode_name: the mode; empty when it is the same, but the vehicle was sent elsewhere.
         seen_s: when it was seen.
         by: a sentence that says which station asked for it; empty if none was seen to.
+        failsafe: the last that was in force since. A PX4 whose stream comes back is out of it at
+            once (observed).
     """
 
     mode_name: str
     seen_s: float
     by: str = ""
+    failsafe: Failsafe | None = None
+
+    def watched(self, state: VehicleState) -> Takeover:
+        """Return it with the failsafe that is in force now."""
+        return self if state.failsafe is None else replace(self, failsafe=state.failsafe)
 
     def judge(self, state: VehicleState, now: float) -> tuple[OutcomeCode, str] | None:
         """Say whose change it was, as a code and a sentence; None while it is not clear yet."""
         if now - self.seen_s < _JUDGE_S:
             return None  # an older sign may be known before the one that this is about
-        failsafe = state.failsafe
+        failsafe = state.failsafe or self.failsafe
         if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
             left = "control is left to the pilot until a new goal comes."
             changed = f"The mode became {self.mode_name}, which this server did not ask for;"

@@ -40,10 +40,16 @@ def estimator_faults(state: VehicleState) -> tuple[str, ...]:
         lacking = [name for bit, name in _NEEDED.items() if not flags & bit]
         if lacking:
             faults.append(f"the estimator has no {' and no '.join(lacking)}")
-        px4 = state.autopilot == mavlink.MAV_AUTOPILOT_PX4
-        if flags & (mavlink.ESTIMATOR_GPS_GLITCH if px4 else mavlink.EKF_GPS_GLITCHING):
-            faults.append("the estimator sees GPS glitches")
+    if sees_glitch(state):
+        faults.append("the estimator sees GPS glitches")
     return tuple(faults)
+
+
+def sees_glitch(state: VehicleState) -> bool:
+    """Whether the estimator says that its GPS errs; each firmware has a bit of its own."""
+    px4 = state.autopilot == mavlink.MAV_AUTOPILOT_PX4
+    bit = mavlink.ESTIMATOR_GPS_GLITCH if px4 else mavlink.EKF_GPS_GLITCHING
+    return state.estimator is not None and bool(state.estimator.flags & bit)
 
 
 def arming_faults(state: VehicleState, now: float) -> tuple[str, ...]:

@@ -202,11 +202,15 @@ def _estimator(state: VehicleState, message: Message, now: float) -> VehicleStat
     # The constant-position flag says nothing more: ArduPilot clears these two with it, PX4's
     # simulator sets it at rest although its position is good.
     flags = message.flags
+    # Of EKF_STATUS_REPORT (the root of the ratio) and of ESTIMATOR_STATUS.
+    ratio = getattr(message, "pos_horiz_variance", None)
+    ratio = message.pos_horiz_ratio if ratio is None else ratio
     estimator = Estimator(
         now,
         flags,
         bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
         bool(flags & _ESTIMATOR_HORIZONTAL_RELATIVE),
+        ratio > 1.0,
     )
     return evolve(state, {"estimator": estimator, "estimator_told": True})
 

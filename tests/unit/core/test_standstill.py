@@ -91,6 +91,6 @@ def test_a_px4_that_holds_stands_still_although_its_velocity_says_otherwise() ->
             slow.append(math.hypot(*velocity) < 0.3)
     assert len(verdicts) > 100
     assert sum(slow) < 0.75 * len(slow), "by its velocity it moves"
-    assert sum(verdicts) > 0.7 * len(verdicts)
+    assert sum(verdicts) > 0.55 * len(verdicts)
     waits = "".join("#" if verdict else "." for verdict in verdicts).split("#")
     assert max(map(len, waits)) < 13, "at 5 Hz: never more than 2.5 s"

@@ -204,6 +204,8 @@ class Observation:
             is expected to be heard.
         obstacles_reach_m: how far the sensor sees that tells about them; infinite without one.
         late_s: by how much setpoints were late of late, at worst.
+        position_doubt: why the position is not to be relied on, though it is given; empty while it
+            is. The velocity is still good enough to stand still by.
     """
 
     time_s: float
@@ -225,6 +227,7 @@ class Observation:
     obstacles_age_s: float = 0.0
     obstacles_reach_m: float = math.inf
     late_s: float = 0.0
+    position_doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -273,9 +276,16 @@ class Perform:
 
 @dataclass(frozen=True)
 class Fly:
-    """Send this setpoint now. A pending operation is to be given up for it."""
+    """Send this setpoint now. A pending operation is to be given up for it.
+
+    Attributes:
+        setpoint: what to send.
+        by_velocity: only its velocity and yaw are to be followed: an estimate that jumps would
+            make the vehicle fly the jump back.
+    """
 
     setpoint: Setpoint
+    by_velocity: bool = False
 
 
 Intent = Wait | Perform | Fly

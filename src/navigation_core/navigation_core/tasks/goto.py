@@ -154,6 +154,7 @@ class Goto(GotoStopping):
         return None
 
     def _hold(self, observation: Observation, now: float) -> Answer:
+        located = is_located(observation, self._config.position_stale_s)
         held_s = self._held_s + now - self._phase_since_s
         if held_s > self._patience_s and not self._pause_asked:
             # Each time it comes back the flight begins anew, and with it all other patience.
@@ -162,10 +163,15 @@ class Goto(GotoStopping):
                 "without getting nearer."
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
-        if is_located(observation, self._config.position_stale_s):
+        if located and not observation.position_doubt:
+            if self._doubted:
+                self._doubted = False
+                self._forget()
             self._held_s = 0.0 if self._pause_asked else held_s
             self._begin_flight(Event.REPLAN, observation, now)
             return None
+        if located:
+            self._phase_since_s = now  # it is not lost; for how long it may be in doubt is not ours
         timeout_s = self._config.position_timeout_s
         age_s = observation.position_age_s
         too_old = math.isfinite(age_s) and age_s > timeout_s

@@ -45,6 +45,7 @@ from navigation_core.trajectory import TrajectoryError
 
 Answer = Intent | Outcome | None
 PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
+_DOUBTING = PAUSABLE | {Phase.PAUSED}
 _FLYING = PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.BRAKING}
 _STOPPING = frozenset({Phase.BRAKING, Phase.DISARMING})
 # A step changes the phase a few times at most; more would be a programming error.
@@ -97,6 +98,8 @@ class GotoBase(ABC):
         self._armed_for_us = False
         self._cancel_asked = False
         self._pause_asked = False
+        # Whether the vehicle was held by its velocity, so that it is not where it was told to be.
+        self._doubted = False
         self._ending: Outcome | None = None
         self._thought_failed: TrajectoryError | None = None
         self._outcome: Outcome | None = None
@@ -163,19 +166,18 @@ class GotoBase(ABC):
         try:
             if self._thought_failed is not None:
                 raise self._thought_failed
-            if self._cancel_asked and self._phase not in _STOPPING:
-                text = "The goal was cancelled."
-                self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
-            elif self._pause_asked and self._phase in PAUSABLE:
-                self._flight.plan_stop(observation)
-                self._go(Event.PAUSE, now)
+            self._interrupt(observation, now)
             answer = self._answer(observation, now)
         except TrajectoryError as error:
             answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
+        braking = self._doubted and self._phase is Phase.BRAKING
+        if isinstance(answer, Fly) and (observation.position_doubt or braking):
+            answer = replace(answer, by_velocity=True)
+            self._doubted = True
         if isinstance(answer, Fly):
             if self._flight.carrot is not None:
                 self._flight.note(self._flight.carrot.setpoint)
-            answer = Fly(self._caution.tempered(answer.setpoint, observation))
+            answer = replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
         elif isinstance(answer, Outcome):
             self._outcome = answer
             self._go(Event.OVER, now)
@@ -252,6 +254,18 @@ class GotoBase(ABC):
             return observation
         height_m = self._goal.position_enu_m[2]
         return replace(observation, position_enu_m=(position[0], position[1], height_m))
+
+    def _interrupt(self, observation: Observation, now: float) -> None:
+        """Stop for what was asked, or for a position that is in doubt."""
+        if self._cancel_asked and self._phase not in _STOPPING:
+            text = "The goal was cancelled."
+            self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
+        elif observation.position_doubt and self._phase in _DOUBTING:
+            self._flight.plan_stop(observation)
+            self._go(Event.POSITION_LOST, now)
+        elif self._pause_asked and self._phase in PAUSABLE:
+            self._flight.plan_stop(observation)
+            self._go(Event.PAUSE, now)
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         for _ in range(_PHASE_CHANGES_MAX):

@@ -328,12 +328,13 @@ class FlyMission(WithoutSetpoints):
         current_s = self._since_s + _REPORT_S
         fresh = report if report is not None and report.time_s >= current_s else None
         self._mission.note(fresh, observation)
-        if self._arrival.holds(self._measures.has_arrived(fresh, observation), now):
+        arrived = self._measures.has_arrived(fresh, observation) and not observation.position_doubt
+        if self._arrival.holds(arrived, now):
             text = self._mission.finish()
             if not self._traits.hovers:
                 text += " It circles the last one."
             return Outcome(OutcomeCode.SUCCESS, text, self._measures.error_m(observation))
-        if self._pause_asked:
+        if self._pause_asked or observation.position_doubt:
             self._go(MissionPhase.PAUSING, now)
             return None
         if observation.mode is not VehicleMode.MISSION:
@@ -398,7 +399,7 @@ class FlyMission(WithoutSetpoints):
         if not observation.armed:
             text = "The vehicle was disarmed while its mission was paused."
             return Outcome(OutcomeCode.DISARMED, text, None)
-        if self._pause_asked:
+        if self._pause_asked or observation.position_doubt:
             return Wait()
         self._go(MissionPhase.STARTING, now)
         return None
@@ -481,4 +482,6 @@ class FlyMission(WithoutSetpoints):
                 observation
             )
             return Status.TAKING_OFF if taking_off else Status.NAVIGATING
-        return STATUS[self._phase]
+        status = STATUS[self._phase]
+        # Without a pause it is the position that has it stand.
+        return Status.HOLDING if status is Status.PAUSED and not self._pause_asked else status

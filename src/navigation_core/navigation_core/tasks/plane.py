@@ -218,12 +218,14 @@ class FlyPlane(WithoutSetpoints):
         self._last_enu_m = position
         if self._phase in (_Phase.STOPPING, _Phase.DISARMING):
             return Progress(status, 0.0, 1.0, route)
+        if self._phase is _Phase.PAUSED and not self._pause_asked:
+            status = Status.HOLDING  # the position is in doubt
         if self._phase is _Phase.CIRCLING and self._route.current.hold_time_s > 0.0:
             status = Status.HOLDING
         measured_m_s = measured_speed(observation) or 0.0
         speed_m_s = max(measured_m_s, 0.5 * _CRUISE_M_S) if self._is_flying() else _CRUISE_M_S
         length_m, time_s = self._route.left(position, speed_m_s)
-        if status is Status.HOLDING:
+        if self._phase is _Phase.CIRCLING:
             time_s -= min(now - self._phase_since_s, self._route.current.hold_time_s)
         if self._phase in _BEFORE_FLIGHT and not observation.airborne:
             climb_m = max(self._takeoff_height_m - (position[2] - observation.ground_enu_m), 0.0)
@@ -326,7 +328,7 @@ class FlyPlane(WithoutSetpoints):
         return answer
 
     def _fly(self, observation: Observation, now: float) -> _Answer:
-        if self._pause_asked:
+        if self._pause_asked or observation.position_doubt:
             return self._begin_stay(_Phase.PAUSED, observation, now)
         target = self._route.current.position_enu_m
         answer = self._send(target, observation, now)
@@ -355,7 +357,7 @@ class FlyPlane(WithoutSetpoints):
 
     def _circle(self, observation: Observation, now: float) -> _Answer:
         """Circle for the dwell, and for the hold time of the waypoint."""
-        if self._pause_asked:
+        if self._pause_asked or observation.position_doubt:
             return self._begin_stay(_Phase.PAUSED, observation, now)
         waypoint = self._route.current
         if now - self._phase_since_s > _STUCK_S + waypoint.hold_time_s:
@@ -401,7 +403,7 @@ class FlyPlane(WithoutSetpoints):
     def _stay(self, observation: Observation, now: float) -> _Answer:
         assert self._stay_enu_m is not None
         answer = self._send(self._stay_enu_m, observation, now)
-        if answer is None and not self._pause_asked:
+        if answer is None and not (self._pause_asked or observation.position_doubt):
             self._circling = Circling(self._traits.circle_radius_m)
             self._go(_Phase.FLYING, now)
             return None
