@@ -44,6 +44,8 @@ class PointMass:
         wind: velocity that the air moves it with while it flies.
         obstacles: what is told to be in the way.
         obstacles_age_s: for how long the sensor has been silent.
+        position_doubt: why its position is not to be relied on.
+        believed_off: how far its estimate is from the truth, by a jump.
         results: how an operation ends, if not ACHIEVED.
         delays: how long an operation takes, in seconds.
     """
@@ -60,6 +62,8 @@ class PointMass:
     wind: Vector3 = (0.0, 0.0, 0.0)
     obstacles: Obstacles = NOTHING
     obstacles_age_s: float = 0.0
+    position_doubt: str = ""
+    believed_off: Vector3 = (0.0, 0.0, 0.0)
     speed_max_m_s: float = 12.0
     acceleration_max_m_s2: float = 6.0
     obeys: bool = True
@@ -77,7 +81,7 @@ class PointMass:
         """Say what a task would be told now."""
         return Observation(
             time_s=self.now,
-            position_enu_m=self.position if self.position_known else None,
+            position_enu_m=self._believed if self.position_known else None,
             velocity_enu_m_s=self.velocity if self.position_known else None,
             yaw_enu_rad=self.yaw if self.position_known else None,
             armed=self.armed,
@@ -89,7 +93,12 @@ class PointMass:
             operation=self._report,
             obstacles=self.obstacles,
             obstacles_age_s=self.obstacles_age_s,
+            position_doubt=self.position_doubt,
         )
+
+    @property
+    def _believed(self) -> Vector3:
+        return add(self.position, self.believed_off)
 
     def obey(self, intent: Intent) -> None:
         """Take an intent, as a bridge would."""
@@ -149,7 +158,9 @@ class PointMass:
 
     def _follow(self, fly: Fly, dt_s: float) -> None:
         setpoint = fly.setpoint
-        error = subtract(setpoint.position_enu_m, self.position)
+        error = subtract(setpoint.position_enu_m, self._believed)
+        if fly.by_velocity:
+            error = (0.0, 0.0, 0.0)
         wanted = add(setpoint.velocity_enu_m_s, scale(error, 1.5))
         wanted = limit_norm(wanted, self.speed_max_m_s)
         wanted = add(wanted, self.wind)

@@ -1024,3 +1024,100 @@ def test_every_phase_leads_to_the_end_and_none_leads_on_from_it() -> None:
                 with pytest.raises(PhaseError, match=f"{event.name} cannot happen"):
                     next_phase(phase, event)
         assert phase is Phase.ENDED or next_phase(phase, Event.OVER) is Phase.ENDED
+
+
+# --- a position that is in doubt -----------------------------------------------------
+
+
+def doubtful_from(
+    vehicle: PointMass, from_s: float, to_s: float, jump_s: float = math.inf
+) -> Callable[[float], None]:
+    """Return what brings the position into doubt for a time, and lets the estimate jump."""
+
+    def each_step(elapsed_s: float) -> None:
+        vehicle.position_doubt = "it says so" if from_s <= elapsed_s < to_s else ""
+        if elapsed_s >= jump_s:
+            vehicle.believed_off = (0.0, 20.0, 0.0)
+
+    return each_step
+
+
+def test_a_position_in_doubt_is_held_by_the_velocity_however_long_and_then_it_goes_on() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    statuses = []
+    doubt = doubtful_from(vehicle, 4.0, 34.0)
+
+    def watch(elapsed_s: float) -> None:
+        doubt(elapsed_s)
+        statuses.append(task.progress(vehicle.observe(), vehicle.now).status)
+
+    flight = fly(task, vehicle, watch)
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert Status.HOLDING in statuses
+    begun_s = flight.steps[0][0]
+    held = [(t - begun_s, answer) for t, answer in flight.setpoints if answer.by_velocity]
+    assert held[0][0] == pytest.approx(4.0, abs=0.1)
+    assert held[-1][0] == pytest.approx(34.0, abs=0.1)
+    assert norm(held[-1][1].setpoint.velocity_enu_m_s) == 0.0
+
+
+def test_an_estimate_that_jumps_while_it_is_in_doubt_moves_nothing() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    each_step = doubtful_from(vehicle, 4.0, 1e9, jump_s=14.0)
+    stood: list[tuple[float, float, float]] = []
+
+    def watch(elapsed_s: float) -> None:
+        each_step(elapsed_s)
+        if elapsed_s >= 13.0 and not stood:
+            stood.append(vehicle.position)
+        if elapsed_s >= 30.0:
+            task.cancel(elapsed_s)
+
+    flight = fly(task, vehicle, watch)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert distance(vehicle.position, stood[0]) < 0.3
+
+
+def test_a_brake_that_began_in_doubt_ends_by_the_velocity() -> None:
+    """What the vehicle was told of places is past when it was held without them."""
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    each_step = doubtful_from(vehicle, 4.0, 8.0, jump_s=7.0)
+
+    def watch(elapsed_s: float) -> None:
+        each_step(elapsed_s)
+        if elapsed_s >= 7.5:
+            task.cancel(elapsed_s)
+
+    flight = fly(task, vehicle, watch)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert all(answer.by_velocity for _, answer in flight.setpoints[-10:])
+    assert vehicle.speed < CONFIG.stop_speed_m_s
+
+
+def test_a_pause_outlasts_a_doubt() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    doubt = doubtful_from(vehicle, 4.0, 8.0)
+
+    def watch(elapsed_s: float) -> None:
+        doubt(elapsed_s)
+        if 5.0 <= elapsed_s < 5.1:
+            task.pause(elapsed_s)
+        if 9.0 <= elapsed_s < 10.0:
+            assert task.phase is Phase.PAUSED
+        elif elapsed_s >= 10.0:
+            task.unpause(elapsed_s)
+
+    assert fly(task, vehicle, watch).outcome.code is OutcomeCode.SUCCESS
+
+
+def test_a_position_that_is_lost_while_it_is_in_doubt_ends_the_flight() -> None:
+    vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
+    doubt = doubtful_from(vehicle, 4.0, 1e9)
+
+    def watch(elapsed_s: float) -> None:
+        doubt(elapsed_s)
+        vehicle.position_known = elapsed_s < 20.0
+
+    flight = fly(task, vehicle, watch)
+    assert flight.outcome.code is OutcomeCode.NO_POSITION
+    assert flight.steps[-1][0] - flight.steps[0][0] == pytest.approx(22.0, abs=0.3)
