@@ -58,13 +58,16 @@ def test_neither_client_nor_server_takes_a_goal_beside_somebody_elses_server(
 ) -> None:
     script = tmp_path / "foreign.py"
     script.write_text(textwrap.dedent(FOREIGN))
+    assert flight.server is not None
+    heard = len(flight.server.lines)
     foreign = Process("foreign", [sys.executable, str(script)], flight.environment)
     try:
-        foreign.wait_for("offers", READY_TIMEOUT_S)
+        # The client asks the server, which has had time to find the other one.
+        flight.server.wait_for(f"No goal is taken. {WHY}", READY_TIMEOUT_S, after=heard)
         refused = client(flight)
         assert refused.wait(FLIGHT_TIMEOUT_S) == 3, refused.text
         assert f"No goal was sent. {WHY}" in refused.text
-        assert flight.server is not None
+        assert "flies" not in foreign.text
         sender = Process(
             "sender",
             [sys.executable, "-c", SEND],
@@ -76,8 +79,10 @@ def test_neither_client_nor_server_takes_a_goal_beside_somebody_elses_server(
         foreign.stop()
 
 
-# What `ros2 action send_goal` does: it looks for nothing but a server.
+# What `ros2 action send_goal` does: it looks for nothing but a server. It sends for some seconds,
+# as it finds one server before the other.
 SEND = """
+import time
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -90,6 +95,7 @@ client.wait_for_server(10.0)
 for _ in range(20):
     answer = client.send_goal_async(Navigate.Goal())
     rclpy.spin_until_future_complete(node, answer, timeout_sec=1.0)
+    time.sleep(0.25)
 """
 
 

@@ -106,7 +106,10 @@ class NavigationClient:
         self._wait(lambda: bool(course.rejections), _LATCHED_S)
         if not self._wait(course.servers_are_known, _SERVERS_S) and self._interrupts:
             return self._without_server()
-        if course.several_servers:
+        # One that has just ended may still be spoken of.
+        if not self._wait(lambda: not course.several_servers, _SERVERS_S):
+            if self._interrupts:
+                return self._without_server()
             course.say(f"No goal was sent. {duplicate(self._node)}", bad=True)
             return EXIT_REJECTED
         for note in self._errand.notes:

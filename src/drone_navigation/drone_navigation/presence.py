@@ -48,15 +48,19 @@ class Presence:
             own_id: of the server that asks; empty for a client.
         """
         self._node = node
-        self._own_id = own_id
+        self.own_id = own_id
         self._heard_s: dict[str, float] = {}
+        self._contested: set[str] = set()
         self._others_since_s: float | None = None
+        self._told = False
         topic = "~/vehicle_status" if own_id else f"{SERVER_NODE_NAME}/vehicle_status"
         node.create_subscription(VehicleStatus, topic, self._take, _STATUS_QOS)
 
     def _take(self, status: Any) -> None:
-        if status.server_id and status.server_id != self._own_id:
-            self._heard_s[status.server_id] = time.monotonic()
+        server_id = status.server_id
+        if server_id and server_id != self.own_id:
+            self._heard_s[server_id] = time.monotonic()
+            (self._contested.add if status.other_server else self._contested.discard)(server_id)
 
     @property
     def alive(self) -> int:
@@ -66,7 +70,7 @@ class Presence:
     @property
     def is_second(self) -> bool:
         """Whether another server that is there was there before this one."""
-        return any(other < self._own_id for other in self._alive())
+        return any(other < self.own_id for other in self._alive())
 
     def _alive(self) -> list[str]:
         since_s = time.monotonic() - _SILENT_S
@@ -81,6 +85,7 @@ class Presence:
         """Return why a server takes no goal now, or None."""
         if self.offered <= 1:
             self._others_since_s = None
+            self._tell(False)
             return None
         now_s = time.monotonic()
         if self._others_since_s is None:
@@ -88,14 +93,32 @@ class Presence:
         # One that was found just now has had no time to say that it is alive.
         settled = now_s - self._others_since_s > _SILENT_S
         others = self._programs() - {(self._node.get_name(), self._node.get_namespace())}
-        if settled and not self.alive and not others:
+        if self.alive or others:
+            self._tell(True)
+        elif settled:
+            self._tell(False)
             return None
         return Rejection(OutcomeCode.DUPLICATE_SERVER, duplicate(self._node))
 
+    def _tell(self, other: bool) -> None:
+        if other == self._told:
+            return
+        self._told = other
+        if other:
+            self._node.get_logger().warning(f"No goal is taken. {duplicate(self._node)}")
+        else:
+            self._node.get_logger().info("The other server has gone; goals are taken again.")
+
     @property
     def several(self) -> bool:
-        """For a client: whether more than one server would take its goal."""
-        return self.alive > 1 or (self.offered > 1 and len(self._programs()) > 1)
+        """For a client: whether more than one server would take its goal.
+
+        A server has been here for longer, and may know of one that is not found here yet.
+        """
+        alive = self._alive()
+        if len(alive) > 1 or not self._contested.isdisjoint(alive):
+            return True
+        return self.offered > 1 and len(self._programs()) > 1
 
     def _programs(self) -> set[tuple[str, str]]:
         """Return names and namespaces of the nodes that offer the action, whoever they are of."""

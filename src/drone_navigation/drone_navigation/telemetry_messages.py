@@ -213,13 +213,12 @@ def path(points_enu_m: Sequence[Vector3], stamp: Time, names: FrameNames = PLAIN
     return message
 
 
-def vehicle_status(bridge: Bridge, stamp: Time, server_id: str = "") -> VehicleStatus:
-    """Return what is known about the vehicle.
+def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
+    """Return what is known about the vehicle; nothing of the server that publishes it.
 
     Args:
         bridge: of the vehicle.
         stamp: of the message.
-        server_id: of the process that publishes it; empty in a bag.
     """
     vehicle, state = bridge.vehicle, bridge.vehicle.state
     message = VehicleStatus()
@@ -234,7 +233,6 @@ def vehicle_status(bridge: Bridge, stamp: Time, server_id: str = "") -> VehicleS
     message.position_valid = bridge.pose is not None
     message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
     message.active_goal = bridge.active_goal_id or ""
-    message.server_id = server_id
     message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
     return message
 

@@ -23,6 +23,7 @@ from drone_navigation.goal import GoalHappened, GoalRejected, PlanChanged
 from drone_navigation.link_health import LinkHealth
 from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.obstacle_markers import ObstacleMarkers
+from drone_navigation.presence import Presence
 from drone_navigation.station_health import StationHealth
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state import VehicleState
@@ -72,7 +73,7 @@ class Topics:
         statistics: Callable[[], LinkStatistics],
         frames: FrameNames = PLAIN,
         stations: StationLinks | None = None,
-        server_id: str = "",
+        presence: Presence | None = None,
     ) -> None:
         """Advertise the topics, all but ``/diagnostics`` and ``/tf`` under the node's name.
 
@@ -83,9 +84,9 @@ class Topics:
             frames: names of the vehicle's frames.
             stations: returns URL and counts of the links to ground stations, if this is the
                 one that tells of them.
-            server_id: of this process, by which another server of the name knows it.
+            presence: knows of other servers of the name; None in a bag.
         """
-        self._server_id = server_id
+        self._presence = presence
         self._node = node
         self._bridge = bridge
         self._statistics = statistics
@@ -186,7 +187,10 @@ class Topics:
             self._home.publish(home)
 
     def _publish_status(self, stamp: Any, always: bool) -> None:
-        status = messages.vehicle_status(self._bridge, stamp, self._server_id)
+        status = messages.vehicle_status(self._bridge, stamp)
+        if self._presence is not None:
+            status.server_id = self._presence.own_id
+            status.other_server = self._presence.rejection() is not None
         if self._status is not None:
             self._status.header.stamp = stamp
         if always or status != self._status:

@@ -102,7 +102,7 @@ class VehicleNode:
             lambda changed: member.post(lambda: bridge.configure(changed.bridge)),
         )
         services = ServiceServers(node, bridge, member, clock)
-        topics = Topics(node, bridge, statistics, frames, stations, SERVER_ID)
+        topics = Topics(node, bridge, statistics, frames, stations, self.presence)
         self._application.attach(node, server, services, topics)
         SensorTopics(node, bridge.obstacles, member, clock, self.config.bridge.obstacles, frames)
 
