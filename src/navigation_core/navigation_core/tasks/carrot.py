@@ -28,6 +28,8 @@ _FREE_SHARE = 0.5
 # Fastest change of the rate at which trajectory time passes, per second. At speed the
 # acceleration limit is stricter.
 _RATE_CHANGE_PER_S = 2.0
+# So much faster than planned the vehicle may be told to fly where it is late; see cruise_limits.
+_HURRY_SHARE = 1.03
 # Smoothing of the rate that the time remaining is divided by, and its floor.
 _RATE_AVERAGE_S = 2.0
 _RATE_FLOOR = 0.1
@@ -43,6 +45,10 @@ class Carrot:
     tracking error. So neither wind nor a slow vehicle lets the setpoint run away, which
     the vehicle would race after. The feed-forward scales with the rate and so stays the
     true derivative of the position.
+
+    An autopilot flies the feed-forward, and as much faster as it is behind. So the rate also
+    falls where the two together would exceed the speed: what the vehicle is late by is not made
+    up for by flying too fast.
     """
 
     def __init__(
@@ -57,7 +63,8 @@ class Carrot:
 
         Args:
             trajectory: where to walk.
-            config: its ``tracking_error_max_m`` and ``tracking_lag_s``.
+            config: its ``tracking_error_max_m``, ``tracking_lag_s``, ``following_gain_per_s``
+                and ``response_s``.
             yaw_enu_rad: yaw to begin with.
             yaw_goal_enu_rad: yaw to turn to, the shortest way.
             time_s: where to stand, in trajectory time.
@@ -119,12 +126,17 @@ class Carrot:
         self._yaw_goal = wrap_angle(yaw_enu_rad)
 
     @property
+    def yaw_enu_rad(self) -> float:
+        """The setpoint's yaw."""
+        return self._yaw
+
+    @property
     def setpoint(self) -> Setpoint:
         """What to send now."""
         return Setpoint(
             self._state.position_enu_m,
             self._state.velocity_enu_m_s,
-            self._state.acceleration_enu_m_s2,
+            self._leading_acceleration(),
             self._yaw,
         )
 
@@ -199,8 +211,13 @@ class Carrot:
         change = _RATE_CHANGE_PER_S
         course = unit_between(ZERO, velocity_enu_m_s)
         if course is not None:
-            limit = self.trajectory.limits.along(course).acceleration_m_s2
-            change = min(change, limit / norm(velocity_enu_m_s))
+            axis, speed_m_s = self.trajectory.limits.along(course), norm(velocity_enu_m_s)
+            change = min(change, axis.acceleration_m_s2 / speed_m_s)
+            if position_enu_m is not None:
+                behind_m = dot(subtract(self._state.position_enu_m, position_enu_m), course)
+                hurry_m_s = self._config.following_gain_per_s * behind_m
+                allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
+                wanted = min(wanted, max((allowed_m_s - hurry_m_s) / speed_m_s, 0.0))
         return min(max(wanted, self._rate - change * dt_s), self._rate + change * dt_s)
 
     def _lag_m(self, position_enu_m: Vector3) -> float:
@@ -212,6 +229,22 @@ class Carrot:
         natural_m = self._config.tracking_lag_s * norm(self._state.velocity_enu_m_s)
         behind_m = max(dot(offset, course) - natural_m, 0.0)
         return math.hypot(behind_m, norm(across(offset, course)))
+
+    def _leading_acceleration(self) -> Vector3:
+        """Return the acceleration to send.
+
+        An airframe needs time to lean. While it gains speed over ground it is told the
+        acceleration that is wanted then; else it would go on accelerating beyond the speed. Not
+        while it brakes: it would stop short of its target.
+        """
+        wanted, velocity = self._state.acceleration_enu_m_s2, self._state.velocity_enu_m_s
+        if wanted[0] * velocity[0] + wanted[1] * velocity[1] <= 0.0:
+            return wanted
+        now = self.trajectory.sample(self._time_s).acceleration_enu_m_s2
+        then = self.trajectory.sample(self._time_s + self._config.response_s * self._rate)
+        change = subtract(then.acceleration_enu_m_s2, now)
+        gain = self._rate * self._rate
+        return (wanted[0] + gain * change[0], wanted[1] + gain * change[1], wanted[2])
 
     def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
         velocity = nominal.velocity_enu_m_s

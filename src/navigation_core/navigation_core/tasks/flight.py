@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass, replace
 
@@ -21,7 +22,7 @@ from navigation_core.limits import Limits
 from navigation_core.routes import RoutePoint, plan_route
 from navigation_core.searches import Search
 from navigation_core.tasks.avoidance import AvoidanceConfig
-from navigation_core.tasks.base import COPTER, Observation, Setpoint, Traits
+from navigation_core.tasks.base import COPTER, Observation, Traits
 from navigation_core.tasks.carrot import Carrot
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.measurement import is_located, measured_state
@@ -33,9 +34,11 @@ from navigation_core.trajectory import plan_stop, plan_to
 _START_ERROR_SHARE = 1.5
 
 
-# Share of the goal's speed that is planned with. A vehicle sways about the speed it is told
-# (simulated copter: up to 6 % after a change), and a goal's speed bounds what it really does.
+# Shares of the greatest speeds that are planned with, since they bound what the vehicle really
+# does. It sways about the speed it is told, and overshoots a climb rate by a tenth when the
+# acceleration ends: the loop around the acceleration of an ArduCopter takes a second to settle.
 _CRUISE_SHARE = 0.97
+_CLIMB_SHARE = 0.92
 # As near to a point as so many times the allowed distance from its corner, it counts as passed by
 # a setpoint that goes over to another way: it could not be met again without a stop.
 _PASSED_CORNERS = 1.5
@@ -46,9 +49,17 @@ _COURSE_SPEED_M_S = 0.5
 _JOINT_M, _JOINT_M_S = 0.15, 0.3
 
 
-def cruise_limits(limits: Limits, speed_m_s: float | None) -> Limits:
-    """Return limits for a flight that is not to be faster than a speed; None changes none."""
-    return limits.with_speed(speed_m_s and speed_m_s * _CRUISE_SHARE)
+def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Limits:
+    """Return limits for a way that is not to be faster than a speed; None: than the usual one."""
+    if not traits.flies:
+        return limits.with_speed(speed_m_s and speed_m_s * _CRUISE_SHARE)
+    chosen = limits.with_speed(speed_m_s)
+    return dataclasses.replace(
+        chosen,
+        speed_horizontal_m_s=_CRUISE_SHARE * chosen.speed_horizontal_m_s,
+        speed_up_m_s=_CLIMB_SHARE * chosen.speed_up_m_s,
+        speed_down_m_s=_CLIMB_SHARE * chosen.speed_down_m_s,
+    )
 
 
 @dataclass(frozen=True)
@@ -92,7 +103,7 @@ class Flight:
             avoidance: how to keep away from obstacles; None to fly straight.
             traits: what the vehicle can do.
         """
-        self.limits = cruise_limits(config.limits, goal.max_speed_m_s)
+        self.limits = cruise_limits(config.limits, goal.max_speed_m_s, traits)
         self.carrot: Carrot | None = None
         # Where the last plan to the goal leads.
         self.path_enu_m: tuple[Vector3, ...] = ()
@@ -103,6 +114,9 @@ class Flight:
         # Whether time has passed without setpoints, so that the last one says nothing.
         self.is_stale = False
         self._goal = goal
+        # What drives is not led by its carrot's derivatives.
+        if not traits.flies:
+            config = dataclasses.replace(config, following_gain_per_s=0.0, response_s=0.0)
         self._config = config
         self._yaw_goal = goal.yaw_enu_rad
         self._via: tuple[RoutePoint, ...] = ()
@@ -381,24 +395,19 @@ class Flight:
             return yaw
         east, north, _ = carrot.state.velocity_enu_m_s
         if math.hypot(east, north) < _COURSE_SPEED_M_S:
-            return carrot.setpoint.yaw_enu_rad
+            return carrot.yaw_enu_rad
         return math.atan2(north, east)
 
     @staticmethod
     def _is_time_to_turn(carrot: Carrot, yaw_enu_rad: float) -> bool:
         """Whether to turn to the goal's yaw. Until then the nose, and its sensor, looks ahead."""
-        turn_rad = abs(wrap_angle(yaw_enu_rad - carrot.setpoint.yaw_enu_rad))
+        turn_rad = abs(wrap_angle(yaw_enu_rad - carrot.yaw_enu_rad))
         left_s = carrot.trajectory.duration_s - carrot.time_s
         return left_s <= turn_rad / carrot.trajectory.limits.yaw_rate_rad_s
 
-    def note(self, setpoint: Setpoint) -> None:
+    def note(self, carrot: Carrot) -> None:
         """Remember the setpoint that is sent."""
-        self.commanded = KinematicState(
-            setpoint.position_enu_m,
-            setpoint.velocity_enu_m_s,
-            setpoint.acceleration_enu_m_s2,
-        )
-        self.commanded_yaw = setpoint.yaw_enu_rad
+        self.commanded, self.commanded_yaw = carrot.state, carrot.yaw_enu_rad
 
     def forget_commanded(self) -> None:
         """Drop the last setpoint; the next flight begins where the vehicle is."""

@@ -176,7 +176,7 @@ class GotoBase(ABC):
             self._doubted = True
         if isinstance(answer, Fly):
             if self._flight.carrot is not None:
-                self._flight.note(self._flight.carrot.setpoint)
+                self._flight.note(self._flight.carrot)
             answer = replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
         elif isinstance(answer, Outcome):
             self._outcome = answer

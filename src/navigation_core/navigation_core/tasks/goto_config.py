@@ -53,6 +53,10 @@ class GotoConfig:
         tracking_error_max_m: tracking error at which the setpoint waits for the vehicle.
         tracking_lag_s: time by which a vehicle follows its setpoint as a matter of course; it
             does not count as tracking error.
+        following_gain_per_s: how much faster an autopilot flies for each metre that it is behind
+            its setpoint (PSC_POSXY_P, MPC_XY_P).
+        response_s: time by which the acceleration of an airframe follows (observed on ArduCopter
+            and PX4: 0.2 s).
         position_stale_s: age of the position from which the vehicle is held.
         position_timeout_s: age of the position from which the goal is given up.
         step_gap_s: time without a step after which the flight is planned anew.
@@ -81,6 +85,8 @@ class GotoConfig:
     operation_timeout_s: float = 60.0
     tracking_error_max_m: float = 3.0
     tracking_lag_s: float = 0.3
+    following_gain_per_s: float = 1.0
+    response_s: float = 0.2
     position_stale_s: float = 1.0
     position_timeout_s: float = 2.0
     step_gap_s: float = 0.5
@@ -105,6 +111,8 @@ class GotoConfig:
             "stop_dwell_s",
             "arming_time_s",
             "tracking_lag_s",
+            "following_gain_per_s",
+            "response_s",
             "yaw_distance_min_m",
         }
         for field in dataclasses.fields(self):

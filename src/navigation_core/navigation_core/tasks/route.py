@@ -125,7 +125,7 @@ class FlyRoute(Goto):
             RoutePoint(
                 self._at(i).position_enu_m,
                 0.0 if i == end else _CORNER_SHARE * self._at(i).acceptance_radius_m,
-                cruise_limits(self._config.limits, self._at(i).max_speed_m_s),
+                cruise_limits(self._config.limits, self._at(i).max_speed_m_s, self._traits),
             )
             for i in indices
         )
@@ -220,7 +220,7 @@ class FlyRoute(Goto):
         for index in range(end + 1, self._total):
             waypoint = self._at(index)
             leg_m = distance(self._at(index - 1).position_enu_m, waypoint.position_enu_m)
-            limits = cruise_limits(self._config.limits, waypoint.max_speed_m_s)
+            limits = cruise_limits(self._config.limits, waypoint.max_speed_m_s, self._traits)
             length_m += leg_m
             time_s += leg_m / limits.speed_horizontal_m_s + waypoint.hold_time_s
         return length_m, time_s
