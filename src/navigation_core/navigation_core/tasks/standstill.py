@@ -33,10 +33,10 @@ class Standstill:
 
         Args:
             speed_max_m_s: slower than this is still.
-            window_s: how long it must have been.
+            window_s: how long it must have been; at least 0.3 s are looked at.
         """
         self._speed_max_m_s = speed_max_m_s
-        self._window_s = window_s
+        self._window_s = max(window_s, _SHORTEST_S)
         self._places: deque[tuple[float, Vector3]] = deque()
         self.speed_m_s: float | None = None
         """Measured over the last window; None while there is no whole one."""
