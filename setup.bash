@@ -35,6 +35,9 @@ _mavbridge_enter() {
     case "$made_for:${ROS_AUTOMATIC_DISCOVERY_RANGE:-}" in
     *: | system:SUBNET) export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ;;
     esac
+    case $- in
+    *i*) . "$root/install/completion.bash" ;;
+    esac
 }
 
 _mavbridge_enter

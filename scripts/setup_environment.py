@@ -317,6 +317,8 @@ def build_workspace(ros: str) -> None:
     command += ["--event-handlers", "console_direct+"]
     run("workspace", "Building the workspace", command, environment)
     record_environment(ros, environment)
+    script = "source ./setup.bash && python -m drone_navigation.completion install/completion.bash"
+    run("completion", "Writing what bash completes", ["bash", "-c", script], environment)
 
 
 def record_environment(ros: str, base: dict[str, str]) -> None:

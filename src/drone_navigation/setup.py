@@ -31,6 +31,7 @@ setup(
         "matplotlib",
         "pillow",
         "mcap",
+        "shtab",
     ],
     zip_safe=False,
     entry_points={

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -249,3 +250,24 @@ def test_other_ros_does_not_reach_an_environment_made_from_wheels() -> None:
     result = bash("source ./setup.bash; env", foreign)
     assert "VIRTUAL_ENV=" in result.stdout
     assert "humble" not in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("navigation_client ta", "takeoff"),
+        ("navigation_client land --se", "--server-timeout"),
+        ("navigation_client --plan READ", "README.md"),
+        ("navigation_server --che", "--check"),
+        ("tlog_export --t", "--to"),
+    ],
+)
+def test_an_interactive_shell_completes_the_commands(typed: str, offered: str) -> None:
+    script = f"""
+        . ./setup.bash
+        COMP_WORDS=({typed}) COMP_CWORD=$(({len(typed.split())} - 1))
+        "$(complete -p {typed.split(maxsplit=1)[0]} | sed 's/.*-F //; s/ .*//')"
+        echo "${{COMPREPLY[@]}}"
+    """
+    done = bash(f"bash --norc -i -c {shlex.quote(script)}")
+    assert done.stdout.split() == [offered], done.stderr
