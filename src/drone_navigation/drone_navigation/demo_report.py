@@ -8,6 +8,7 @@ import numpy as np
 
 from drone_navigation.flight_recording import Recording
 from drone_navigation.flight_scene import replan_times_s
+from navigation_core.outcomes import OutcomeCode
 
 # The path is straight until the scanner sees what is across it: once at least.
 _WAYPOINTS, _GOALS, _REPLANS = 3, 2, 1
@@ -54,8 +55,8 @@ def report(recording: Recording, nearest: Nearest) -> str:
         )
     goals = recording.goals.values
     replans = len(replan_times_s(recording))
-    ends = [text for text in recording.status.values if text.startswith("ended")]
-    if ends[-1:] != ["ended SUCCESS"]:
+    ends = [goal.code for goal in recording.all_goals if goal.ended_s is not None]
+    if ends[-1:] != [OutcomeCode.SUCCESS.value]:
         raise DemoError(f"The last goal did not end with SUCCESS; the ends are {ends}.")
     if len(goals) < _GOALS or len(goals[0].targets_enu_m) < _WAYPOINTS:
         raise DemoError("The route and a goal that replaces it are not in the recording.")

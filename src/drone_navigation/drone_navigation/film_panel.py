@@ -13,6 +13,8 @@ from matplotlib.text import Text
 from drone_navigation import flight_scene as scene
 from drone_navigation.flight_recording import Recording
 from drone_navigation.timeline import Timeline
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.base import Status
 
 _FRAME = (0.605, 0.115, 0.38, 0.52)
 _WIDTH = 1.0
@@ -121,7 +123,6 @@ class Panel:
 
     def _show_status(self, time_s: float) -> None:
         status = self._recording.status.at(time_s) or ""
-        bad = "BLOCKED" in status or (status.startswith("ended") and "SUCCESS" not in status)
         words = [status]
         if self._is_news(self._replan_times_s, time_s):
             words.append("planned anew")
@@ -131,7 +132,18 @@ class Panel:
         if self._is_news(warnings.times_s, time_s):
             words.append(f"“{warnings.at(time_s)}”")
         self._line.set_text("   ·   ".join(word for word in words if word))
-        self._line.set_color(scene.GOAL if bad else scene.INK)
+        self._line.set_color(scene.GOAL if self._is_in_trouble(time_s) else scene.INK)
+
+    def _is_in_trouble(self, time_s: float) -> bool:
+        """Whether the goal of that time is blocked, or has ended without success."""
+        goals = self._recording.all_goals
+        goal = next((goal for goal in reversed(goals) if goal.accepted_s <= time_s), None)
+        if goal is None:
+            return False
+        if goal.ended_s is not None and goal.ended_s <= time_s:
+            return goal.code != OutcomeCode.SUCCESS.value
+        told = (status for at_s, status, _ in reversed(goal.statuses) if at_s <= time_s)
+        return next(told, "") == Status.BLOCKED.value
 
     def _is_news(self, times_s: Sequence[float], time_s: float) -> bool:
         news_s = _NEWS_S * self._speedup

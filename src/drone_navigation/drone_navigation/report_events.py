@@ -45,12 +45,14 @@ class Moment(NamedTuple):
         kind: one word, for people.
         text: a sentence or what was said; not to be trusted.
         severity: how much it deserves a look.
+        by: the station that did it, if one did.
     """
 
     time_s: float
     kind: str
     text: str
     severity: Severity
+    by: Source | None = None
 
 
 @dataclass
@@ -156,7 +158,8 @@ def _moment(time_s: float, event: VehicleEvent) -> Moment | None:
         return Moment(time_s, "restart", "The autopilot restarted", Severity.BAD)
     if isinstance(event, StationActed):
         who = "Somebody" if event.station is None else f"Station {named(event.station)}"
-        return Moment(time_s, "station", f"{who} {event.act.value} ({event.how})", Severity.WARNING)
+        text = f"{who} {event.act.value} ({event.how})"
+        return Moment(time_s, "station", text, Severity.WARNING, event.station)
     if isinstance(event, StatusTextReceived) and event.severity <= mavlink.MAV_SEVERITY_WARNING:
         grounded = event.text.lower().startswith(_GROUNDED)
         bad = event.severity <= mavlink.MAV_SEVERITY_CRITICAL and not grounded

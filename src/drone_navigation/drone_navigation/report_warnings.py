@@ -52,7 +52,7 @@ def _counts(moment: Moment, flight: Flight) -> bool:
     """Tell whether something deserves a look: not what the one that leads the vehicle does."""
     if moment.kind == "station" and not flight.retold.noted.goals:
         led = _leader(flight)
-        return led is None or not moment.text.startswith(f"Station {named(led.source)} ")
+        return led is None or moment.by != led.source
     return moment.severity is not Severity.INFO
 
 

@@ -7,6 +7,7 @@ from enum import Enum, auto
 from drone_navigation.goal import ActiveGoal
 from drone_navigation.settings import StationPause
 from drone_navigation.traits import traits_of
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import LandedState, StationAct, StationActed
 from mavlink_vehicle.profiles import ModePacking, Profile
 from mavlink_vehicle.vehicle import Vehicle
@@ -60,8 +61,12 @@ def told(acted: StationActed) -> str:
 
 def starts_mission(acted: StationActed, goal: ActiveGoal, profile: Profile | None) -> bool:
     """Whether it starts the stored mission, where the goal flies none."""
-    mode = None if profile is None else profile.mission_mode
-    return goal.mission is None and acted.how.split()[-1] in ("MISSION_START", mode)
+    if goal.mission is not None:
+        return False
+    if acted.command == mavlink.MAV_CMD_MISSION_START:
+        return True
+    mode = None if profile is None else profile.mode_number(profile.mission_mode)
+    return mode is not None and acted.mode == mode
 
 
 def sends_elsewhere(acted: StationActed, goal: ActiveGoal, vehicle: Vehicle) -> bool:
@@ -71,7 +76,7 @@ def sends_elsewhere(acted: StationActed, goal: ActiveGoal, vehicle: Vehicle) -> 
     is a pause; but who pauses a vehicle and then sends it somewhere flies it, whatever mode has
     been seen of it by now.
     """
-    if acted.act is not StationAct.CHANGED_MODE or not acted.how.startswith("DO_REPOSITION"):
+    if acted.act is not StationAct.CHANGED_MODE or acted.command != mavlink.MAV_CMD_DO_REPOSITION:
         return False
     if goal.paused_by or goal.cancelled_by_pause:
         return True

@@ -31,6 +31,7 @@ from drone_navigation.station_rules import (
 )
 from drone_navigation.takeover import Takeover
 from drone_navigation.traits import traits_of
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import ModeChanged, StationAct, StationActed
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
@@ -42,6 +43,7 @@ from navigation_core.tasks.standstill import Standstill
 # A change of mode that a command brings is seen within this time of it: HEARTBEAT comes once a
 # second, and a link has its delay.
 _BRINGS_S = 2.0
+_PAUSE_CONTINUE = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
 
 
 class Stations:
@@ -246,7 +248,7 @@ class Stations:
         profile = self._vehicle.profile
         if acted.act is StationAct.PAUSED:
             self._stands_in_mode = profile is not None and profile.pauses_in_mode
-        elif acted.act is StationAct.CONTINUED and "DO_PAUSE_CONTINUE" in acted.how:
+        elif acted.act is StationAct.CONTINUED and acted.command == _PAUSE_CONTINUE:
             self._stands_in_mode = False
 
     def _recent(self, now: float) -> StationActed | None:

@@ -221,13 +221,15 @@ class StationActed:
         station: MAVLink system and component id of who did it; None when nobody was seen to do
             it and only the vehicle (MISSION_CURRENT, or its words) shows that it was done.
         how: the message for people, for example "MISSION_CLEAR_ALL" or "DO_PAUSE_CONTINUE 0".
-        mode: custom_mode that was asked for, for `CHANGED_MODE`; else None.
+        mode: custom_mode that was asked for, or that a command leads to; None if it names none.
+        command: MAV_CMD that asked for it; None when it was no command.
     """
 
     act: StationAct
     station: tuple[int, int] | None
     how: str
     mode: int | None = None
+    command: int | None = None
 
 
 @dataclass(frozen=True)

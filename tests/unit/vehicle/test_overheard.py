@@ -16,7 +16,7 @@ from tests.support.autopilot_messages import AutopilotMessages
 
 QGC = (255, 190)
 AUTO, GUIDED, LOITER, BRAKE, RTL = 3, 4, 5, 17, 6
-PX4_LOITER, PX4_MISSION, PX4_RTL, PX4_POSCTL = 0x03040000, 0x04040000, 0x05040000, 0x00030000
+PX4_LOITER, PX4_MISSION, PX4_RTL = 0x03040000, 0x04040000, 0x05040000
 VEHICLE: dict[str, Any] = {"target_system": 1, "target_component": 1}
 CLEARED, REPLACED = StationAct.CLEARED_MISSION, StationAct.REPLACED_MISSION
 PAUSED, CONTINUED = StationAct.PAUSED, StationAct.CONTINUED
@@ -143,9 +143,9 @@ def test_clearing_the_fence_or_the_rally_points_leaves_the_mission(
     [
         (mavlink.MAV_CMD_DO_PAUSE_CONTINUE, (0.0,), PAUSED, "DO_PAUSE_CONTINUE 0", None),
         (mavlink.MAV_CMD_DO_PAUSE_CONTINUE, (1.0,), CONTINUED, "DO_PAUSE_CONTINUE 1", None),
-        (mavlink.MAV_CMD_DO_SET_MODE, (1.0, BRAKE), PAUSED, "DO_SET_MODE BRAKE", None),
-        (mavlink.MAV_CMD_DO_SET_MODE, (1.0, AUTO), CONTINUED, "DO_SET_MODE AUTO", None),
-        (mavlink.MAV_CMD_DO_SET_MODE, (1.0, GUIDED), CONTINUED, "DO_SET_MODE GUIDED", None),
+        (mavlink.MAV_CMD_DO_SET_MODE, (1.0, BRAKE), PAUSED, "DO_SET_MODE BRAKE", BRAKE),
+        (mavlink.MAV_CMD_DO_SET_MODE, (1.0, AUTO), CONTINUED, "DO_SET_MODE AUTO", AUTO),
+        (mavlink.MAV_CMD_DO_SET_MODE, (1.0, GUIDED), CONTINUED, "DO_SET_MODE GUIDED", GUIDED),
         (mavlink.MAV_CMD_DO_SET_MODE, (1.0, LOITER), MODE, "DO_SET_MODE LOITER", LOITER),
         (mavlink.MAV_CMD_NAV_LOITER_UNLIM, (), MODE, "NAV_LOITER_UNLIM", LOITER),
         (mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, (), MODE, "NAV_RETURN_TO_LAUNCH", RTL),
@@ -185,7 +185,7 @@ def test_commands_are_told_as_what_they_mean(
     how: str,
     mode: int | None,
 ) -> None:
-    assert network.command(command, *params) == [StationActed(what, QGC, how, mode)]
+    assert network.command(command, *params) == [StationActed(what, QGC, how, mode, command)]
 
 
 @pytest.mark.parametrize(
@@ -217,27 +217,27 @@ def test_commands_with_a_place_may_come_as_command_int(network: Network) -> None
 
 
 @pytest.mark.parametrize(
-    ("main", "sub", "what", "how", "mode"),
+    ("main", "sub", "what", "how"),
     [
-        (4, 3, PAUSED, "DO_SET_MODE AUTO.LOITER", None),
-        (4, 4, CONTINUED, "DO_SET_MODE AUTO.MISSION", None),
-        (6, 0, CONTINUED, "DO_SET_MODE OFFBOARD", None),
-        (4, 5, MODE, "DO_SET_MODE AUTO.RTL", PX4_RTL),
-        (3, 0, MODE, "DO_SET_MODE POSCTL", PX4_POSCTL),
+        (4, 3, PAUSED, "DO_SET_MODE AUTO.LOITER"),
+        (4, 4, CONTINUED, "DO_SET_MODE AUTO.MISSION"),
+        (6, 0, CONTINUED, "DO_SET_MODE OFFBOARD"),
+        (4, 5, MODE, "DO_SET_MODE AUTO.RTL"),
+        (3, 0, MODE, "DO_SET_MODE POSCTL"),
     ],
 )
 def test_a_px4s_modes_are_main_and_sub_mode(
-    main: int, sub: int, what: StationAct, how: str, mode: int | None
+    main: int, sub: int, what: StationAct, how: str
 ) -> None:
-    network = Network("px4")
-    acts = network.command(mavlink.MAV_CMD_DO_SET_MODE, 1.0, float(main), float(sub))
-    assert acts == [StationActed(what, QGC, how, mode)]
-    custom_mode = main << 16 | sub << 24
+    network, custom_mode = Network("px4"), main << 16 | sub << 24
+    set_mode = mavlink.MAV_CMD_DO_SET_MODE
+    acts = network.command(set_mode, 1.0, float(main), float(sub))
+    assert acts == [StationActed(what, QGC, how, custom_mode, set_mode)]
     network.now += 60.0
     acts = network.overhear(
         network.message("SET_MODE", target_system=1, base_mode=1, custom_mode=custom_mode)
     )
-    assert acts == [StationActed(what, QGC, how.removeprefix("DO_"), mode)]
+    assert acts == [StationActed(what, QGC, how.removeprefix("DO_"), custom_mode)]
 
 
 def test_qgroundcontrols_standard_modes_are_those_of_the_px4() -> None:
@@ -249,7 +249,7 @@ def test_qgroundcontrols_standard_modes_are_those_of_the_px4() -> None:
         (CONTINUED, QGC, "DO_SET_STANDARD_MODE AUTO.MISSION")
     ]
     assert network.command(standard, recovery) == [
-        StationActed(MODE, QGC, "DO_SET_STANDARD_MODE AUTO.RTL", PX4_RTL)
+        StationActed(MODE, QGC, "DO_SET_STANDARD_MODE AUTO.RTL", PX4_RTL, standard)
     ]
 
 

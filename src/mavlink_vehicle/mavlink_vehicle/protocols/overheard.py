@@ -224,7 +224,7 @@ class StationWatch:
         return True
 
     def _tell(self, station: Station, act: Act) -> None:
-        self._events.append(StationActed(act.what, station, act.how, act.mode))
+        self._events.append(StationActed(act.what, station, act.how, act.mode, act.command))
 
 
 def _answer_to(message: Message) -> int:

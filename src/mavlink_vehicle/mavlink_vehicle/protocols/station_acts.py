@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import StationAct
@@ -30,6 +30,7 @@ class Act:
     what: StationAct
     how: str
     mode: int | None = None
+    command: int | None = None
 
 
 def is_mission_list(mission_type: int) -> bool:
@@ -50,10 +51,10 @@ def mode_act(mode: int | None, how: str, profile: Profile) -> Act:
     """Return what a change to a mode is: a pause, going on, or just another mode."""
     if mode is not None:
         if mode == profile.mode_number(profile.hold_mode):
-            return Act(StationAct.PAUSED, how)
+            return Act(StationAct.PAUSED, how, mode)
         flown_by_us = (profile.mission_mode, profile.control_mode)
         if mode in (profile.mode_number(name) for name in flown_by_us):
-            return Act(StationAct.CONTINUED, how)
+            return Act(StationAct.CONTINUED, how, mode)
     return Act(StationAct.CHANGED_MODE, how, mode)
 
 
@@ -74,7 +75,8 @@ def _set_current(message: Message, _profile: Profile) -> Act:
 
 def _command(message: Message, profile: Profile) -> Act | None:
     reader = COMMANDS.get(message.command)
-    return None if reader is None else reader(message, profile)
+    act = None if reader is None else reader(message, profile)
+    return None if act is None else replace(act, command=int(message.command))
 
 
 def _do_set_mode(message: Message, profile: Profile) -> Act:
