@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from visualization_msgs.msg import Marker, MarkerArray
 
 from drone_navigation.names import SERVER_NODE_NAME
-from drone_navigation.topics import LATCHED_QOS
+from drone_navigation.qos import LATCHED_QOS
 from tests.support.ros_flight import Flight
 
 pytestmark = pytest.mark.xdist_group("ros_obstacles")

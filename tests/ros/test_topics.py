@@ -13,7 +13,7 @@ from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 
 from custom_interfaces.msg import GoalEvent, VehicleStatus
 from drone_navigation.names import SERVER_NODE_NAME
-from drone_navigation.topics import LATCHED_QOS
+from drone_navigation.qos import LATCHED_QOS
 from tests.support.ros_flight import Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_actions")

@@ -24,7 +24,7 @@ from custom_interfaces.action import Navigate
 from drone_navigation.actions import ACTIONS
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
-from drone_navigation.topics import LATCHED_QOS
+from drone_navigation.qos import LATCHED_QOS
 from tests.support.relay import Relay
 
 READY_TIMEOUT_S = 30.0

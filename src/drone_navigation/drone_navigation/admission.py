@@ -9,14 +9,13 @@ from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.map_frame import MapFrame
 from drone_navigation.obstacle_admission import avoidance_of, check_obstacles
 from drone_navigation.obstacle_feed import ObstacleFeed
+from drone_navigation.point_requests import check_request, resolve
 from drone_navigation.requests import (
     LandRequest,
     NavigateRequest,
     Request,
     ReturnRequest,
     TakeoffRequest,
-    check_request,
-    resolve,
 )
 from drone_navigation.route_admission import admit_plane, admit_route
 from drone_navigation.settings import BridgeConfig

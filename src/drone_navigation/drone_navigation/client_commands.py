@@ -29,7 +29,7 @@ from drone_navigation.client_options import (
 )
 from drone_navigation.client_servers import no_server
 from drone_navigation.names import SERVER_NODE_NAME
-from drone_navigation.topics import LATCHED_QOS, STREAM_QOS
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 
 __all__ = ["run_command"]
 

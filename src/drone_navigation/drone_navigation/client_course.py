@@ -33,7 +33,7 @@ from drone_navigation.client_view import View
 from drone_navigation.client_watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 from drone_navigation.presence import Presence
-from drone_navigation.topics import LATCHED_QOS, STREAM_QOS
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 
 # The reason of a refusal comes by a topic of its own, usually before the refusal itself.
 _REASON_TIMEOUT_S = 1.0

@@ -10,7 +10,7 @@ from pathlib import Path
 from drone_navigation.client_updates import Update, UpdateError, parse_update
 from drone_navigation.client_watch import LOST_TIMEOUT_S, SILENCE_S
 from drone_navigation.parameter_values import ConfigurationError, check_vehicle_names
-from drone_navigation.route_requests import LAPS_MAX
+from drone_navigation.requests import LAPS_MAX
 
 EXIT_SUCCESS = 0
 EXIT_ABORTED = 1

@@ -17,8 +17,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 from custom_interfaces.msg import VehicleStatus
 from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
-from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety import Rejection
+from navigation_core.outcomes import OutcomeCode, Rejection
 
 __all__ = ["SERVER_ID", "Presence"]
 

@@ -15,8 +15,8 @@ from std_srvs.srv import Trigger
 
 from drone_navigation.configuration import ConfigurationError, ServerConfig
 from drone_navigation.fleet import Fleet, Member
+from drone_navigation.qos import STREAM_QOS
 from drone_navigation.replay_driver import Position, ReplayDriver
-from drone_navigation.topics import STREAM_QOS
 from drone_navigation.vehicle_application import VehicleApplication
 from drone_navigation.vehicle_node import VehicleNode
 from mavlink_vehicle.codec import Message

@@ -5,15 +5,8 @@ from __future__ import annotations
 import math
 
 from drone_navigation.map_frame import MapFrame
-from drone_navigation.requests import (
-    SPEED_MIN_M_S,
-    AltitudeReference,
-    WaypointRequest,
-    WaypointsRequest,
-    check_geodetic,
-    on_ground,
-    volume_for,
-)
+from drone_navigation.point_requests import SPEED_MIN_M_S, check_geodetic, on_ground, volume_for
+from drone_navigation.requests import LAPS_MAX, AltitudeReference, WaypointRequest, WaypointsRequest
 from mavlink_vehicle.state import VehicleState
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -22,7 +15,6 @@ from navigation_core.tasks.base import Traits
 from navigation_core.tasks.route import RouteWaypoint
 
 WAYPOINTS_MAX = 1000
-LAPS_MAX = 1000
 # An ArduPilot stores 650 items or more, and a waypoint may come with a speed and a heading.
 MISSION_WAYPOINTS_MAX = 500
 # Nearer than this, arrival could not be told from the noise of a position estimate.

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeAlias
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
@@ -24,6 +24,7 @@ from drone_navigation.link_health import LinkHealth
 from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.obstacle_markers import ObstacleMarkers
 from drone_navigation.presence import Presence
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from drone_navigation.station_health import StationHealth
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state import VehicleState
@@ -33,18 +34,6 @@ try:  # The wheels of ROS have no tf2_msgs; an installed ROS does.
 except ImportError:
     TFMessage = None
 
-# For what a late subscriber needs, too: the state of things.
-LATCHED_QOS = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
-# For what comes again and again. Reliable, because it also serves those who ask for best
-# effort, and those who ask for reliable get nothing else.
-STREAM_QOS = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.RELIABLE
-)
 _PERIOD_S = 1.0
 
 StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]

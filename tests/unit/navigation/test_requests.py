@@ -10,13 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.requests import (
-    MapPose,
-    NavigateRequest,
-    WaypointRequest,
-    check_request,
-    resolve,
-)
+from drone_navigation.point_requests import check_request, resolve
+from drone_navigation.requests import MapPose, NavigateRequest, WaypointRequest
 from drone_navigation.route_requests import check_waypoint
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import FlightVolume, Rejection

@@ -12,13 +12,13 @@ import yaml
 
 from drone_navigation.goal import GoalFeedback, GoalHappened
 from drone_navigation.mcap_bag import qos_text
+from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.requests import (
     LandRequest,
     WaypointRequest,
     WaypointsRequest,
 )
 from drone_navigation.tlog2mcap import convert, main
-from drone_navigation.topics import LATCHED_QOS
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
