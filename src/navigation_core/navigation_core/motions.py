@@ -24,7 +24,7 @@ from navigation_core.geometry import (
     subtract,
     unit_between,
 )
-from navigation_core.limits import AxisLimits, Limits
+from navigation_core.limits import Limits
 
 UP: Vector3 = (0.0, 0.0, 1.0)
 EAST: Vector3 = (1.0, 0.0, 0.0)
@@ -52,12 +52,14 @@ class Piece:
         axes_enu: unit vectors, one for each degree of freedom.
         profile: what Ruckig calculated.
         duration_s: its duration.
+        limits: what it was planned with.
     """
 
     origin_enu_m: Vector3
     axes_enu: tuple[Vector3, ...]
     profile: ruckig.Trajectory
     duration_s: float
+    limits: Limits
 
     def sample(self, t_s: float) -> KinematicState:
         """Return the state at a time since the beginning of the piece."""
@@ -93,7 +95,7 @@ def plan_straight(
     request.target_velocity = [min(end_speed_m_s, axis_limits.speed_forward_m_s)]
     request.max_velocity = [axis_limits.speed_forward_m_s]
     request.min_velocity = [-axis_limits.speed_backward_m_s]
-    return _solve(request, state, (axis,), (axis_limits,))
+    return _solve(request, state, (axis,), limits)
 
 
 def change_velocity(state: KinematicState, target_m_s: Vector3, limits: Limits) -> Piece:
@@ -134,7 +136,7 @@ def _reach(
     request.control_interface = ruckig.ControlInterface.Velocity
     request.synchronization = ruckig.Synchronization.No
     request.target_velocity = [dot(target_m_s, axis) for axis in axes]
-    return _solve(request, state, axes, tuple(limits.along(axis) for axis in axes))
+    return _solve(request, state, axes, limits)
 
 
 def _turn_axes(state: KinematicState, change_m_s: Vector3) -> tuple[Vector3, ...]:
@@ -156,13 +158,14 @@ def _solve(
     request: ruckig.InputParameter,
     state: KinematicState,
     axes: tuple[Vector3, ...],
-    axis_limits: tuple[AxisLimits, ...],
+    limits: Limits,
 ) -> Piece:
     """Fill in start and limits and let Ruckig calculate.
 
     Raises:
         TrajectoryError: Ruckig finds no solution.
     """
+    axis_limits = [limits.along(axis) for axis in axes]
     request.current_position = [0.0] * len(axes)
     request.current_velocity = [dot(state.velocity_enu_m_s, axis) for axis in axes]
     request.current_acceleration = [dot(state.acceleration_enu_m_s2, axis) for axis in axes]
@@ -177,7 +180,7 @@ def _solve(
         raise TrajectoryError(f"Ruckig refuses {request}: {error}") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")
-    return Piece(state.position_enu_m, axes, profile, profile.duration)
+    return Piece(state.position_enu_m, axes, profile, profile.duration, limits)
 
 
 def relaxed_velocity(state: KinematicState, limits: Limits) -> Vector3:

@@ -65,7 +65,7 @@ class Trajectory:
         start: state at its beginning.
         end_position_enu_m: where it comes to rest.
         duration_s: time it takes.
-        limits: what it was planned with.
+        limits: what its end was planned with; see :meth:`limits_at`.
     """
 
     start: KinematicState
@@ -87,6 +87,14 @@ class Trajectory:
                 return piece.sample(t_s)
             t_s -= piece.duration_s
         return KinematicState(self.end_position_enu_m)
+
+    def limits_at(self, t_s: float) -> Limits:
+        """Return what it was planned with at a time: a route may be slower on one of its legs."""
+        for piece in self._pieces:
+            if t_s < piece.duration_s:
+                return piece.limits
+            t_s -= piece.duration_s
+        return self.limits
 
     def then(self, following: Trajectory) -> Trajectory:
         """Return this motion and, from its standstill on, another one."""

@@ -211,7 +211,8 @@ class Carrot:
         change = _RATE_CHANGE_PER_S
         course = unit_between(ZERO, velocity_enu_m_s)
         if course is not None:
-            axis, speed_m_s = self.trajectory.limits.along(course), norm(velocity_enu_m_s)
+            axis = self.trajectory.limits_at(self._time_s).along(course)
+            speed_m_s = norm(velocity_enu_m_s)
             change = min(change, axis.acceleration_m_s2 / speed_m_s)
             if position_enu_m is not None:
                 behind_m = dot(subtract(self._state.position_enu_m, position_enu_m), course)
@@ -252,7 +253,7 @@ class Carrot:
             scale(nominal.acceleration_enu_m_s2, self._rate * self._rate),
             scale(velocity, rate_change_per_s),
         )
-        limits = self.trajectory.limits
+        limits = self.trajectory.limits_at(self._time_s)
         ceiling = max(
             norm(nominal.acceleration_enu_m_s2),
             math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2),
