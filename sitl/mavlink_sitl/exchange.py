@@ -203,6 +203,8 @@ class Guidance:
     restart_xy: bool = False
     """Start shaping from where the vehicle is now instead of from the running target."""
     restart_z: bool = False
+    straight: float = 0.0
+    """1 to limit the speeds over ground and up or down so that the way there is straight."""
 
 
 @dataclass(frozen=True)
@@ -234,8 +236,20 @@ class HomeChanged:
 
 
 @dataclass(frozen=True)
+class ParameterSaved:
+    """The firmware has saved a parameter by itself, and tells everybody."""
+
+    name: str
+    value: float
+    type: int
+    """MAV_PARAM_TYPE"""
+
+
+@dataclass(frozen=True)
 class RebootRequested:
     """The firmware is about to start again."""
 
 
-Event: TypeAlias = StatusText | ModeChanged | HomeChanged | ItemReached | RebootRequested
+Event: TypeAlias = (
+    StatusText | ModeChanged | HomeChanged | ItemReached | ParameterSaved | RebootRequested
+)

@@ -117,7 +117,7 @@ def test_ardupilot_parameters_and_geofence() -> None:
     with connected() as flight:
         everything = flight.param.get_all_params()
         names = {p.name for p in (*everything.float_params, *everything.int_params)}
-        assert {"WPNAV_SPEED", "RTL_ALT", "SYSID_MYGCS"} <= names
+        assert {"WPNAV_SPEED", "RTL_ALT", "MAV_GCS_SYSID"} <= names
         assert flight.param.get_param_float("WPNAV_SPEED") == 1000.0
         flight.param.set_param_float("WPNAV_SPEED", 800.0)
         assert flight.param.get_param_float("WPNAV_SPEED") == 800.0

@@ -101,7 +101,7 @@ def test_a_station_reads_parameters_and_positions_while_a_goal_flies(ardupilot: 
     assert ardupilot.station.param.get_param_float("WPNAV_SPEED") == 1000.0
     everything = ardupilot.station.param.get_all_params()
     names = {each.name for each in (*everything.float_params, *everything.int_params)}
-    assert {"WPNAV_SPEED", "RTL_ALT", "SYSID_MYGCS"} <= names
+    assert {"WPNAV_SPEED", "RTL_ALT", "MAV_GCS_SYSID"} <= names
     result = ardupilot.flight.wait_for_result(record)
     assert result.success, result.message
     assert ardupilot.station.north_east_up() == pytest.approx((0.0, 8.0, 4.0), abs=1.0)

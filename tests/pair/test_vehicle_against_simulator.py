@@ -147,7 +147,7 @@ def test_a_refusal_brings_the_autopilots_reasons(name: str) -> None:
     assert end.result is REFUSED
     assert "COMPONENT_ARM_DISARM was answered FAILED" in end.reason
     if name == "good":  # on a bad link the text may be lost
-        assert '"Arm: Need Position Estimate"' in end.reason
+        assert '"Arm: GPS 1: Bad fix"' in end.reason
     assert not vehicle.state.armed
 
 

@@ -80,7 +80,8 @@ def download(station: GroundStation, mission_type: int = 0) -> list[Message]:
 
 
 def answer(station: GroundStation, message: Message) -> Message:
-    """The only answer to a message."""
-    answers = [m for m in station.send(message) if m.get_type() != "STATUSTEXT"]
+    """The only answer to a message; what the vehicle tells everybody besides is none."""
+    told = ("STATUSTEXT", "PARAM_VALUE")
+    answers = [m for m in station.send(message) if m.get_type() not in told]
     assert len(answers) == 1, answers
     return answers[0]

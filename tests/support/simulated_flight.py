@@ -147,6 +147,8 @@ class SimulatedFlight:
     def ready(self) -> SimulatedFlight:
         """Go on until goals can be taken."""
         self.run_until(lambda: self.bridge.pose is not None, 60.0)
+        if self.kind == "plane":
+            self.run_for(0.3)  # an ArduPlane has a position before its gyroscopes agree
         return self
 
     def request(

@@ -28,26 +28,64 @@ NOT_STARTED = (
 """Recorded one second after power-up (`copter_acks`)"""
 
 
+ACCELS_AGREE_S, GYROS_AGREE_S = 10.4, 20.7
+"""After the start: two accelerometers, and then two gyroscopes, have to agree for 10 s each"""
+ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 active"
+"""What is said when the attitude is known, and when it is that of the estimator"""
+
+
 def prearm_failures(copter: Firmware) -> list[str]:
-    """Why the vehicle would refuse to arm; empty when it would not."""
-    reasons = []
-    spec = copter.mode.spec
+    """Why the vehicle would refuse to arm; empty when it would not.
+
+    Those of the first half minute were seen of the real copter and rover, armed once a second
+    from power-up in STABILIZE, MANUAL and GUIDED.
+    """
     if not copter.started:
         return list(NOT_STARTED)
-    if copter.damage is not None:
-        reasons.append(copter.damage)
-    if spec.requires_position:
-        if not copter.estimator.has_origin:
-            reasons.append("AHRS: waiting for home")
-        if not copter.estimator.gps_fix:
-            reasons.append("GPS 1: Bad fix")
-        if not copter.estimator.position_ok:
-            reasons.append("Need Position Estimate")
-    if spec.behaviour == "auto" and not copter.has_mission:
+    reasons = [] if copter.damage is None else [copter.damage]
+    needs_position = copter.mode.spec.requires_position
+    leans = copter.personality.kind == "copter"
+    aligned = copter.said_at_boot(ALIGNED)
+    if leans and needs_position and not aligned:
+        reasons.append("Need Alt Estimate")
+    reasons += _inertial_failures(copter)
+    if leans and not aligned:
+        reasons.append("EKF attitude is bad")
+    if needs_position:
+        reasons += _position_failures(copter)
+    elif leans:
+        reasons += _attitude_failures(copter)
+    if copter.mode.spec.behaviour == "auto" and not copter.has_mission:
         reasons.append("Mode requires mission")
     reasons += copter.failsafe.battery_reasons()
     reasons += copter.fence.reasons()
     return reasons
+
+
+def _inertial_failures(copter: Firmware) -> list[str]:
+    started_s = copter.personality.standby_s
+    for name, after_s in (("Accels", ACCELS_AGREE_S), ("Gyros", GYROS_AGREE_S)):
+        if copter.now_s < copter.estimator.scaled(started_s + after_s):
+            return [f"{name} inconsistent"]
+    return []
+
+
+def _attitude_failures(copter: Firmware) -> list[str]:
+    """Of modes that need no position."""
+    if not copter.said_at_boot(ESTIMATOR_ACTIVE):
+        return ["AHRS: not using configured AHRS type"]
+    return [] if copter.said_at_boot(ALIGNED) else ["AHRS: EKF3 still initialising"]
+
+
+def _position_failures(copter: Firmware) -> list[str]:
+    estimator = copter.estimator
+    if estimator.gps_started and not estimator.gps_fix:
+        return ["GPS 1: Bad fix"]
+    drives = copter.personality.kind in ("rover", "boat")
+    # A rover takes the first fix for its home, a copter waits for the estimator's origin.
+    if not (estimator.gps_fix if drives else estimator.has_origin):
+        return ["AHRS: waiting for home"]
+    return [] if estimator.position_ok else ["Need Position Estimate"]
 
 
 class Arming:

@@ -58,13 +58,15 @@ class Estimator:
     Args:
         personality: gives the times of the real firmware.
         boot_s: simulated time of power-up.
-        ready_after_s: how long after it GPS is used; the other times shrink in proportion.
+        ready_after_s: how long after it GPS is used; if that is sooner than in the real firmware,
+            the other times shrink in proportion.
     """
 
     def __init__(self, personality: Personality, boot_s: float, ready_after_s: float) -> None:
         """See the class."""
         self._boot_s = boot_s
         self.time_scale = min(ready_after_s / personality.ready_s, 1.0)
+        self._firmware_ready_s = personality.ready_s
         self._ready_at_s = boot_s + ready_after_s
         self._lost_since_s: float | None = None
         self._fix_since_s = boot_s
@@ -81,7 +83,14 @@ class Estimator:
         self._flagged = False
 
     def scaled(self, at_s: float) -> float:
-        """Simulated time of something that the real firmware does `at_s` after power-up."""
+        """Simulated time of something that the real firmware does `at_s` after power-up.
+
+        A start that is longer than the firmware's waits for its GPS: what comes with the
+        position, as "is using GPS", comes when there is one.
+        """
+        since_ready_s = at_s - self._firmware_ready_s
+        if since_ready_s >= 0.0:
+            return self._ready_at_s + since_ready_s * self.time_scale
         return self._boot_s + at_s * self.time_scale
 
     def update(self, now_s: float, gps_fix: bool, gps_off_m: float = 0.0) -> None:

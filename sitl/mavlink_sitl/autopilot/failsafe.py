@@ -10,6 +10,7 @@ from mavlink_sitl.exchange import Observation, Severity
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.copter import Copter
 
+MODE_ALT_HOLD = 2
 MODE_LAND = 9
 MODE_RTL = 6
 
@@ -17,6 +18,9 @@ RADIO_AFTER_S = 0.5
 """Without pulses for so long; the firmware was seen to act within 1 s"""
 THR_LAND = 3
 """FS_THR_ENABLE; the others return"""
+
+EKF_REPORT, EKF_ALT_HOLD, EKF_LAND_ALWAYS = 0, 2, 3
+"""FS_EKF_ACTION; 1 lands from modes that need a position"""
 
 _BATTERY_ACTIONS = {1: MODE_LAND, 2: MODE_RTL}
 """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; 0 is a warning only."""
@@ -161,11 +165,23 @@ class Failsafes:
         if variance and not self.estimator_lost and copter.armed and not copter.landed:
             self.estimator_lost = True
             copter.say(Severity.CRITICAL, "EKF variance")
-            if copter.mode.spec.requires_position:
-                copter.say(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
-                self._act(copter, MODE_LAND)
-        elif not variance:
+            self._estimator_fails(copter)
+        elif self.estimator_lost and not variance:
             self.estimator_lost = False
+            copter.say(Severity.CRITICAL, "EKF Failsafe Cleared")
+
+    def _estimator_fails(self, copter: Copter) -> None:
+        """Do what FS_EKF_ACTION says."""
+        action = int(copter.parameters["FS_EKF_ACTION"])
+        needed = copter.mode.spec.requires_position or action == EKF_LAND_ALWAYS
+        if action == EKF_REPORT or not needed:
+            copter.say(Severity.CRITICAL, "EKF Failsafe")
+            return
+        holds = action == EKF_ALT_HOLD and not self.radio_lost
+        if not (holds and copter.enter_mode(MODE_ALT_HOLD)):
+            self._act(copter, MODE_LAND)
+        text = f"EKF Failsafe: changed to {copter.mode.spec.name} Mode"
+        copter.say(Severity.CRITICAL, text)
 
     def _act(self, copter: Copter, mode: int | None) -> None:
         """Change to LAND or RTL; on the ground disarm instead; LAND when RTL is refused."""

@@ -23,6 +23,7 @@ from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.pilot import Pilot
 from mavlink_sitl.autopilot.plans import Plans
+from mavlink_sitl.autopilot.saved import Saved
 from mavlink_sitl.exchange import (
     Event,
     Guidance,
@@ -89,6 +90,7 @@ class Firmware(ABC):
         """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""
         self.fence = Fence(self)
         self.arming = Arming(self)
+        self.saved = Saved(self)
         self.started = False
         self.inject_failure: Callable[[int, int, int], Result] = lambda *_: Result.UNSUPPORTED
         """Breaks something; set by whoever runs the vehicle"""
@@ -103,6 +105,7 @@ class Firmware(ABC):
         """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
         self._landing = LandDetector()
         self._said_boot = 0
+        self._aiding_lost = False
         self._impact_m_s = observation.impact_m_s
         self._wanted = Guidance()
         self._modes: dict[int, Mode] = {
@@ -215,11 +218,13 @@ class Firmware(ABC):
         self.observe(observation)
         estimator.update(observation.time_s, observation.gps_fix, observation.gps_off_m)
         self._say_boot()
+        self._say_aiding()
         if not self.started and self.now_s >= self.estimator.scaled(self.personality.standby_s):
             self.started = True
             self.enter_mode(self.first_mode())  # what was chosen too early is forgotten
         if not had_origin and estimator.has_origin:
             self.set_home()
+            self.saved.mission_length(max(len(self.plans.mission.items), 1))
         self._landing.update(observation, self.armed)
         self._feel_ground(observation)
         self.watch(observation)
@@ -227,6 +232,7 @@ class Firmware(ABC):
         self.mode.update()
         if self.arming.disarm_is_due(self._landing.landed_since_s):
             self.arming.disarm(force=True)
+        self.saved.update()
         self._settle()
 
     def _say_boot(self) -> None:
@@ -238,6 +244,23 @@ class Firmware(ABC):
             self._said_boot += 1
             elevation = self.navigator.origin.altitude_amsl_m
             self.say(Severity.INFO, step.text.format(elevation=elevation))
+
+    def _say_aiding(self) -> None:
+        """What was seen of the real copter, 15 s after its GPS was off and when it was back."""
+        lost = self.estimator.lost
+        if lost is self._aiding_lost:
+            return
+        self._aiding_lost = lost
+        for name in self.personality.estimators:
+            if lost:
+                self.say(Severity.WARNING, f"{name} stopped aiding")
+            else:
+                self.say(Severity.INFO, f"{name} is using GPS")
+
+    def said_at_boot(self, text: str) -> bool:
+        """Whether a line of the start has its time behind it; one that never comes has, too."""
+        at_s = next((step.at_s for step in self.personality.boot if step.text == text), 0.0)
+        return self.now_s >= self.estimator.scaled(at_s)
 
     def _feel_ground(self, observation: Observation) -> None:
         impact = observation.impact_m_s

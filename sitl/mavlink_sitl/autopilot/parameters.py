@@ -19,11 +19,20 @@ class ParameterType(IntEnum):
 
 @dataclass(frozen=True)
 class ParameterSpec:
-    """One parameter of a personality: its name, default and type."""
+    """One parameter of a personality.
+
+    Attributes:
+        name: the firmware's.
+        default: its value in a new vehicle.
+        type: how it travels.
+        listed: whether it is in the list. PX4 leaves out what none of its modules has looked at;
+            asked for by name it is there all the same.
+    """
 
     name: str
     default: float
     type: ParameterType = ParameterType.REAL32
+    listed: bool = True
 
 
 class UnknownParameterError(KeyError):
@@ -57,6 +66,8 @@ class Parameters:
     ) -> None:
         """See the class."""
         self.specs = {spec.name: spec for spec in sorted(specs, key=lambda spec: spec.name)}
+        listed = [name for name, spec in self.specs.items() if spec.listed]
+        self._listed = {name: place for place, name in enumerate(listed)}
         self._values = {name: spec.default for name, spec in self.specs.items()}
         self.revision = 0
         """Grows with every change"""
@@ -72,12 +83,16 @@ class Parameters:
         return name in self._values
 
     def __len__(self) -> int:
-        """How many there are."""
-        return len(self._values)
+        """How many are listed."""
+        return len(self._listed)
 
     def names(self) -> list[str]:
-        """All names, in the order of their indices."""
-        return list(self.specs)
+        """All that are listed, in the order of their indices."""
+        return list(self._listed)
+
+    def index(self, name: str) -> int | None:
+        """The place of a parameter in the list, or None for one that is not in it."""
+        return self._listed.get(name)
 
     def set(self, name: str, value: float) -> None:
         """Change a value; integers are rounded.
@@ -88,7 +103,7 @@ class Parameters:
         """
         spec = self.specs.get(name)
         if spec is None:
-            raise UnknownParameterError(name, self.names())
+            raise UnknownParameterError(name, list(self.specs))
         if not math.isfinite(value):
             raise ValueError(f"parameter {name} must be a finite number, not {value}")
         self.revision += 1

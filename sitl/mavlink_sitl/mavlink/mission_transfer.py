@@ -270,4 +270,5 @@ class MissionServer(MissionDownload):
 
     def _changed(self, plan_type: PlanType) -> None:
         if plan_type == PlanType.MISSION:
+            self._vehicle.saved.mission_length(len(self._vehicle.plans.mission.items))
             self._vehicle.mission_changed()

@@ -9,11 +9,19 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.exchange import ParameterSaved
 from mavlink_sitl.mavlink.codec import Message, dialect
 
 LIST_PER_TICK = 4
 """A full list is sent in portions, so that it does not swamp a link"""
 ECHO_INDEX = 65535
+
+
+def saved_parameter(saved: ParameterSaved, parameters: Parameters) -> Message:
+    """PARAM_VALUE for everybody, unasked: the firmware has saved one by itself."""
+    return dialect.MAVLink_param_value_message(
+        saved.name.encode("ascii"), saved.value, saved.type, len(parameters), ECHO_INDEX
+    )
 
 
 class ParameterServer:
@@ -41,15 +49,14 @@ class ParameterServer:
         """The next part of a list under way."""
         portion = self._to_list[:LIST_PER_TICK]
         del self._to_list[:LIST_PER_TICK]
-        names = self._parameters.names()
-        return [self._value(name, names.index(name)) for name in portion]
+        return [self._indexed(name) for name in portion]
 
     def read(self, name: str, index: int) -> Message | None:
         """PARAM_REQUEST_READ: by index when it is not negative, else by name."""
         names = self._parameters.names()
         if index >= 0:
             return self._value(names[index], index) if index < len(names) else None
-        return self._value(name, names.index(name)) if name in self._parameters else None
+        return self._indexed(name) if name in self._parameters else None
 
     def set(self, name: str, value: float) -> Message | None:
         """PARAM_SET: the value in force afterwards; NaN and infinity change nothing."""
@@ -58,6 +65,10 @@ class ParameterServer:
         if math.isfinite(value):
             self._parameters.set(name, value)
         return self._value(name, ECHO_INDEX)
+
+    def _indexed(self, name: str) -> Message:
+        index = self._parameters.index(name)
+        return self._value(name, ECHO_INDEX if index is None else index)
 
     def _value(self, name: str, index: int) -> Message:
         spec = self._parameters.specs[name]

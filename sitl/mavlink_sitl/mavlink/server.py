@@ -18,6 +18,7 @@ from mavlink_sitl.exchange import (
     HomeChanged,
     ItemReached,
     ModeChanged,
+    ParameterSaved,
     RebootRequested,
     Severity,
     StatusText,
@@ -25,7 +26,7 @@ from mavlink_sitl.exchange import (
 from mavlink_sitl.mavlink import commands, setpoints, telemetry
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
 from mavlink_sitl.mavlink.mission_transfer import MissionServer
-from mavlink_sitl.mavlink.parameters import ParameterServer
+from mavlink_sitl.mavlink.parameters import ParameterServer, saved_parameter
 from mavlink_sitl.mavlink.routes import Routes
 from mavlink_sitl.mavlink.snapshot import Snapshot
 from mavlink_sitl.mavlink.status_messages import heartbeat
@@ -139,7 +140,9 @@ class MavlinkServer:
         self._later.append(message_id)
 
     def _send_telemetry(self, message_id: int) -> None:
-        self._send_built(self.builders[message_id](self._snapshot()))
+        builder = self.builders.get(message_id)
+        if builder is not None:
+            self._send_built(builder(self._snapshot()))
 
     def _send_built(self, built: Message | list[Message] | None) -> None:
         if isinstance(built, list):
@@ -173,7 +176,9 @@ class MavlinkServer:
         if now_us >= self.streams.next_due_us:
             snapshot, builders = self._snapshot(), self.builders
             for message_id in self.streams.take_due(now_us):
-                self._send_built(builders[message_id](snapshot))
+                builder = builders.get(message_id)
+                if builder is not None:  # else it may be asked for, and there is nothing to say
+                    self._send_built(builder(snapshot))
         if now_us >= self._missions.next_due_us():
             self._missions.tick(now_us)
             self.flush_events()
@@ -200,6 +205,8 @@ class MavlinkServer:
                 self._send_telemetry(_GPS_GLOBAL_ORIGIN)
             elif isinstance(event, ItemReached):
                 self.send(dialect.MAVLink_mission_item_reached_message(event.seq))
+            elif isinstance(event, ParameterSaved):
+                self.send(saved_parameter(event, self.copter.parameters))
             elif isinstance(event, RebootRequested):
                 self.reboot_requested = True
         while self._later:
@@ -246,7 +253,7 @@ class MavlinkServer:
             handler(message)
 
     def _on_heartbeat(self, message: Message) -> None:
-        if message.get_srcSystem() == int(self.copter.parameters["SYSID_MYGCS"]):
+        if message.get_srcSystem() == int(self.copter.parameters["MAV_GCS_SYSID"]):
             self.copter.failsafe.gcs_heartbeat(self.now_us / 1e6)
 
     def _on_timesync(self, message: Message) -> None:
@@ -302,13 +309,13 @@ class MavlinkServer:
                 self.streams.stop(message_id)
 
     def _on_rc_override(self, message: Message) -> None:
-        if message.get_srcSystem() == int(self.copter.parameters["SYSID_MYGCS"]):
+        if message.get_srcSystem() == int(self.copter.parameters["MAV_GCS_SYSID"]):
             channels = [getattr(message, f"chan{i}_raw") for i in range(1, 9)]
             self.copter.pilot.override(channels, self.now_us / 1e6)
 
     def _on_manual_control(self, message: Message) -> None:
         """The first four channels: y is roll, x pitch, z throttle (0..1000), r yaw."""
-        mine = message.get_srcSystem() == int(self.copter.parameters["SYSID_MYGCS"])
+        mine = message.get_srcSystem() == int(self.copter.parameters["MAV_GCS_SYSID"])
         if not mine or message.target != self.system_id:
             return
         raw = [1500 + value / 2 for value in (message.y, message.x)]

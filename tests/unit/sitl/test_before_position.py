@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from tests.support.ground_station import (
     ACCEPTED,
+    ALT_HOLD,
     FAILED,
     GUIDED,
     LAND,
@@ -63,6 +64,18 @@ def test_local_position_starts_only_when_the_ekf_uses_gps() -> None:
     station.run(1.5)
     assert station.messages("LOCAL_POSITION_NED")
     assert "EKF3 IMU0 is using GPS" in station.texts()
+
+
+def test_a_start_longer_than_the_firmware_s_says_that_it_uses_gps_when_it_does() -> None:
+    station = copter(ready_after_s=60.0)
+    station.interval(32, 10.0)
+    station.run(59.0)
+    assert "EKF3 IMU0 origin set" in station.texts()
+    assert "EKF3 IMU0 is using GPS" not in station.texts()
+    assert station.messages("LOCAL_POSITION_NED") == []
+    station.run(1.5)
+    assert station.texts()[-2:] == ["EKF3 IMU0 is using GPS", "EKF3 IMU1 is using GPS"]
+    assert station.messages("LOCAL_POSITION_NED")
 
 
 def test_battery_status_until_ready() -> None:
@@ -158,7 +171,7 @@ def test_arming_in_guided_without_a_position_fails_with_one_text_per_reason() ->
     station.run(15.0)
     station.mode(GUIDED)
     assert station.arm() == FAILED
-    assert station.texts()[-2:] == ["Arm: AHRS: waiting for home", "Arm: Need Position Estimate"]
+    assert station.texts()[-2:] == ["Arm: Gyros inconsistent", "Arm: AHRS: waiting for home"]
     assert {m.severity for m in station.messages("STATUSTEXT")[-2:]} == {2}
 
 
@@ -217,9 +230,39 @@ def test_gps_loss_leads_to_land_after_8_s_and_ends_the_local_position_after_15_s
     latest = station.last("GLOBAL_POSITION_INT")
     assert (latest.lat, latest.lon) == (frozen.lat, frozen.lon)
     assert latest.relative_alt != frozen.relative_alt
+    assert station.texts()[-2:] == ["EKF3 IMU0 stopped aiding", "EKF3 IMU1 stopped aiding"]
     station.vehicle.restore_gps()
     station.run(2.0)
     assert len(station.messages("LOCAL_POSITION_NED")) > count
+    using = [f"EKF3 IMU{number} is using GPS" for number in (0, 1)]
+    assert station.texts()[-3:] == [*using, "EKF Failsafe Cleared"]
+
+
+@pytest.mark.parametrize(
+    ("action", "mode", "text"),
+    [
+        (0, GUIDED, "EKF Failsafe"),
+        (1, LAND, "EKF Failsafe: changed to LAND Mode"),
+        (2, ALT_HOLD, "EKF Failsafe: changed to ALT_HOLD Mode"),
+        (3, LAND, "EKF Failsafe: changed to LAND Mode"),
+    ],
+)
+def test_fs_ekf_action_says_what_a_lost_position_does(action: int, mode: int, text: str) -> None:
+    station = flying(parameters={"FS_EKF_ACTION": float(action)})
+    station.vehicle.lose_gps()
+    station.run(8.5)
+    assert station.vehicle.copter.mode.spec.number == mode
+    assert station.texts()[-2:] == ["EKF variance", text]
+    assert station.last("HEARTBEAT").system_status == mav.MAV_STATE_CRITICAL
+
+
+def test_only_3_lands_from_a_mode_that_needs_no_position() -> None:
+    for action, mode in ((1, ALT_HOLD), (3, LAND)):
+        station = flying(30.0, parameters={"FS_EKF_ACTION": float(action)})
+        station.mode(ALT_HOLD)
+        station.vehicle.lose_gps()
+        station.run(8.5)
+        assert station.vehicle.copter.mode.spec.number == mode
 
 
 def test_guided_without_a_position_is_refused_in_the_air_and_land_goes_on() -> None:

@@ -57,7 +57,8 @@ def test_only_heartbeats_and_time_come_unasked(vehicle: str) -> None:
     station.log.clear()
     station.run(30.0)
     kinds = [message.get_type() for _, message in station.log]
-    assert sorted(set(kinds)) == ["HEARTBEAT", "TIMESYNC"]
+    assert sorted(set(kinds)) == ["HEARTBEAT", "PARAM_VALUE", "TIMESYNC"]
+    assert [m.param_id for m in station.messages("PARAM_VALUE")] == ["STAT_RUNTIME"]
     assert (kinds.count("HEARTBEAT"), kinds.count("TIMESYNC")) == (30, 3)
 
 

@@ -213,13 +213,16 @@ def test_an_upload_over_a_lossy_link_ends_well() -> None:
     station.vehicle.link.set_faults(faults)
     sent = items(20)
     station.send(mav.MAVLink_mission_count_message(1, 1, len(sent), 0))
-    begin_s = quiet_since_s = station.now_s
+    first_s = begin_s = quiet_since_s = station.now_s
     place = -1
     while not [m for m in station.messages("MISSION_ACK", begin_s) if m.type == 0]:
-        assert station.now_s - begin_s < 60.0
+        assert station.now_s - first_s < 60.0
         station.run(0.05)
         asked = station.messages("MISSION_REQUEST", begin_s)
         wanted = asked[-1].seq if asked else -1
+        if station.messages("MISSION_ACK", begin_s):
+            # The last item came, and its acknowledgement was lost: begin again.
+            begin_s, wanted, place = station.now_s, -1, len(sent)
         if wanted != place or station.now_s - quiet_since_s > 0.5:
             place, quiet_since_s = wanted, station.now_s
             if place < 0:

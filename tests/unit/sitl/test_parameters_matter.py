@@ -126,6 +126,11 @@ def silence(flight: Flight) -> None:
     flight.watch(9)
 
 
+def blind(flight: Flight) -> None:
+    flight.up().vehicle.lose_gps()
+    flight.watch(16)
+
+
 FENCE = {"FENCE_ENABLE": 1.0, "FENCE_RADIUS": 15.0, "AVOID_ENABLE": 0.0}
 FLAT = {"SIM_BATT_VOLTAGE": 10.0, "BATT_LOW_TIMER": 6.0}
 CRITICAL = {**FLAT, "BATT_CRT_VOLT": 10.2}
@@ -151,6 +156,7 @@ CASES: dict[str, Case] = {
     "FENCE_MARGIN": (outwards, {**FENCE, "AVOID_ENABLE": 3.0}, 5.0),
     "FENCE_RADIUS": (outwards, FENCE, 25.0),
     "FENCE_TYPE": (outwards, FENCE, 1.0),
+    "FS_EKF_ACTION": (blind, {}, 0.0),
     "FS_GCS_ENABLE": (silence, {}, 1.0),
     "FS_GCS_TIMEOUT": (silence, {"FS_GCS_ENABLE": 1.0}, 8.0),
     "FS_THR_ENABLE": (hover, {"SIM_RC_FAIL": 1.0, "FS_THR_ENABLE": 0.0}, 1.0),
@@ -158,6 +164,7 @@ CASES: dict[str, Case] = {
     "LAND_ALT_LOW": (back, {}, 300.0),
     "LAND_SPEED": (back, {}, 120.0),
     "LAND_SPEED_HIGH": (back, {}, 60.0),
+    "MAV_GCS_SYSID": (sticks, {}, 250.0),
     "PILOT_ACCEL_Z": (sticks, {}, 60.0),
     "PILOT_SPEED_DN": (sticks, {}, 100.0),
     "PILOT_SPEED_UP": (sticks, {}, 100.0),
@@ -178,7 +185,6 @@ CASES: dict[str, Case] = {
     "SIM_RC_FAIL": (hover, {}, 1.0),
     "SIM_WIND_DIR": (guided, {"SIM_WIND_SPD": 8.0}, 20.0),
     "SIM_WIND_SPD": (guided, {}, 8.0),
-    "SYSID_MYGCS": (sticks, {}, 250.0),
     "WPNAV_ACCEL": (guided, {}, 80.0),
     "WPNAV_ACCEL_Z": (guided, {}, 40.0),
     "WPNAV_JERK": (mission, {"AUTO_OPTIONS": 3.0}, 0.3),

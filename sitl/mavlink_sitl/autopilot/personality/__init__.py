@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mavlink_sitl.autopilot.parameters import ParameterSpec
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS, PlanRules
 from mavlink_sitl.geodesy import ARDUPILOT, Projection
 
@@ -43,6 +43,16 @@ class BootStep:
 
     at_s: float
     text: str
+
+
+@dataclass(frozen=True)
+class SavedStep:
+    """A parameter the firmware saves while it starts, and when (seconds after power-up)."""
+
+    at_s: float
+    name: str
+    value: float
+    type: ParameterType = ParameterType.REAL32
 
 
 @dataclass(frozen=True)
@@ -101,6 +111,10 @@ class Personality:
         armed_text: said when armed.
         disarmed_text: said when disarmed.
         aloft_texts: said once after power-up, at first out of the ground's reach.
+        saved: what it saves while starting, in time, and tells unasked; empty for who tells
+            nobody.
+        estimators: those that say when they lose the GPS for good and use it again; of the
+            first time `boot` tells.
     """
 
     name: str
@@ -130,3 +144,5 @@ class Personality:
     armed_text: str = "Arming motors"
     disarmed_text: str = "Disarming motors"
     aloft_texts: tuple[str, ...] = ()
+    saved: tuple[SavedStep, ...] = ()
+    estimators: tuple[str, ...] = ()

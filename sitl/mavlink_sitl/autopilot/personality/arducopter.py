@@ -19,6 +19,9 @@ from mavlink_sitl.autopilot.personality.shared import (
     RATES,
     SIM_WIND,
     YAW,
+    saved_barometers,
+    saved_calibrations,
+    saved_source,
     streams,
 )
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
@@ -27,6 +30,7 @@ SET_ATTITUDE_TARGET = 0x0040
 """A capability that other kinds of vehicle do not have here"""
 
 _INT8 = ParameterType.INT8
+_INT16 = ParameterType.INT16
 _INT32 = ParameterType.INT32
 
 _MODES = (
@@ -54,22 +58,23 @@ _PARAMETERS = (
     ParameterSpec("CIRCLE_RATE", 20.0),
     ParameterSpec("DISARM_DELAY", 10.0, _INT8),
     ParameterSpec("FENCE_TYPE", 7.0, _INT8),
+    ParameterSpec("FS_EKF_ACTION", 1.0, _INT8),
     ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
     ParameterSpec("FS_GCS_TIMEOUT", 5.0),
     ParameterSpec("FS_THR_ENABLE", 1.0, _INT8),
     ParameterSpec("GUID_TIMEOUT", 3.0),
-    ParameterSpec("LAND_ALT_LOW", 1000.0),
-    ParameterSpec("LAND_SPEED", 50.0),
-    ParameterSpec("LAND_SPEED_HIGH", 0.0),
-    ParameterSpec("PILOT_ACCEL_Z", 250.0),
-    ParameterSpec("PILOT_SPEED_DN", 0.0),
-    ParameterSpec("PILOT_SPEED_UP", 250.0),
+    ParameterSpec("LAND_ALT_LOW", 1000.0, _INT16),
+    ParameterSpec("LAND_SPEED", 50.0, _INT16),
+    ParameterSpec("LAND_SPEED_HIGH", 0.0, _INT16),
+    ParameterSpec("PILOT_ACCEL_Z", 250.0, _INT16),
+    ParameterSpec("PILOT_SPEED_DN", 0.0, _INT16),
+    ParameterSpec("PILOT_SPEED_UP", 250.0, _INT16),
     ParameterSpec("PSC_JERK_XY", 5.0),
     ParameterSpec("PSC_JERK_Z", 5.0),
     ParameterSpec("RALLY_LIMIT_KM", 0.3),
     ParameterSpec("RTL_ALT", 1500.0, _INT32),
     ParameterSpec("RTL_LOIT_TIME", 5000.0, _INT32),
-    ParameterSpec("RTL_SPEED", 0.0),
+    ParameterSpec("RTL_SPEED", 0.0, _INT16),
     ParameterSpec("WPNAV_ACCEL", 250.0),
     ParameterSpec("WPNAV_ACCEL_Z", 100.0),
     ParameterSpec("WPNAV_JERK", 1.0),
@@ -129,5 +134,7 @@ ARDUCOPTER = Personality(
     ),
     shortest_interval_us=3125,
     plan_rules=ARDUPILOT_PLANS,
+    saved=(*saved_barometers(1.93), *saved_calibrations(1.93, 2.46), *saved_source(3.46)),
+    estimators=("EKF3 IMU0", "EKF3 IMU1"),
     aloft_texts=tuple(f"EKF3 IMU{i} MAG0 in-flight yaw alignment complete" for i in (0, 1)),
 )

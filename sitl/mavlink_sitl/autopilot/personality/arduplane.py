@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import NOT_MODELLED, BootStep, ModeSpec, Sensors
+from mavlink_sitl.autopilot.personality import (
+    NOT_MODELLED,
+    BootStep,
+    ModeSpec,
+    SavedStep,
+    Sensors,
+)
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
 from mavlink_sitl.autopilot.personality.shared import (
     ATTITUDE,
@@ -16,6 +22,8 @@ from mavlink_sitl.autopilot.personality.shared import (
     RATES,
     SIM_WIND,
     YAW,
+    saved_barometers,
+    saved_source,
     streams,
 )
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
@@ -51,11 +59,11 @@ _PARAMETERS = (
     *HEIGHT_FENCE,
     *SIM_WIND,
     ParameterSpec("AIRSPEED_CRUISE", 22.0),
-    ParameterSpec("AIRSPEED_MAX", 30.0),
-    ParameterSpec("AIRSPEED_MIN", 17.0),
-    ParameterSpec("FBWB_CLIMB_RATE", 2.0),
-    ParameterSpec("FENCE_OPTIONS", 1.0, _INT8),
-    ParameterSpec("FENCE_RET_ALT", 0.0),
+    ParameterSpec("AIRSPEED_MAX", 30.0, _INT16),
+    ParameterSpec("AIRSPEED_MIN", 17.0, _INT16),
+    ParameterSpec("FBWB_CLIMB_RATE", 2.0, _INT8),
+    ParameterSpec("FENCE_OPTIONS", 1.0, _INT16),
+    ParameterSpec("FENCE_RET_ALT", 0.0, _INT16),
     ParameterSpec("FENCE_RET_RALLY", 0.0, _INT8),
     ParameterSpec("FENCE_TYPE", 4.0, _INT8),
     ParameterSpec("FS_GCS_ENABL", 0.0, _INT8),
@@ -80,10 +88,10 @@ _PARAMETERS = (
     ParameterSpec("TECS_LAND_SINK", 0.25),
     ParameterSpec("TECS_SINK_MAX", 5.0),
     ParameterSpec("THR_FAILSAFE", 1.0, _INT8),
-    ParameterSpec("TKOFF_ALT", 50.0),
-    ParameterSpec("TKOFF_DIST", 200.0),
-    ParameterSpec("WP_LOITER_RAD", 80.0),
-    ParameterSpec("WP_RADIUS", 90.0),
+    ParameterSpec("TKOFF_ALT", 50.0, _INT16),
+    ParameterSpec("TKOFF_DIST", 200.0, _INT16),
+    ParameterSpec("WP_LOITER_RAD", 80.0, _INT16),
+    ParameterSpec("WP_RADIUS", 90.0, _INT16),
 )
 
 _BOOT = (
@@ -128,6 +136,11 @@ ARDUPLANE = replace(
     parameters=_PARAMETERS,
     plan_rules=ARDUPILOT_PLANS,
     boot=_BOOT,
+    saved=(
+        *saved_barometers(1.75),
+        *saved_source(2.76),
+        SavedStep(3.42, "ARSPD_OFFSET", 2013.95),
+    ),
     ready_s=20.51,
     gps_fix_s=9.1,
     battery_ready_s=2.6,

@@ -19,6 +19,9 @@ from mavlink_sitl.autopilot.personality.shared import (
     PLACE,
     RATES,
     YAW,
+    saved_barometers,
+    saved_calibrations,
+    saved_source,
     streams,
 )
 from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
@@ -110,6 +113,7 @@ ARDUROVER = replace(
     parameters=_PARAMETERS,
     plan_rules=ARDUPILOT_PLANS,
     boot=_BOOT,
+    saved=(*saved_barometers(1.73), *saved_calibrations(1.85, 2.37), *saved_source(3.40)),
     ready_s=42.10,
     gps_fix_s=9.75,
     battery_ready_s=2.4,

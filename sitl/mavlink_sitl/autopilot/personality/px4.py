@@ -25,7 +25,32 @@ OFFBOARD = custom_mode(6)
 TAKEOFF = custom_mode(4, 2)
 LAND = custom_mode(4, 6)
 
-MAIN_AUTO = 4
+TERMINATION = custom_mode(10)
+
+MAIN_POSCTL, MAIN_AUTO = 3, 4
+POSITION_SLOW = 2
+"""A sub mode of POSCTL"""
+
+MODE_NAMES = {
+    MANUAL: "Manual",
+    ALTCTL: "Altitude",
+    POSCTL: "Position",
+    MISSION: "Mission",
+    LOITER: "Hold",
+    RTL: "Return",
+    custom_mode(3, 2): "Position Slow",
+    custom_mode(11): "Altitude Cruise",
+    custom_mode(5): "Acro",
+    TERMINATION: "Termination",
+    OFFBOARD: "Offboard",
+    custom_mode(7): "Stabilized",
+    TAKEOFF: "Takeoff",
+    LAND: "Land",
+    custom_mode(4, 8): "Follow Target",
+    custom_mode(4, 9): "Precision Landing",
+    **{custom_mode(4, 10 + number): f"External {number}" for number in range(1, 9)},
+}
+"""What texts call the modes"""
 
 BY_ITSELF, BY_HAND, BY_COMPUTER = 0x1C, 0x50, 0x10
 """base_mode: AUTO, GUIDED and STABILIZE; MANUAL_INPUT and STABILIZE; STABILIZE"""
@@ -88,7 +113,7 @@ COMMON_PARAMETERS = (
     ParameterSpec("GF_ACTION", 2.0, _INT32),
     ParameterSpec("GF_MAX_HOR_DIST", 0.0),
     ParameterSpec("GF_MAX_VER_DIST", 0.0),
-    ParameterSpec("MIS_TKO_LAND_REQ", 0.0, _INT32),
+    ParameterSpec("MIS_TKO_LAND_REQ", 0.0, _INT32, listed=False),
     ParameterSpec("NAV_ACC_RAD", 2.0),
     ParameterSpec("NAV_DLL_ACT", 0.0, _INT32),
     ParameterSpec("NAV_RCL_ACT", 2.0, _INT32),
@@ -107,6 +132,12 @@ COMMON_PARAMETERS = (
 
 
 def in_order(specs: Iterable[ParameterSpec], **defaults: float) -> tuple[ParameterSpec, ...]:
-    """Parameters by name, as the firmware lists them; some with another default."""
+    """Parameters by name, as the firmware lists them; some with another default.
+
+    What an airframe sets is always in the list.
+    """
     known = sorted(specs, key=lambda spec: spec.name)
-    return tuple(replace(spec, default=defaults.get(spec.name, spec.default)) for spec in known)
+    return tuple(
+        replace(spec, default=defaults[spec.name], listed=True) if spec.name in defaults else spec
+        for spec in known
+    )

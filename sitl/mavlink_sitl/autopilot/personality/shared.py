@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.personality import SavedStep
 
 _INT8 = ParameterType.INT8
+_INT16 = ParameterType.INT16
 _INT32 = ParameterType.INT32
 
 BATTERY = (
@@ -28,8 +30,8 @@ HEIGHT_FENCE = (
 )
 """Of those that leave the ground"""
 LINK = (
+    ParameterSpec("MAV_GCS_SYSID", 255.0, _INT16),
     ParameterSpec("RC_OVERRIDE_TIME", 3.0),
-    ParameterSpec("SYSID_MYGCS", 255.0, _INT32),
 )
 SIMULATION = (
     ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
@@ -59,7 +61,7 @@ STREAMS: dict[str, tuple[int, ...]] = {
     "position": (33, 32),
     "extra1": (30, 164, 178),
     "extra2": (74,),
-    "extra3": (163, 168, 132, 2, 147, 193, 241),
+    "extra3": (163, 168, 132, 2, 136, 147, 193, 241),
 }
 """What the firmware puts into each group, of those messages that are modelled"""
 STREAM_IDS = {
@@ -85,6 +87,46 @@ def streams(**more: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
         STREAM_IDS[name]: (*messages, *more.get(name, ())) for name, messages in STREAMS.items()
     }
     return {0: tuple(m for messages in by_id.values() for m in messages), **by_id}
+
+
+_BAROMETERS = (("BARO1_GND_PRESS", 94502.8), ("BARO2_GND_PRESS", 94502.5))
+_SENSOR_IDS = (
+    ("INS_GYR_ID", 2752772.0),
+    ("INS_ACC_ID", 2753028.0),
+    ("INS_GYR2_ID", 2752780.0),
+    ("INS_ACC2_ID", 2753036.0),
+)
+_GYROSCOPES = (("", "1", 2752772.0), ("2", "2", 2752780.0), ("3", "", 0.0))
+"""In the names of offsets, in that of the temperature, and the id; the third one is not there"""
+
+
+def saved_barometers(at_s: float) -> tuple[SavedStep, ...]:
+    """The pressure on the ground, when it is measured."""
+    return tuple(SavedStep(at_s, name, value) for name, value in _BAROMETERS)
+
+
+def saved_calibrations(ids_s: float, gyroscopes_s: float) -> tuple[SavedStep, ...]:
+    """What inertial sensors there are, and the calibration of the gyroscopes.
+
+    Args:
+        ids_s: when they are found, seconds after power-up.
+        gyroscopes_s: when they are calibrated.
+    """
+    found = [SavedStep(ids_s, name, value, _INT32) for name, value in _SENSOR_IDS]
+    for place, warm, number in _GYROSCOPES:
+        found += [
+            SavedStep(gyroscopes_s, f"INS_GYR{place}OFFS_{axis}", 2e-5 if warm else 0.0)
+            for axis in "XYZ"
+        ]
+        found.append(SavedStep(gyroscopes_s, f"INS_GYR{place}_ID", number, _INT32))
+        if warm:
+            found.append(SavedStep(gyroscopes_s, f"INS_GYR{warm}_CALTEMP", 25.02))
+    return tuple(found)
+
+
+def saved_source(at_s: float) -> tuple[SavedStep, ...]:
+    """Where the estimator has its position from."""
+    return (SavedStep(at_s, "EK3_SRC1_POSXY", 3.0, _INT8),)
 
 
 RATES, ATTITUDE, YAW, HEIGHT, PLACE = 0x400, 0x800, 0x1000, 0x2000, 0x4000

@@ -71,7 +71,7 @@ class Px4ParameterServer(ParameterServer):
             self._parameters.set(name, float(as_int(value)))
         elif math.isfinite(value):
             self._parameters.set(name, value)
-        return self._value(name, self._parameters.names().index(name))
+        return self._indexed(name)
 
     def _value(self, name: str, index: int) -> Message:
         spec = self._parameters.specs[name]
