@@ -43,6 +43,7 @@ class Auto(Mode):
         moving: the items that move this kind of vehicle.
         untold: the items that are never told as reached.
         task: what it is busy with; None without a mission, or after its end.
+        paused: whether it was told to stop on its way.
     """
 
     moving = MOVING
@@ -53,7 +54,7 @@ class Auto(Mode):
         super().__init__(copter, spec)
         self.task: Task | None = None
         self.may_take_off = False
-        self._paused = False
+        self.paused = False
         self._waiting: list[tuple[int, PlanItem]] = []
         self._doing_since_s: float | None = None
 
@@ -79,7 +80,7 @@ class Auto(Mode):
     def enter(self) -> None:
         """Take the mission up where it was left, or begin it."""
         self.task = None
-        self._paused = False
+        self.paused = False
         self._waiting = []
         self.may_take_off = False
         self.guide(self.hold_guidance())
@@ -106,7 +107,10 @@ class Auto(Mode):
     def update(self) -> None:
         """Go on with the item in force, or to the next."""
         task = self.task
-        if task is None or self._paused:
+        if task is None:
+            return
+        if self.paused:
+            task.update()  # to a stand, on its way
             return
         self._do_waiting()
         task.update()
@@ -301,7 +305,7 @@ class Auto(Mode):
     def jump_to(self, place: int) -> None:
         """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT while it flies; that ends a pause."""
         self._waiting = []
-        self._paused = False
+        self.paused = False
         self.copter.plans.state = MissionState.ACTIVE
         if self.task is not None and not self.taking_off:
             self.task = None  # the old leg's end is not where the new one begins

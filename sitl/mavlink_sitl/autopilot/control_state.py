@@ -85,6 +85,7 @@ class Targets(NamedTuple):
     jerk_z_m_s3: Lane
     yaw_mode: Lane
     yaw_rate_rad_s: Lane
+    straight: Lane
 
 
 class HorizontalState(NamedTuple):
@@ -208,6 +209,7 @@ def targets_of(g: Guidance) -> Targets:
         jerk_z_m_s3=limits.jerk_z_m_s3,
         yaw_mode=float(g.yaw_mode),
         yaw_rate_rad_s=g.yaw_rate_rad_s,
+        straight=g.straight,
     )
 
 

@@ -84,10 +84,12 @@ def step(
     # Who leans as told has no desired motion over ground.
     own = free * (1.0 - targets.direct_lean)
     law = over_ground or horizontal
-    level, lean_n, lean_e = law(state.horizontal, targets, belief, own, dt, gains, o)
+    most_level, most_upright = _along_the_line(state, targets, o)
+    along = targets._replace(speed_xy_m_s=most_level)
+    level, lean_n, lean_e = law(state.horizontal, along, belief, own, dt, gains, o)
     lean_n = lean_n * own + targets.lean_north * targets.direct_lean * free
     lean_e = lean_e * own + targets.lean_east * targets.direct_lean * free
-    vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o)
+    vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o, most_upright)
     thrust = lift * o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
     ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
     thrust = targets.fly * o.clip(thrust, 0.0, ramp)
@@ -104,6 +106,27 @@ def step(
 def low_pass(cutoff_hz: float, dt: Lane) -> Lane:
     """Share of a new value that a filter of the first order takes over in a step."""
     return dt / (dt + 1.0 / (2.0 * math.pi * cutoff_hz))
+
+
+def _along_the_line(s: ControllerState, t: Targets, o: Ops) -> tuple[Lane, Lane]:
+    """How fast over ground, and up or down, so that the way to the target is straight.
+
+    Where that is asked for, the slowest direction limits the others, as the firmware's
+    position controller does it (AC_PosControl, with a position alone).
+    """
+    free = t.straight < 0.5
+    if free is True:  # one vehicle, as nearly always
+        return t.speed_xy_m_s, math.inf
+    away_n = s.horizontal.target_north_m - s.horizontal.north_m
+    away_e = s.horizontal.target_east_m - s.horizontal.east_m
+    away_d = s.vertical.target_down_m - s.vertical.down_m
+    upright = o.where(away_d > 0.0, t.speed_down_m_s, t.speed_up_m_s)
+    # At least a millimetre: the shares of nothing are those of a way over ground.
+    over_ground, height = o.maximum(o.hypot(away_n, away_e), 1e-3), abs(away_d)
+    steep = height * t.speed_xy_m_s > over_ground * upright
+    level = o.where(steep, upright * over_ground / o.maximum(height, 1e-3), t.speed_xy_m_s)
+    slow = o.where(steep, upright, t.speed_xy_m_s * height / over_ground)
+    return o.where(free, t.speed_xy_m_s, level), o.where(free, math.inf, slow)
 
 
 def approach_speed(distance: Lane, t: Targets, o: Ops) -> Lane:
@@ -190,9 +213,16 @@ def horizontal(
 
 
 def _vertical(
-    s: VerticalState, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+    s: VerticalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: float,
+    k: ControllerGains,
+    o: Ops,
+    most_m_s: Lane,
 ) -> tuple[VerticalState, Lane]:
-    """Shape and track down; returns the upward specific force, m/s2."""
+    """Shape and track down, at most so fast; returns the upward specific force, m/s2."""
     where, minimum, clip = o.where, o.minimum, o.clip
     target, target_v, d, v, a, integrator, was_slip, push, was_speed_d = s
     _, _, here_d, _, _, speed_d, _, _ = b
@@ -210,6 +240,7 @@ def _vertical(
     boost = where(excess > 1.0, OVERSPEED_GAIN * excess, 1.0)
     acceleration, max_jerk = a_limit * boost, j_limit * boost
     speed = sqrt_approach(abs(error), 0.5 * j_limit / a_limit, 0.5 * a_limit, o)
+    speed = minimum(speed, most_m_s)
     speed = where(error > 0.0, minimum(speed, down), -minimum(speed, up))
     difference = t.track_position_z * speed + target_v - v
     wanted = sqrt_approach(abs(difference), max_jerk / acceleration, max_jerk, o)

@@ -197,12 +197,19 @@ class Copter(Firmware):
             self.mode.mission_changed()
 
     def start_mission(self) -> Result:
-        """MISSION_START: AUTO, and no raised throttle needed to take off."""
+        """MISSION_START: AUTO, and no raised throttle needed to take off.
+
+        A mission that is not flown yet is begun twice, by the command and by the mode (read in
+        the firmware): its first item is told twice.
+        """
         auto = self.auto
+        begins = auto is not None and auto is not self.mode
         if auto is None or not auto.has_mission or not self.enter_mode(auto.spec.number):
             if auto is not None and not auto.has_mission:
                 self.say(Severity.WARNING, f"Mode change to {auto.spec.name} failed: init failed")
             return Result.FAILED
+        if begins:
+            auto.enter()
         auto.may_take_off = True
         return Result.ACCEPTED
 

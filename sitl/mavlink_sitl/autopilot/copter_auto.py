@@ -35,6 +35,8 @@ class CopterAuto(Auto):
 
     _target: Vector
     """Where the item in force ends, NED metres"""
+    _other_limits = False
+    """They were changed in a pause"""
 
     @property
     def taking_off(self) -> bool:
@@ -124,23 +126,25 @@ class CopterAuto(Auto):
             self.task.forget_following()
 
     def limits_changed(self) -> None:
-        """Another speed: the leg goes on with it."""
-        if isinstance(self.task, FlyTo) and not self._paused:
+        """Another speed: the leg goes on with it, after a pause if there is one."""
+        if isinstance(self.task, FlyTo) and not self.paused:
             self.task.restart()
+        self._other_limits = self.paused
 
     def pause(self) -> Result:
-        """DO_PAUSE_CONTINUE 0: stop and hold."""
+        """DO_PAUSE_CONTINUE 0: slow down along the way to a stand, and hold."""
         if not isinstance(self.task, FlyTo):
             return super().pause()
-        self._paused = True
+        self.paused = True
         self.copter.plans.state = MissionState.PAUSED
-        self.guide(self.hold_guidance())
         return Result.ACCEPTED
 
     def go_on(self) -> Result:
         """DO_PAUSE_CONTINUE 1."""
-        if self._paused and isinstance(self.task, FlyTo):
-            self._paused = False
+        if self.paused and isinstance(self.task, FlyTo):
+            self.paused = False
             self.copter.plans.state = MissionState.ACTIVE
-            self.task.restart()
+            if self._other_limits:
+                self.task.restart()
+                self._other_limits = False
         return Result.ACCEPTED

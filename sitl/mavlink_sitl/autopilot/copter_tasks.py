@@ -142,6 +142,7 @@ class FlyTo(CopterTask):
             if self.following is not None:
                 radius = copter.parameters["WPNAV_RADIUS"] / 100.0
                 self.track.offer(self.following.leg, radius, copter.now_s)
+        self.track.advance(copter.now_s, self.auto.paused)
         position, velocity, acceleration = self.track.at(copter.now_s)
         self.auto.guide(
             replace(

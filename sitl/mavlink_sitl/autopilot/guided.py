@@ -7,6 +7,7 @@ What the firmware does with each kind of setpoint, from the recordings `copter_s
 * everything with a velocity or an acceleration runs out after GUID_TIMEOUT: then the
   velocity, acceleration and turn are zero, and the vehicle brakes and holds;
 * a position with a velocity moves on with it until then;
+* speeds of DO_CHANGE_SPEED last until another kind of target comes, or another mode;
 * a combination that is not one of these (a mask that ignores only x, or everything) stops
   the vehicle where it is;
 * of these nothing but NAV_TAKEOFF leaves the ground;
@@ -98,6 +99,7 @@ class Guided(Mode):
         self._attitude: AttitudeTarget | None = None
         self._turned_s = 0.0
         self._paused = False
+        self._took_off = False
 
     def enter(self) -> None:
         """Stop and hold; no old setpoint is taken up again, and no pause lasts."""
@@ -106,7 +108,8 @@ class Guided(Mode):
 
     def pause(self) -> None:
         """DO_PAUSE_CONTINUE 0: stop and hold until told to go on, whatever target comes."""
-        self.guide(self.hold_guidance())
+        # The desired motion is slowed down, which is ahead of the vehicle.
+        self.guide(replace(self.hold_guidance(), restart_xy=False, restart_z=False))
         self._paused = True
 
     def go_on(self) -> None:
@@ -130,7 +133,7 @@ class Guided(Mode):
         self.submode = Submode.VELOCITY
         self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
         self._expires_s = math.inf
-        self._takeoff_pending = False
+        self._takeoff_pending = self._took_off = False
         self.guide(self.hold_guidance())
 
     @property
@@ -201,7 +204,11 @@ class Guided(Mode):
         return Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, setpoint.yaw_rate_rad_s)
 
     def _take(self, submode: Submode, setpoint: Setpoint) -> None:
-        restart = submode is not self.submode
+        restart = submode is not self.submode or self._took_off
+        if restart:
+            # Each kind of target begins with the parameters' speeds, seen after a take-off.
+            self.copter.navigator.forget_speeds()
+        self._took_off = False
         self.submode = submode
         self.target = setpoint
         self._takeoff_pending = False
@@ -237,6 +244,7 @@ class Guided(Mode):
             acceleration_north_m_s2=acceleration[0],
             acceleration_east_m_s2=acceleration[1],
             acceleration_down_m_s2=acceleration[2],
+            straight=float(self.submode is Submode.POSITION),
             yaw_mode=yaw_mode,
             yaw_rad=yaw,
             yaw_rate_rad_s=setpoint.yaw_rate_rad_s or 0.0,
@@ -257,6 +265,7 @@ class Guided(Mode):
             near = motion.down_m <= self._takeoff_down_m + TAKEOFF_MARGIN_M
             if near and abs(motion.velocity_down_m_s) < TAKEOFF_SPEED_M_S:
                 self.submode = Submode.POSITION
+                self._took_off = True
                 position = (*self._takeoff_at, self._takeoff_down_m)
                 self.target = Setpoint(Frame.LOCAL, position_m=position)
         if self.submode is Submode.ATTITUDE and self._attitude is not None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 
+from mavlink_sitl.autopilot.pace import Pace
 from mavlink_sitl.autopilot.profile import LineProfile
 from mavlink_sitl.exchange import Limits
 
@@ -65,6 +66,7 @@ class TrackLeg:
         """See the class."""
         self.start = start
         self.end = end
+        self.limits = limits
         length = math.dist(start, end)
         self.direction: Vector = (0.0, 0.0, 0.0)
         if length > 0.0:
@@ -106,12 +108,23 @@ class Track:
     def __init__(self, leg: TrackLeg, now_s: float) -> None:
         """See the class."""
         self.leg = leg
+        self.pace = Pace(leg.limits)
+        self._seen_s = now_s
+        self._late_s = 0.0
+        """How much less time has passed for the track"""
         self._began_s = now_s
         self._next: TrackLeg | None = None
         self._next_began_s = 0.0
 
-    def _remaining_s(self, now_s: float) -> float:
-        return self._began_s + self.leg.profile.duration_s - now_s
+    def advance(self, now_s: float, paused: bool) -> None:
+        """Let time pass, slower and slower while it is paused."""
+        dt_s, self._seen_s = now_s - self._seen_s, now_s
+        if dt_s > 0.0 and (paused or not self.pace.steady):
+            self.pace.advance(dt_s, paused)
+            self._late_s += (1.0 - self.pace.share) * dt_s
+
+    def _remaining_s(self, track_s: float) -> float:
+        return self._began_s + self.leg.profile.duration_s - track_s
 
     @property
     def rounding(self) -> bool:
@@ -122,6 +135,7 @@ class Track:
         """Begin with the following leg when the corner stays within its radius."""
         if self._next is not None:
             return
+        now_s -= self._late_s
         left_s = self._remaining_s(now_s)
         travelled = self.leg.profile.at(now_s - self._began_s)[0]
         if left_s <= 0.0 or travelled < 0.5 * self.leg.profile.length_m:
@@ -143,12 +157,14 @@ class Track:
 
     def passed(self, now_s: float) -> bool:
         """Whether the leg's end is behind: reached, or its corner half rounded."""
+        now_s -= self._late_s
         if self._next is not None:
             return now_s - self._next_began_s >= self._remaining_s(now_s)
         return self._remaining_s(now_s) <= 0.0
 
     def go_on(self, following: TrackLeg, now_s: float) -> None:
         """Make the next leg the one in flight; the rest of the old one still counts."""
+        now_s -= self._late_s
         if self._next is None:
             self._tail = None
             self.leg, self._began_s = following, now_s
@@ -161,6 +177,17 @@ class Track:
 
     def at(self, now_s: float) -> Motion3:
         """Where to be now: the sum of the legs under way."""
+        motion = self._at(now_s - self._late_s)
+        if self.pace.steady:
+            return motion
+        position, velocity, acceleration = motion
+        share = self.pace.share
+        # The speed along the way grows with the pace, too.
+        grows = self.pace.acceleration_m_s2 / self.leg.limits.speed_xy_m_s
+        slower = _times(velocity, share)
+        return position, slower, _add(_times(acceleration, share * share), _times(velocity, grows))
+
+    def _at(self, now_s: float) -> Motion3:
         position, velocity, acceleration = self.leg.at(now_s - self._began_s)
         position = _add(position, self.leg.start)
         others: list[Motion3] = []
@@ -178,6 +205,10 @@ class Track:
                 _add(acceleration, a),
             )
         return position, velocity, acceleration
+
+
+def _times(a: Vector, factor: float) -> Vector:
+    return a[0] * factor, a[1] * factor, a[2] * factor
 
 
 def _add(a: Vector, b: Vector) -> Vector:

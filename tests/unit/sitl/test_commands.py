@@ -345,8 +345,8 @@ def test_change_speed_fails_on_the_ground_in_stabilize(ground: GroundStation) ->
 
 def test_change_speed_limits_guided_until_the_next_mode() -> None:
     station = flying(10.0)
-    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 2, -1) == ACCEPTED
     station.setpoint(0xDF8, (40.0, 0.0, -10.0))
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 2, -1) == ACCEPTED
     fastest = 0.0
     for _ in range(100):
         station.run(0.1)
@@ -410,6 +410,7 @@ def test_reboot_on_the_ground(ground: GroundStation) -> None:
         "STATUSTEXT",
         "HOME_POSITION",
         "GPS_GLOBAL_ORIGIN",
+        "PARAM_VALUE",
     }
     ground.interval(30, 10.0)
     ground.run(0.2)

@@ -40,8 +40,8 @@ def paused_on_the_way(down_m: float = -8.0) -> GroundStation:
     station.setpoint(POSITION, (200.0, 0.0, down_m))
     station.run(3.0)
     assert station.command(PAUSE, 0) == ACCEPTED
-    station.run(6.0)
-    assert math.hypot(*station.velocity) < 0.3
+    station.run(8.0)
+    assert math.hypot(*station.velocity) < 0.1
     return station
 
 

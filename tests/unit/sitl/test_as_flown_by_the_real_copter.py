@@ -1,0 +1,243 @@
+"""ArduCopter's own simulator was flown with the same script; this is what it did.
+
+ArduPilot 4.7.0-dev, its standard parameters, calm. Numbers are its LOCAL_POSITION_NED.
+"""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from pymavlink.dialects.v20 import all as mav
+
+from tests.support.ground_station import (
+    ACCEPTED,
+    BRAKE,
+    GUIDED,
+    POSITION,
+    VELOCITY,
+    GroundStation,
+    copter,
+    flying,
+)
+from tests.support.missions import home, item, upload, waypoint
+
+PAUSE, SPEED = mav.MAV_CMD_DO_PAUSE_CONTINUE, mav.MAV_CMD_DO_CHANGE_SPEED
+
+Row = tuple[float, float, float]
+"""After so many seconds, so far from where it began, m, and so fast, m/s"""
+
+
+def moved(station: GroundStation, rows: list[Row], north_m: float) -> list[Row]:
+    """The same rows of the simulated one, along North or against it."""
+    begin_s, begin_m = station.now_s, station.position[0]
+    seen = []
+    for after_s, _, _ in rows:
+        station.run(begin_s + after_s - station.now_s)
+        way_m, speed = station.position[0] - begin_m, station.velocity[0]
+        sign = math.copysign(1.0, north_m)
+        seen.append((after_s, sign * way_m, sign * speed))
+    return seen
+
+
+def assert_alike(seen: list[Row], real: list[Row]) -> None:
+    for (_, way_m, speed), (after_s, real_m, real_m_s) in zip(seen, real, strict=True):
+        assert way_m == pytest.approx(real_m, abs=0.08 * abs(real[-1][1])), after_s
+        assert speed == pytest.approx(real_m_s, abs=0.8), after_s
+
+
+# A pause.
+
+PAUSED_IN_GUIDED = [(1.0, 9.2, 8.19), (2.0, 16.25, 6.4), (3.0, 21.83, 3.9), (4.0, 24.33, 1.22)]
+PAUSED_IN_AUTO = [(1.0, 8.68, 7.88), (2.0, 15.62, 5.84), (3.0, 20.36, 3.45), (4.0, 22.5, 0.8)]
+WENT_ON_IN_AUTO = [(1.0, 0.55, 1.68), (2.0, 3.43, 4.04), (3.0, 8.6, 6.29), (4.0, 16.03, 8.33)]
+
+
+def test_a_pause_in_guided_slows_down_as_much_as_the_real_one() -> None:
+    """The desired motion is what is slowed down, and that is ahead of the vehicle."""
+    station = flying(10.0)
+    station.setpoint(POSITION, (60.0, 0.0, -10.0))
+    station.run(4.0)
+    assert station.command(PAUSE, 0) == ACCEPTED
+    assert_alike(moved(station, PAUSED_IN_GUIDED, 1.0), PAUSED_IN_GUIDED)
+
+
+def test_a_pause_in_auto_slows_down_along_the_leg_and_goes_on_from_there() -> None:
+    station = flying(10.0)
+    station.interval(42, 4.0)
+    assert upload(station, [home(), waypoint(-120, 0), waypoint(-120, -40)]) == 0
+    assert station.command(mav.MAV_CMD_MISSION_START) == ACCEPTED
+    station.run(6.0)
+    assert station.command(PAUSE, 0) == ACCEPTED
+    assert_alike(moved(station, PAUSED_IN_AUTO, -1.0), PAUSED_IN_AUTO)
+    station.run(6.0)
+    assert math.hypot(*station.velocity) < 0.2
+    assert station.last("MISSION_CURRENT").mission_state == mav.MISSION_STATE_PAUSED
+    assert station.command(PAUSE, 1) == ACCEPTED
+    assert_alike(moved(station, WENT_ON_IN_AUTO, -1.0), WENT_ON_IN_AUTO)
+
+
+def test_a_speed_that_was_changed_in_a_pause_counts_after_it() -> None:
+    station = flying(10.0)
+    assert upload(station, [home(), waypoint(120, 0), waypoint(120, 40)]) == 0
+    assert station.command(mav.MAV_CMD_MISSION_START) == ACCEPTED
+    station.run(5.0)
+    station.command(PAUSE, 0)
+    station.run(6.0)
+    assert station.command(SPEED, 1, 3.0, -1) == ACCEPTED
+    station.run(2.0)
+    assert math.hypot(*station.velocity) < 0.3, "it is still a pause"
+    station.command(PAUSE, 1)
+    station.run(6.0)
+    assert station.velocity[0] == pytest.approx(3.0, abs=0.2)
+
+
+# A position alone is flown to in a straight line.
+
+Leg = tuple[tuple[float, float], list[tuple[float, float, float]]]
+LEGS: list[Leg] = [
+    # North and down; after so many seconds: so far north and down.
+    ((30.0, 30.0), [(3.0, 3.29, 3.23), (6.0, 7.83, 7.68), (12.0, 16.8, 16.68)]),
+    ((-30.0, -20.0), [(3.0, -6.87, -4.09), (5.0, -14.06, -9.1), (8.0, -25.0, -16.36)]),
+    ((-100.0, 25.0), [(3.0, -8.93, 3.3), (6.0, -27.82, 7.78), (12.0, -65.68, 16.77)]),
+    ((60.0, -25.0), [(3.0, 8.89, -4.09), (6.0, 27.04, -11.58), (9.0, 45.56, -19.08)]),
+    ((20.0, 30.0), [(3.0, 2.24, 3.23), (6.0, 5.24, 7.7), (12.0, 11.2, 16.69)]),
+]
+
+
+@pytest.mark.parametrize(("leg", "rows"), LEGS)
+def test_down_and_up_a_slope_the_slower_direction_limits_the_other(
+    leg: tuple[float, float], rows: list[tuple[float, float, float]]
+) -> None:
+    """WPNAV_SPEED 10, _DN 1.5, _UP 2.5: 45 degrees down are flown with 1.5 m/s over ground."""
+    north_m, down_m = leg
+    station = flying(40.0 if down_m > 0.0 else 10.0)
+    station.run(4.0)
+    begin_s, (north_0, _, down_0) = station.now_s, station.position
+    station.setpoint(POSITION, (north_0 + north_m, 0.0, down_0 + down_m))
+    for after_s, north, down in rows:
+        station.run(begin_s + after_s - station.now_s)
+        assert station.position[0] - north_0 == pytest.approx(north, abs=0.4), after_s
+        assert station.position[2] - down_0 == pytest.approx(down, abs=0.3), after_s
+
+
+# Speeds that were changed.
+
+
+def fastest(station: GroundStation, north_m: float, seconds: float = 9.0) -> float:
+    """The greatest speed on the way to a place so far north of here."""
+    north, east, down = station.position
+    station.setpoint(POSITION, (north + north_m, east, down))
+    top = 0.0
+    for _ in range(round(seconds / 0.1)):
+        station.run(0.1)
+        top = max(top, math.hypot(*station.velocity[:2]))
+    return top
+
+
+def test_a_changed_speed_is_lost_with_the_first_position_after_a_take_off() -> None:
+    """Each kind of target in GUIDED begins with the parameters' speeds: 6.69 m/s were seen."""
+    station = flying(15.0)
+    assert station.command(SPEED, 1, 3.0, -1) == ACCEPTED
+    assert fastest(station, 30.0) == pytest.approx(6.69, abs=0.3)
+    assert station.command(SPEED, 1, 3.0, -1) == ACCEPTED
+    assert fastest(station, -30.0, 14.0) == pytest.approx(3.08, abs=0.15), "now it is kept"
+
+
+def test_a_changed_speed_is_lost_with_another_kind_of_target() -> None:
+    """Seen: 3 m/s, a velocity of 6, and then a position with 9.73 m/s."""
+    station = flying(15.0)
+    fastest(station, 10.0)
+    station.command(SPEED, 1, 3.0, -1)
+    station.stream(6.0, 10.0, lambda: station.setpoint(VELOCITY, velocity=(6.0, 0.0, 0.0)))
+    assert fastest(station, -80.0) > 8.5
+
+
+def test_3_then_10_a_mission_and_a_brake_leave_nothing_of_the_3() -> None:
+    station = flying(15.0)
+    fastest(station, 5.0)
+    for speed in (3.0, 10.0):
+        assert station.command(SPEED, 1, speed, -1) == ACCEPTED
+    assert fastest(station, 60.0) == pytest.approx(9.15, abs=0.5)
+    slow = item(mav.MAV_CMD_DO_CHANGE_SPEED, params=(1.0, 3.0, -1.0), frame=3)
+    assert upload(station, [home(), slow, waypoint(0, 0), waypoint(0, 60)]) == 0
+    assert station.command(mav.MAV_CMD_MISSION_START) == ACCEPTED
+    station.run(9.0)
+    assert station.velocity[0] == pytest.approx(-3.0, abs=0.2)
+    assert station.mode(BRAKE) == ACCEPTED
+    assert station.command(SPEED, 1, 5.0, -1) == mav.MAV_RESULT_FAILED
+    station.run(5.0)
+    assert station.mode(GUIDED) == ACCEPTED
+    assert fastest(station, 60.0) == pytest.approx(9.11, abs=0.5)
+
+
+# A mission that is begun by command.
+
+
+def told(station: GroundStation, since_s: float) -> list[str]:
+    return [text for text in station.texts(since_s) if text.startswith("Mission:")]
+
+
+def test_mission_start_begins_the_mission_twice_and_says_so() -> None:
+    station = flying(10.0)
+    assert upload(station, [home(), waypoint(60, 0), waypoint(60, 40)]) == 0
+    begin_s = station.now_s
+    assert station.command(mav.MAV_CMD_MISSION_START) == ACCEPTED
+    station.run(1.0)
+    assert told(station, begin_s) == ["Mission: 1 WP", "Mission: 1 WP"]
+
+
+def test_a_mode_change_begins_it_once_and_mission_start_in_auto_not_again() -> None:
+    station = flying(10.0)
+    assert upload(station, [home(), waypoint(60, 0), waypoint(60, 40)]) == 0
+    begin_s = station.now_s
+    assert station.mode(3) == ACCEPTED
+    assert station.command(mav.MAV_CMD_MISSION_START) == ACCEPTED
+    station.run(1.0)
+    assert told(station, begin_s) == ["Mission: 1 WP"]
+
+
+# Arming in the first half minute.
+
+AGREE = [(12.4, "Accels inconsistent"), (13.4, "Gyros inconsistent"), (22.6, "Gyros inconsistent")]
+
+
+def refusals(station: GroundStation) -> list[str]:
+    station.log.clear()
+    assert station.arm() == mav.MAV_RESULT_FAILED
+    return [text.removeprefix("Arm: ") for text in station.texts()]
+
+
+def test_a_copter_is_not_armed_before_its_sensors_have_agreed_for_20_seconds() -> None:
+    station = copter(ready_after_s=41.64)
+    for at_s, reasons in [
+        (3.2, ["EKF attitude is bad", "AHRS: not using configured AHRS type"]),
+        (5.2, ["EKF attitude is bad", "AHRS: EKF3 still initialising"]),
+        (6.3, []),
+    ]:
+        station.run(at_s - station.now_s)
+        assert refusals(station) == ["Accels inconsistent", *reasons], at_s
+    for at_s, reason in AGREE:
+        station.run(at_s - station.now_s)
+        assert refusals(station) == [reason], at_s
+    station.run(23.7 - station.now_s)
+    assert station.arm() == ACCEPTED
+
+
+def test_in_guided_it_also_waits_for_home_and_for_a_position() -> None:
+    station = copter(ready_after_s=41.64)
+    station.run(3.6)
+    assert station.mode(GUIDED) == ACCEPTED
+    for at_s, reasons in [
+        (4.7, ["Need Alt Estimate", "Accels inconsistent", "EKF attitude is bad"]),
+        (10.8, ["Accels inconsistent"]),
+        (19.0, ["Gyros inconsistent"]),
+    ]:
+        station.run(at_s - station.now_s)
+        assert refusals(station) == [*reasons, "AHRS: waiting for home"], at_s
+    station.run(21.1 - station.now_s)
+    assert refusals(station) == ["Gyros inconsistent", "Need Position Estimate"]
+    station.run(40.0 - station.now_s)
+    assert refusals(station) == ["Need Position Estimate"]
+    station.run(42.5 - station.now_s)
+    assert station.arm() == ACCEPTED
