@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
 from mavlink_sitl.exchange import Result, Severity
-from mavlink_sitl.mavlink import copter_commands, kind_commands, setpoints
+from mavlink_sitl.mavlink import copter_commands, kind_commands, known_messages, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.mavlink.telemetry import BUILDERS
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.server import MavlinkServer
@@ -138,9 +137,13 @@ def _change_speed(server: MavlinkServer, command: Command) -> Result:
     return server.copter.change_speed(int(command.params[0]), command.params[1])
 
 
+def _known(server: MavlinkServer, message_id: int) -> bool:
+    return message_id in known_messages.BY_KIND[server.copter.personality.kind]
+
+
 def _set_interval(server: MavlinkServer, command: Command) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
-    if message_id not in BUILDERS:
+    if not _known(server, message_id):
         server.copter.say(Severity.INFO, f"No ap_message for mavlink id ({message_id})")
         return Result.DENIED
     if 0 < interval_us < server.copter.personality.shortest_interval_us:
@@ -156,7 +159,8 @@ def _set_interval(server: MavlinkServer, command: Command) -> Result:
 
 def _get_interval(server: MavlinkServer, command: Command) -> Result:
     message_id = int(command.params[0])
-    if message_id not in BUILDERS:
+    if not _known(server, message_id):
+        server.send(dialect.MAVLink_message_interval_message(message_id & 0xFFFF, 0))
         return Result.FAILED
     interval_us = server.streams.interval_us(message_id)
     server.send(dialect.MAVLink_message_interval_message(message_id, interval_us))
@@ -171,7 +175,7 @@ def _request_message(server: MavlinkServer, command: Command) -> Result:
     if message_id == AVAILABLE_MODES:
         place = command.params[1] if setpoints.usable(command.params[1]) else 0.0
         return Result.ACCEPTED if server.send_mode_list(int(place)) else Result.FAILED
-    if message_id not in BUILDERS:
+    if not _known(server, message_id):
         return Result.FAILED
     server.send_later(message_id)
     return Result.ACCEPTED

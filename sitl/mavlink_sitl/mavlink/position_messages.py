@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from mavlink_sitl.autopilot.rover import Rover
 from mavlink_sitl.exchange import Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.snapshot import (
@@ -161,6 +162,26 @@ def nav_controller_output(s: Snapshot) -> Message:
         0.0,
         0.0,
     )
+
+
+TERRAIN_SPACING_M, CACHED, PENDING = 100, 56, 504
+"""TERR_SPACING; how many blocks of heights it waits for before it knows its place, and after"""
+
+
+def terrain_report(s: Snapshot) -> Message | None:
+    """TERRAIN_REPORT of a firmware to which nobody has sent heights; a rover has none.
+
+    As recorded (`copter_auto_cleared`): then the ground is taken to be at sea level.
+    """
+    if isinstance(s.copter, Rover):
+        return None
+    if not s.copter.estimator.gps_started:
+        report = (0, 0, TERRAIN_SPACING_M, 0.0, 0.0, CACHED, 0)
+    else:
+        here = s.copter.navigator.here()
+        place = to_i32(here.latitude_deg * 1e7), to_i32(here.longitude_deg * 1e7)
+        report = (*place, 0, 0.0, here.altitude_amsl_m, PENDING, 0)
+    return dialect.MAVLink_terrain_report_message(*report)
 
 
 def simstate(s: Snapshot) -> Message:

@@ -40,6 +40,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     125: status.power_status,
     129: sensors.scaled_imu3,
     132: ranges.distance_sensor,
+    136: position.terrain_report,
     137: sensors.scaled_pressure2,
     147: status.battery_status,
     148: status.autopilot_version,

@@ -20,7 +20,7 @@ ALL = {
 OWN = {
     "rover": {"RC_CHANNELS_SCALED"},
     "boat": {"RC_CHANNELS_SCALED"},
-    "plane": {"AIRSPEED", "AOA_SSA", "WIND"},
+    "plane": {"AIRSPEED", "AOA_SSA", "TERRAIN_REPORT", "WIND"},
 }
 GROUPS = {
     mav.MAV_DATA_STREAM_RAW_SENSORS: RAW,
@@ -36,7 +36,7 @@ OWN_GROUPS = {
     ("boat", mav.MAV_DATA_STREAM_RAW_CONTROLLER): {"RC_CHANNELS_SCALED"},
     ("plane", mav.MAV_DATA_STREAM_RAW_SENSORS): {"AIRSPEED"},
     ("plane", mav.MAV_DATA_STREAM_EXTRA1): {"AOA_SSA"},
-    ("plane", mav.MAV_DATA_STREAM_EXTRA3): {"WIND"},
+    ("plane", mav.MAV_DATA_STREAM_EXTRA3): {"TERRAIN_REPORT", "WIND"},
 }
 KINDS = sorted(OWN)
 UNASKED = {"HEARTBEAT", "TIMESYNC", "STATUSTEXT", "COMMAND_ACK"}

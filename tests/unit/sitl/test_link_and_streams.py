@@ -9,12 +9,16 @@ from pymavlink.dialects.v20 import all as mav
 
 from tests.support.ground_station import ACCEPTED, DENIED, FAILED, GUIDED, LAND, copter
 
+UNASKED = 65535
+"""PARAM_VALUE.param_index of what was not asked for by index or list"""
 
-def test_nothing_but_heartbeat_timesync_texts_and_home_comes_unasked() -> None:
+
+def test_nothing_but_heartbeat_timesync_texts_home_and_what_is_saved_comes_unasked() -> None:
     station = copter()
     station.run(25.0)
     kinds = {message.get_type() for _, message in station.log}
-    assert kinds == {"HEARTBEAT", "TIMESYNC", "STATUSTEXT", "HOME_POSITION", "GPS_GLOBAL_ORIGIN"}
+    home = {"HOME_POSITION", "GPS_GLOBAL_ORIGIN"}
+    assert kinds == {"HEARTBEAT", "TIMESYNC", "STATUSTEXT", "PARAM_VALUE", *home}
 
 
 def test_heartbeat_comes_at_1_hz() -> None:
@@ -83,11 +87,50 @@ def test_request_data_stream_has_no_ack_and_starts_the_usual_messages() -> None:
     assert len(station.messages("VFR_HUD")) == before
 
 
-@pytest.mark.parametrize("message_id", [230, 331, 436, 410, 9999])
-def test_an_interval_for_an_unknown_message_is_denied_with_a_text(message_id: int) -> None:
+@pytest.mark.parametrize("message_id", [230, 330, 331, 436, 410, 9999])
+def test_an_unknown_message_is_denied_with_a_text_and_not_given(message_id: int) -> None:
+    """OBSTACLE_DISTANCE (330) is among them: an ArduPilot takes it and makes none."""
     station = copter()
     assert station.interval(message_id, 10.0) == DENIED
     assert station.texts()[-1] == f"No ap_message for mavlink id ({message_id})"
+    said = len(station.texts())
+    assert station.command(mav.MAV_CMD_REQUEST_MESSAGE, message_id) == FAILED
+    assert station.command(mav.MAV_CMD_GET_MESSAGE_INTERVAL, message_id) == FAILED
+    assert station.last("MESSAGE_INTERVAL").interval_us == 0
+    assert len(station.texts()) == said
+
+
+@pytest.mark.parametrize("message_id", [22, 46, 124, 173, 226, 11030])
+def test_a_message_that_it_knows_and_has_nothing_to_say_for_is_accepted(message_id: int) -> None:
+    station = copter().ready()
+    assert station.interval(message_id, 10.0) == ACCEPTED
+    assert station.command(mav.MAV_CMD_REQUEST_MESSAGE, message_id) == ACCEPTED
+    assert station.command(mav.MAV_CMD_GET_MESSAGE_INTERVAL, message_id) == ACCEPTED
+    assert station.last("MESSAGE_INTERVAL").interval_us == 100_000
+    begin_s = station.now_s
+    station.run(2.0)
+    assert message_id not in {m.get_msgId() for t, m in station.log if t > begin_s}
+
+
+def test_terrain_report_comes_as_often_as_asked_for() -> None:
+    """As recorded, without heights from anybody: the ground counts as at sea level."""
+    station = copter().ready()
+    assert station.interval(136, 0.5) == ACCEPTED
+    station.run(8.0)
+    reports = station.messages("TERRAIN_REPORT")
+    assert len(reports) == 4
+    report, here = reports[-1], station.last("GLOBAL_POSITION_INT")
+    assert (report.spacing, report.terrain_height, report.loaded) == (0, 0.0, 0)
+    assert report.current_height == pytest.approx(here.alt / 1000.0, abs=0.1)
+    assert (report.lat, report.lon) == (here.lat, here.lon)
+
+
+def test_terrain_report_before_the_gps() -> None:
+    station = copter(ready_after_s=41.64)
+    station.interval(136, 4.0)
+    station.run(5.0)
+    report = station.last("TERRAIN_REPORT")
+    assert (report.lat, report.lon, report.spacing, report.pending) == (0, 0, 100, 56)
 
 
 def test_too_short_an_interval_is_denied_and_its_text_comes_in_two_chunks() -> None:
@@ -211,7 +254,7 @@ def test_parameters_by_list_name_and_index() -> None:
     station = copter()
     station.send(mav.MAVLink_param_request_list_message(1, 1))
     station.run(2.0)
-    values = station.messages("PARAM_VALUE")
+    values = [m for m in station.messages("PARAM_VALUE") if m.param_index != UNASKED]
     count = values[0].param_count
     assert sorted(m.param_index for m in values) == list(range(count))
     assert len({m.param_id for m in values}) == count
