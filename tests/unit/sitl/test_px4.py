@@ -83,10 +83,21 @@ def test_disarmed_any_mode_is_accepted_and_cannot_be_armed_in_if_it_cannot_run(
 
 
 def test_the_base_mode_of_each_mode_is_the_recorded_one(ground: Px4Station) -> None:
-    for number, base_mode in ((px4.LOITER, 29), (px4.POSCTL, 81), (px4.OFFBOARD, 17)):
+    for number, base_mode in ((px4.LOITER, 29), (px4.POSCTL, 81), (px4.MISSION, 29)):
         assert ground.mode(number) == ACCEPTED
         ground.run(1.1)
         assert ground.last("HEARTBEAT").base_mode == base_mode
+
+
+def test_offboard_controls_nothing_before_the_first_setpoint(ground: Px4Station) -> None:
+    """HEARTBEAT.base_mode 1; once there was a setpoint it stays 17 (`offboard_loss_stop`)."""
+    assert ground.mode(px4.OFFBOARD) == ACCEPTED
+    ground.run(1.1)
+    assert ground.last("HEARTBEAT").base_mode == 1
+    ground.stream_to(1.5, 0.0, 0.0, -1.0)
+    assert ground.last("HEARTBEAT").base_mode == 17
+    ground.run(3.0)
+    assert ground.last("HEARTBEAT").base_mode == 17
 
 
 def test_the_old_set_mode_message_gets_one_acknowledgement(ground: Px4Station) -> None:

@@ -105,7 +105,7 @@ def test_gf_action_4_stops_the_motors() -> None:
 def test_a_return_is_preceded_by_a_hold_of_com_fail_act_t() -> None:
     air = leave(flying_px4(parameters={**NEAR, "GF_ACTION": 3}))
     assert air.custom_mode == px4.LOITER
-    assert "Failsafe activated, entering Hold for 5 seconds\t" in air.texts()[-1] + "\t"
+    assert "Failsafe activated: entering Hold for 5 seconds\t" in air.texts()[-1] + "\t"
     took_s = air.run_until(lambda: air.custom_mode == px4.RTL)
     assert took_s == pytest.approx(5.0, abs=0.7)
 

@@ -36,12 +36,12 @@ class Px4Arming(Arming):
         self.landed_at_s = math.inf
         self._disarm_text = ""
 
-    def arm(self, force: bool) -> Result:
-        """Arm the motors when the chosen mode can run, or when forced."""
+    def arm(self, force: bool, by: str = "external command") -> Result:
+        """Arm the motors when the chosen mode can run, or when forced; the text says by what."""
         copter = self._px4
         if self.armed:
             return Result.ACCEPTED
-        if not force and not (copter.can_arm() and copter.mode.spec.armable):
+        if not force and not copter.can_arm():
             text = "Arming denied: Resolve system health failures first"
             copter.say(Severity.CRITICAL, text)
             return Result.TEMPORARILY_REJECTED
@@ -50,7 +50,7 @@ class Px4Arming(Arming):
         self.lift_began_s = self.landed_at_s = math.inf
         if copter.estimator.has_origin:
             copter.set_home()
-        copter.say(Severity.INFO, "Armed by external command")
+        copter.say(Severity.INFO, f"Armed by {by}")
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:

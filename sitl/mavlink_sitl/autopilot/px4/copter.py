@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4 import modes
 from mavlink_sitl.autopilot.px4.mission import Mission
 from mavlink_sitl.autopilot.px4.navigation import CopterNavigator
@@ -15,6 +16,11 @@ TAKEOFF_DETECTED_S = 0.7
 """From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
 LANDED_AFTER_S = 1.0
 """LNDMC_TRIG_TIME: on the ground for so long is landed"""
+UNLOADED_S, UNLOADED_IN_RTL_S = 0.7, 5.0
+"""From motors that push little on the ground to 'Landing detected'. From touching down that is
+2.2 s in AUTO.LAND (`offboard_10m_20n_gt`, where the truth is known), 2.4 s in
+`mavsdk_offboard_goto`; at the end of an AUTO.RTL 3.6 s to 12 s, mostly 5 s to 7 s
+(`mission_clear`, `offboard_loss_stop`)"""
 
 
 class Px4Copter(Px4Vehicle):
@@ -58,4 +64,8 @@ class Px4Copter(Px4Vehicle):
         flown_s = self.now_s - self.took_off_at_s
         ended = flown_s >= self.parameters["MPC_TKO_RAMP_T"] and not self.mode.taking_off
         over = self._left_ground or self.mode.landing or ended
-        return over and self.landed and flown_s >= LANDED_AFTER_S
+        if not (over and self.landed and flown_s >= LANDED_AFTER_S):
+            return False
+        returned = self.mode.spec.number == px4.RTL
+        unloaded_s = UNLOADED_IN_RTL_S if returned else UNLOADED_S
+        return not self._left_ground or self.now_s - self._landing.landed_since_s >= unloaded_s

@@ -70,6 +70,7 @@ class Px4Failsafes(Failsafes):
         """All well."""
         super().__init__()
         self._copter = copter
+        self._gcs_was_alive = True
         self._stop()
 
     def _stop(self) -> None:
@@ -97,9 +98,16 @@ class Px4Failsafes(Failsafes):
         limit_s = self._copter.parameters["COM_DL_LOSS_T"]
         return heard_s is None or self._copter.now_s - heard_s < limit_s
 
+    def _say_regained(self) -> None:
+        alive = self.gcs_alive()
+        if alive and not self._gcs_was_alive:
+            self._copter.say(Severity.INFO, "GCS connection regained")
+        self._gcs_was_alive = alive
+
     def update(self, copter: Copter, observation: Observation) -> None:
         """Look at the vehicle; act, or give the mode back."""
         self._battery_level()
+        self._say_regained()
         if not self._copter.armed:
             self._stop()
             return
@@ -145,7 +153,7 @@ class Px4Failsafes(Failsafes):
         mode = px4.LOITER if waiting else worst.mode
         gravity = _HOLD_GRAVITY if waiting else worst.gravity
         if gravity > self._gravity:
-            hold = f", entering Hold for {left_s:.0f} seconds" if waiting else ""
+            hold = f": entering Hold for {int(left_s + 0.5)} seconds" if waiting else ""
             copter.say(Severity.CRITICAL, f"Failsafe activated{hold}")
         self._gravity = gravity
         if self.acting != mode:

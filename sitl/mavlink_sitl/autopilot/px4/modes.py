@@ -97,14 +97,19 @@ class Hold(CopterMode, HoldMode):
 class Takeoff(CopterMode, TakeoffMode):
     """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER."""
 
+    _by_default = False
+    """Nobody named a height, and that is not yet told"""
+
     def enter(self) -> None:
         """Take the height; one that is below the vehicle is not flown to."""
         navigator = self.px4.px4_navigator
         north, east, down = self.here()
-        home_down = navigator.home_ned_m()[2]
-        wanted = home_down - self.px4.parameters["MIS_TAKEOFF_ALT"]
+        self._by_default = self.wanted_amsl_m is None
         if self.wanted_amsl_m is not None:
             wanted = navigator.down_of_amsl(self.wanted_amsl_m)
+        else:
+            wanted = down - self.px4.parameters["MIS_TAKEOFF_ALT"]
+        self._tell_default()
         self._too_low = wanted >= down
         if self._too_low:
             self.px4.say(Severity.CRITICAL, "Already higher than takeoff altitude")
@@ -113,6 +118,13 @@ class Takeoff(CopterMode, TakeoffMode):
         self.target = (north, east, wanted)
         limits = navigator.takeoff_limits()
         self.guide(replace(self.hold_at(self.target), restart_z=True, limits=limits))
+
+    def _tell_default(self) -> None:
+        """Once it is armed: before, nobody looks at the height (`probe_ground`)."""
+        if self._by_default and self.px4.armed:
+            self._by_default = False
+            above_m = self.px4.parameters["MIS_TAKEOFF_ALT"]
+            self.px4.say(Severity.INFO, f"Using default takeoff altitude: {above_m:.1f} m")
 
     @property
     def taking_off(self) -> bool:
@@ -125,6 +137,7 @@ class Takeoff(CopterMode, TakeoffMode):
 
     def update(self) -> None:
         """At the height: hold."""
+        self._tell_default()
         if self.px4.in_flight and abs(self.px4.motion.down_m - self.target[2]) < REACHED_M:
             self.px4.hold_at(self.target)
 

@@ -20,8 +20,9 @@ from mavlink_sitl.ops import Lane, Ops
 
 UNSHAPED_M_S2 = 1e3
 """A limit of acceleration from here on means: no trajectory; see `CopterNavigator`"""
-VELOCITY_D = 0.2
-"""MPC_XY_VEL_D_ACC"""
+VELOCITY_D = 0.1
+"""What is left of MPC_XY_VEL_D_ACC (0.2) behind the filter of MPC_VELD_LP (5 Hz): so legs of 5 m to
+30 m end as those of the real one"""
 LAG_M = 2.0
 """MPC_XY_ERR_MAX: so far behind, a trajectory stands still"""
 MOST_WAITING = 0.7

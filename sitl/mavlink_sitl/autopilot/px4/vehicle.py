@@ -33,6 +33,7 @@ from mavlink_sitl.exchange import (
     Observation,
     Result,
     Severity,
+    StatusText,
     SystemStatus,
 )
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
@@ -40,6 +41,8 @@ from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 HOME_DRIFT_S = 120.0
 HOME_DRIFT_M = 1.2
 """The recorded home went from 487.4 m to 489.8 m in one flight"""
+REFUSAL_TEXT_S = 1.0
+"""A refused mode is told at most once in so long"""
 NEEDS_STICKS = ("px4_manual", "px4_altitude", "px4_position")
 """Behaviours of modes that somebody has to hold the sticks for"""
 _NOT_RESTORED = (px4.LAND, px4.RTL, px4.TAKEOFF)
@@ -105,6 +108,7 @@ class Px4Vehicle(Copter):
         self.battery = Px4Battery(parameters)
         self.feasibility = Feasibility(self)
         self.after_disarming = px4.LOITER
+        self._refused_at_s = -math.inf
         super().__init__(personality, parameters, origin, observation, ready_after_s)
         self.arming: Px4Arming = Px4Arming(self)
         self.failsafe: Px4Failsafes = Px4Failsafes(self)
@@ -156,6 +160,17 @@ class Px4Vehicle(Copter):
         """Height above where it stood when home was set; the ground is taken to be flat."""
         return self.px4_navigator.true_home_down_m() - self.motion.down_m
 
+    @property
+    def base_flags(self) -> int:
+        """HEARTBEAT.base_mode of the mode in force.
+
+        OFFBOARD controls what the latest setpoint asks for: before the first one, nothing (1
+        was observed on PX4 v1.17, and 17 ever after).
+        """
+        spec = self.mode.spec
+        unasked = spec.number == px4.OFFBOARD and self.setpoint_at_s == -math.inf
+        return 0 if unasked else spec.base_flags
+
     def stream_alive(self) -> bool:
         """Whether usable setpoints come often enough for OFFBOARD (COM_OF_LOSS_T)."""
         return self.now_s - self.setpoint_at_s < self.parameters["COM_OF_LOSS_T"]
@@ -182,6 +197,7 @@ class Px4Vehicle(Copter):
         """Whether the health and arming checks pass in the chosen mode."""
         return (
             self.damage is None
+            and self.mode.spec.armable
             and self.estimator.position_ok
             and not self.fence.breached
             and self.can_run(self.mode.spec.number)
@@ -245,16 +261,33 @@ class Px4Vehicle(Copter):
 
     # What people want of it.
 
-    def set_mode(self, number: int) -> Result:
-        """A mode for the autopilot: any while disarmed, one that can run while armed."""
-        main, sub = number >> 16 & 0xFF, number >> 24 & 0xFF
+    def set_mode(self, number: int, told: bool = False) -> Result:
+        """A mode for the autopilot: any while disarmed, one that can run while armed.
+
+        Args:
+            number: HEARTBEAT.custom_mode.
+            told: who asks is also told of a refusal by a text.
+        """
+        result = self._change_mode(number)
+        if told and result is Result.TEMPORARILY_REJECTED:
+            self._say_refused(number)
+        return result
+
+    def _say_refused(self, number: int) -> None:
+        """At most once a second."""
+        name = px4.MODE_NAMES.get(number)
+        if name is not None and self.now_s > self._refused_at_s + REFUSAL_TEXT_S:
+            self._refused_at_s = self.now_s
+            self.say(Severity.CRITICAL, f"Switching to {name} is currently not available")
+
+    def _change_mode(self, number: int) -> Result:
         if number not in self.personality.modes:
-            if main == px4.MAIN_AUTO:
+            if number >> 16 & 0xFF == px4.MAIN_AUTO and number not in px4.MODE_NAMES:
                 self.say(Severity.CRITICAL, "Unsupported auto mode")
                 return Result.TEMPORARILY_REJECTED
-            known = any(mode[0] == number for mode in self.personality.available_modes)
             # A main mode that does not exist is "accepted" and changes nothing.
-            return Result.TEMPORARILY_REJECTED if known and sub == 0 else Result.ACCEPTED
+            known = number in px4.MODE_NAMES and number != px4.TERMINATION
+            return Result.TEMPORARILY_REJECTED if known else Result.ACCEPTED
         if self.armed and not self.can_run(number):
             return Result.TEMPORARILY_REJECTED
         if self.armed and number == px4.MISSION and not self.feasibility.known():
@@ -339,7 +372,12 @@ class Px4Vehicle(Copter):
         if not -1.0 <= first < len(self.plans.mission.items):
             return Result.DENIED
         result = self.set_mode(px4.MISSION)
-        return self.arm() if result is Result.ACCEPTED else result
+        if result is Result.ACCEPTED:
+            result = self.arming.arm(force=False, by="mission start")
+            self._settle()
+        if result is not Result.ACCEPTED:
+            self._say_refused(px4.MISSION)
+        return result
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: for the AUTO modes, until the mode changes; always accepted.
@@ -358,6 +396,14 @@ class Px4Vehicle(Copter):
         assert isinstance(hold, HoldMode)
         self.intend(px4.LOITER)
         hold.stay_at(place_ned_m)
+
+    def return_to_launch(self) -> Result:
+        """NAV_RETURN_TO_LAUNCH; said before the mode says where it goes."""
+        before = len(self.events)
+        result = self.set_mode(px4.RTL, told=True)
+        if result is Result.ACCEPTED:
+            self.events.insert(before, StatusText(Severity.INFO, "Returning to launch"))
+        return result
 
     def land_here(self) -> Result:
         """NAV_LAND."""

@@ -16,6 +16,7 @@ from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.commands import FORCE, Command
+from mavlink_sitl.mavlink.px4.known_messages import STREAMS
 from mavlink_sitl.mavlink.setpoints import usable
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 Handler = Callable[["Px4Server", Command], "Result | None"]
 AVAILABLE_MODES, CURRENT_MODE = 435, 436
-NO_STREAMS = frozenset({0, 42})
-"""HEARTBEAT has its own rate, and MISSION_CURRENT is the mission manager's: no stream sends it"""
 PLANE = "px4plane"
 _CHANGE_MODE = 1
 NAN_AS_INTEGER = 0x7FF80000
@@ -52,7 +51,12 @@ def handle(server: Px4Server, command: Command) -> Result | None:
 def mode_number(base_mode: int, main: int, sub: int) -> int:
     """The custom mode that DO_SET_MODE means; without CUSTOM_MODE_ENABLED the old flags count."""
     if base_mode & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-        return px4.custom_mode(main, sub)
+        if main == px4.MAIN_POSCTL and sub != px4.POSITION_SLOW:
+            return px4.POSCTL  # whatever the sub mode
+        if main == px4.MAIN_AUTO and sub == 0:
+            return px4.MISSION
+        # The others have no sub modes, and do not look at one.
+        return px4.custom_mode(main, sub if main in (px4.MAIN_POSCTL, px4.MAIN_AUTO) else 0)
     if base_mode & dialect.MAV_MODE_FLAG_AUTO_ENABLED:
         return px4.MISSION
     return px4.POSCTL if base_mode & dialect.MAV_MODE_FLAG_GUIDED_ENABLED else px4.MANUAL
@@ -66,7 +70,7 @@ def _set_mode(server: Px4Server, command: Command) -> Result:
     sub = int(command.params[2]) if usable(command.params[2]) else 0
     if not (0 <= main <= 255 and 0 <= sub <= 255):
         return Result.ACCEPTED  # a main mode that does not exist changes nothing
-    return server.px4.set_mode(mode_number(base, main, sub))
+    return server.px4.set_mode(mode_number(base, main, sub), told=server.asked_by_station())
 
 
 def _arm_disarm(server: Px4Server, command: Command) -> Result | None:
@@ -89,11 +93,8 @@ def _land(server: Px4Server, _: Command) -> Result:
     return server.px4.land_here()
 
 
-def _mode(number: int) -> Handler:
-    def handler(server: Px4Server, _: Command) -> Result:
-        return server.px4.set_mode(number)
-
-    return handler
+def _return(server: Px4Server, _: Command) -> Result:
+    return server.px4.return_to_launch()
 
 
 def _reposition(server: Px4Server, command: Command) -> Result:
@@ -171,7 +172,7 @@ def _ignore(_server: Px4Server, _: Command) -> None:
 
 def _set_interval(server: Px4Server, command: Command) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
-    if message_id not in server.builders or message_id in NO_STREAMS:
+    if message_id not in STREAMS:
         return Result.FAILED
     server.set_interval(message_id, int(min(max(interval_us, -1.0), 2.0**31)))
     return Result.ACCEPTED
@@ -191,7 +192,9 @@ def _request_message(server: Px4Server, command: Command) -> Result:
         wanted = command.params[1]
         server.send_modes(int(wanted) if usable(wanted) else 0)
         return Result.ACCEPTED
-    if message_id not in server.builders or message_id == CURRENT_MODE:
+    if message_id not in STREAMS or message_id not in server.builders:
+        return Result.DENIED
+    if message_id == CURRENT_MODE:
         return Result.DENIED
     server.send_later(message_id)
     return Result.ACCEPTED
@@ -262,7 +265,7 @@ UNANSWERED = (
     dialect.MAV_CMD_DO_VTOL_TRANSITION,
 )
 HANDLERS: dict[int, tuple[Handler, int]] = {
-    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(px4.RTL), 0),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_return, 0),
     dialect.MAV_CMD_NAV_LAND: (_land, 0),
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),

@@ -15,6 +15,7 @@ from mavlink_sitl.mavlink import position_messages as position
 from mavlink_sitl.mavlink import status_messages as status
 from mavlink_sitl.mavlink import telemetry
 from mavlink_sitl.mavlink.codec import Message, Raw, dialect
+from mavlink_sitl.mavlink.px4 import remote_id
 from mavlink_sitl.mavlink.snapshot import (
     Snapshot,
     boot_ms,
@@ -46,7 +47,7 @@ def copter_of(s: Snapshot) -> Px4Vehicle:
 def heartbeat(s: Snapshot) -> Message:
     """HEARTBEAT."""
     copter = copter_of(s)
-    base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | copter.mode.spec.base_flags
+    base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | copter.base_flags
     if copter.armed:
         base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
     personality = copter.personality
@@ -350,8 +351,10 @@ def scaled_pressure(s: Snapshot) -> Message:
     return dialect.MAVLink_scaled_pressure_message(boot_ms(s), imu.abs_pressure, 0.0, 1180)
 
 
-def wind_cov(s: Snapshot) -> Message:
-    """WIND_COV: the wind that blows."""
+def wind_cov(s: Snapshot) -> Message | None:
+    """WIND_COV: the wind that blows; of planes only, others do not estimate it."""
+    if not isinstance(s.copter, Px4Plane):
+        return None
     north, east, down = s.instruments.wind_ned_m_s
     altitude_m = s.copter.navigator.here().altitude_amsl_m
     return dialect.MAVLink_wind_cov_message(
@@ -433,5 +436,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     330: telemetry.BUILDERS.get(330, lambda _: None),
     331: odometry,
     436: current_mode,
+    remote_id.LOCATION: remote_id.location,
+    remote_id.SYSTEM: remote_id.system,
 }
 """By message id: what can be streamed and requested; PING and AVAILABLE_MODES aside."""

@@ -33,7 +33,6 @@ from mavlink_sitl.mavlink.streams import NEVER_US
 
 GCS_TIMEOUT_US = 2_500_000
 """A ground station that has been silent for longer gets no texts"""
-PING_US = 1_000_000
 REACHED_REPEATS = 10
 """MISSION_ITEM_REACHED comes again once a second so many times"""
 GIMBAL_US, GIMBAL_REPEATS = 500_000, 4
@@ -93,7 +92,8 @@ class Px4Server(MavlinkServer):
         self._texts = StatusTexts(numbers_all=True)
         self._gcs_heard_us: int | None = None
         self._ping_seq = 0
-        self._ping_due_us = now_us + PING_US if role == ONBOARD else NEVER_US
+        self._ping_us = round(1e6 / rates.PING_HZ[role])
+        self._ping_due_us = now_us + self._ping_us
         self._timesync_due_us = NEVER_US
         self._asker = (0, 0)
         self._reached: tuple[int, int, int] | None = None
@@ -161,7 +161,7 @@ class Px4Server(MavlinkServer):
         """Send what is due."""
         super().tick(now_us)
         if now_us >= self._ping_due_us:
-            self._ping_due_us += PING_US
+            self._ping_due_us += self._ping_us
             ping = dialect.MAVLink_ping_message(now_us - self._boot_us, self._ping_seq, 0, 0)
             self._ping_seq = (self._ping_seq + 1) % 2**32
             self.send(ping)
@@ -186,6 +186,9 @@ class Px4Server(MavlinkServer):
     def _repeat_reached(self) -> None:
         assert self._reached is not None
         seq, due_us, left = self._reached
+        if not self.px4.plans.mission.items:
+            self._reached = None  # what was cleared is reached no more
+            return
         self.send(dialect.MAVLink_mission_item_reached_message(seq))
         self._reached = (seq, due_us + 1_000_000, left - 1) if left > 1 else None
 
@@ -251,6 +254,10 @@ class Px4Server(MavlinkServer):
         self._asker = sender
         super()._dispatch(message)
 
+    def asked_by_station(self) -> bool:
+        """Whether a ground station's own component asks: only that is told of refused modes."""
+        return bool(self._asker[1] == dialect.MAV_COMP_ID_MISSIONPLANNER)
+
     def acknowledge(self, command: int, result: Result) -> None:
         """COMMAND_ACK to whoever asked."""
         self.send(dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self._asker))
@@ -267,7 +274,8 @@ class Px4Server(MavlinkServer):
     def _on_set_mode(self, message: Message) -> None:
         custom = message.custom_mode
         main, sub = custom >> 16 & 0xFF, custom >> 24 & 0xFF
-        result = self.px4.set_mode(commands.mode_number(message.base_mode, main, sub))
+        number = commands.mode_number(message.base_mode, main, sub)
+        result = self.px4.set_mode(number, told=self.asked_by_station())
         self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
 
     def _on_heartbeat(self, message: Message) -> None:
