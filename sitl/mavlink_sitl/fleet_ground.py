@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from mavlink_sitl.autopilot import drive_controller
-from mavlink_sitl.dynamics import battery, boat, rover
+from mavlink_sitl.autopilot.px4 import drive_law
+from mavlink_sitl.dynamics import battery, boat, rover, sih_rover
 from mavlink_sitl.fleet_told import ToldPhysics
 from mavlink_sitl.guidance import DriveGuidance
 from mavlink_sitl.ops import Lane
@@ -25,7 +26,8 @@ class RoverPhysics(ToldPhysics):
     full_current_a = FULL_CURRENT_A
     guidance_type = DriveGuidance
     targets_of = staticmethod(drive_controller.targets_of)
-    drive_gains = drive_controller.DriveGains()
+    drive_law: Any = drive_controller
+    drive_gains: Any = drive_controller.DriveGains()
 
     def __init__(
         self,
@@ -41,21 +43,17 @@ class RoverPhysics(ToldPhysics):
         self.body_model: Any = self._model()
         self.body = rover.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
         self.gps_sample = (0.0, self.body, self.error)
-        self._drive = drive_controller.initial(o)
+        self._drive = self.drive_law.initial(o)
 
     def _model(self) -> Any:
         return rover.RoverModel()
 
     def step(self) -> None:
         """Controllers and bodies, DT_S onwards."""
-        self._drive, throttle, steering = drive_controller.step(
-            self._drive,
-            self._told_lanes,
-            self.body.forward_m_s,
-            self.body.yaw_rad,
-            DT_S,
-            self.drive_gains,
-            self.o,
+        body = self.body
+        moves = drive_controller.DriveBody(body.forward_m_s, body.yaw_rad, body.yaw_rate_rad_s)
+        self._drive, throttle, steering = self.drive_law.step(
+            self._drive, self._told_lanes, moves, DT_S, self.drive_gains, self.o
         )
         self.body = self._move(rover.GroundCommand(throttle * self.efficiency, steering))
         self.error = sensors.advance(self.error, DT_S)
@@ -94,7 +92,6 @@ class BoatPhysics(RoverPhysics):
         feed_forward_s_m=0.12,
         speed=0.6,
         speed_i=0.1,
-        turn_radius_m=0.0,
         turn_rate_rad_s=boat.BoatModel().turn_rate_rad_s,
     )
 
@@ -108,12 +105,19 @@ class BoatPhysics(RoverPhysics):
 
 
 class Px4RoverPhysics(RoverPhysics):
-    """Rovers of PX4, whose speed controller is mostly its feed-forward (RO_MAX_THR_SPEED)."""
+    """Rovers of PX4: the car of its own simulator, by its own law."""
 
-    drive_gains = RoverPhysics.drive_gains._replace(speed=1.0, speed_i=0.05)
+    drive_law = drive_law
+    drive_gains = drive_law.DriveLaw()
+
+    def _model(self) -> Any:
+        return sih_rover.SihRoverModel()
+
+    def _move(self, command: rover.GroundCommand) -> rover.GroundState:
+        return sih_rover.step(self.body, command, self.ground_down_m, DT_S, self.body_model, self.o)
 
 
 class Px4BoatPhysics(BoatPhysics):
-    """Boats of PX4; see `Px4RoverPhysics`."""
+    """Boats of PX4, which has no law for them: mostly feed-forward, as with its rovers."""
 
     drive_gains = BoatPhysics.drive_gains._replace(speed=1.0, speed_i=0.05)

@@ -22,23 +22,14 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 
 TURN_GAIN_1_S = 1.5
-TURN_LIMIT_RAD_S = 2.1
-"""ATC_STR_RAT_MAX, 120 degrees a second"""
-SIDEWAYS_M_S2 = 5.9
-"""ATC_TURN_MAX_G, 0.6"""
 JERK_M_S3 = 1.0
 BRAKING = 0.67
 """Braking as a share of the acceleration: what the recorded approaches show"""
 ARRIVED_M = 0.22
-CORNER_M_S = 1.8
-"""How fast it may be where a leg ends and another begins"""
+CORNER_M_S = 2.0
+"""How fast it may be where a leg ends and another begins: 2.06 in two corners of `rover_auto`"""
 
 _SCALAR = ScalarOps()
-
-
-def turn_limit(speed_m_s: float) -> float:
-    """How fast it may turn at a speed, rad/s."""
-    return min(TURN_LIMIT_RAD_S, SIDEWAYS_M_S2 / max(abs(speed_m_s), 0.1))
 
 
 class Route:
@@ -157,6 +148,6 @@ class Route:
             yaw_mode=YawMode.ANGLE,
             yaw_rad=course,
             turn_gain_1_s=TURN_GAIN_1_S,
-            turn_rate_limit_rad_s=turn_limit(wanted),
+            turn_rate_limit_rad_s=rover.turn_limit_rad_s(wanted),
             limits=rover.navigator.limits(),
         )

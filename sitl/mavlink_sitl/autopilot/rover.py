@@ -33,6 +33,9 @@ from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
 CENTRED_US = 1500
 FULL_STICK_US = 500.0
+GRAVITY_M_S2 = 9.81
+STEER_LEAST_M_S = 1.0
+"""Below this speed turns are limited as if at it"""
 CRUMB_S = 1.0 / 3.0
 """How often the way is remembered"""
 
@@ -140,6 +143,13 @@ class Rover(Traveller):
         """How fast it drives by itself."""
         assert isinstance(self.navigator, DriveNavigator)
         return self.navigator.cruise_m_s()
+
+    def turn_limit_rad_s(self, speed_m_s: float) -> float:
+        """How fast it may turn at a speed: ATC_STR_RAT_MAX, and sideways ATC_TURN_MAX_G."""
+        p = self.parameters
+        sideways_m_s2 = p["ATC_TURN_MAX_G"] * GRAVITY_M_S2
+        limit = sideways_m_s2 / max(abs(speed_m_s), STEER_LEAST_M_S)
+        return max(min(math.radians(p["ATC_STR_RAT_MAX"]), limit), math.radians(1.0))
 
     def sticks(self) -> tuple[float, float]:
         """Steering and throttle, -1..1."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.guided import Frame, Setpoint
 from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.autopilot.route import Point, Route, turn_limit
+from mavlink_sitl.autopilot.route import Point, Route
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
@@ -69,7 +69,7 @@ class DriveMode(Mode):
                 speed_m_s=speed,
                 yaw_mode=YawMode.ANGLE,
                 yaw_rad=course,
-                turn_rate_limit_rad_s=turn_limit(speed),
+                turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
                 limits=rover.navigator.limits(),
             )
         )
@@ -136,7 +136,8 @@ class Circle(DriveMode):
     def enter(self) -> None:
         """Choose the centre."""
         m = self.rover.motion
-        self._radius = max(self.rover.parameters["CIRC_RADIUS"], 1.0)
+        p = self.rover.parameters
+        self._radius = max(p["CIRC_RADIUS"], p["TURN_RADIUS"], 1.0)
         self._centre = (
             m.north_m + self._radius * math.cos(m.yaw_rad),
             m.east_m + self._radius * math.sin(m.yaw_rad),
@@ -161,7 +162,7 @@ class Circle(DriveMode):
                 yaw_mode=YawMode.ANGLE,
                 yaw_rad=course,
                 turn_gain_1_s=2.0,
-                turn_rate_limit_rad_s=turn_limit(speed),
+                turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
                 limits=rover.navigator.limits(),
             )
         )
@@ -177,6 +178,9 @@ class Guided(DriveMode):
     * A velocity alone is a course and a speed, so backwards means turning round; with a rate
       of turn, a backward velocity in the body's frame is driven backwards; with a heading the
       direction of the velocity does not count.
+    * A velocity of zero has the heading of its arctangent: the wheels steer North, or in the
+      body's frame straight on, while it rolls out (GCS_MAVLink_Rover.cpp).
+    * No velocity is faster than WP_SPEED.
     """
 
     def enter(self) -> None:
@@ -228,8 +232,8 @@ class Guided(DriveMode):
         velocity = setpoint.velocity_m_s
         speed = 0.0
         if velocity is not None:
-            speed = math.hypot(velocity[0], velocity[1])
-            base = replace(base, turn_rate_limit_rad_s=turn_limit(speed))
+            speed = min(math.hypot(velocity[0], velocity[1]), self.rover.cruise_m_s())
+            base = replace(base, turn_rate_limit_rad_s=self.rover.turn_limit_rad_s(speed))
         if setpoint.yaw_rate_rad_s is not None and setpoint.yaw_rad is None:
             backwards = velocity is not None and body and velocity[0] < 0.0
             return replace(
@@ -240,10 +244,8 @@ class Guided(DriveMode):
             )
         if setpoint.yaw_rad is not None:
             heading = setpoint.yaw_rad + (yaw if body else 0.0)
-        elif velocity is not None and speed > 0.0:
-            heading = math.atan2(velocity[1], velocity[0]) + (yaw if body else 0.0)
         elif velocity is not None:
-            return base
+            heading = math.atan2(velocity[1], velocity[0]) + (yaw if body else 0.0)
         else:
             return None
         return replace(base, speed_m_s=speed, yaw_mode=YawMode.ANGLE, yaw_rad=heading)

@@ -39,6 +39,7 @@ from tests.support.missions import HOME, METRE, item, upload, waypoint
 
 LOW = {"BATT_LOW_VOLT": 10.5, "BATT_CRT_VOLT": 9.8, "BATT_LOW_TIMER": 1.0}
 CIRCLE, CRITICAL = 1, 5
+WP_RADIUS_M = 2.0
 RETURN_POINT, INCLUSION = 5000, 5001
 
 
@@ -289,7 +290,7 @@ def test_a_rover_leaves_its_polygon_and_returns() -> None:
     assert upload(station, items, 1) == 0
     station.setpoint(POSITION, (40.0, 0.0, 0.0))
     station.run_until(lambda: said(station, "Polygon fence breached"), 40.0)
-    station.run_until(lambda: math.hypot(*station.position[:2]) < 1.0, 40.0)
+    station.run_until(lambda: math.hypot(*station.position[:2]) < WP_RADIUS_M, 40.0)
     assert mode_of(station) == ROVER_RTL
 
 

@@ -181,8 +181,7 @@ def test_controllers_stop_what_is_not_told_to_move() -> None:
     _, throttle, steering = drive_controller.step(
         drive_controller.initial(o),
         drive_controller.DriveTargets(*[0.0] * 11),
-        3.0,
-        0.0,
+        drive_controller.DriveBody(3.0, 0.0, 0.0),
         0.01,
         drive_controller.DriveGains(),
         o,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -105,6 +106,65 @@ def test_mode_9_is_circle_and_is_accepted() -> None:
         distances.append(math.dist(station.position[:2], (20.0, 0.0)))
     assert max(distances) < 23.0
     assert min(distances) > 17.0
+
+
+# How it follows velocities.
+
+
+def follow(station: GroundStation, velocity: tuple[float, float, float], seconds: float) -> float:
+    """Have it follow a velocity, sent at 10 Hz; returns its greatest speed."""
+    most = 0.0
+    for _ in range(round(10.0 * seconds)):
+        station.setpoint(VELOCITY, velocity=velocity)
+        station.run(0.1)
+        most = max(most, speed(station))
+    return most
+
+
+def test_a_told_step_is_overshot_by_a_quarter() -> None:
+    """1.29 m/s in `rover_guided`: the throttle's feed-forward is a fifth too high."""
+    station = driving()
+    assert follow(station, (1.0, 0.0, 0.0), 8.0) == pytest.approx(1.28, abs=0.04)
+    assert speed(station) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(("told_m_s", "radius_m"), [(1.0, 0.9), (2.0, 1.05), (3.0, 1.6)])
+def test_the_turning_radius_grows_with_the_speed(told_m_s: float, radius_m: float) -> None:
+    """Measured on the real one, told a course 92 degrees to the right all the time."""
+    station = driving()
+    places, turned, before = [], 0.0, yaw(station)
+    for step in range(100):
+        course = yaw(station) + 1.6
+        velocity = (told_m_s * math.cos(course), told_m_s * math.sin(course), 0.0)
+        station.setpoint(VELOCITY, velocity=velocity)
+        station.run(0.1)
+        if step >= 60:
+            places.append(station.position[:2])
+            turned += math.remainder(yaw(station) - before, math.tau)
+        before = yaw(station)
+    way = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
+    assert way / turned == pytest.approx(radius_m, rel=0.1)
+
+
+def test_a_velocity_of_zero_steers_north_while_it_brakes() -> None:
+    """Seen on the real one: 88 degrees from 3 m/s, none if told 1 mm/s along its nose."""
+    station = driving()
+    follow(station, (0.0, 3.0, 0.0), 8.0)
+    assert yaw(station) == pytest.approx(math.pi / 2, abs=0.02)
+    follow(station, (0.0, 0.0, 0.0), 4.0)
+    assert speed(station) < 0.5
+    assert abs(yaw(station)) < 0.2
+    follow(station, (0.0, 3.0, 0.0), 8.0)
+    follow(station, (0.0, 0.001, 0.0), 4.0)
+    assert yaw(station) == pytest.approx(math.pi / 2, abs=0.02)
+
+
+def test_it_is_never_told_faster_than_wp_speed() -> None:
+    station = rover({"WP_SPEED": 1.5})
+    station.mode(GUIDED)
+    station.arm()
+    follow(station, (4.0, 0.0, 0.0), 10.0)
+    assert speed(station) == pytest.approx(1.5, abs=0.05)
 
 
 # Commands.

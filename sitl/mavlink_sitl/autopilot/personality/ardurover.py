@@ -58,6 +58,8 @@ _MODES = (
 _PARAMETERS = (
     *COMMON,
     ParameterSpec("ATC_ACCEL_MAX", 1.0),
+    ParameterSpec("ATC_STR_RAT_MAX", 120.0),
+    ParameterSpec("ATC_TURN_MAX_G", 0.6),
     ParameterSpec("CIRC_RADIUS", 20.0),
     ParameterSpec("CIRC_SPEED", 0.0),
     ParameterSpec("CRUISE_SPEED", 5.0),
@@ -75,6 +77,7 @@ _PARAMETERS = (
     ParameterSpec("RTL_SPEED", 0.0),
     ParameterSpec("SRTL_ACCURACY", 2.0),
     ParameterSpec("SRTL_POINTS", 300.0, _INT16),
+    ParameterSpec("TURN_RADIUS", 0.9),
     ParameterSpec("WP_ACCEL", 0.0),
     ParameterSpec("WP_JERK", 0.0),
     ParameterSpec("WP_RADIUS", 2.0),
