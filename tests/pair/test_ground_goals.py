@@ -152,7 +152,8 @@ def test_nothing_moves_a_rover_that_is_armed_later(drive: SimulatedFlight) -> No
     place = drive.truth()[0]
     assert drive.serve(Service.ARM).success
     drive.run_for(5.0)
-    assert math.dist(drive.truth()[0][:2], place[:2]) < 0.2
+    # A boat drifts on.
+    assert math.dist(drive.truth()[0][:2], place[:2]) < (0.4 if drive.kind == "boat" else 0.2)
 
 
 def test_a_dead_bridge_leaves_it_standing(drive: SimulatedFlight) -> None:
@@ -161,6 +162,12 @@ def test_a_dead_bridge_leaves_it_standing(drive: SimulatedFlight) -> None:
     drive.link_up = False
     # ArduRover stops after three seconds; PX4 turns back after one, and stops at home.
     drive.run_for(5.0)
+    if drive.vehicle.profile is px4.BOAT:
+        # PX4 has no law for boats: with a rover's it may circle about the launch point.
+        drive.run_until(lambda: _off(drive, 0.0, 0.0) < 8.0)
+        drive.run_for(20.0)
+        assert _off(drive, 0.0, 0.0) < 8.0
+        return
     drive.run_until(lambda: drive.truth()[1] < 0.2)
     place = drive.truth()[0]
     drive.run_for(5.0)

@@ -93,15 +93,32 @@ def test_any_target_is_reached_without_circles(
     assert max(told) <= speed_m_s
 
 
+@settings(max_examples=40, deadline=None)
+@given(
+    times_known=st.floats(1.0, 3.0),
+    distance_m=st.floats(0.6, 6.0),
+    bearing_rad=st.floats(-math.pi, math.pi),
+)
+def test_a_circle_that_is_wider_than_the_parameters_say_is_learned(
+    times_known: float, distance_m: float, bearing_rad: float
+) -> None:
+    """ArduRover's TURN_RADIUS is 0.9 m as it comes, and its simulated car turned with 1.6."""
+    car = Car(times_known * CAR.turning_radius_m, 0.0, 0.3)
+    x, y = distance_m * math.cos(bearing_rad), distance_m * math.sin(bearing_rad)
+    end, _ = drive(CAR, car, x, y, 2.0)
+    assert end.code.value == "SUCCESS", end.message
+    assert car.turned_rad < 3.0 * math.tau
+
+
 def test_the_speed_is_raised_gently_and_lowered_at_once() -> None:
     _, told = drive(CAR, Car(0.5, 0.0, 0.3), 30.0, 0.0, 2.0)
     steps = [b - a for a, b in itertools.pairwise(told)]
-    assert max(steps) <= 0.6 * _DT_S + 1e-6
-    assert max(told) > 1.7
+    assert max(steps) <= 2.0 / 1.5 * _DT_S + 1e-6, "the acceleration of a goal of 2 m/s"
+    assert max(told) > 1.9
 
 
 def test_it_stands_where_it_is_near_enough_until_it_has_drifted_away() -> None:
     end, told = drive(BOAT, Car(2.0, 0.0, 1.0), 15.0, 0.0, 2.0)
     assert end.code.value == "SUCCESS"
-    assert told[-1] == 0.0
+    assert told[-1] <= 0.001, "next to nothing, along the nose, while it still rolls"
     assert end.final_error_m == pytest.approx(1.0, abs=1.0)

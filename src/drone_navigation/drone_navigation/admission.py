@@ -135,7 +135,7 @@ def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Reje
     warnings = check_obstacles((goal.position_enu_m,), request.avoid_obstacles, False, situation)
     if isinstance(warnings, Rejection):
         return warnings
-    return _goto(goal, config.goto, situation, warnings, request.avoid_obstacles)
+    return _goto(goal, situation.goto, situation, warnings, request.avoid_obstacles)
 
 
 def _take_off(request: TakeoffRequest, situation: Situation) -> Admitted | Rejection:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from drone_navigation.flight_plan import FlightPlan
@@ -12,7 +12,7 @@ from drone_navigation.map_frame import MapFrame
 from drone_navigation.obstacle_feed import ObstacleFeed
 from drone_navigation.requests import MapPose
 from drone_navigation.settings import BridgeConfig
-from drone_navigation.traits import traits_of
+from drone_navigation.traits import limits_of, traits_of
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.vehicle import Vehicle
@@ -21,6 +21,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
 from navigation_core.searches import Searcher
 from navigation_core.tasks.base import Task, Traits
+from navigation_core.tasks.goto_config import GotoConfig
 
 __all__ = ["Admitted", "Handover", "Situation"]
 
@@ -80,9 +81,17 @@ class Situation:
         return traits_of(self.profile, self.vehicle.parameters)
 
     @property
+    def goto(self) -> GotoConfig:
+        """How its goals are flown: no faster than its autopilot drives."""
+        goto = self.config.goto
+        return replace(goto, limits=limits_of(self.traits, goto.limits))
+
+    @property
     def speed_max_m_s(self) -> float:
         """The highest speed that may be asked for; a plane must fly faster than others."""
-        return self.config.speed_max_m_s if self.traits.hovers else math.inf
+        if not self.traits.hovers:
+            return math.inf
+        return min(self.config.speed_max_m_s, self.traits.speed_max_m_s)
 
     @property
     def ground_enu_m(self) -> float:

@@ -549,14 +549,15 @@ class Bridge:
             vehicle.cancel_operation(now)
         commanded = goal.task.commanded
         moving = commanded is not None and norm(commanded.velocity_enu_m_s) > 0.0
+        still = hold_setpoint_ned(vehicle, goal.task.commanded_yaw_enu_rad)
         if (moving or velocity_only(vehicle.profile)) and vehicle.stream_open:
             # The last setpoint still carries a velocity, which an autopilot would follow
             # for seconds (ArduCopter: GUID_TIMEOUT).
             try:
-                vehicle.send_setpoint(hold_setpoint_ned(goal.task.commanded_yaw_enu_rad), now)
+                vehicle.send_setpoint(still, now)
             except SetpointError as error:
                 self._report.log(LogLevel.WARN, f"The vehicle could not be told to hold: {error}")
-        if not self._parking.begin(hold_setpoint_ned(goal.task.commanded_yaw_enu_rad), now):
+        if not self._parking.begin(still, now):
             self._close_when_sent = True  # closing now would drop that setpoint
         goal.progress = goal.task.progress(self._observe(goal, now), now)
         self._positions.conclude(goal, now)

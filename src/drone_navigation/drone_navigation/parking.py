@@ -56,7 +56,7 @@ class Parking:
         """Send a setpoint that holds, so that control will be given."""
         if not (self.needed and self._vehicle.stream_open):
             return
-        self._send(hold_setpoint_ned(None), now)
+        self._send(hold_setpoint_ned(self._vehicle, None), now)
 
     def give_up(self) -> None:
         """Somebody else takes the vehicle from here; the stream is left as it is."""

@@ -53,6 +53,14 @@ _FENCE_PARAMETERS = (
 # AP_Math's definitions.h, LATLON_TO_M: 0.011131884502145034 m for 1e-7 degree; the recordings
 # show 111 319 m a degree over 400 m (tests/replay/test_recorded_projections.py).
 PROJECTION = MeanLatitude(metres_per_degree=111318.84502145034)
+# AR_AttitudeControl, Rover's Parameters.cpp, AR_WPNav: how tight and how fast it drives.
+_DRIVING_PARAMETERS = (
+    "TURN_RADIUS",
+    "ATC_STR_RAT_MAX",
+    "ATC_ACCEL_MAX",
+    "ATC_DECEL_MAX",
+    "WP_SPEED",
+)
 _P, _V, _A = SetpointField.POSITION, SetpointField.VELOCITY, SetpointField.ACCELERATION
 
 # AP_Mission.cpp: an item holds 15 bytes, so that a waypoint keeps its time (copter, rover) or
@@ -162,7 +170,7 @@ ROVER = Profile(
     unsupported_messages=_NOT_SENT,
     # Observed: "target not received last 3secs, stopping"; no parameter changes it.
     setpoint_timeout_s=3.0,
-    wanted_parameters=(*_FENCE_PARAMETERS, "RTL_SPEED", "WP_SPEED", "CRUISE_SPEED"),
+    wanted_parameters=(*_FENCE_PARAMETERS, *_DRIVING_PARAMETERS, "RTL_SPEED", "CRUISE_SPEED"),
     failsafe_settings=failsafe_settings.ARDUROVER,
 )
 

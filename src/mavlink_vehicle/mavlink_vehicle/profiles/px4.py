@@ -156,7 +156,16 @@ ROVER = replace(
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
     return_speeds=(("RO_SPEED_LIM", 1.0),),
-    wanted_parameters=(*_COMMON.wanted_parameters, "RO_SPEED_LIM"),
+    # The modules rover_ackermann and lib/rover_control; other rovers lack the first two.
+    wanted_parameters=(
+        *_COMMON.wanted_parameters,
+        "RA_WHEEL_BASE",
+        "RA_MAX_STR_ANG",
+        "RO_YAW_RATE_LIM",
+        "RO_SPEED_LIM",
+        "RO_ACCEL_LIM",
+        "RO_DECEL_LIM",
+    ),
 )
 
 BOAT = replace(ROVER, name="PX4 boat", kind=VehicleKind.BOAT)

@@ -20,6 +20,7 @@ from navigation_core.geometry import (
     wrap_angle,
 )
 from navigation_core.tasks.base import Setpoint
+from navigation_core.tasks.driven_path import DrivenPath
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.trajectory import Trajectory
 
@@ -79,6 +80,7 @@ class Carrot:
         self._rate = 1.0
         self._rate_average = 1.0
         self._state = trajectory.sample(time_s)
+        self._driven: DrivenPath | None = None
 
     @property
     def state(self) -> KinematicState:
@@ -89,11 +91,6 @@ class Carrot:
     def time_s(self) -> float:
         """How far along the trajectory it stands, in trajectory time."""
         return self._time_s
-
-    @property
-    def course_enu(self) -> Vector3 | None:
-        """Direction of the path where it stands, as a unit vector; None at the path's ends."""
-        return unit_between(ZERO, self.trajectory.sample(self._time_s).velocity_enu_m_s)
 
     def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
         """Return where it will stand after a while at its present pace, and in which state.
@@ -108,18 +105,6 @@ class Carrot:
             return self._time_s, self._state
         time_s = self._time_s + self._rate * lead_s
         return time_s, self._scaled(self.trajectory.sample(time_s), 0.0)
-
-    def only_behind(self, position_enu_m: Vector3) -> Vector3:
-        """Return a position without what it is beside or ahead of the carrot.
-
-        A vehicle that turns in circles gets beside the path and past the carrot without being
-        late: :meth:`advance` is to wait only for how far it is behind.
-        """
-        course = self.course_enu
-        if course is None:
-            return position_enu_m
-        along_m = dot(subtract(position_enu_m, self._state.position_enu_m), course)
-        return add(self._state.position_enu_m, scale(course, min(along_m, 0.0)))
 
     def turn_to(self, yaw_enu_rad: float) -> None:
         """Turn to another yaw from now on, the shortest way."""
@@ -184,17 +169,49 @@ class Carrot:
         before = self._rate
         nominal = self.trajectory.sample(self._time_s)
         self._rate = self._next_rate(dt_s, position_enu_m, nominal.velocity_enu_m_s, rate_max)
-        share = min(dt_s / _RATE_AVERAGE_S, 1.0)
-        self._rate_average += share * (self._rate - self._rate_average)
         # The mean of both rates makes the position the integral of the velocity.
-        self._time_s += 0.5 * (before + self._rate) * dt_s
-        self._stalled_s += dt_s
-        if self._time_s - self._stalled_at_s >= _PROGRESS_S:
-            self._stalled_s, self._stalled_at_s = 0.0, self._time_s
+        self._walk_to(self._time_s + 0.5 * (before + self._rate) * dt_s, self._rate, dt_s)
         self._state = self._scaled(
             self.trajectory.sample(self._time_s), (self._rate - before) / dt_s
         )
         self._yaw = slew_angle(self._yaw, self._yaw_goal, self._yaw_rate * dt_s)
+
+    def follow(
+        self, dt_s: float, position_enu_m: Vector3, braking_m_s2: float, until_s: float = math.inf
+    ) -> DrivenPath:
+        """Walk on to where a vehicle has come to that drives, at whatever pace.
+
+        Args:
+            dt_s: time since the last call.
+            position_enu_m: measured position of this moment.
+            braking_m_s2: how hard the vehicle is meant to brake before corners.
+            until_s: up to when, in trajectory time, the path may be looked ahead to.
+
+        Returns:
+            The path, which knows what is ahead.
+        """
+        if self._driven is None:
+            self._driven = DrivenPath(self.trajectory, braking_m_s2)
+        self._driven.limit(until_s)
+        self._driven.advance(position_enu_m)
+        if dt_s > 0.0:
+            time_s = max(self._driven.time_s, self._time_s)
+            self._walk_to(time_s, (time_s - self._time_s) / dt_s, dt_s)
+            self._state = self.trajectory.sample(self._time_s)
+        return self._driven
+
+    def finish(self) -> None:
+        """Walk to the end at once."""
+        self._time_s = self.trajectory.duration_s
+        self._state = self.trajectory.sample(self._time_s)
+
+    def _walk_to(self, time_s: float, rate: float, dt_s: float) -> None:
+        share = min(dt_s / _RATE_AVERAGE_S, 1.0)
+        self._rate_average += share * (rate - self._rate_average)
+        self._time_s = time_s
+        self._stalled_s += dt_s
+        if self._time_s - self._stalled_at_s >= _PROGRESS_S:
+            self._stalled_s, self._stalled_at_s = 0.0, self._time_s
 
     def _next_rate(
         self,

@@ -24,6 +24,7 @@ from navigation_core.searches import Search
 from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import COPTER, Observation, Traits
 from navigation_core.tasks.carrot import Carrot
+from navigation_core.tasks.driven_path import DrivenPath
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.way import NoWay, Way, WayPlanner
@@ -39,6 +40,8 @@ _START_ERROR_SHARE = 1.5
 # acceleration ends: the loop around the acceleration of an ArduCopter takes a second to settle.
 _CRUISE_SHARE = 0.97
 _CLIMB_SHARE = 0.92
+# What drives does not sway, and is slowed down when it is too fast (see Pursuit).
+_DRIVEN_SHARE = 0.99
 # As near to a point as so many times the allowed distance from its corner, it counts as passed by
 # a setpoint that goes over to another way: it could not be met again without a stop.
 _PASSED_CORNERS = 1.5
@@ -52,7 +55,7 @@ _JOINT_M, _JOINT_M_S = 0.15, 0.3
 def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Limits:
     """Return limits for a way that is not to be faster than a speed; None: than the usual one."""
     if not traits.flies:
-        return limits.with_speed(speed_m_s and speed_m_s * _CRUISE_SHARE)
+        return limits.with_speed(speed_m_s and speed_m_s * _DRIVEN_SHARE)
     chosen = limits.with_speed(speed_m_s)
     return dataclasses.replace(
         chosen,
@@ -131,12 +134,11 @@ class Flight:
         self._avoidance = avoidance
         self._leads_to_goal = False
         self.ways = self.way_out = None
-        self.starts_here = False
+        # What drives is led by where it is, not by where it should be.
+        self.starts_here = not traits.flies
+        self._braking_m_s2 = min(traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
         if avoidance is not None:
             self.ways = WayPlanner(avoidance, traits, self.limits)
-            # What drives lags behind its setpoint by metres. A way or a brake from there would
-            # come too late, and could begin in what it was to keep away from.
-            self.starts_here = not traits.flies
             self.way_out = WayOut(avoidance, traits, self.limits)
 
     @property
@@ -146,6 +148,10 @@ class Flight:
 
     def _passed_by(self, carrot_time_s: float) -> int:
         return sum(1 for time_s in self._passed_s if time_s <= carrot_time_s)
+
+    def passed_at_s(self, index: int) -> float:
+        """Return when the carrot passes a point, from 0 on; infinite if that is not planned."""
+        return self._passed_s[index] if 0 <= index < len(self._passed_s) else math.inf
 
     def set_route(
         self, points: tuple[RoutePoint, ...], yaws_enu_rad: tuple[float | None, ...]
@@ -195,11 +201,15 @@ class Flight:
         assert self.commanded_yaw is not None
         if self._yaw_goal is None:
             self._yaw_goal = self._yaw_of_travel(self.commanded.position_enu_m, self.commanded_yaw)
+        start = self.commanded
+        if self.starts_here:
+            # Of its path only the line counts; how it gets round to that is the pursuit's.
+            start = KinematicState(start.position_enu_m)
         if self._via:
-            route = plan_route(self.commanded, self._via)
+            route = plan_route(start, self._via)
             trajectory, self._passed_s = route.trajectory, route.passed_s
         else:
-            trajectory = plan_to(self.commanded, self._goal.position_enu_m, self.limits)
+            trajectory = plan_to(start, self._goal.position_enu_m, self.limits)
             self._passed_s = ()
         self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self._yaw_goal)
         self.path_enu_m = trajectory.path_enu_m
@@ -333,8 +343,17 @@ class Flight:
         """Return where a way around obstacles begins; there must have been a setpoint."""
         assert self.commanded is not None
         if self.starts_here and is_located(observation, self._config.position_stale_s):
-            return measured_state(observation)
+            return self._measured(observation)
         return self.commanded
+
+    def _measured(self, observation: Observation) -> KinematicState:
+        """Return the state that a flight begins with where the vehicle is."""
+        here = measured_state(observation)
+        if self.starts_here and norm(here.velocity_enu_m_s) < STANDING_M_S:
+            # A standstill is measured with a little speed, in any direction. A brake that begins
+            # with it, asked for again and again, would pass it on, and the vehicle would creep.
+            return KinematicState(here.position_enu_m)
+        return here
 
     def take(self, way: Way, leads_to_goal: bool = True) -> None:
         """Fly a way that begins at :meth:`start`.
@@ -368,10 +387,6 @@ class Flight:
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
-        if self.starts_here and norm(self.commanded.velocity_enu_m_s) < STANDING_M_S:
-            # A standstill is measured with a little speed. A brake that begins with that, asked
-            # for again and again, would pass it on, and the vehicle would creep.
-            self.commanded = KinematicState(self.commanded.position_enu_m)
         if self.way_out is None:
             trajectory = plan_stop(self.commanded, self.limits)
         else:
@@ -386,6 +401,18 @@ class Flight:
                 self.carrot.turn_to(self._yaw_on_route(self.carrot))
             self.carrot.advance(self.dt_s, position_enu_m, rate_max)
         self.dt_s = 0.0
+
+    def follow(self, position_enu_m: Vector3, until_s: float) -> DrivenPath | None:
+        """Let the carrot be where a vehicle that drives has come to; return the path ahead.
+
+        Args:
+            position_enu_m: where it is.
+            until_s: up to when, in the carrot's time, the path may be looked ahead to.
+        """
+        dt_s, self.dt_s = self.dt_s, 0.0
+        if self.carrot is None:
+            return None
+        return self.carrot.follow(dt_s, position_enu_m, self._braking_m_s2, until_s)
 
     def _yaw_on_route(self, carrot: Carrot) -> float:
         """Return the yaw of the leg that the carrot is on, or its direction of travel."""
@@ -425,7 +452,7 @@ class Flight:
             return True
         if not located:
             return False
-        self.commanded = measured_state(observation)
+        self.commanded = self._measured(observation)
         self.commanded_yaw = observation.yaw_enu_rad
         self.is_stale = False
         self.dt_s = 0.0

@@ -13,14 +13,15 @@ from navigation_core.geometry import KinematicState
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.replanner import Decision
 from navigation_core.tasks.avoidance import AvoidanceConfig
-from navigation_core.tasks.base import COPTER, Fly, Observation, Outcome, Setpoint, Traits, Wait
+from navigation_core.tasks.base import COPTER, Fly, Observation, Outcome, Setpoint, Traits
 from navigation_core.tasks.carrot import Carrot
+from navigation_core.tasks.driven_path import DrivenPath
 from navigation_core.tasks.goto_base import PAUSABLE, Answer
 from navigation_core.tasks.goto_config import GotoConfig, GotoConfigError, GotoGoal
 from navigation_core.tasks.goto_phases import Event, Phase
 from navigation_core.tasks.goto_stopping import GotoStopping
 from navigation_core.tasks.measurement import is_located, measured_speed, measured_state
-from navigation_core.tasks.pursuit import Pursuer, Way
+from navigation_core.tasks.turning_circle import Pursuer
 
 __all__ = ["Goto", "GotoConfig", "GotoConfigError", "GotoGoal"]
 
@@ -78,20 +79,28 @@ class Goto(GotoStopping):
         carrot = self._flight.carrot
         assert carrot is not None
         here_enu_m = measured_state(observation).position_enu_m
-        waits_for = here_enu_m if self._traits.flies else carrot.only_behind(here_enu_m)
-        self._flight.walk(waits_for, self._caution.speed_share(carrot, observation))
+        path = None
+        if self._traits.flies:
+            self._flight.walk(here_enu_m, self._caution.speed_share(carrot, observation))
+        else:
+            path = self._flight.follow(here_enu_m, self._until_s())
         self._note_place(observation)
-        if carrot.arrived:
+        if carrot.arrived if path is None else path.left_m <= self._arrival_radius_m:
+            carrot.finish()
             self._go(Event.TRAJECTORY_ENDED, now)
             return None
         if carrot.stalled_s > self._patience_s:
             return self._timeout("It made no progress", observation)
         if carrot.distance_remaining_m < self._least_left_m - _NEARER_M:
             self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
-        return Fly(self._setpoint(carrot, observation))
+        return Fly(self._setpoint(carrot, observation, path))
 
     def _note_place(self, observation: Observation) -> None:
         """Take note of where the vehicle has come to on its way."""
+
+    def _until_s(self) -> float:
+        """Return up to when, in the carrot's time, the path may be looked ahead to."""
+        return math.inf
 
     def _settle(self, observation: Observation, now: float) -> Answer:
         if not is_located(observation, self._config.position_stale_s):
@@ -110,15 +119,17 @@ class Goto(GotoStopping):
         assert self._flight.carrot is not None
         return Fly(self._setpoint(self._flight.carrot, observation))
 
-    def _setpoint(self, carrot: Carrot, observation: Observation) -> Setpoint:
-        """Return what leads the vehicle along: the carrot, or a velocity after it."""
+    def _setpoint(
+        self, carrot: Carrot, observation: Observation, path: DrivenPath | None = None
+    ) -> Setpoint:
+        """Return what leads the vehicle along: the carrot, or a velocity along the path."""
         if self._traits.flies:
             return carrot.setpoint
         here, yaw = measured_state(observation), observation.yaw_enu_rad
         assert yaw is not None
         return self._pursuit.follow(
-            carrot.state,
-            None if carrot.ended else Way(carrot.course_enu, carrot.distance_remaining_m),
+            path,
+            carrot.trajectory.end_position_enu_m,
             Pursuer(here.position_enu_m, here.velocity_enu_m_s, yaw),
             self._flight.limits,
             self._arrival_radius_m,
@@ -180,8 +191,7 @@ class Goto(GotoStopping):
             text = f"The vehicle has given no valid position, velocity and yaw for {timeout_s:g} s."
             return Outcome(OutcomeCode.NO_POSITION, text, None)
         self._flight.walk(None)
-        carrot = self._flight.carrot
-        return Wait() if carrot is None else Fly(carrot.setpoint)
+        return self._led(observation)
 
     def _stay(self, observation: Observation, now: float) -> Answer:
         """Stand still where the pause came, until it is over."""
@@ -202,8 +212,7 @@ class Goto(GotoStopping):
         elif self._avoider is not None:
             self._avoider.give_way(observation, now)
         self._flight.walk(None)
-        carrot = self._flight.carrot
-        return Wait() if carrot is None else Fly(carrot.setpoint)
+        return self._led(observation)
 
     def _wait_for_way(self, observation: Observation, now: float) -> Answer:
         """Stand still until obstacles leave a way, or it has taken too long."""

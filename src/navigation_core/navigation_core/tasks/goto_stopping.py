@@ -8,6 +8,7 @@ from navigation_core.tasks.goto_base import Answer
 from navigation_core.tasks.goto_departure import GotoDeparture
 from navigation_core.tasks.goto_phases import Event
 from navigation_core.tasks.measurement import is_located
+from navigation_core.tasks.pursuit import without_turn
 
 # A setpoint slower than this has come to its end.
 _STANDS_M_S = 0.01
@@ -29,7 +30,15 @@ class GotoStopping(GotoDeparture):
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
             return self._ended(self._stopped.failure(timeout_s), observation)
-        return Wait() if carrot is None else Fly(carrot.setpoint)
+        return self._led(observation)
+
+    def _led(self, observation: Observation) -> Answer:
+        """Return the carrot's setpoint, for a vehicle that is being stopped."""
+        carrot = self._flight.carrot
+        if carrot is None:
+            return Wait()
+        setpoint = carrot.setpoint
+        return Fly(setpoint if self._traits.flies else without_turn(setpoint, observation))
 
     def _disarm(self, observation: Observation, now: float) -> Answer:
         assert self._ending is not None

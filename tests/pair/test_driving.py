@@ -1,0 +1,147 @@
+"""How rovers and boats drive: as fast as they are told, and to near targets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import pytest
+
+from drone_navigation.driving import driving_of
+from drone_navigation.goal import GoalFeedback, GoalFinished
+from drone_navigation.traits import limits_of, traits_of
+from mavlink_sitl.config import VehicleConfig
+from navigation_core.tasks.base import Status
+from tests.support.kinematics import driven_way_m, least_time_s
+from tests.support.simulated_flight import SimulatedFlight
+
+AUTOPILOTS = ["ardupilot", "px4"]
+# As near to the least time that the limits allow.
+_SHARE = 1.10
+
+
+def rover(
+    autopilot: str,
+    kind: str = "rover",
+    vehicle_parameters: Mapping[str, float] = MappingProxyType({}),
+) -> SimulatedFlight:
+    """A rover at (0, 0) with its nose to the North."""
+    vehicle = VehicleConfig(
+        vehicle=kind,
+        autopilot=autopilot,
+        ready_after_s=1.0,
+        heading_deg=0.0,
+        parameters=vehicle_parameters,
+    )
+    return SimulatedFlight(simulated=vehicle).ready()
+
+
+def drive_to_end(drive: SimulatedFlight, goal_id: str) -> tuple[float, list[float]]:
+    """Drive to the end; returns by how much it turned, in turns, and its speeds under way."""
+    turned_rad, yaw_rad = 0.0, float(drive.simulation.truth.yaw_rad[0])
+    speeds = []
+    while not drive.ends(goal_id):
+        drive.run_for(0.1)
+        now_rad = float(drive.simulation.truth.yaw_rad[0])
+        turned_rad += abs(math.remainder(now_rad - yaw_rad, math.tau))
+        yaw_rad = now_rad
+        if drive.status(goal_id) == Status.NAVIGATING.value:
+            speeds.append(drive.truth()[1])
+    return turned_rad / math.tau, speeds
+
+
+def under_way_s(drive: SimulatedFlight, goal_id: str) -> float:
+    """Return the time from the first moment under way to the arrival."""
+    times = {
+        output.status: time_s
+        for time_s, output in reversed(drive.outputs)
+        if isinstance(output, GoalFeedback) and output.goal_id == goal_id
+    }
+    (end_s,) = (
+        time_s
+        for time_s, output in drive.outputs
+        if isinstance(output, GoalFinished) and output.goal_id == goal_id
+    )
+    return end_s - times[Status.NAVIGATING] - drive.config.bridge.goto.arrival_dwell_s
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "speed_m_s"),
+    # Told 3 m/s, PX4's simulated car does not do more than 2.65: nothing but drag limits it.
+    [("ardupilot", 3.0), ("ardupilot", 2.5), ("px4", 2.5)],
+)
+def test_a_rover_is_as_fast_as_its_goal_allows(autopilot: str, speed_m_s: float) -> None:
+    drive = rover(autopilot)
+    goal = (30.0, 52.0, 0.0)
+    goal_id = drive.send(*goal, speed_m_s)
+    pose, profile = drive.bridge.pose, drive.vehicle.profile
+    assert pose is not None
+    assert profile is not None
+    traits = traits_of(profile, drive.vehicle.parameters)
+    way_m = driven_way_m(pose.position_enu_m, pose.yaw_enu_rad, goal, traits.turning_radius_m)
+    _, speeds = drive_to_end(drive, goal_id)
+    (end,) = drive.ends(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+    limits = limits_of(traits, drive.config.bridge.goto.limits).with_speed(speed_m_s)
+    braking_m_s2 = driving_of(drive.vehicle.parameters).braking_m_s2
+    assert braking_m_s2 is not None
+    least_s = least_time_s(way_m, limits.along((0.0, 1.0, 0.0)), braking_m_s2)
+    assert under_way_s(drive, goal_id) <= _SHARE * least_s
+    speeds.sort()
+    assert speeds[len(speeds) // 2] >= 0.95 * speed_m_s
+    assert speeds[int(0.99 * len(speeds))] <= 1.03 * speed_m_s
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+@pytest.mark.parametrize(
+    "target", [(2.0, 0.5), (-2.0, 1.0), (2.5, -0.5), (3.0, 0.0), (0.3, -2.5), (0.0, -3.0)]
+)
+def test_a_target_beside_it_is_not_circled(autopilot: str, target: tuple[float, float]) -> None:
+    drive = rover(autopilot)
+    goal_id = drive.send(*target, 0.0)
+    turns, _ = drive_to_end(drive, goal_id)
+    (end,) = drive.ends(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+    assert turns < 1.5
+    assert end.elapsed_s < 20.0
+
+
+@pytest.mark.parametrize("turn_rate_deg_s", [30.0, 45.0])
+@pytest.mark.parametrize("target", [(1.5, 0.0), (2.5, -0.5), (-2.0, 0.5), (-3.0, -1.0)])
+def test_nor_by_a_rover_that_may_only_turn_slowly(
+    turn_rate_deg_s: float, target: tuple[float, float]
+) -> None:
+    """Its circle is then as wide as its speed makes it, and so is told less of that."""
+    drive = rover("ardupilot", vehicle_parameters={"ATC_STR_RAT_MAX": turn_rate_deg_s})
+    goal_id = drive.send(*target, 0.0)
+    turns, _ = drive_to_end(drive, goal_id)
+    (end,) = drive.ends(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+    assert turns < 2.0
+    assert end.elapsed_s < 30.0
+
+
+@pytest.mark.parametrize("kind", ["rover", "boat"])
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_a_stop_ends_without_a_turn(autopilot: str, kind: str) -> None:
+    """Of a velocity of zero both firmwares take the direction, North, and steer there."""
+    drive = rover(autopilot, kind)
+    goal_id = drive.send(60.0, 0.0, 0.0, 2.5)
+    drive.run_until(lambda: drive.truth()[1] > 2.0 and drive.truth()[0][0] > 15.0)
+    yaw_rad = float(drive.simulation.truth.yaw_rad[0])
+    drive.bridge.cancel_goal(goal_id, drive.now)
+    end = drive.run_to_end(goal_id)
+    assert end.code.value == "CANCELED", end.message
+    drive.run_for(3.0)
+    assert drive.truth()[1] < 0.3
+    turned_rad = math.remainder(float(drive.simulation.truth.yaw_rad[0]) - yaw_rad, math.tau)
+    assert abs(turned_rad) < math.radians(20.0)
+
+
+def test_what_does_not_move_is_told_more_until_it_does() -> None:
+    """PX4's car stands still when it is told less than 0.8 m/s."""
+    drive = rover("px4")
+    goal_id = drive.send(0.0, 8.0, 0.0, 1.0)
+    drive.run_until(lambda: drive.truth()[1] > 0.3, 30.0)
+    assert drive.run_to_end(goal_id).code.value == "SUCCESS"
