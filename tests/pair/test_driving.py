@@ -1,4 +1,4 @@
-"""How rovers and boats drive: as fast as they are told, and to near targets."""
+"""How rovers and boats drive: as fast as they are told, to near targets, through waypoints."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 
 from drone_navigation.driving import driving_of
 from drone_navigation.goal import GoalFeedback, GoalFinished
+from drone_navigation.requests import WaypointRequest, WaypointsRequest
 from drone_navigation.traits import limits_of, traits_of
 from mavlink_sitl.config import VehicleConfig
 from navigation_core.tasks.base import Status
@@ -25,6 +26,7 @@ def rover(
     autopilot: str,
     kind: str = "rover",
     vehicle_parameters: Mapping[str, float] = MappingProxyType({}),
+    on_missed_waypoint: str = "continue",
 ) -> SimulatedFlight:
     """A rover at (0, 0) with its nose to the North."""
     vehicle = VehicleConfig(
@@ -34,7 +36,7 @@ def rover(
         heading_deg=0.0,
         parameters=vehicle_parameters,
     )
-    return SimulatedFlight(simulated=vehicle).ready()
+    return SimulatedFlight(simulated=vehicle, on_missed_waypoint=on_missed_waypoint).ready()
 
 
 def drive_to_end(drive: SimulatedFlight, goal_id: str) -> tuple[float, list[float]]:
@@ -145,3 +147,69 @@ def test_what_does_not_move_is_told_more_until_it_does() -> None:
     goal_id = drive.send(0.0, 8.0, 0.0, 1.0)
     drive.run_until(lambda: drive.truth()[1] > 0.3, 30.0)
     assert drive.run_to_end(goal_id).code.value == "SUCCESS"
+
+
+# --- routes ---------------------------------------------------------------------------------
+
+# The second lies within the circle of the tightest turn from the first.
+_TOO_TIGHT = ((15.0, 0.0), (15.0, 1.0), (30.0, 0.0))
+
+
+def route(
+    *places: tuple[float, float], radius_m: float, by_mission: bool = False
+) -> WaypointsRequest:
+    """A route on the ground."""
+    waypoints = tuple(WaypointRequest((*p, 0.0), acceptance_radius_m=radius_m) for p in places)
+    return WaypointsRequest(waypoints, by_mission=by_mission)
+
+
+def nearest_m(
+    drive: SimulatedFlight, goal_id: str, places: tuple[tuple[float, float], ...]
+) -> list[float]:
+    """Drive to the end; returns how near the truth came to each place."""
+    nearest = [math.inf] * len(places)
+    while not drive.ends(goal_id):
+        drive.run_for(0.05)
+        at, _ = drive.truth()
+        nearest = [min(n, math.dist(at[:2], p)) for n, p in zip(nearest, places, strict=True)]
+    return nearest
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_a_route_that_missed_a_waypoint_does_not_succeed(autopilot: str) -> None:
+    drive = rover(autopilot)
+    goal_id = drive.start(route(*_TOO_TIGHT, radius_m=0.3))
+    nearest = nearest_m(drive, goal_id, _TOO_TIGHT)
+    (end,) = drive.ends(goal_id)
+    assert nearest[1] > 0.3
+    assert end.code.value == "WAYPOINT_MISSED", end.message
+    assert end.waypoints_missed == (1,)
+    assert end.waypoints_reached == 2
+    assert "Passed outside their radius: 1 " in end.message
+    # It was driven to its end all the same.
+    assert nearest[2] < 0.5
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_it_turns_back_for_a_waypoint_if_it_is_to(autopilot: str) -> None:
+    drive = rover(autopilot, on_missed_waypoint="turn_back")
+    goal_id = drive.start(route(*_TOO_TIGHT, radius_m=0.3))
+    nearest = nearest_m(drive, goal_id, _TOO_TIGHT)
+    (end,) = drive.ends(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+    assert end.waypoints_missed == ()
+    assert end.waypoints_reached == 3
+    # What it reports is its estimate, which is off by some decimetres.
+    assert max(nearest) < 0.6
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_corners_are_met_within_half_a_metre(autopilot: str) -> None:
+    drive = rover(autopilot)
+    places = ((10.0, 0.0), (20.0, 0.0), (20.0, 10.0), (10.0, 10.0))
+    goal_id = drive.start(route(*places, radius_m=0.5))
+    nearest = nearest_m(drive, goal_id, places)
+    (end,) = drive.ends(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+    assert end.waypoints_reached == 4
+    assert max(nearest) < 0.7

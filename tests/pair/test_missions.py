@@ -219,7 +219,7 @@ def test_an_item_that_somebody_else_replaces_in_flight_cancels_the_goal() -> Non
     assert "Auto mission changed" in end.message
 
 
-def test_a_skipped_waypoint_is_named() -> None:
+def test_a_skipped_waypoint_is_named_and_no_success() -> None:
     flight = flight_of("ardupilot")
     goal_id = flight.start(mission((20.0, 0.0, 3.0), (20.0, 20.0, 3.0), (0.0, 20.0, 3.0)))
     flight.run_until(lambda: flight.truth()[0][0] > 5.0)
@@ -227,8 +227,9 @@ def test_a_skipped_waypoint_is_named() -> None:
     skip = make("MISSION_SET_CURRENT", target_system=1, target_component=1, seq=seq)
     tell_as_ground_station(flight, skip)
     end = flight.run_to_end(goal_id)
-    assert end.code.value == "SUCCESS", end.message
+    assert end.code.value == "WAYPOINT_MISSED", end.message
     assert end.waypoints_reached == 1
+    assert end.waypoints_missed == (0, 1)
     assert "0, 1" in end.message
 
 

@@ -73,7 +73,7 @@ def told(output: object) -> tuple[object, list[float]]:
     """What a client sees of an output: words, and numbers."""
     if isinstance(output, GoalFinished):
         words = (output.goal_id, output.state, output.code, output.message)
-        return (*words, output.waypoints_reached), [output.elapsed_s]
+        return (*words, output.waypoints_reached, output.waypoints_missed), [output.elapsed_s]
     if isinstance(output, PlanChanged):
         return None, list(itertools.chain(*output.path_enu_m))
     if isinstance(output, GoalFeedback):

@@ -91,6 +91,8 @@ class Ended:
         elapsed_s: from acceptance to the end.
         error_m: distance to the target; NaN when unknown.
         waypoints_reached: of a route, all laps counted; None for a point.
+        waypoints_missed: of a route, those passed outside their radius, from 0 over all laps; None
+            for a point.
     """
 
     name: ClassVar[str] = "ended"
@@ -103,6 +105,7 @@ class Ended:
     elapsed_s: float
     error_m: float = math.nan
     waypoints_reached: int | None = None
+    waypoints_missed: tuple[int, ...] | None = None
 
     @property
     def bad(self) -> bool:

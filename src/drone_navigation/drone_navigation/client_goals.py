@@ -168,6 +168,7 @@ class SentGoal:
             elapsed_s=result.total_elapsed_time,
             error_m=getattr(result, "final_error", math.nan),
             waypoints_reached=getattr(result, "waypoints_reached", None),
+            waypoints_missed=_missed(result),
         )
 
     def _telemetry(self, feedback: Any) -> Telemetry:
@@ -186,3 +187,9 @@ class SentGoal:
             waypoints=self.errand.waypoints if route else None,
             lap=feedback.current_lap + 1 if route else None,
         )
+
+
+def _missed(result: Any) -> tuple[int, ...] | None:
+    """Return the waypoints that a route's result names as missed."""
+    missed = getattr(result, "waypoints_missed", None)
+    return None if missed is None else tuple(int(index) for index in missed)

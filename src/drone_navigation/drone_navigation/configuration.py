@@ -19,6 +19,7 @@ from drone_navigation.sensor_pose import SensorPose, SensorPoseError
 from drone_navigation.settings import (
     BatteryPolicy,
     BridgeConfig,
+    MissedWaypoint,
     ObstacleConfig,
     SafetyConfig,
     StationPause,
@@ -178,6 +179,7 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
         ),
         obstacles=_obstacle_config(number, text),
         on_station_pause=StationPause(text("on_station_pause")),
+        on_missed_waypoint=MissedWaypoint(text("on_missed_waypoint")),
     )
 
 

@@ -182,6 +182,7 @@ def waypoints_result(finished: GoalFinished, stamp: Time) -> NavigateWaypoints.R
     message.waypoints_reached = finished.waypoints_reached
     error_m = finished.final_error_m
     message.final_error = math.nan if error_m is None else error_m
+    message.waypoints_missed = finished.waypoints_missed
     return message
 
 

@@ -84,6 +84,7 @@ class GoalFinished:
         elapsed_s: time since the goal was accepted.
         final_error_m: measured distance to the target; None when it could not be measured.
         waypoints_reached: for a route, how many waypoints were reached, all laps counted.
+        waypoints_missed: for a route, those passed outside their radius, from 0 over all laps.
     """
 
     goal_id: str
@@ -94,6 +95,7 @@ class GoalFinished:
     elapsed_s: float
     final_error_m: float | None
     waypoints_reached: int = 0
+    waypoints_missed: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -354,4 +356,5 @@ class ActiveGoal:
             elapsed_s=now - self.accepted_s,
             final_error_m=error_m,
             waypoints_reached=route.reached if route is not None else 0,
+            waypoints_missed=route.missed if route is not None else (),
         )

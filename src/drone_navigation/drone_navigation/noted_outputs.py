@@ -91,6 +91,7 @@ class NotedOutputs:
             elapsed_s=noted.elapsed_s or 0.0,
             final_error_m=noted.final_error_m,
             waypoints_reached=noted.waypoints_reached,
+            waypoints_missed=noted.waypoints_missed,
         )
 
     def _feedback(self, goal_id: str) -> GoalFeedback:

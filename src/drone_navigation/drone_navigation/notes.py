@@ -29,7 +29,7 @@ _TEXT_IDS = 0xFFFF
 _EVENT = re.compile(
     r"goal (?P<id>[0-9a-f]+|-) (?P<event>ACCEPTED|REJECTED|STATUS|ENDED) (?P<what>\w+)"
     r"(?: after (?P<elapsed>[\d.]+) s)?(?:, (?P<error>[\d.]+) m off)?"
-    r"(?:, (?P<reached>\d+) waypoints)?:(?: (?P<message>.*))?"
+    r"(?:, (?P<reached>\d+) waypoints)?(?:, missed (?P<missed>[\d ]+))?:(?: (?P<message>.*))?"
 )
 
 
@@ -73,6 +73,7 @@ class NotedEvent:
         elapsed_s: for ENDED, the time since the goal was accepted.
         final_error_m: for ENDED, the distance to the target; None if it could not be measured.
         waypoints_reached: for ENDED, of a route.
+        waypoints_missed: for ENDED, of a route.
     """
 
     happened: GoalHappened
@@ -80,6 +81,7 @@ class NotedEvent:
     elapsed_s: float | None = None
     final_error_m: float | None = None
     waypoints_reached: int = 0
+    waypoints_missed: tuple[int, ...] = ()
 
 
 def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None = None) -> str:
@@ -97,6 +99,8 @@ def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None 
             words += f", {finished.final_error_m:.3f} m off"
         if finished.waypoints_reached:
             words += f", {finished.waypoints_reached} waypoints"
+        if finished.waypoints_missed:
+            words += f", missed {' '.join(map(str, finished.waypoints_missed))}"
     return f"{words}: {happened.message}".rstrip()
 
 
@@ -118,6 +122,7 @@ def parse_event(words: str) -> NotedEvent | None:
         _number(found["elapsed"]),
         _number(found["error"]),
         int(found["reached"] or 0),
+        tuple(int(index) for index in (found["missed"] or "").split()),
     )
 
 

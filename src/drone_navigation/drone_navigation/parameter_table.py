@@ -115,6 +115,14 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         choices=("cancel", "pause"),
     ),
     ParameterSpec(
+        "on_missed_waypoint",
+        "continue",
+        "What becomes of a waypoint that a route passes outside its radius: continue (the rest is "
+        "flown, and the goal ends with WAYPOINT_MISSED) or turn_back (it is flown to again, twice "
+        "at most). In a mission the autopilot flies on.",
+        choices=("continue", "turn_back"),
+    ),
+    ParameterSpec(
         "setpoint_rate_hz", 20.0, "Rate of SET_POSITION_TARGET_LOCAL_NED while flying.", 2.0, 100.0
     ),
     ParameterSpec("feedback_rate_hz", 10.0, "Highest rate of action feedback.", 0.5, 100.0),

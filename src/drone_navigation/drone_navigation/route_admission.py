@@ -7,6 +7,7 @@ from drone_navigation.flight_plan import FlightPlan
 from drone_navigation.obstacle_admission import avoidance_of, check_obstacles
 from drone_navigation.requests import WaypointsRequest
 from drone_navigation.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
+from drone_navigation.settings import MissedWaypoint
 from navigation_core.geometry import horizontal_norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety import Rejection
@@ -70,12 +71,13 @@ def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | R
         return FlyRoute(
             waypoints,
             laps,
-            config.goto,
+            situation.goto,
             predecessor=handover.commanded,
             predecessor_yaw=handover.yaw_enu_rad,
             predecessor_time_s=handover.time_s,
             traits=traits,
             avoidance=avoidance,
+            turns_back=config.on_missed_waypoint is MissedWaypoint.TURN_BACK,
         )
 
     return Admitted(
@@ -83,7 +85,7 @@ def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | R
         waypoints[-1].position_enu_m,
         make_task,
         warnings,
-        _plan(waypoints, laps, config.goto.limits.speed_horizontal_m_s, avoidance is None),
+        _plan(waypoints, laps, situation.goto.limits.speed_horizontal_m_s, avoidance is None),
     )
 
 

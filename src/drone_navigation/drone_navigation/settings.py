@@ -29,6 +29,15 @@ class StationPause(Enum):
     """A pause of the goal, which the ground station may end."""
 
 
+class MissedWaypoint(Enum):
+    """What becomes of a waypoint of a route that was passed outside its radius."""
+
+    CONTINUE = "continue"
+    """The route is flown on, and does not succeed."""
+    TURN_BACK = "turn_back"
+    """It is flown to once more, twice at most."""
+
+
 @dataclass(frozen=True)
 class SafetyConfig:
     """What is watched beside the flight itself.
@@ -92,6 +101,7 @@ class BridgeConfig:
         safety: what is watched beside the flight itself.
         obstacles: how obstacles are seen and avoided.
         on_station_pause: what a pause by a ground station is to the active goal.
+        on_missed_waypoint: what becomes of a waypoint that was passed outside its radius.
     """
 
     goto: GotoConfig
@@ -104,3 +114,4 @@ class BridgeConfig:
     safety: SafetyConfig = SafetyConfig()
     obstacles: ObstacleConfig = field(default_factory=ObstacleConfig)
     on_station_pause: StationPause = StationPause.CANCEL
+    on_missed_waypoint: MissedWaypoint = MissedWaypoint.CONTINUE

@@ -409,7 +409,7 @@ def test_waypoints_count_by_measurement_when_their_reports_are_lost() -> None:
     assert vehicle.run().message == "Flew 3 of 3 waypoints."
 
 
-def test_skipped_waypoints_are_named() -> None:
+def test_skipped_waypoints_are_named_and_no_success() -> None:
     vehicle = flying(told=frozenset({1, 2}))
 
     def each(mission: Mission) -> None:
@@ -417,8 +417,11 @@ def test_skipped_waypoints_are_named() -> None:
             mission.current = max(mission.current, 1)
 
     outcome = vehicle.run(each)
-    assert outcome.code is OutcomeCode.SUCCESS
+    assert outcome.code is OutcomeCode.WAYPOINT_MISSED
     assert "Flew 2 of 3 waypoints. Skipped or passed outside their radius: 0 " in outcome.message
+    route = vehicle.task.progress(vehicle.observation(), vehicle.now).route
+    assert route is not None
+    assert route.missed == (0,)
 
 
 def test_one_that_cannot_hover_circles_the_last_waypoint() -> None:

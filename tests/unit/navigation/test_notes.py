@@ -9,11 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drone_navigation import notes
-from drone_navigation.goal import GoalFeedback, GoalHappened
+from drone_navigation.goal import GoalFeedback, GoalFinished, GoalHappened
+from drone_navigation.lifecycle import GoalState
 from drone_navigation.recorded_notes import NotesReader
 from drone_navigation.requests import LandRequest
 from mavlink_vehicle.codec import Codec, Message, with_source
 from mavlink_vehicle.io.tlog import TlogReader
+from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Progress, RouteProgress, Status
 from tests.support.recorded_flight import EPOCH_S, Recorder
 from tests.support.simulated_flight import SimulatedFlight
@@ -42,6 +44,20 @@ def test_an_event_of_any_length_is_read_back_as_it_was(message: str, event: str)
     ((_, noted),) = written_and_read(chunks).events
     assert noted.happened == happened
     assert noted.kind == ("land" if event == "ACCEPTED" else "")
+
+
+@pytest.mark.parametrize(("reached", "missed"), [(0, ()), (4, ()), (2, (1,)), (0, (0, 12, 345))])
+def test_the_waypoints_of_a_route_that_ended_are_read_back(
+    reached: int, missed: tuple[int, ...]
+) -> None:
+    code = OutcomeCode.WAYPOINT_MISSED if missed else OutcomeCode.SUCCESS
+    text = "Flew them, missed 7: all."
+    end = GoalFinished(GOAL, GoalState.ABORTED, code, text, None, 9.5, 0.25, reached, missed)
+    happened = GoalHappened(GOAL, "ENDED", code.value, text)
+    ((_, noted),) = written_and_read(notes.long_text(notes.event(happened, "", end), 7)).events
+    assert noted.happened == happened
+    assert (noted.elapsed_s, noted.final_error_m) == (9.5, 0.25)
+    assert (noted.waypoints_reached, noted.waypoints_missed) == (reached, missed)
 
 
 @pytest.mark.parametrize("length", [49, 50, 51, 99, 100, 101, 150])

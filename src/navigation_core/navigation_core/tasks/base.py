@@ -323,12 +323,14 @@ class RouteProgress:
         lap: the lap, from 0.
         remaining: waypoints that are left, the current one and all laps included.
         reached: waypoints that were reached, all laps counted.
+        missed: those that were passed outside their radius, from 0 over all laps.
     """
 
     current: int
     lap: int
     remaining: int
     reached: int
+    missed: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,10 @@ _ASTRAY_S = 300.0
 _REPORT_S = 2.0
 _CLEAR_S = 10.0
 _ITEM_UPLOAD_S = 0.5
+# A waypoint that is not reported as reached counts as such when it was passed this near: the
+# firmwares' own radii are 2 to 3 m by default (WPNAV_RADIUS, WP_RADIUS, NAV_ACC_RAD), and a
+# plane's is that of its circle.
+_PASSING_M, _PASSING_CIRCLES = 4.0, 2.0
 _PHASE_CHANGES_MAX = 8
 
 _Answer = Intent | Outcome | None
@@ -75,7 +79,10 @@ class FlyMission(WithoutSetpoints):
             waypoints * laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
         )
         self._mission = MissionProgress(
-            waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s
+            waypoints,
+            laps,
+            speed_m_s or config.limits.speed_horizontal_m_s,
+            passing_m=max(_PASSING_M, _PASSING_CIRCLES * traits.circle_radius_m),
         )
         self._path: tuple[Vector3, ...] = ()
         self._measures = MissionMeasures(waypoints, config, traits)
@@ -333,7 +340,8 @@ class FlyMission(WithoutSetpoints):
             text = self._mission.finish()
             if not self._traits.hovers:
                 text += " It circles the last one."
-            return Outcome(OutcomeCode.SUCCESS, text, self._measures.error_m(observation))
+            code = OutcomeCode.WAYPOINT_MISSED if self._mission.missed else OutcomeCode.SUCCESS
+            return Outcome(code, text, self._measures.error_m(observation))
         if self._pause_asked or observation.position_doubt:
             self._go(MissionPhase.PAUSING, now)
             return None

@@ -6,7 +6,8 @@ arming, take-off, pauses, cancels and lost positions are those of
 :class:`~navigation_core.tasks.goto.Goto`.
 
 A waypoint counts as reached when the vehicle itself was within its radius, not when the
-setpoint was. One that was passed further off is named in the final message.
+setpoint was. One that was passed further off is turned back for, if that is wanted, or the route
+is flown on and ends with WAYPOINT_MISSED.
 """
 
 from __future__ import annotations
@@ -40,6 +41,10 @@ __all__ = ["FlyRoute", "RouteError", "RouteWaypoint"]
 # Share of a waypoint's radius by which the planned path may cut its corner; the rest is for
 # the vehicle, which does not follow exactly.
 _CORNER_SHARE = 0.5
+# What could not be met in so many more attempts cannot be met.
+_RETURNS = 2
+# What drives heads for a waypoint until it is this near to it, in radii; then for what follows.
+_MET_SHARE = 0.6
 _BEFORE_FLIGHT = frozenset({Phase.PREPARING, Phase.ARMING, Phase.TAKING_OFF})
 
 
@@ -60,6 +65,7 @@ class FlyRoute(Goto):
         predecessor_time_s: float | None = None,
         traits: Traits = COPTER,
         avoidance: AvoidanceConfig | None = None,
+        turns_back: bool = False,
     ) -> None:
         """Prepare.
 
@@ -72,6 +78,7 @@ class FlyRoute(Goto):
             predecessor_time_s: as there.
             traits: what the vehicle can do.
             avoidance: how to keep away from obstacles; None to fly straight.
+            turns_back: whether to turn back for a waypoint that was passed outside its radius.
 
         Raises:
             RouteError: there is no waypoint or no lap.
@@ -85,6 +92,8 @@ class FlyRoute(Goto):
         self._reached = 0
         self._missed: list[int] = []
         self._nearest_m = math.inf
+        # How often it may still turn back for the next waypoint.
+        self._returns = self._returns_max = _RETURNS if turns_back else 0
         self._planned_from = 0
         super().__init__(
             self._section_goal(),
@@ -155,9 +164,15 @@ class FlyRoute(Goto):
         self._nearest_m = min(self._nearest_m, here_m)
         near = self._nearest_m <= waypoint.acceptance_radius_m
         setpoint_gone = self._planned_from + self._flight.passed > self._next
-        receding = here_m > self._nearest_m + 0.1
-        if setpoint_gone and (near or receding):
+        receding = here_m > self._nearest_m + 0.1 and not self._pursuit.leaves
+        if not setpoint_gone or not (near or receding):
+            return
+        if near or self._returns == 0:
             self._tick_off(near)
+            return
+        self._returns -= 1
+        self._nearest_m = math.inf
+        self._flight.is_stale = True  # so it is planned anew, from here to the same waypoint
 
     def _tick_off(self, reached: bool) -> None:
         if reached:
@@ -166,6 +181,15 @@ class FlyRoute(Goto):
             self._missed.append(self._next)
         self._next += 1
         self._nearest_m = math.inf
+        self._returns = self._returns_max
+
+    def _until_s(self) -> float:
+        """Return up to when the path may be looked ahead to: no further than what is to be met."""
+        if self._next >= self._section_end():
+            return math.inf
+        if self._nearest_m <= _MET_SHARE * self._at(self._next).acceptance_radius_m:
+            return math.inf
+        return self._flight.passed_at_s(self._next - self._planned_from)
 
     def _arrived(self, observation: Observation, now: float) -> Answer:
         error_m = self._error_m(observation)
@@ -175,10 +199,11 @@ class FlyRoute(Goto):
             self._begin_flight(Event.REPLAN, observation, now)
             return None
         text = f"Flew {self._reached} of {self._total} waypoints."
-        if self._missed:
-            names = ", ".join(str(index) for index in self._missed)
-            text += f" Passed outside their radius: {names} (counted from 0, over all laps)."
-        return Outcome(OutcomeCode.SUCCESS, text, error_m)
+        if not self._missed:
+            return Outcome(OutcomeCode.SUCCESS, text, error_m)
+        names = ", ".join(str(index) for index in self._missed)
+        text += f" Passed outside their radius: {names} (counted from 0, over all laps)."
+        return Outcome(OutcomeCode.WAYPOINT_MISSED, text, error_m)
 
     # --- progress ------------------------------------------------------------------------
 
@@ -201,6 +226,7 @@ class FlyRoute(Goto):
                 lap=index // len(self._waypoints),
                 remaining=self._total - self._next,
                 reached=self._reached,
+                missed=tuple(self._missed),
             ),
         )
 
