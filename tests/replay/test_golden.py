@@ -99,7 +99,7 @@ def test_nothing_may_differ_but_what_is_listed_with_a_reason() -> None:
 
 def test_every_recipe_has_its_recording_and_each_is_small() -> None:
     assert {path.stem for path in MADE.glob("*.tlog")} == set(RECIPES)
-    assert all(path.stat().st_size < 60_000 for path in MADE.glob("*.tlog"))
+    assert all(path.stat().st_size < 65_000 for path in MADE.glob("*.tlog"))
 
 
 def test_a_made_recording_is_made_again_the_same(tmp_path: Path) -> None:
