@@ -86,6 +86,7 @@ class Topics:
         self._station_health: dict[str, StationHealth] = {}
         self._seen: VehicleState | None = None
         self._status: VehicleStatus | None = None
+        self._status_key: tuple[object, ...] = ()
         self._known_home: HomePosition | None = None
         self._next_s = 0.0
         self._last_rejection = node.create_publisher(String, "~/last_rejection", LATCHED_QOS)
@@ -153,7 +154,9 @@ class Topics:
             self._battery.publish(messages.battery_state(state, stamp))
         if state.home is not None and (before is None or state.home is not before.home):
             self._publish_home(state, stamp)
-        if periodic or (before is not None and _status_may_differ(before, state)):
+        key = _status_key(self._bridge, state)
+        if periodic or key != self._status_key:
+            self._status_key = key
             self._publish_status(stamp, periodic)
         if periodic:
             self._next_s = now + _PERIOD_S
@@ -211,12 +214,17 @@ class Topics:
         return self._node.get_clock().now().to_msg()
 
 
-def _status_may_differ(before: VehicleState, state: VehicleState) -> bool:
+def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
+    """Return all that the status tells, as far as it costs nothing to compare."""
+    vehicle = bridge.vehicle
     return (
-        state.custom_mode != before.custom_mode
-        or state.armed != before.armed
-        or state.landed_state is not before.landed_state
-        or state.failsafe is not before.failsafe
-        or state.texts is not before.texts
-        or state.position_valid != before.position_valid
+        state.custom_mode,
+        state.armed,
+        state.landed_state,
+        state.failsafe,
+        state.texts,
+        bridge.pose is None,
+        vehicle.connected,
+        vehicle.in_control_mode,
+        bridge.active_goal_id,
     )
