@@ -18,6 +18,8 @@ POINTS_MAX = 20_000
 # sensor_msgs/PointField: INT8 is 1.
 _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _RAYS_MAX = 100_000
+# No sensor sends as many bytes for a point; NumPy takes 2 GiB at most.
+_POINT_STEP_MAX = 65_536
 _FAR_M = 1e6
 
 
@@ -83,6 +85,8 @@ def points_of(message: Any) -> SensorPoints:
 def _layout(message: Any) -> np.dtype[Any]:
     order = ">" if message.is_bigendian else "<"
     formats, offsets = [], []
+    if message.point_step > _POINT_STEP_MAX:
+        raise SensorMessageError(f"a PointCloud2 with points of {message.point_step} bytes")
     fields = {field.name: field for field in message.fields}
     for name in "xyz":
         field = fields.get(name)

@@ -156,8 +156,9 @@ class TestPointCloud2:
             lambda cloud: setattr(cloud.fields[2], "offset", 100),
             lambda cloud: setattr(cloud.fields[0], "datatype", 99),
             lambda cloud: setattr(cloud, "row_step", 3),
+            lambda cloud: setattr(cloud, "point_step", 2**31),
         ],
-        ids=["width", "fields", "offset", "datatype", "row_step"],
+        ids=["width", "fields", "offset", "datatype", "row_step", "point_step"],
     )
     def test_what_cannot_be_is_refused(self, spoil: Callable[[PointCloud2], object]) -> None:
         message = cloud(POINTS)
