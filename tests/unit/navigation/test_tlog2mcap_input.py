@@ -31,7 +31,8 @@ def test_a_log_of_one_message_is_a_bag(tmp_path: Path) -> None:
     assert main([str(log)]) == 0
     bag = read_bag(log.with_suffix(".mcap"))
     assert set(bag.log_times_ns) == {START_US * 1000}
-    assert len(bag.topics[f"{SERVER}/vehicle_status"].messages) == 1
+    statuses = bag.topics[f"{SERVER}/vehicle_status"].messages
+    assert [status.connected for _, status in statuses] == [False, True]
 
 
 def test_a_clock_that_went_back_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
