@@ -24,15 +24,15 @@ demo-rover: setup ## The same with a rover; leaves out/demo-rover/
 	@$(ENTER) python -m drone_navigation.demo --vehicle rover --out out/demo-rover
 
 demo-video: setup ## Make out/demo/flight.mp4 and .gif of the demo's recording (LOG=other.tlog)
-	@$(ENTER) python -m drone_navigation.flight_video $(LOG)
+	@$(ENTER) python -m flight_reports.flight_video $(LOG)
 
 plot: setup ## Draw the flight in any tlog: make plot LOG=my.tlog (draws my.png)
 	@test -n "$(LOG)" || { echo "Say which: make plot LOG=my.tlog" >&2; exit 2; }
-	@$(ENTER) python -m drone_navigation.flight_plot "$(LOG)"
+	@$(ENTER) python -m flight_reports.flight_plot "$(LOG)"
 
 report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (writes my.html)
 	@test -n "$(LOG)" || { echo "Say which: make report LOG=my.tlog" >&2; exit 2; }
-	@$(ENTER) python -m drone_navigation.navigation_report "$(LOG)"
+	@$(ENTER) python -m flight_reports.navigation_report "$(LOG)"
 
 test: setup ## Run the whole test suite
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache

@@ -9,11 +9,11 @@ from pathlib import Path
 import yaml
 from rich.console import Console
 
-from drone_navigation.check_command import look
-from drone_navigation.check_view import show
-from drone_navigation.configuration import make_config
-from drone_navigation.names import SERVER_NODE_NAME
+from drone_navigation.check.command import look
+from drone_navigation.check.view import show
 from drone_navigation.processes import Process, free_udp_port
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.names import SERVER_NODE_NAME
 
 ROOT = Path(__file__).resolve().parents[1]
 SET_UP = ROOT / "bridge_config/real/ardupilot_copter.yaml"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from drone_navigation.navigation_report import main as report
+from flight_reports.navigation_report import main as report
 
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "out/demo/flight.tlog"

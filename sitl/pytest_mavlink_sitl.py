@@ -106,8 +106,8 @@ class SitlOnUdp(NamedTuple):
 @pytest.fixture
 def sitl_udp_copter(sitl_copter: Simulation) -> Iterator[SitlOnUdp]:
     """For programs that want a socket: `sitl_copter`, sending to a free UDP port, 10 x."""
-    from mavlink_sitl.addresses import parse_address  # noqa: PLC0415
-    from mavlink_sitl.link import Runner  # noqa: PLC0415
+    from mavlink_sitl.links.addresses import parse_address  # noqa: PLC0415
+    from mavlink_sitl.wall_clock_link import Runner  # noqa: PLC0415
 
     with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
         probe.bind(("127.0.0.1", 0))

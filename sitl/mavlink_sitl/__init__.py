@@ -1,9 +1,9 @@
 """Simulated MAVLink autopilots: seeded, deterministic, faster than real time."""
 
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
-from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
-from mavlink_sitl.simulated_link import SimulatedLink
+from mavlink_sitl.links.faults import LinkFaults
+from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.simulation import Simulation, Truth
 from mavlink_sitl.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import WorldError, load_world, parse_world

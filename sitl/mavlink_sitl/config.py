@@ -14,8 +14,8 @@ from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
 from mavlink_sitl.autopilot.personality.px4plane import PX4PLANE
 from mavlink_sitl.autopilot.personality.px4rover import PX4BOAT, PX4ROVER
 from mavlink_sitl.dynamics.battery import BatteryModel
-from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.links.faults import LinkFaults
 
 PERSONALITIES: dict[tuple[str, str], Personality] = {
     ("copter", "ardupilot"): ARDUCOPTER,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mavlink_sitl.exchange import RangeReading
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
-from mavlink_sitl.physics import DT_S, Physics
+from mavlink_sitl.physics.copter_pipeline import DT_S, Physics
 from mavlink_sitl.world import disturbance, range_finder, shapes
 from mavlink_sitl.world.model import RangeSensor, World
 

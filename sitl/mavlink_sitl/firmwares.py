@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from mavlink_sitl.autopilot.copter import Copter
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
+from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 from mavlink_sitl.autopilot.personality import Personality
-from mavlink_sitl.autopilot.plane import Plane
-from mavlink_sitl.autopilot.px4.copter import Px4Copter
-from mavlink_sitl.autopilot.px4.plane import Px4Plane
-from mavlink_sitl.autopilot.px4.rover import Px4Rover
+from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
+from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.autopilot.rover import Rover
 from mavlink_sitl.mavlink.codec import Encoder
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.px4.server import Px4Server
 from mavlink_sitl.mavlink.server import MavlinkServer
-from mavlink_sitl.mavlink.snapshot import Snapshot
 
 _CLASSES: dict[str, type[Copter]] = {
     "copter": Copter,

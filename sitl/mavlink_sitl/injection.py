@@ -12,8 +12,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Result
-from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.links.faults import LinkFaults
 
 if TYPE_CHECKING:
     from mavlink_sitl.vehicle import SimulatedVehicle

@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NoReturn
 
-from mavlink_sitl.addresses import AddressError, parse_address
-from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
+from mavlink_sitl.autopilot.common.parameters import Parameters, UnknownParameterError
 from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,
@@ -18,8 +17,9 @@ from mavlink_sitl.config import (
     VehicleConfig,
 )
 from mavlink_sitl.dynamics.battery import BatteryModel
-from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.links.addresses import AddressError, parse_address
+from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
 

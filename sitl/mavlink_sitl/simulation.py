@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
 from mavlink_sitl.environment import Environment
-from mavlink_sitl.fleets import make_fleets
-from mavlink_sitl.physics import DT_S
-from mavlink_sitl.simulated_link import SimulatedLink
-from mavlink_sitl.tlog import TlogWriter
+from mavlink_sitl.links.simulated_link import SimulatedLink
+from mavlink_sitl.links.tlog import TlogWriter
+from mavlink_sitl.physics.copter_pipeline import DT_S
+from mavlink_sitl.physics.fleets import make_fleets
 from mavlink_sitl.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import World

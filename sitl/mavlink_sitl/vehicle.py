@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from mavlink_sitl.autopilot.parameters import Parameters
-from mavlink_sitl.autopilot.plans import Plans
+from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.plans.plans import Plans
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
@@ -20,13 +20,13 @@ from mavlink_sitl.exchange import (
     Severity,
 )
 from mavlink_sitl.firmwares import firmware_class, make_servers
-from mavlink_sitl.fleets import Fleet
 from mavlink_sitl.injection import Failures
+from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.mavlink.codec import Encoder
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot
+from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
-from mavlink_sitl.mavlink.snapshot import Snapshot
-from mavlink_sitl.mavlink.streams import NEVER_US
-from mavlink_sitl.simulated_link import SimulatedLink
+from mavlink_sitl.physics.fleets import Fleet
 from mavlink_sitl.vehicle_body import VehicleBody
 
 REBOOT_US = 1_200_000

@@ -10,8 +10,8 @@ import math
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.environment import Clearance, Environment
 from mavlink_sitl.exchange import GpsReading, Motion, RangeReading
-from mavlink_sitl.fleets import Fleet
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.physics.fleets import Fleet
 from mavlink_sitl.world import sensors
 
 

@@ -14,9 +14,7 @@ setup(
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={
-        PACKAGE: ["py.typed", "**/*.json", "**/*.yaml", "*.css", "*.js", "*.LICENSE.txt"]
-    },
+    package_data={PACKAGE: ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -26,10 +24,7 @@ setup(
     install_requires=[
         "numpy",
         "PyYAML",
-        "jsonschema",
         "rich",
-        "matplotlib",
-        "pillow",
         "mcap",
         "shtab",
     ],
@@ -38,7 +33,7 @@ setup(
         "console_scripts": [
             "navigation_server = drone_navigation.navigation_server:main",
             "navigation_client = drone_navigation.navigation_client:main",
-            "navigation_report = drone_navigation.navigation_report:main",
+            "navigation_report = flight_reports.navigation_report:main",
             "tlog2mcap = drone_navigation.tlog2mcap:main",
         ],
     },

@@ -20,10 +20,10 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from drone_navigation.driving import driving_of
-from drone_navigation.goal import GoalFeedback
-from drone_navigation.traits import limits_of, traits_of
 from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.goals.goal import GoalFeedback
+from navigation_bridge.vehicle.driving import driving_of
+from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.geometry import Vector3, distance, dot, subtract, unit_between
 from navigation_core.tasks.base import Status
 from tests.support.kinematics import driven_way_m, least_time_s

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from navigation_core.obstacles import Obstacles
-from navigation_core.planner import NoPath, Path, PlanLimits, plan
-from navigation_core.shapes import Shapes
+from navigation_core.mapping.obstacles import Obstacles
+from navigation_core.planning.planar_shapes import Shapes
+from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
 from tests.support.other_planners import ompl_way, table_checks
 from tests.support.random_worlds import CLEARANCE_M, World, random_world
 

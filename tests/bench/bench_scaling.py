@@ -17,8 +17,8 @@ from typing import Any
 
 from pymavlink.dialects.v20 import all as dialect
 
-from drone_navigation import notes
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from navigation_bridge import notes
 from tests.bench.rows import row
 from tests.support.hosts import Host, Network, NoNamespacesError, networked
 

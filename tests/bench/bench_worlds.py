@@ -33,8 +33,8 @@ import numpy as np
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
-from navigation_core import planner
-from navigation_core.planner import PlanLimits
+from navigation_core.planning import planner
+from navigation_core.planning.planner import PlanLimits
 from tests.bench.rows import row
 from tests.support.random_worlds import CLEARANCE_M, World, random_world
 from tests.support.world_flights import Flown, fly

@@ -15,7 +15,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from custom_interfaces.action import Navigate
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 
 _TIMEOUT_S = 60.0
 

@@ -17,7 +17,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 
 from custom_interfaces.action import Navigate
-from drone_navigation.names import ACTION_NAME
+from navigation_bridge.names import ACTION_NAME
 
 SERVERS_S = 60.0
 # On a machine that cannot keep up with so many, those that fly by then are measured.

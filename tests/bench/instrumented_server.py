@@ -12,9 +12,10 @@ import sys
 import time
 from pathlib import Path
 
-from drone_navigation import navigation_server, vehicle_application, vehicle_node
-from drone_navigation.goal import GoalFeedback
+from drone_navigation import navigation_server
+from drone_navigation.server import vehicle_application, vehicle_node
 from mavlink_vehicle.codec import Message
+from navigation_bridge.goals.goal import GoalFeedback
 
 left_s: dict[int, float] = {}
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from drone_navigation import notes
-from drone_navigation.goal import GoalFinished, GoalHappened
-from drone_navigation.lifecycle import GoalState
-from drone_navigation.navigation_report import main
+from flight_reports.navigation_report import main
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
+from navigation_bridge import notes
+from navigation_bridge.goals.goal import GoalFinished, GoalHappened
+from navigation_bridge.goals.lifecycle import GoalState
 from navigation_core.outcomes import OutcomeCode
 
 DATA = Path(__file__).resolve().parents[1] / "data"

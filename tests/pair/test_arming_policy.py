@@ -6,7 +6,9 @@ import math
 
 import pytest
 
-from drone_navigation.requests import (
+from mavlink_sitl.config import VehicleConfig
+from mavlink_vehicle.codec import Codec, make
+from navigation_bridge.goals.requests import (
     NavigateRequest,
     Request,
     ReturnRequest,
@@ -14,9 +16,7 @@ from drone_navigation.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from drone_navigation.services import Service
-from mavlink_sitl.config import VehicleConfig
-from mavlink_vehicle.codec import Codec, make
+from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.simulated_flight import SimulatedFlight
 

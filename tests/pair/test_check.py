@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 import yaml
 
-from drone_navigation.check import Checker
-from drone_navigation.check_report import Report, Verdict, make_report
-from drone_navigation.check_view import as_json, plain_lines
-from drone_navigation.configuration import make_config
-from drone_navigation.parameter_table import ParameterValue
+from drone_navigation.check.examination import Checker
+from drone_navigation.check.report import Report, Verdict, make_report
+from drone_navigation.check.view import as_json, plain_lines
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.signing import Signing
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.configuration.parameter_table import ParameterValue
 
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 _TICK_S = 0.01

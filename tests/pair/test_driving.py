@@ -8,11 +8,11 @@ from types import MappingProxyType
 
 import pytest
 
-from drone_navigation.driving import driving_of
-from drone_navigation.goal import GoalFeedback, GoalFinished
-from drone_navigation.requests import WaypointRequest, WaypointsRequest
-from drone_navigation.traits import limits_of, traits_of
 from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
+from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
+from navigation_bridge.vehicle.driving import driving_of
+from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.tasks.base import Status
 from tests.support.kinematics import driven_way_m, least_time_s
 from tests.support.simulated_flight import SimulatedFlight

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from drone_navigation.goal import GoalFinished, LogLine
-from drone_navigation.requests import LandRequest, ReturnRequest
-from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.vehicle import SimulatedVehicle
 from mavlink_vehicle.codec import Codec, make, mavlink
+from navigation_bridge.goals.goal import GoalFinished, LogLine
+from navigation_bridge.goals.requests import LandRequest, ReturnRequest
+from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.simulated_flight import SimulatedFlight
 

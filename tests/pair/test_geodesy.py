@@ -15,10 +15,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as mav
 
-from drone_navigation.requests import AltitudeReference, WaypointRequest, WaypointsRequest
-from mavlink_sitl.autopilot.plans import PlanItem
+from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from navigation_core.outcomes import OutcomeCode
 from tests.support.simulated_flight import SimulatedFlight
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drone_navigation.goal import GoalHappened
-from drone_navigation.lifecycle import TERMINAL_STATES
-from mavlink_sitl.faults import LinkFaults
+from mavlink_sitl.links.faults import LinkFaults
+from navigation_bridge.goals.goal import GoalHappened
+from navigation_bridge.goals.lifecycle import TERMINAL_STATES
 from navigation_core.outcomes import OutcomeCode
 from tests.support.simulated_flight import SimulatedFlight
 

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from drone_navigation.lifecycle import GoalState
+from navigation_bridge.goals.lifecycle import GoalState
 from navigation_core.outcomes import OutcomeCode
 from tests.support.simulated_flight import SimulatedFlight
 

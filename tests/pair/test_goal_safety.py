@@ -6,15 +6,15 @@ import re
 
 import pytest
 
-from drone_navigation.requests import (
+from mavlink_sitl.autopilot.plans.plans import PlanItem
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.exchange import Severity
+from navigation_bridge.goals.requests import (
     LandRequest,
     ReturnRequest,
     WaypointRequest,
     WaypointsRequest,
 )
-from mavlink_sitl.autopilot.plans import PlanItem
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.exchange import Severity
 from navigation_core.outcomes import OutcomeCode
 from tests.support.missions import item
 from tests.support.simulated_flight import SimulatedFlight

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drone_navigation.goal import GoalFinished
 from mavlink_sitl.world.model import Obstacle, Path, World
 from mavlink_sitl.world.shapes import Shapes
+from navigation_bridge.goals.goal import GoalFinished
 from tests.support.random_worlds import KINDS, random_world
 from tests.support.simulated_flight import SimulatedFlight
 from tests.support.world_flights import simulated

@@ -17,7 +17,7 @@ from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
-from mavlink_vehicle.protocols.overheard import HEARD
+from mavlink_vehicle.protocols.stations.overheard import HEARD
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
 from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message

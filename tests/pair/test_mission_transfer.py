@@ -10,7 +10,12 @@ from mavlink_sitl import LinkFaults
 from mavlink_sitl import VehicleConfig as SimulatedVehicleConfig
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import OperationFinished, OperationResult
-from mavlink_vehicle.mission_items import AMSL, NO_FRAME, RELATIVE_ALT, MissionItem
+from mavlink_vehicle.mission_items import (
+    AMSL,
+    NO_FRAME,
+    RELATIVE_ALT,
+    MissionItem,
+)
 from tests.support.vehicle_pair import BAD_RADIO, WORSE_RADIO, VehiclePair
 
 HOME_1E7 = (-353632610, 1491652300)

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from drone_navigation.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from mavlink_sitl import LinkFaults
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
+from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from tests.support.simulated_flight import SimulatedFlight
 from tests.support.vehicle_pair import BAD_RADIO
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drone_navigation.goal import LogLine
-from drone_navigation.obstacle_feed import SensorScan
-from drone_navigation.requests import WaypointRequest, WaypointsRequest
-from mavlink_sitl.autopilot.plans import PlanItem
+from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 from mavlink_sitl.world.shapes import Shapes
+from navigation_bridge.goals.goal import LogLine
+from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
+from navigation_bridge.obstacles.obstacle_feed import SensorScan
 from navigation_core.outcomes import OutcomeCode
 from tests.support.autopilot_messages import AutopilotMessages
 from tests.support.missions import item

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from drone_navigation.requests import (
+from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.goals.requests import (
     AltitudeReference,
     LandRequest,
     ReturnRequest,
@@ -14,8 +15,7 @@ from drone_navigation.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from drone_navigation.services import Service
-from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.services import Service
 from tests.support.simulated_flight import SimulatedFlight
 
 # ArduPlane's WP_LOITER_RAD is 60 m, PX4's NAV_LOITER_RAD 80 m; both fly wider than that.

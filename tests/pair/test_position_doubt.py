@@ -9,9 +9,14 @@ import math
 
 import pytest
 
-from drone_navigation.goal import GoalHappened
-from drone_navigation.requests import LandRequest, ReturnRequest, WaypointRequest, WaypointsRequest
 from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.goals.goal import GoalHappened
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    ReturnRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
 from navigation_core.outcomes import OutcomeCode
 from tests.support.simulated_flight import SimulatedFlight
 

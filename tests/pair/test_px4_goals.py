@@ -7,15 +7,15 @@ import math
 
 import pytest
 
-from drone_navigation.requests import (
+from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.goals.requests import (
     LandRequest,
     ReturnRequest,
     TakeoffRequest,
     WaypointRequest,
     WaypointsRequest,
 )
-from drone_navigation.services import Service
-from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.services import Service
 from tests.support.simulated_flight import SimulatedFlight
 
 

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from drone_navigation.requests import AltitudeReference, WaypointRequest, WaypointsRequest
+from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from tests.support.simulated_flight import SimulatedFlight
 
 

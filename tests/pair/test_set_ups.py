@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 import yaml
 
-from drone_navigation.configuration import make_config
-from drone_navigation.parameter_file import read_parameter_file
-from drone_navigation.requests import NavigateRequest, Request, TakeoffRequest
 from mavlink_sitl import VehicleConfig
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.configuration.parameter_file import read_parameter_file
+from navigation_bridge.goals.requests import NavigateRequest, Request, TakeoffRequest
 from tests.support.simulated_flight import SimulatedFlight
 
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"

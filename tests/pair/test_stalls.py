@@ -10,10 +10,10 @@ from collections import deque
 
 import pytest
 
-from drone_navigation.services import Service
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationResult, StoodStill
+from navigation_bridge.services import Service
 from tests.support.simulated_flight import SimulatedFlight
 from tests.support.vehicle_pair import VehiclePair
 

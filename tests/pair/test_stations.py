@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from drone_navigation.goal import CancelWanted
-from drone_navigation.lifecycle import GoalState
-from drone_navigation.requests import LandRequest, ReturnRequest
+from navigation_bridge.goals.goal import CancelWanted
+from navigation_bridge.goals.lifecycle import GoalState
+from navigation_bridge.goals.requests import LandRequest, ReturnRequest
 from tests.support.station_flight import StationFlight
 
 VEHICLES = [

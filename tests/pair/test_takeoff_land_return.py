@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from drone_navigation.requests import LandRequest, Request, ReturnRequest, TakeoffRequest
-from drone_navigation.services import Service
+from navigation_bridge.goals.requests import LandRequest, Request, ReturnRequest, TakeoffRequest
+from navigation_bridge.services import Service
 from tests.support.simulated_flight import SimulatedFlight
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from drone_navigation.goal import Annotation, GoalFeedback, GoalFinished, LogLine
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import VehicleEvent
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.goals.goal import Annotation, GoalFeedback, GoalFinished, LogLine
 from tests.support.station_flight import StationFlight
 
 TEXTS = {"how", "text"}

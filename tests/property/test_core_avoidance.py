@@ -10,14 +10,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from navigation_core.geometry import Vector3
-from navigation_core.obstacle_shapes import Box, Cylinder, KnownObstacle
-from navigation_core.obstacles import NOTHING, Obstacles
+from navigation_core.mapping.obstacle_shapes import Box, Cylinder, KnownObstacle
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import Fly
-from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
-from navigation_core.tasks.route import FlyRoute
-from navigation_core.tasks.waypoint import RouteWaypoint
+from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.route import FlyRoute
+from navigation_core.tasks.flying.waypoint import RouteWaypoint
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from tests.support.point_mass import PointMass, fly
 
 CONFIG = GotoConfig()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Fly, OperationKind, OperationState, Outcome
-from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
 from tests.support.core_strategies import limits
 from tests.support.point_mass import Flight, PointMass, fly
 

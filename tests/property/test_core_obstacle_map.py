@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from navigation_core.geometry import Vector3
-from navigation_core.obstacle_map import ObstacleMap, RayScan
-from navigation_core.obstacles import NOTHING, Box, Cylinder, Obstacles
+from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
+from navigation_core.mapping.obstacles import NOTHING, Box, Cylinder, Obstacles
 from tests.support.range_scanner import level_ring, pitched, sectors
 
 _SIZE_M = 30.0

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from navigation_core.obstacles import Array, Box, Cylinder, KnownObstacle, Obstacles
+from navigation_core.mapping.obstacles import Array, Box, Cylinder, KnownObstacle, Obstacles
 
 Point = tuple[float, float, float]
 

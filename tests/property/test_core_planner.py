@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from navigation_core.obstacles import Obstacles
-from navigation_core.planner import NoPath, Path, PlanLimits, plan
+from navigation_core.mapping.obstacles import Obstacles
+from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
 from tests.support.random_worlds import (
     CLEARANCE_M,
     KINDS,

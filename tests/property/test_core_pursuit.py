@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from navigation_core.limits import Limits
 from navigation_core.tasks.base import Fly, Observation, Outcome, Perform, Traits
-from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
 
 _DT_S = 0.05
 CAR = Traits(name="rover", flies=False, turning_radius_m=0.9)

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from navigation_core.geometry import KinematicState, Vector3, distance, norm, subtract
 from navigation_core.limits import Limits
-from navigation_core.routes import RoutePoint, RouteTrajectory, plan_route
-from navigation_core.trajectory import TrajectoryError
+from navigation_core.trajectories.route_trajectory import RoutePoint, RouteTrajectory, plan_route
+from navigation_core.trajectories.trajectory import TrajectoryError
 
 LIMITS = Limits()
 _STEP_S = 0.02

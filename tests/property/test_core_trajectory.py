@@ -17,7 +17,7 @@ from navigation_core.geometry import (
     subtract,
     unit_between,
 )
-from navigation_core.trajectory import Limits, Trajectory, plan_stop, plan_to
+from navigation_core.trajectories.trajectory import Limits, Trajectory, plan_stop, plan_to
 from tests.support.core_strategies import fractions, limits, points, states
 
 # Examples cost half a millisecond to some milliseconds each.

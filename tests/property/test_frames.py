@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavlink_vehicle import frames
-from mavlink_vehicle.frames import Quaternion, Vector3
+from mavlink_vehicle.positions import frames
+from mavlink_vehicle.positions.frames import Quaternion, Vector3
 
 LENGTH = st.floats(-1e5, 1e5)
 VECTOR = st.tuples(LENGTH, LENGTH, LENGTH)

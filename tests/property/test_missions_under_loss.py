@@ -11,14 +11,14 @@ from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem, item_of
 from mavlink_vehicle.profiles import ardupilot, px4
-from mavlink_vehicle.protocols.command import Address, CommandTiming
-from mavlink_vehicle.protocols.mission_operation import (
+from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionJob,
     MissionOperation,
     MissionTiming,
 )
-from mavlink_vehicle.protocols.mission_parts import TransferTiming
-from mavlink_vehicle.state import VehicleState
+from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
+from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
+from mavlink_vehicle.state.reducer import VehicleState
 from tests.support.lossy_channel import FATES, Fate, LossyChannel
 
 TICK_S = 0.05

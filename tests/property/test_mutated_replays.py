@@ -9,18 +9,18 @@ from pathlib import Path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import make_config
-from drone_navigation.goal import GoalFinished, GoalHappened
-from drone_navigation.noted_outputs import NotedOutputs
-from drone_navigation.replay import LONGEST_SILENCE_S, USUAL_GAP_S, Player, RecordedTime
-from drone_navigation.requests import NavigateRequest
-from drone_navigation.shadow_file import ShadowGoal
-from drone_navigation.shadow_goals import OPEN, REJECTED, work_shadow_goals
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.goals.goal import GoalFinished, GoalHappened
+from navigation_bridge.goals.requests import NavigateRequest
+from navigation_bridge.recording.noted_outputs import NotedOutputs
+from navigation_bridge.recording.replay import LONGEST_SILENCE_S, USUAL_GAP_S, Player, RecordedTime
+from navigation_bridge.recording.shadow_file import ShadowGoal
+from navigation_bridge.recording.shadow_goals import OPEN, REJECTED, work_shadow_goals
 from tests.support.made_flights import FOLDER
 
 YEAR_S = 365.25 * 86_400

@@ -10,10 +10,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from mavlink_sitl import geodesy as simulated
-from mavlink_vehicle.frame_finder import FrameFinder
-from mavlink_vehicle.frames import Vector3
-from mavlink_vehicle.profiles import Profile, ardupilot, px4
-from mavlink_vehicle.projections import (
+from mavlink_vehicle.positions.frame_finder import FrameFinder
+from mavlink_vehicle.positions.frames import Vector3
+from mavlink_vehicle.positions.projections import (
     AzimuthalEquidistant,
     Geodetic,
     LocalFrame,
@@ -21,6 +20,7 @@ from mavlink_vehicle.projections import (
     Projection,
     true_to_scale,
 )
+from mavlink_vehicle.profiles import Profile, ardupilot, px4
 from tests.support import ellipsoid
 
 FIRMWARES = [(ardupilot.PROJECTION, simulated.ARDUPILOT), (px4.PROJECTION, simulated.PX4)]

@@ -15,15 +15,15 @@ from mavlink_vehicle.events import (
     OperationResult,
     VehicleEvent,
 )
-from mavlink_vehicle.protocols.command import (
+from mavlink_vehicle.protocols.message_rates import MessageRates
+from mavlink_vehicle.protocols.message_requests import MessageRequests
+from mavlink_vehicle.protocols.operations.command import (
     Address,
     Command,
     CommandFinished,
     CommandRequest,
     CommandTiming,
 )
-from mavlink_vehicle.protocols.message_rates import MessageRates
-from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.lossy_channel import FATES, Fate, LossyChannel
 from tests.support.model_autopilot import (

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavlink_vehicle.status_text import CHUNK_SIZE, StatusTexts, add_chunk, expire
+from mavlink_vehicle.state.status_text import CHUNK_SIZE, StatusTexts, add_chunk, expire
 
 LETTERS = st.characters(min_codepoint=32, max_codepoint=126)
 TEXT = st.text(LETTERS, min_size=1, max_size=240)

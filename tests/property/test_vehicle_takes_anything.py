@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, mavlink
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.protocols.overheard import ANSWERS, HEARD
+from mavlink_vehicle.protocols.stations.overheard import ANSWERS, HEARD
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message

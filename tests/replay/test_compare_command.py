@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from mavlink_sitl.compare import main
+from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.recordings.recording import read
 from mavlink_sitl.recordings.start import start_of
-from mavlink_sitl.tlog import read_records
 from tests.replay.flights import DATA
 
 SHARED = Path(__file__).resolve().parents[3] / "shared/tlogs"

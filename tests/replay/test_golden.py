@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 from pymavlink import mavutil
 
-from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import make_config
-from drone_navigation.replay import play
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
-from mavlink_vehicle.state import VehicleState
+from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.recording.replay import play
 from tests.support.golden import (
     MAY_DIFFER,
     differences,

@@ -16,16 +16,16 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from drone_navigation.map_frame import MapFrame
-from drone_navigation.report_log import read_contents
-from drone_navigation.report_track import read_track
-from mavlink_vehicle import frames
+from flight_reports.analysis.log_reader import read_contents
+from flight_reports.analysis.track import read_track
 from mavlink_vehicle.codec import Codec, Message, mavlink
-from mavlink_vehicle.frames import Vector3
 from mavlink_vehicle.io.tlog import TlogReader
+from mavlink_vehicle.positions import frames
+from mavlink_vehicle.positions.frames import Vector3
+from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection, true_to_scale
 from mavlink_vehicle.profiles import ardupilot, px4
-from mavlink_vehicle.projections import Geodetic, LocalFrame, Projection, true_to_scale
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.state.reducer import VehicleState, reduce
+from navigation_bridge.vehicle.map_frame import MapFrame
 
 ROOT = Path(__file__).resolve().parents[2]
 PLANE, MISSION = "positions/plane_guided", "positions/mission_clear"

@@ -7,9 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import make_config
-from drone_navigation.goal import (
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.errors import LinkError
+from mavlink_vehicle.io.tlog import TlogReader
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.goals.goal import (
     GoalFeedback,
     GoalFinished,
     GoalHappened,
@@ -17,15 +21,11 @@ from drone_navigation.goal import (
     Output,
     PlanChanged,
 )
-from drone_navigation.noted_outputs import NotedOutputs
-from drone_navigation.replay import Player, ReplayError, open_recording, play
-from drone_navigation.requests import TakeoffRequest
-from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.tlog import TlogReader
-from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.goals.requests import TakeoffRequest
+from navigation_bridge.recording.noted_outputs import NotedOutputs
+from navigation_bridge.recording.replay import Player, ReplayError, open_recording, play
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety import Rejection
+from navigation_core.safety.target_checks import Rejection
 from tests.support.made_flights import FOLDER, RECIPES, MadeFlight
 
 

@@ -9,13 +9,13 @@ import jsonschema
 import pytest
 import yaml
 
-from drone_navigation.configuration import make_config
 from drone_navigation.navigation_server import main
-from drone_navigation.parameter_table import ParameterValue
-from drone_navigation.requests import LandRequest, NavigateRequest
-from drone_navigation.shadow_file import ShadowGoal, read_shadow_goals, schema
-from drone_navigation.shadow_goals import ShadowResult, work_shadow_goals
 from mavlink_vehicle.io.tlog import TlogReader
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.configuration.parameter_table import ParameterValue
+from navigation_bridge.goals.requests import LandRequest, NavigateRequest
+from navigation_bridge.recording.shadow_file import ShadowGoal, read_shadow_goals, schema
+from navigation_bridge.recording.shadow_goals import ShadowResult, work_shadow_goals
 from tests.replay.flights import DATA
 from tests.support.recorded_flight import Recorder
 from tests.support.simulated_flight import SimulatedFlight

@@ -25,9 +25,9 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
-from mavlink_vehicle.health import estimator_faults
 from mavlink_vehicle.io.tlog import TlogReader
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.state.health import estimator_faults
+from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 
 ROOT = Path(__file__).resolve().parents[2]

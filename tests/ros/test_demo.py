@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drone_navigation import notes
 from drone_navigation.demo import SCENARIOS
-from drone_navigation.flight_recording import read_recording
-from drone_navigation.flight_scene import replan_times_s
 from drone_navigation.processes import Process
+from flight_reports.flight_recording import read_recording
+from flight_reports.pictures.scene import replan_times_s
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.shapes import Shapes
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
+from navigation_bridge import notes
 
 RADIUS_M = 0.5  # vehicle_radius_m
 ESTIMATE_OFF_M = 0.2  # the vehicle's place is its own estimate

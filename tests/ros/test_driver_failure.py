@@ -15,20 +15,20 @@ from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 
 from custom_interfaces.action import Navigate
-from drone_navigation.actions import GoalServers
-from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import make_config
-from drone_navigation.names import ACTION_NAME
 from drone_navigation.processes import Process, free_udp_port, ros_environment
-from drone_navigation.service_servers import ServiceServers
-from drone_navigation.topics import Topics
-from drone_navigation.vehicle_application import VehicleApplication
+from drone_navigation.server.actions import GoalServers
+from drone_navigation.server.service_servers import ServiceServers
+from drone_navigation.server.topics import Topics
+from drone_navigation.server.vehicle_application import VehicleApplication
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.names import ACTION_NAME
 from navigation_core.outcomes import OutcomeCode
 from tests.support.ros_flight import navigate_goal, new_domain
 

@@ -14,8 +14,8 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from visualization_msgs.msg import Marker, MarkerArray
 
-from drone_navigation.names import SERVER_NODE_NAME
 from drone_navigation.qos import LATCHED_QOS
+from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.ros_flight import Flight
 
 pytestmark = pytest.mark.xdist_group("ros_obstacles")

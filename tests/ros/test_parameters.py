@@ -11,14 +11,18 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from drone_navigation.configuration import ConfigurationError, ServerConfig, make_config
-from drone_navigation.parameter_table import FIXED, PARAMETERS
-from drone_navigation.parameters import (
+from drone_navigation.server.parameters import (
     declare_parameters,
     declare_vehicle_parameters,
     follow_changes,
 )
-from drone_navigation.server import vehicle_arguments
+from drone_navigation.server.server import vehicle_arguments
+from navigation_bridge.configuration.make_config import (
+    ConfigurationError,
+    ServerConfig,
+    make_config,
+)
+from navigation_bridge.configuration.parameter_table import FIXED, PARAMETERS
 from tests.support.ros_flight import new_domain
 
 MakeNode = Callable[..., Node]

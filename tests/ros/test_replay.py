@@ -25,13 +25,13 @@ from std_srvs.srv import Trigger
 
 from custom_interfaces.action import Takeoff
 from custom_interfaces.msg import GoalEvent, VehicleStatus
-from drone_navigation.configuration import ConfigurationError, make_config
-from drone_navigation.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
-from drone_navigation.parameter_table import ParameterValue
 from drone_navigation.processes import Process, ros_environment
-from drone_navigation.replay_node import recording_of
+from drone_navigation.server.replay_node import recording_of
 from mavlink_vehicle.codec import Codec, with_source
 from mavlink_vehicle.io.tlog import TlogReader
+from navigation_bridge.configuration.make_config import ConfigurationError, make_config
+from navigation_bridge.configuration.parameter_table import ParameterValue
+from navigation_bridge.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
 from tests.support.ros_flight import Flight, navigate_goal, new_domain
 
 pytestmark = [pytest.mark.xdist_group("ros_replay"), pytest.mark.timeout(180)]

@@ -10,9 +10,9 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from rclpy.qos import qos_profile_action_status_default
 
 from custom_interfaces.msg import GoalEvent
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 from drone_navigation.processes import free_udp_port
 from mavlink_vehicle.codec import make
+from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 from tests.support.pymavlink_station import PymavlinkStation
 from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
 

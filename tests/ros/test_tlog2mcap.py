@@ -15,8 +15,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import BatteryState, NavSatFix
 
 from custom_interfaces.msg import GoalEvent, VehicleStatus
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 from drone_navigation.tlog2mcap import convert
+from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 from tests.support.bags import ReadBag, holds, plain, read_bag
 from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import strategies as st
 
 from navigation_core.geometry import KinematicState
-from navigation_core.trajectory import Limits
+from navigation_core.trajectories.trajectory import Limits
 
 
 def _number(low: float, high: float) -> st.SearchStrategy[float]:

@@ -8,9 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import make_config
-from drone_navigation.goal import (
+from mavlink_vehicle.codec import Codec, mavlink
+from mavlink_vehicle.io.tlog import TlogReader
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.goals.goal import (
     Annotation,
     GoalFeedback,
     GoalFinished,
@@ -19,11 +22,8 @@ from drone_navigation.goal import (
     Output,
     PlanChanged,
 )
-from drone_navigation.noted_outputs import NotedOutputs
-from drone_navigation.replay import Player
-from mavlink_vehicle.codec import Codec, mavlink
-from mavlink_vehicle.io.tlog import TlogReader
-from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.recording.noted_outputs import NotedOutputs
+from navigation_bridge.recording.replay import Player
 
 MAY_DIFFER = {
     "messages": "how many messages are known depends on the dialect of the installed pymavlink",

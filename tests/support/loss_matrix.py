@@ -13,7 +13,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from drone_navigation.requests import (
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.links.faults import LinkFaults
+from mavlink_vehicle.codec import Message
+from navigation_bridge.goals.requests import (
     LandRequest,
     NavigateRequest,
     Request,
@@ -21,9 +24,6 @@ from drone_navigation.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.faults import LinkFaults
-from mavlink_vehicle.codec import Message
 from tests.support.simulated_flight import SimulatedFlight
 
 PAGE = Path(__file__).parents[2] / "docs" / "loss_matrix.md"

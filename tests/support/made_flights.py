@@ -14,13 +14,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from drone_navigation.goal import GoalFinished
-from drone_navigation.parameter_table import ParameterValue
-from drone_navigation.requests import LandRequest, WaypointRequest, WaypointsRequest
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.vehicle import SimulatedVehicle
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
+from navigation_bridge.configuration.parameter_table import ParameterValue
+from navigation_bridge.goals.goal import GoalFinished
+from navigation_bridge.goals.requests import LandRequest, WaypointRequest, WaypointsRequest
 from tests.support.recorded_flight import Recorder
 from tests.support.simulated_flight import SimulatedFlight
 

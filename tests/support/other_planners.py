@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from navigation_core.shortcuts import pulled_tight
+from navigation_core.planning.shortcuts import pulled_tight
 from tests.support.random_worlds import CLEARANCE_M, World, free_grid
 
 OMPL_PLANNERS = {

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from navigation_core.geometry import Vector3, add, limit_norm, norm, scale, subtract
-from navigation_core.obstacles import NOTHING, Obstacles
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.tasks.base import (
     Fly,
     Intent,

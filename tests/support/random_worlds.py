@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from navigation_core.geometry import Vector3
-from navigation_core.obstacles import Box, Cylinder, KnownObstacle, Obstacles
+from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle, Obstacles
 
 CLEARANCE_M = 1.5
 """What a vehicle needs beside obstacles: worlds are made for this, and judged with it."""

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from navigation_core.geometry import Vector3
-from navigation_core.obstacle_map import RayScan
-from navigation_core.obstacles import Array, Obstacles
+from navigation_core.mapping.obstacle_map import RayScan
+from navigation_core.mapping.obstacles import Array, Obstacles
 
 _HIT_M = 1e-3
 _STEPS = 200

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from drone_navigation import notes
-from drone_navigation.goal import Annotation
 from mavlink_vehicle.codec import Codec, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
+from navigation_bridge import notes
+from navigation_bridge.goals.goal import Annotation
 from tests.support.simulated_flight import SimulatedFlight
 
 EPOCH_S = 1_700_000_000.0

@@ -19,8 +19,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 
 from custom_interfaces.action import Navigate
-from drone_navigation.names import ACTION_NAME
 from drone_navigation.processes import Process, free_udp_port, ros_environment
+from navigation_bridge.names import ACTION_NAME
 from tests.support.ros_flight import READY_TIMEOUT_S, GoalRecord, new_domain
 
 

@@ -21,10 +21,10 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from custom_interfaces.action import Navigate
-from drone_navigation.actions import ACTIONS
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
 from drone_navigation.qos import LATCHED_QOS
+from drone_navigation.server.actions import ACTIONS
+from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 from tests.support.relay import Relay
 
 READY_TIMEOUT_S = 30.0

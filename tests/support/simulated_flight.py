@@ -6,25 +6,25 @@ import itertools
 from collections.abc import Callable
 from typing import TypeVar
 
-from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import make_config
-from drone_navigation.goal import (
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.simulation import Simulation
+from mavlink_sitl.world.model import World
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.configuration.parameter_table import ParameterValue
+from navigation_bridge.goals.goal import (
     GoalFeedback,
     GoalFinished,
     GoalRejected,
     LogLine,
     ServiceDone,
 )
-from drone_navigation.parameter_table import ParameterValue
-from drone_navigation.requests import NavigateRequest, Request
-from drone_navigation.services import Service
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.world.model import World
-from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.goals.requests import NavigateRequest, Request
+from navigation_bridge.services import Service
 from navigation_core.geometry import Vector3
-from navigation_core.safety import Rejection
+from navigation_core.safety.target_checks import Rejection
 from tests.support.ground_truth import GroundTruth
 
 _TICK_S = 0.01

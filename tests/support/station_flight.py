@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from drone_navigation.requests import Request, WaypointRequest, WaypointsRequest
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import ModePacking
+from navigation_bridge.goals.requests import Request, WaypointRequest, WaypointsRequest
 from navigation_core.geometry import Vector3
 from tests.support.simulated_flight import SimulatedFlight
 

@@ -12,10 +12,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
-from drone_navigation.bridge import Bridge
-from drone_navigation.configuration import make_config
-from drone_navigation.goal import GoalFeedback, GoalFinished
-from drone_navigation.requests import NavigateRequest, Request, WaypointRequest, WaypointsRequest
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
@@ -24,6 +20,15 @@ from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
+from navigation_bridge.goals.requests import (
+    NavigateRequest,
+    Request,
+    WaypointRequest,
+    WaypointsRequest,
+)
 from tests.support.sitl_process import simulator
 
 ResultT = TypeVar("ResultT")

@@ -6,12 +6,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from drone_navigation.parameter_table import ParameterValue
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import Obstacle, Path, RangeSensor
 from mavlink_sitl.world.model import World as SimulatedWorld
+from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_core.geometry import Vector3
-from navigation_core.obstacles import Cylinder, KnownObstacle
+from navigation_core.mapping.obstacles import Cylinder, KnownObstacle
 from tests.support.ground_truth import Encounter
 from tests.support.random_worlds import Mover, World
 from tests.support.simulated_flight import SimulatedFlight

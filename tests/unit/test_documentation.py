@@ -13,19 +13,20 @@ from typing import get_args
 
 import pytest
 
-from drone_navigation import client_events, client_options
-from drone_navigation.client_keys import Key
-from drone_navigation.client_options import COMMANDS
-from drone_navigation.client_options import make_parser as client_parser
+from drone_navigation.client import events as client_events
+from drone_navigation.client import options as client_options
+from drone_navigation.client.keys import Key
+from drone_navigation.client.options import COMMANDS
+from drone_navigation.client.options import make_parser as client_parser
 from drone_navigation.demo import make_parser as demo_parser
-from drone_navigation.flight_plot import make_parser as plot_parser
-from drone_navigation.flight_video import make_parser as video_parser
-from drone_navigation.navigation_report import make_parser as report_parser
-from drone_navigation.parameter_table import PARAMETERS
-from drone_navigation.server_options import make_parser as server_parser
+from drone_navigation.server.options import make_parser as server_parser
 from drone_navigation.tlog2mcap import make_parser as bag_parser
 from flight_logs.export_command import make_parser as export_parser
+from flight_reports.flight_plot import make_parser as plot_parser
+from flight_reports.flight_video import make_parser as video_parser
+from flight_reports.navigation_report import make_parser as report_parser
 from mavlink_sitl.options import make_parser as simulator_parser
+from navigation_bridge.configuration.parameter_table import PARAMETERS
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Status
 
@@ -55,8 +56,8 @@ PROGRAMS: dict[str, Callable[[], ArgumentParser | ClientParser]] = {
     "tlog2mcap": bag_parser,
     "python -m mavlink_sitl": simulator_parser,
     "python -m drone_navigation.demo": demo_parser,
-    "python -m drone_navigation.flight_plot": plot_parser,
-    "python -m drone_navigation.flight_video": video_parser,
+    "python -m flight_reports.flight_plot": plot_parser,
+    "python -m flight_reports.flight_video": video_parser,
 }
 
 
@@ -74,9 +75,12 @@ def test_make_targets_modules_and_files_exist(page: Path) -> None:
     targets = set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE))
     for target in re.findall(r"(?:^|`)make ([a-z-]+)", text, re.MULTILINE):
         assert target in targets, f"{page.name}: make {target}"
-    for module in re.findall(r"python -m ((?:drone_navigation|mavlink_sitl)[\w.]*)", text):
-        package = {"drone_navigation": "src/drone_navigation", "mavlink_sitl": "sitl"}
-        base = ROOT / package[module.split(".")[0]] / module.replace(".", "/")
+    for module in re.findall(
+        r"python -m ((?:drone_navigation|flight_reports|mavlink_sitl)[\w.]*)", text
+    ):
+        package = module.split(".")[0]
+        folder = "sitl" if package == "mavlink_sitl" else f"src/{package}"
+        base = ROOT / folder / module.replace(".", "/")
         assert base.with_suffix(".py").exists() or (base / "__main__.py").exists(), module
     for path in re.findall(r"`((?:src|sitl|tests|docs|bridge_config|scripts)/[\w./-]*)`", text):
         assert (ROOT / path).exists(), f"{page.name}: {path}"

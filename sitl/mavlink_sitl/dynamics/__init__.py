@@ -1,1 +1,1 @@
-"""How vehicles and batteries move: pure functions over lanes (see `mavlink_sitl.ops`)."""
+"""How vehicles and batteries move: pure functions over lanes (see `mavlink_sitl.lanes`)."""

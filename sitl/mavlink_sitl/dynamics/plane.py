@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from mavlink_sitl.ops import Lane, Ops
+from mavlink_sitl.lanes import Lane, Ops
 
 GRAVITY_M_S2 = 9.80665
 

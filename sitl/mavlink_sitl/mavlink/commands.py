@@ -11,10 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.guided import Frame, Guided, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Guided, Setpoint
 from mavlink_sitl.exchange import Result, Severity
-from mavlink_sitl.mavlink import copter_commands, kind_commands, known_messages, setpoints
+from mavlink_sitl.mavlink import copter_commands, kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.messages import known_messages
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.server import MavlinkServer

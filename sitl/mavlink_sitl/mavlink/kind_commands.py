@@ -8,16 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot import plane, rover
-from mavlink_sitl.autopilot.guided import Frame, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
+from mavlink_sitl.autopilot.ardupilot.plane import plane
+from mavlink_sitl.autopilot.ardupilot.rover import rover
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.firmware import Firmware
-    from mavlink_sitl.autopilot.track import Vector
+    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.control.track import Vector
     from mavlink_sitl.mavlink.commands import Command
     from mavlink_sitl.mavlink.server import MavlinkServer
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from mavlink_sitl.autopilot.copter import Copter
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.exchange import (
     HomeChanged,
     ItemReached,
@@ -23,15 +23,16 @@ from mavlink_sitl.exchange import (
     Severity,
     StatusText,
 )
-from mavlink_sitl.mavlink import commands, setpoints, telemetry
+from mavlink_sitl.mavlink import commands, setpoints
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
-from mavlink_sitl.mavlink.mission_transfer import MissionServer
+from mavlink_sitl.mavlink.messages import telemetry
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot
+from mavlink_sitl.mavlink.messages.status_messages import heartbeat
+from mavlink_sitl.mavlink.messages.statustext import StatusTexts
+from mavlink_sitl.mavlink.messages.streams import StreamSchedule
+from mavlink_sitl.mavlink.missions.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer, saved_parameter
 from mavlink_sitl.mavlink.routes import Routes
-from mavlink_sitl.mavlink.snapshot import Snapshot
-from mavlink_sitl.mavlink.status_messages import heartbeat
-from mavlink_sitl.mavlink.statustext import StatusTexts
-from mavlink_sitl.mavlink.streams import StreamSchedule
 
 T = TypeVar("T")
 

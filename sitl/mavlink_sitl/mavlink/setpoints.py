@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
-from mavlink_sitl.autopilot.guided_attitude import AttitudeTarget
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from mavlink_sitl.exchange import GpsReading
 from mavlink_sitl.geodesy import LocalFrame
-from mavlink_sitl.ops import Lane, Ops
+from mavlink_sitl.lanes import Lane, Ops
 
 
 class SensorModel(NamedTuple):

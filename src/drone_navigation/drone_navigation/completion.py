@@ -11,13 +11,11 @@ from pathlib import Path
 
 import shtab
 
-from drone_navigation import (
-    client_options,
-    navigation_report,
-    server_options,
-    tlog2mcap,
-)
+from drone_navigation import tlog2mcap
+from drone_navigation.client import options as client_options
+from drone_navigation.server import options as server_options
 from flight_logs import export_command
+from flight_reports import navigation_report
 
 
 def make_client_parser() -> argparse.ArgumentParser:

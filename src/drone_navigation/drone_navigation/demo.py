@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drone_navigation.demo_report import DemoError, Nearest, report
-from drone_navigation.flight_plot import plot_flight
-from drone_navigation.flight_recording import RecordingError
 from drone_navigation.processes import (
     Process,
     ProcessError,
@@ -27,6 +25,8 @@ from drone_navigation.processes import (
     free_udp_port,
     ros_environment,
 )
+from flight_reports.flight_plot import plot_flight
+from flight_reports.flight_recording import RecordingError
 
 EXIT_OK = 0
 EXIT_FAILED = 1

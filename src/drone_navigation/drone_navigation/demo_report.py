@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drone_navigation.flight_recording import Recording
-from drone_navigation.flight_scene import replan_times_s
+from flight_reports.flight_recording import Recording
+from flight_reports.pictures.scene import replan_times_s
 from navigation_core.outcomes import OutcomeCode
 
 # The path is straight until the scanner sees what is across it: once at least.

@@ -13,13 +13,13 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from drone_navigation.client_commands import run_command
-from drone_navigation.client_errands import make_errand
-from drone_navigation.client_keys import Keyboard
-from drone_navigation.client_options import SERVICE_COMMANDS, make_parser, parse_options
-from drone_navigation.client_session import NavigationClient
-from drone_navigation.client_view import View, make_view
-from drone_navigation.plan_files import PlanError
+from drone_navigation.client.commands import run_command
+from drone_navigation.client.errands import make_errand
+from drone_navigation.client.keys import Keyboard
+from drone_navigation.client.options import SERVICE_COMMANDS, make_parser, parse_options
+from drone_navigation.client.session import NavigationClient
+from drone_navigation.client.view import View, make_view
+from navigation_bridge.goals.plan_files import PlanError
 
 
 def main(args: list[str] | None = None) -> int:

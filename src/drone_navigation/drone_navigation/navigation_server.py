@@ -16,21 +16,21 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from drone_navigation.check_command import run_check
-from drone_navigation.configuration import ConfigurationError, make_config
-from drone_navigation.fleet_config import check_server_wide, make_vehicle_configs
-from drone_navigation.names import SERVER_NODE_NAME
-from drone_navigation.parameter_file import (
+from drone_navigation.check.command import run_check
+from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
+from drone_navigation.server.server import NavigationServer
+from mavlink_vehicle.errors import LinkError
+from mavlink_vehicle.io.clock import MonotonicClock
+from navigation_bridge.configuration.fleet_config import check_server_wide, make_vehicle_configs
+from navigation_bridge.configuration.make_config import ConfigurationError, make_config
+from navigation_bridge.configuration.parameter_file import (
     ParameterFile,
     check_parameter_files,
     read_parameter_file,
 )
-from drone_navigation.server import NavigationServer
-from drone_navigation.server_options import CHECK_TIMEOUT_S, make_parser, overrides
-from drone_navigation.shadow_command import run_shadow_goals
-from drone_navigation.shadow_file import ShadowGoalsError
-from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.clock import MonotonicClock
+from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_bridge.recording.shadow_command import run_shadow_goals
+from navigation_bridge.recording.shadow_file import ShadowGoalsError
 
 EXIT_OK = 0
 EXIT_FAILED = 1

@@ -16,7 +16,7 @@ from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from custom_interfaces.msg import VehicleStatus
-from drone_navigation.names import ACTION_NAME, SERVER_NODE_NAME
+from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 from navigation_core.outcomes import OutcomeCode, Rejection
 
 __all__ = ["SERVER_ID", "Presence"]

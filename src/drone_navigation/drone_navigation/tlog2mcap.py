@@ -9,16 +9,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from drone_navigation.bag_topics import BagClock, BagError
-from drone_navigation.bag_vehicle import RecordedFleet, RecordedVehicle
-from drone_navigation.mcap_bag import open_bag
-from drone_navigation.message_definitions import DefinitionError
-from drone_navigation.replay import RecordedTime, ReplayError, play
+from drone_navigation.bag.mcap_bag import open_bag
+from drone_navigation.bag.message_definitions import DefinitionError
+from drone_navigation.bag.topics import BagClock, BagError
+from drone_navigation.bag.vehicle import RecordedFleet, RecordedVehicle
 from flight_logs.errors import LogError
 from flight_logs.packets import iterate_packets
 from flight_logs.progress import bytes_bar
 from flight_logs.tlog import iterate_tlog
 from mavlink_vehicle.codec import Codec, mavlink
+from navigation_bridge.recording.replay import RecordedTime, ReplayError, play
 
 EXIT_OK = 0
 EXIT_FAILED = 1

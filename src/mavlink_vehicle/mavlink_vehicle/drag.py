@@ -19,7 +19,7 @@ import math
 from dataclasses import replace
 
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
-from mavlink_vehicle.telemetry import Attitude, LocalPosition
+from mavlink_vehicle.state.telemetry import Attitude, LocalPosition
 
 __all__ = ["Drag"]
 

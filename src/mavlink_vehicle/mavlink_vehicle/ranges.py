@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.frames import Vector3
+from mavlink_vehicle.positions.frames import Vector3
 
 __all__ = [
     "RANGE_MESSAGES",

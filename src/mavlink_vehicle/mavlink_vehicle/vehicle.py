@@ -8,7 +8,7 @@ from __future__ import annotations
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.profiles import Profile
-from mavlink_vehicle.protocols.goals import (
+from mavlink_vehicle.protocols.operations.operation_goals import (
     ArmGoal,
     ArmingModeGoal,
     ModeGoal,
@@ -17,10 +17,14 @@ from mavlink_vehicle.protocols.goals import (
     reposition_problem,
     speed_problem,
 )
-from mavlink_vehicle.protocols.operation_parts import Gate, OperationTiming
-from mavlink_vehicle.protocols.operation_slot import Wanted
+from mavlink_vehicle.protocols.operations.operation_parts import Gate, OperationTiming
+from mavlink_vehicle.protocols.operations.operation_slot import Wanted
+from mavlink_vehicle.protocols.operations.takeoff_goal import (
+    TakeoffGoal,
+    takeoff_problem,
+    takeoff_timeout_s,
+)
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
-from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal, takeoff_problem, takeoff_timeout_s
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from mavlink_vehicle.vehicle_stations import VehicleStations
 

@@ -30,23 +30,23 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile, profile_for
-from mavlink_vehicle.protocols.command import Address, CommandTiming
 from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
-from mavlink_vehicle.protocols.fence_items import FenceItems
 from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
-from mavlink_vehicle.protocols.mission_operation import MissionOperation
-from mavlink_vehicle.protocols.mission_parts import TransferTiming
-from mavlink_vehicle.protocols.operation_slot import OperationSlot
+from mavlink_vehicle.protocols.mission.fence_items import FenceItems
+from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
+from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
+from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
+from mavlink_vehicle.protocols.operations.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.protocols.timesync import Timesync
 from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
-from mavlink_vehicle.restarts import evolve
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.state.reducer import VehicleState, reduce
+from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")

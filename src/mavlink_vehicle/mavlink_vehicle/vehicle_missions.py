@@ -7,20 +7,20 @@ from collections.abc import Sequence
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
-from mavlink_vehicle.protocols.mission_goals import (
+from mavlink_vehicle.protocols.mission.mission_goals import (
     CurrentItemGoal,
     MissionModeGoal,
     MissionStartGoal,
 )
-from mavlink_vehicle.protocols.mission_operation import (
+from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionJob,
     MissionOperation,
     MissionTiming,
 )
-from mavlink_vehicle.protocols.mission_parts import TransferTiming
-from mavlink_vehicle.protocols.operation_parts import OperationTiming
-from mavlink_vehicle.protocols.operation_slot import Wanted
-from mavlink_vehicle.restarts import evolve
+from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
+from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
+from mavlink_vehicle.protocols.operations.operation_slot import Wanted
+from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_operations import VehicleOperations
 
 _TIME_S = 50.0

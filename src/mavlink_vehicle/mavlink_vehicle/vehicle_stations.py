@@ -10,12 +10,17 @@ from mavlink_vehicle.events import (
     StationAct,
 )
 from mavlink_vehicle.mission_items import MissionItem
-from mavlink_vehicle.protocols.overheard import ANSWERS, HEARD, StationWatch, is_fence_taken
-from mavlink_vehicle.protocols.stored_mission import StoredMission
-from mavlink_vehicle.telemetry import MissionProgress
+from mavlink_vehicle.protocols.mission.stored_mission import StoredMission
+from mavlink_vehicle.protocols.stations.overheard import (
+    ANSWERS,
+    HEARD,
+    StationWatch,
+    is_fence_taken,
+)
+from mavlink_vehicle.state.telemetry import MissionProgress
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle_config import VehicleConfig
 from mavlink_vehicle.vehicle_missions import VehicleMissions
-from mavlink_vehicle.vehicle_state import VehicleState
 
 _ACTIVE = mavlink.MISSION_STATE_ACTIVE
 _PAUSED = mavlink.MISSION_STATE_PAUSED

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from navigation_core.geometry import KinematicState, Vector3, distance
-from navigation_core.obstacle_shapes import Box, Cylinder
-from navigation_core.obstacles import NOTHING, Obstacles
+from navigation_core.mapping.obstacle_shapes import Box, Cylinder
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.base import COPTER, Fly, Progress, Status, Traits
-from navigation_core.tasks.flight import Flight as TaskFlight
-from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
-from navigation_core.tasks.goto_phases import Phase
-from navigation_core.tasks.route import FlyRoute
-from navigation_core.tasks.waypoint import RouteWaypoint
+from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.goto_phases import Phase
+from navigation_core.tasks.flying.route import FlyRoute
+from navigation_core.tasks.flying.waypoint import RouteWaypoint
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
+from navigation_core.tasks.leading.flight import Flight as TaskFlight
 from tests.support.point_mass import Flight, PointMass, fly
 
 CONFIG = GotoConfig(may_arm=True)

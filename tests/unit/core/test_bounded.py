@@ -27,11 +27,11 @@ from navigation_core.tasks.base import (
     Traits,
     VehicleMode,
 )
-from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
-from navigation_core.tasks.mission import FlyMission
-from navigation_core.tasks.plane import FlyPlane
-from navigation_core.tasks.route import FlyRoute, RouteWaypoint
-from navigation_core.tasks.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed
+from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.route import FlyRoute, RouteWaypoint
+from navigation_core.tasks.watching.mission import FlyMission
+from navigation_core.tasks.watching.plane import FlyPlane
+from navigation_core.tasks.watching.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed
 
 STEP_S = 0.25
 LONGEST_S = 1800.0

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from navigation_core.braking import must_brake, stopping_ends
-from navigation_core.conflicts import Samples
 from navigation_core.geometry import KinematicState, distance
 from navigation_core.limits import Limits
-from navigation_core.obstacle_shapes import Box, Cylinder
-from navigation_core.obstacles import NOTHING, Obstacles
-from navigation_core.trajectory import plan_stop
+from navigation_core.mapping.obstacle_shapes import Box, Cylinder
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
+from navigation_core.planning.conflicts import Samples
+from navigation_core.safety.braking import must_brake, stopping_ends
+from navigation_core.trajectories.trajectory import plan_stop
 
 LIMITS = Limits()
 CLEARANCE_M, REACTION_S = 0.7, 0.3

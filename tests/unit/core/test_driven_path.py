@@ -8,9 +8,9 @@ import pytest
 
 from navigation_core.geometry import KinematicState
 from navigation_core.limits import Limits
-from navigation_core.routes import RoutePoint, plan_route
-from navigation_core.tasks.driven_path import DrivenPath
-from navigation_core.trajectory import plan_to
+from navigation_core.tasks.leading.driven_path import DrivenPath
+from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
+from navigation_core.trajectories.trajectory import plan_to
 
 LIMITS = Limits(speed_horizontal_m_s=3.0, acceleration_horizontal_m_s2=1.0)
 BRAKING_M_S2 = 0.6

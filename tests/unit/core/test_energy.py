@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navigation_core.energy import ConsumptionEstimator
+from navigation_core.safety.energy import ConsumptionEstimator
 
 PRIOR = 1.0 / 900.0
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navigation_core.fences import Circle, Fence, Polygon, check_route
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.fences import Circle, Fence, Polygon, check_route
 
 # A U, open to the North: between its arms is outside.
 U = Polygon(((0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)))

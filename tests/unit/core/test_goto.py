@@ -24,8 +24,14 @@ from navigation_core.tasks.base import (
     Wait,
     check_requirements,
 )
-from navigation_core.tasks.goto import Goto, GotoConfig, GotoConfigError, GotoGoal
-from navigation_core.tasks.goto_phases import TRANSITIONS, Event, Phase, PhaseError, next_phase
+from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoConfigError, GotoGoal
+from navigation_core.tasks.flying.goto_phases import (
+    TRANSITIONS,
+    Event,
+    Phase,
+    PhaseError,
+    next_phase,
+)
 from tests.support.point_mass import Flight, PointMass, fly
 
 TARGET = (10.0, 5.0, 2.0)

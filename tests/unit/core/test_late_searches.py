@@ -9,12 +9,12 @@ import math
 import pytest
 
 from navigation_core.geometry import distance, norm, subtract
-from navigation_core.obstacle_shapes import Box, Cylinder
-from navigation_core.obstacles import Obstacles
+from navigation_core.mapping.obstacle_shapes import Box, Cylinder
+from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.avoidance import AvoidanceConfig
 from navigation_core.tasks.base import Progress, Status
-from navigation_core.tasks.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from tests.support.late_searches import LateSearcher
 from tests.support.point_mass import Flight, PointMass, fly
 

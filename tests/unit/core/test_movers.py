@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from navigation_core.geometry import Vector3
-from navigation_core.movers import Moving
-from navigation_core.obstacle_map import ObstacleMap, RayScan
-from navigation_core.obstacles import Box, Cylinder, KnownObstacle, Obstacles
+from navigation_core.mapping.moving_obstacles import Moving
+from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
+from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle, Obstacles
 from tests.support.range_scanner import sectors
 
 PERIOD_S, NOISE_M = 0.1, 0.02

@@ -9,8 +9,15 @@ import numpy as np
 import pytest
 
 from navigation_core.geometry import Vector3
-from navigation_core.obstacle_map import ObstacleMap, RayScan
-from navigation_core.obstacles import NOTHING, Array, Box, Cylinder, KnownObstacle, Obstacles
+from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
+from navigation_core.mapping.obstacles import (
+    NOTHING,
+    Array,
+    Box,
+    Cylinder,
+    KnownObstacle,
+    Obstacles,
+)
 from tests.support.range_scanner import level_ring, pitched, ranges_m, sectors
 
 UP: Vector3 = (0.0, 0.0, 5.0)

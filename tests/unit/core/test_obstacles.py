@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from navigation_core.obstacles import NOTHING, Box, Cylinder, ObstacleError, Obstacles
+from navigation_core.mapping.obstacles import NOTHING, Box, Cylinder, ObstacleError, Obstacles
 
 POST = Cylinder("post", (10.0, 0.0), 1.0, 0.0, 5.0)
 # A wall of 20 m from west to east, north of the origin.

@@ -17,10 +17,10 @@ from navigation_core.tasks.base import (
     VehicleMode,
     Wait,
 )
-from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.plane import FlyPlane
-from navigation_core.tasks.plane_route import Circling, PlaneRoute
-from navigation_core.tasks.route import RouteError, RouteWaypoint
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
+from navigation_core.tasks.watching.plane import FlyPlane
+from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 
 PLANE = Traits(
     name="plane", hovers=False, control_before_takeoff=False, circle_radius_m=60.0,

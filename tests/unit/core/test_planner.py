@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from navigation_core.geometry import Vector3
-from navigation_core.obstacles import NOTHING, Box, Cylinder, KnownObstacle, Obstacles
-from navigation_core.planner import NoPath, Path, PlanLimits, plan
+from navigation_core.mapping.obstacles import NOTHING, Box, Cylinder, KnownObstacle, Obstacles
+from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
 from tests.support.random_worlds import random_world
 
 CLEARANCE_M = 1.5

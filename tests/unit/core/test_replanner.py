@@ -6,12 +6,12 @@ import itertools
 
 import pytest
 
-from navigation_core.conflicts import Samples
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
-from navigation_core.obstacle_shapes import Cylinder
-from navigation_core.obstacles import NOTHING, Obstacles
-from navigation_core.replanner import (
+from navigation_core.mapping.obstacle_shapes import Cylinder
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
+from navigation_core.planning.conflicts import Samples
+from navigation_core.planning.replanner import (
     TRANSITIONS,
     Decision,
     Event,
@@ -20,7 +20,7 @@ from navigation_core.replanner import (
     ReplanRules,
     State,
 )
-from navigation_core.trajectory import plan_to
+from navigation_core.trajectories.trajectory import plan_to
 
 RULES = ReplanRules(
     conflict_clearance_m=1.1,

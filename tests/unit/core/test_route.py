@@ -9,8 +9,8 @@ import pytest
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import RouteProgress
-from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.route import FlyRoute, RouteError, RouteWaypoint
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.flying.route import FlyRoute, RouteError, RouteWaypoint
 from tests.support.point_mass import PointMass, fly
 
 PLACES = ((8.0, 0.0, 3.0), (16.0, 0.0, 3.0), (24.0, 0.0, 3.0))

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety import Box, FlightVolume, VolumeError, check_target
+from navigation_core.safety.target_checks import Box, FlightVolume, VolumeError, check_target
 
 VOLUME = FlightVolume(radius_max_m=100.0, altitude_min_m=0.5, altitude_max_m=50.0)
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from navigation_core.geometry import KinematicState, distance, horizontal_norm, norm
-from navigation_core.trajectory import (
+from navigation_core.trajectories.trajectory import (
     Limits,
     LimitsError,
     TrajectoryError,

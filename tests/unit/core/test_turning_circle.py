@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from navigation_core.tasks.turning_circle import Pursuer, TurningCircle
+from navigation_core.tasks.leading.turning_circle import Pursuer, TurningCircle
 
 _DT_S = 0.05
 

@@ -21,8 +21,13 @@ from navigation_core.tasks.base import (
     VehicleMode,
     Wait,
 )
-from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed, VehicleLedGoal
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.watching.vehicle_led import (
+    LAND,
+    RETURN_TO_LAUNCH,
+    VehicleLed,
+    VehicleLedGoal,
+)
 
 ROVER = Traits(name="rover", flies=False, lands_itself=False)
 PLANE = Traits(name="plane", hovers=False, circle_radius_m=80.0)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from drone_navigation.autopilot_words import RECENT_S, answers_in, worst_text
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
-from mavlink_vehicle.status_text import StatusText
+from mavlink_vehicle.state.status_text import StatusText
+from navigation_bridge.vehicle.autopilot_words import RECENT_S, answers_in, worst_text
 from navigation_core.outcomes import OutcomeCode
 
 CRASH = StatusText(99.8, mavlink.MAV_SEVERITY_CRITICAL, "Crash: hit scaffold at 0.9 m/s")

@@ -6,9 +6,9 @@ import io
 
 from rich.console import Console
 
-from drone_navigation.check_report import Report, Verdict
-from drone_navigation.check_sections import Line, Section
-from drone_navigation.check_view import plain_lines, show
+from drone_navigation.check.report import Report, Verdict
+from drone_navigation.check.sections import Line, Section
+from drone_navigation.check.view import plain_lines, show
 
 
 def test_a_warning_of_several_lines_is_told_once() -> None:

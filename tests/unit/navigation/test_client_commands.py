@@ -11,9 +11,9 @@ from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import BatteryState
 
 from custom_interfaces.msg import VehicleStatus
-from drone_navigation import client_servers
-from drone_navigation.client_commands import status_facts, status_lines
-from drone_navigation.client_servers import no_server
+from drone_navigation.client import servers as client_servers
+from drone_navigation.client.commands import status_facts, status_lines
+from drone_navigation.client.servers import no_server
 
 
 def status(**members: Any) -> VehicleStatus:

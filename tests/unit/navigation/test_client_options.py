@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from drone_navigation.client_options import (
+from drone_navigation.client.options import (
     ACTION_COMMANDS,
     COMMANDS,
     SERVICE_COMMANDS,

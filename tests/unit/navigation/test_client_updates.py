@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from drone_navigation.client_options import parse_options
-from drone_navigation.client_updates import Update, UpdateError, parse_point, parse_update
+from drone_navigation.client.options import parse_options
+from drone_navigation.client.updates import Update, UpdateError, parse_point, parse_update
 
 
 @pytest.mark.parametrize("text", ["t=8: 5 -5 2.5", "t=8:5 -5 2.5", " t = 8s : 5, -5, 2.5 "])

@@ -10,7 +10,7 @@ import re
 import pytest
 from rich.console import Console
 
-from drone_navigation.client_events import (
+from drone_navigation.client.events import (
     Accepted,
     Ended,
     Event,
@@ -20,8 +20,8 @@ from drone_navigation.client_events import (
     Sending,
     Telemetry,
 )
-from drone_navigation.client_live import LiveView
-from drone_navigation.client_view import JsonView, PlainView, View
+from drone_navigation.client.live import LiveView
+from drone_navigation.client.view import JsonView, PlainView, View
 
 UNKNOWN = (math.nan, math.nan, math.nan)
 SENDING = Sending(1, "navigate_to_waypoint", "goal (10, 5, 2) m in frame map")

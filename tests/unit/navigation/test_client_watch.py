@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drone_navigation.client_watch import ServerWatch
+from drone_navigation.client.watch import ServerWatch
 
 
 def test_a_server_that_is_heard_is_left_alone() -> None:

@@ -11,10 +11,14 @@ import jsonschema
 import pytest
 import yaml
 
-from drone_navigation.configuration import ConfigurationError, check_value, make_config
-from drone_navigation.parameter_table import PARAMETERS, ParameterSpec, ParameterValue
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.links import LinkKind, parse_url
+from navigation_bridge.configuration.make_config import ConfigurationError, check_value, make_config
+from navigation_bridge.configuration.parameter_table import (
+    PARAMETERS,
+    ParameterSpec,
+    ParameterValue,
+)
 
 ROOT = Path(__file__).resolve().parents[3]
 SCHEMA = json.loads((ROOT / "bridge_config/navigation_server.schema.json").read_text("utf-8"))

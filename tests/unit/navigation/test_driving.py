@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from drone_navigation.driving import Driving, driving_of
-from drone_navigation.traits import limits_of, traits_of
 from mavlink_vehicle.profiles import ardupilot, px4
+from navigation_bridge.vehicle.driving import Driving, driving_of
+from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.limits import Limits
 
 # The parameters of the firmwares' own simulated rovers.

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from drone_navigation.fleet import VEHICLE_BURST, Fleet, Member
 from mavlink_vehicle.codec import Message, make, with_source
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import ManualClock
 from mavlink_vehicle.io.driver import GIVE_UP_S
+from navigation_bridge.fleet import VEHICLE_BURST, Fleet, Member
 
 
 class Recorder:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from drone_navigation.configuration import ConfigurationError
-from drone_navigation.fleet_config import check_server_wide, make_vehicle_configs
-from drone_navigation.parameter_file import read_parameter_file
-from drone_navigation.parameter_table import ParameterValue
+from navigation_bridge.configuration.fleet_config import check_server_wide, make_vehicle_configs
+from navigation_bridge.configuration.make_config import ConfigurationError
+from navigation_bridge.configuration.parameter_file import read_parameter_file
+from navigation_bridge.configuration.parameter_table import ParameterValue
 
 ROOT = Path(__file__).resolve().parents[3]
 NODE = "navigation_server"

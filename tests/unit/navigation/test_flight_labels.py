@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from drone_navigation.flight_labels import along, free_places, names_of
+from flight_reports.pictures.labels import along, free_places, names_of
 
 FRAME_PX = (0.0, 0.0, 400.0, 300.0)
 SIZE_PX = np.array([60.0, 12.0])

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from drone_navigation import flight_plot, flight_scene, flight_video
-from drone_navigation.flight_film import Film, Pace, Picture, make_pace
-from drone_navigation.flight_recording import Recording, read_recording
-from drone_navigation.flight_scene import ABOVE, View, ground_m
-from drone_navigation.recorded_notes import RecordedGoal as Goal
-from drone_navigation.timeline import Timeline
-from navigation_core.obstacles import Box, Cylinder, Obstacles
+from flight_reports import flight_plot, flight_video
+from flight_reports.flight_recording import Recording, read_recording
+from flight_reports.pictures import scene as flight_scene
+from flight_reports.pictures.film import Film, Pace, Picture, make_pace
+from flight_reports.pictures.scene import ABOVE, View, ground_m
+from flight_reports.timeline import Timeline
+from navigation_bridge.recording.recorded_notes import RecordedGoal as Goal
+from navigation_core.mapping.obstacles import Box, Cylinder, Obstacles
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 SIDE = View("Seen from the side", 0, 2)

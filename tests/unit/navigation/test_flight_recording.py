@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drone_navigation import notes
-from drone_navigation.flight_recording import RecordingError, read_recording
+from flight_reports.flight_recording import RecordingError, read_recording
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
+from navigation_bridge import notes
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.base import Progress, Status
 

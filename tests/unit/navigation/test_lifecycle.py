@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.lifecycle import (
+from navigation_bridge.goals.lifecycle import (
     TERMINAL_STATES,
     TRANSITIONS,
     GoalEvent,

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drone_navigation.map_frame import MapFrame
-from drone_navigation.recorded_frames import FromFirstPosition
-from drone_navigation.report_track import Track, laid_into
+from flight_reports.analysis.track import Track, laid_into
 from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection, true_to_scale
 from mavlink_vehicle.profiles import ardupilot, px4
-from mavlink_vehicle.projections import Geodetic, LocalFrame, Projection, true_to_scale
-from mavlink_vehicle.state import GlobalPosition, LocalPosition, Origin, VehicleState
+from mavlink_vehicle.state.reducer import GlobalPosition, LocalPosition, Origin, VehicleState
+from navigation_bridge.recording.recorded_frames import FromFirstPosition
+from navigation_bridge.vehicle.map_frame import MapFrame
 from tests.support import ellipsoid
 
 ORIGIN = (60.0, 8.5, 500.0)

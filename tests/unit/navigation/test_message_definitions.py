@@ -19,13 +19,13 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from custom_interfaces.msg import GoalEvent, VehicleStatus
-from drone_navigation.actions import ACTIONS
-from drone_navigation.message_definitions import (
+from drone_navigation.bag.message_definitions import (
     ENCODING,
     DefinitionError,
     definition,
     type_name,
 )
+from drone_navigation.server.actions import ACTIONS
 from tests.support.bags import Decoders, plain
 
 FEEDBACKS = [kind.type.Impl.FeedbackMessage for kind in ACTIONS]

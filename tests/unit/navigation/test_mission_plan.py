@@ -6,13 +6,18 @@ import math
 
 import pytest
 
-from drone_navigation.map_frame import MapFrame
-from drone_navigation.mission_plan import MissionTracker, PlannedItem, plan_items
 from mavlink_vehicle.codec import mavlink
-from mavlink_vehicle.mission_items import AMSL, NO_FRAME, RELATIVE_ALT, TERRAIN_ALT
+from mavlink_vehicle.mission_items import (
+    AMSL,
+    NO_FRAME,
+    RELATIVE_ALT,
+    TERRAIN_ALT,
+)
 from mavlink_vehicle.profiles import Profile, ardupilot, px4
-from mavlink_vehicle.state import Home, MissionProgress, Origin, VehicleState
-from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
+from mavlink_vehicle.state.reducer import Home, MissionProgress, Origin, VehicleState
+from navigation_bridge.goals.mission_plan import MissionTracker, PlannedItem, plan_items
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
 
 LATITUDE, LONGITUDE, AMSL_M = 47.3977, 8.5456, 488.0
 STATE = VehicleState(

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation import notes
-from drone_navigation.goal import GoalFeedback, GoalFinished, GoalHappened
-from drone_navigation.lifecycle import GoalState
-from drone_navigation.recorded_notes import NotesReader
-from drone_navigation.requests import LandRequest
 from mavlink_vehicle.codec import Codec, Message, with_source
 from mavlink_vehicle.io.tlog import TlogReader
+from navigation_bridge import notes
+from navigation_bridge.goals.goal import GoalFeedback, GoalFinished, GoalHappened
+from navigation_bridge.goals.lifecycle import GoalState
+from navigation_bridge.goals.requests import LandRequest
+from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Progress, RouteProgress, Status
 from tests.support.recorded_flight import EPOCH_S, Recorder

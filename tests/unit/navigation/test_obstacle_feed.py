@@ -9,19 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.fence_walls import fence_walls
-from drone_navigation.known_obstacles import KnownObstacles, parse_obstacles
-from drone_navigation.map_frame import MapFrame
-from drone_navigation.obstacle_feed import ObstacleFeed, SensorPoints, SensorScan
-from drone_navigation.sensor_pose import SensorPose, SensorPoseError, carrier_at
-from drone_navigation.settings import ObstacleConfig
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from navigation_core.fences import Circle, Fence, Polygon
+from navigation_bridge.configuration.known_obstacles import KnownObstacles, parse_obstacles
+from navigation_bridge.configuration.sensor_poses import SensorPose, SensorPoseError, carrier_at
+from navigation_bridge.configuration.settings import ObstacleConfig
+from navigation_bridge.obstacles.fence_walls import fence_walls
+from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed, SensorPoints, SensorScan
+from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
-from navigation_core.obstacles import Obstacles
-from navigation_core.safety import FlightVolume
+from navigation_core.mapping.obstacles import Obstacles
+from navigation_core.safety.fences import Circle, Fence, Polygon
+from navigation_core.safety.target_checks import FlightVolume
 from tests.support.autopilot_messages import AutopilotMessages
 
 UNKNOWN = 65535

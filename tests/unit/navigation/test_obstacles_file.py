@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 import yaml
 
-from drone_navigation.configuration import ConfigurationError, make_config
-from drone_navigation.known_obstacles import (
+from mavlink_vehicle.state.reducer import Origin, VehicleState
+from navigation_bridge.configuration.known_obstacles import (
     KnownObstacles,
     ObstaclesError,
     parse_obstacles,
     read_obstacles,
     schema,
 )
-from drone_navigation.map_frame import MapFrame
-from mavlink_vehicle.state import Origin, VehicleState
-from navigation_core.obstacles import Box, Cylinder, KnownObstacle, Obstacles
+from navigation_bridge.configuration.make_config import ConfigurationError, make_config
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle, Obstacles
 
 ROOT = Path(__file__).resolve().parents[3]
 FILES = sorted((ROOT / "bridge_config/obstacles").glob("*.yaml"))

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.plan_files import PlanError, Route, read_plan, read_waypoints
-from drone_navigation.requests import AltitudeReference
+from navigation_bridge.goals.plan_files import PlanError, Route, read_plan, read_waypoints
+from navigation_bridge.goals.requests import AltitudeReference
 
 AMSL, HOME, GROUND = AltitudeReference.AMSL, AltitudeReference.HOME, AltitudeReference.GROUND
 WAYPOINT, LOITER_TIME, RTL, LAND, TAKEOFF, DELAY = 16, 19, 20, 21, 22, 93

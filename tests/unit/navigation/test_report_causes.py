@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drone_navigation import notes
-from drone_navigation.goal import GoalHappened
-from drone_navigation.report_events import Severity
-from drone_navigation.report_flight import Flight, read_flights
-from drone_navigation.report_log import read_contents
-from drone_navigation.report_warnings import Warned, warnings
+from flight_reports.analysis.events import Severity
+from flight_reports.analysis.flight import Flight, read_flights
+from flight_reports.analysis.log_reader import read_contents
+from flight_reports.analysis.warnings import Warned, warnings
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
+from navigation_bridge import notes
+from navigation_bridge.goals.goal import GoalHappened
 
 GOAL_ID = "d000e038" + 24 * "a"
 NOTES, SERVER, VEHICLE = (1, notes.COMPONENT_ID), (1, 191), (1, 1)

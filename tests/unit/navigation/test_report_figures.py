@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.report_figures import line
-from drone_navigation.report_html import safe
-from drone_navigation.report_link import link_quality, missing_before
-from drone_navigation.report_tracking import Samples, tracking
 from flight_logs.records import Records
+from flight_reports.analysis.link_quality import link_quality, missing_before
+from flight_reports.analysis.tracking import Samples, tracking
+from flight_reports.page.figures import line
+from flight_reports.page.html import safe
 
 _PACKET = np.dtype([("time_s", "<f8"), ("sequence_number", "u1")])
 

@@ -10,20 +10,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drone_navigation import notes, report_log
-from drone_navigation.report_commands import commands
-from drone_navigation.report_comparison import align, comparison_page, energy_wh, in_one_frame
-from drone_navigation.report_figures import map_figure
-from drone_navigation.report_flight import Flight, read_flights
-from drone_navigation.report_log import LogContents, read_contents
-from drone_navigation.report_obstacles import obstacle_traces
-from drone_navigation.report_page import report_page
-from drone_navigation.report_sensed import Sensed
-from drone_navigation.report_warnings import lacking, warnings
 from flight_logs.tlog import iterate_tlog
+from flight_reports.analysis import log_reader as report_log
+from flight_reports.analysis.commands import commands
+from flight_reports.analysis.flight import Flight, read_flights
+from flight_reports.analysis.log_reader import LogContents, read_contents
+from flight_reports.analysis.sensed_obstacles import Sensed
+from flight_reports.analysis.warnings import lacking, warnings
+from flight_reports.page.comparison import align, comparison_page, energy_wh, in_one_frame
+from flight_reports.page.figures import map_figure
+from flight_reports.page.obstacle_traces import obstacle_traces
+from flight_reports.page.page import report_page
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
-from navigation_core.obstacles import Obstacles
+from navigation_bridge import notes
+from navigation_core.mapping.obstacles import Obstacles
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 Source = tuple[int, int]

@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.point_requests import check_request, resolve
-from drone_navigation.requests import MapPose, NavigateRequest, WaypointRequest
-from drone_navigation.route_requests import check_waypoint
+from navigation_bridge.goals.point_requests import check_request, resolve
+from navigation_bridge.goals.requests import NavigateRequest, WaypointRequest
+from navigation_bridge.goals.route_requests import check_waypoint
+from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety import FlightVolume, Rejection
-from navigation_core.tasks.goto import GotoGoal
+from navigation_core.safety.target_checks import FlightVolume, Rejection
+from navigation_core.tasks.flying.goto import GotoGoal
 
 VOLUME = FlightVolume(radius_max_m=100.0, altitude_min_m=0.5, altitude_max_m=50.0)
 UNIT = (0.0, 0.0, 0.0, 1.0)

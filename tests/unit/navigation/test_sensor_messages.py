@@ -15,10 +15,15 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from visualization_msgs.msg import Marker
 
-from drone_navigation.obstacle_markers import KNOWN, SENSED, obstacle_markers
-from drone_navigation.sensor_messages import POINTS_MAX, SensorMessageError, points_of, scan_of
-from drone_navigation.sensor_topics import Newest
-from navigation_core.obstacles import NOTHING, Box, Cylinder, Obstacles
+from drone_navigation.server.obstacle_markers import KNOWN, SENSED, obstacle_markers
+from drone_navigation.server.sensor_topics import Newest
+from navigation_bridge.obstacles.sensor_messages import (
+    POINTS_MAX,
+    SensorMessageError,
+    points_of,
+    scan_of,
+)
+from navigation_core.mapping.obstacles import NOTHING, Box, Cylinder, Obstacles
 
 POINTS = [(1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (-7.0, 8.0, -9.0)]
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from drone_navigation.station_health import COUNTS, StationHealth
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links.tcp import MAX_CLIENTS
 from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_EXPIRY_S
 from mavlink_vehicle.io.ports import NEIGHBOUR_FRAMES_HZ, STATION_BURST, STATION_FRAMES_HZ
 from mavlink_vehicle.io.router import STATION_COPIES_HZ
 from mavlink_vehicle.io.routes import ROUTE_EXPIRY_S
+from navigation_bridge.vehicle.station_health import COUNTS, StationHealth
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -13,16 +13,23 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 
 from custom_interfaces.msg import GoalCode
-from drone_navigation import telemetry_messages as messages
-from drone_navigation.goal import GoalRejected
-from drone_navigation.requests import MapPose
-from drone_navigation.station_health import StationHealth
+from drone_navigation.server import telemetry_messages as messages
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.endpoints import LinkStatistics
-from mavlink_vehicle.state import VehicleState
-from mavlink_vehicle.telemetry import Attitude, Battery, Estimator, GlobalPosition, GpsFix, Home
+from mavlink_vehicle.state.reducer import VehicleState
+from mavlink_vehicle.state.telemetry import (
+    Attitude,
+    Battery,
+    Estimator,
+    GlobalPosition,
+    GpsFix,
+    Home,
+)
+from navigation_bridge.goals.goal import GoalRejected
+from navigation_bridge.vehicle.map_frame import MapPose
+from navigation_bridge.vehicle.station_health import StationHealth
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety import Rejection
+from navigation_core.safety.target_checks import Rejection
 
 STAMP = Time(sec=12)
 NORTH = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))

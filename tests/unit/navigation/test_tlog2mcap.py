@@ -10,18 +10,18 @@ from pathlib import Path
 import pytest
 import yaml
 
-from drone_navigation.goal import GoalFeedback, GoalHappened
-from drone_navigation.mcap_bag import qos_text
+from drone_navigation.bag.mcap_bag import qos_text
 from drone_navigation.qos import LATCHED_QOS
-from drone_navigation.requests import (
-    LandRequest,
-    WaypointRequest,
-    WaypointsRequest,
-)
 from drone_navigation.tlog2mcap import convert, main
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
+from navigation_bridge.goals.goal import GoalFeedback, GoalHappened
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
 from tests.support.bags import ReadBag, read_bag
 from tests.support.recorded_flight import EPOCH_S, Recorder
 from tests.support.simulated_flight import SimulatedFlight

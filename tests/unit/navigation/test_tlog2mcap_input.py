@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from std_msgs.msg import String
 
-from drone_navigation.bag_topics import BagClock, BagNode
-from drone_navigation.mcap_bag import Bag, open_bag
-from drone_navigation.replay import LONGEST_SILENCE_S
+from drone_navigation.bag.mcap_bag import Bag, open_bag
+from drone_navigation.bag.topics import BagClock, BagNode
 from drone_navigation.tlog2mcap import main
 from mavlink_vehicle.codec import Codec, make
+from navigation_bridge.recording.replay import LONGEST_SILENCE_S
 from tests.support.bags import read_bag
 from tests.support.made_logs import START_US, tlog_of
 

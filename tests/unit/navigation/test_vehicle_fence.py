@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from drone_navigation.flight_plan import FlightPlan
-from drone_navigation.vehicle_fence import NO_FENCE, areas_of, fence_of, has_areas
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile, ardupilot, px4
-from navigation_core.fences import Circle, Polygon
+from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.vehicle.fence import NO_FENCE, areas_of, fence_of, has_areas
 from navigation_core.geometry import Vector3
+from navigation_core.safety.fences import Circle, Polygon
 
 HOME = (3.0, 4.0, 1.0)
 ARDUPILOT = {

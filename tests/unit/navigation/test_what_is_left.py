@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from drone_navigation.what_is_left import what_is_left
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.state import VehicleState
+from mavlink_vehicle.state.reducer import VehicleState
+from navigation_bridge.vehicle.left_behind import what_is_left
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
-from mavlink_sitl.faults import FaultyPipe
+from mavlink_sitl.links.faults import FaultyPipe
 from tests.support.ground_station import (
     ACCEPTED,
     FAILED,

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from mavlink_sitl.mavlink.telemetry import BUILDERS
+from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
 from tests.support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
 from tests.support.missions import item, upload, waypoint
 

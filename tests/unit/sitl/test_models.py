@@ -8,19 +8,19 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from mavlink_sitl.autopilot.controller import sqrt_approach
-from mavlink_sitl.autopilot.parameters import (
+from mavlink_sitl.autopilot.common.parameters import (
     Parameters,
     ParameterSpec,
     ParameterType,
     UnknownParameterError,
 )
-from mavlink_sitl.autopilot.profile import LineProfile
+from mavlink_sitl.autopilot.control.controller import sqrt_approach
+from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
-from mavlink_sitl.mavlink.streams import NEVER_US, StreamSchedule
-from mavlink_sitl.ops import ArrayOps, Ops, ScalarOps, ops_for
-from mavlink_sitl.tlog import read_records
+from mavlink_sitl.lanes import ArrayOps, Ops, ScalarOps, ops_for
+from mavlink_sitl.links.tlog import read_records
+from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
 
 SCALAR = ScalarOps()
 MODEL = quadrotor.QuadrotorModel()

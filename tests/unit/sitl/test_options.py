@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.addresses import AddressError, LinkAddress, parse_address
-from mavlink_sitl.faults import LinkFaults
 from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.links.addresses import AddressError, LinkAddress, parse_address
+from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.options import make_parser, parse
 
 

@@ -20,9 +20,9 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation
+from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.options import parse
 from mavlink_sitl.simulation import EPOCH_US
-from mavlink_sitl.tlog import read_records
 
 WAIT_S = 20.0
 """No wait is longer; on an idle machine each is far below a second"""

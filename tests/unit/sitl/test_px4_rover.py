@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from mavlink_sitl.autopilot.px4.pursuit import bearing_rad, speed_in_time
+from mavlink_sitl.autopilot.px4.rover.pursuit import bearing_rad, speed_in_time
 from tests.support.ground_station import (
     ACCEPTED,
     TEMPORARILY_REJECTED,

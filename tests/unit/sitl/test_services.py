@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.mavlink.known_messages import BY_KIND
-from mavlink_sitl.mavlink.telemetry import BUILDERS
+from mavlink_sitl.mavlink.messages.known_messages import BY_KIND
+from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
 from tests.support.ground_station import ALT_HOLD, GroundStation, copter
 
 KEY = bytes(range(32))

@@ -13,7 +13,7 @@ from mavlink_sitl.autopilot.personality.arduplane import ARDUPLANE
 from mavlink_sitl.autopilot.personality.ardurover import ARDUROVER
 from mavlink_sitl.autopilot.personality.shared import COMMON
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.telemetry import BUILDERS
+from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
 from mavlink_sitl.options import make_parser, parse
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"

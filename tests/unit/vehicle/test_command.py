@@ -4,7 +4,7 @@ import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import ProtocolError
-from mavlink_vehicle.protocols.command import (
+from mavlink_vehicle.protocols.operations.command import (
     Address,
     Command,
     CommandFinished,

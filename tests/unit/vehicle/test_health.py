@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.health import arming_faults, battery_is_low, estimator_faults
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.state.health import arming_faults, battery_is_low, estimator_faults
+from mavlink_vehicle.state.reducer import VehicleState, reduce
 from tests.support.autopilot_messages import AutopilotMessages
 
 say = AutopilotMessages()

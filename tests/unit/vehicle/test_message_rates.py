@@ -4,9 +4,9 @@ import pytest
 
 from mavlink_vehicle.codec import Message, mavlink, message_id
 from mavlink_vehicle.errors import MessageError
-from mavlink_vehicle.protocols.command import Address, CommandTiming
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
+from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from tests.support.autopilot_messages import AutopilotMessages
 
 SET_INTERVAL = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL

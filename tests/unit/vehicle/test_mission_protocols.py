@@ -19,12 +19,16 @@ from mavlink_vehicle.mission_items import (
     first_difference,
 )
 from mavlink_vehicle.profiles import ardupilot, px4
-from mavlink_vehicle.protocols.command import Address
-from mavlink_vehicle.protocols.mission_clear import MissionClear
-from mavlink_vehicle.protocols.mission_download import MissionDownload
-from mavlink_vehicle.protocols.mission_parts import TransferResult, TransferTiming, ack_sentence
-from mavlink_vehicle.protocols.mission_upload import MissionUpload
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
+from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
+from mavlink_vehicle.protocols.mission.mission_parts import (
+    TransferResult,
+    TransferTiming,
+    ack_sentence,
+)
+from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
+from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 

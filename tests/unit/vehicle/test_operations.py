@@ -7,17 +7,17 @@ import pytest
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.profiles.ardupilot import COPTER
-from mavlink_vehicle.protocols.command import Address, CommandTiming
-from mavlink_vehicle.protocols.goals import ArmGoal, ModeGoal
-from mavlink_vehicle.protocols.operation_parts import (
+from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
+from mavlink_vehicle.protocols.operations.operation_goals import ArmGoal, ModeGoal
+from mavlink_vehicle.protocols.operations.operation_parts import (
     Goal,
     OperationInput,
     OperationState,
     OperationTiming,
 )
-from mavlink_vehicle.protocols.operations import Operation
-from mavlink_vehicle.protocols.takeoff_goal import TakeoffGoal
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.protocols.operations.operations import Operation
+from mavlink_vehicle.protocols.operations.takeoff_goal import TakeoffGoal
+from mavlink_vehicle.state.reducer import VehicleState, reduce
 from tests.support.autopilot_messages import AutopilotMessages
 
 GUIDED, LOITER = 4, 5

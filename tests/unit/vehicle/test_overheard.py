@@ -10,7 +10,7 @@ import pytest
 from mavlink_vehicle.codec import Codec, Message, mavlink
 from mavlink_vehicle.events import StationAct, StationActed
 from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem
-from mavlink_vehicle.protocols.overheard import CROSSED_S, REPEAT_S, UPLOAD_S
+from mavlink_vehicle.protocols.stations.overheard import CROSSED_S, REPEAT_S, UPLOAD_S
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
 

@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.parameters import ParameterReader, decode_value
 from tests.support.autopilot_messages import AutopilotMessages
 

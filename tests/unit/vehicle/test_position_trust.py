@@ -7,8 +7,8 @@ import math
 import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.position_trust import PositionTrust
-from mavlink_vehicle.state import VehicleState, reduce
+from mavlink_vehicle.state.position_trust import PositionTrust
+from mavlink_vehicle.state.reducer import VehicleState, reduce
 from tests.support.autopilot_messages import AutopilotMessages
 
 PX4 = mavlink.MAV_AUTOPILOT_PX4

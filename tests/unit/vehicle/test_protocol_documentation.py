@@ -7,21 +7,21 @@ from pathlib import Path
 
 import pytest
 
-from mavlink_vehicle import frames
 from mavlink_vehicle.events import StationAct
 from mavlink_vehicle.io.links import parse_url
+from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles import GENERIC, ardupilot, px4
-from mavlink_vehicle.protocols.command import Command, command_name
 from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.machine import Machine
 from mavlink_vehicle.protocols.message_rates import MessageRates
-from mavlink_vehicle.protocols.mission_clear import MissionClear
-from mavlink_vehicle.protocols.mission_download import MissionDownload
-from mavlink_vehicle.protocols.mission_operation import MissionOperation
-from mavlink_vehicle.protocols.mission_upload import MissionUpload
-from mavlink_vehicle.protocols.operations import Operation
+from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
+from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
+from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
+from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
+from mavlink_vehicle.protocols.operations.command import Command, command_name
+from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
-from mavlink_vehicle.protocols.station_acts import COMMANDS
+from mavlink_vehicle.protocols.stations.station_acts import COMMANDS
 from mavlink_vehicle.vehicle import VehicleConfig
 from tests.support import ellipsoid
 

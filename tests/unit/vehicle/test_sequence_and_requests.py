@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavlink_vehicle.protocols.requested_changes import RequestedChanges
+from mavlink_vehicle.protocols.operations.requested_changes import RequestedChanges
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 
 GUIDED, BRAKE, LOITER = 4, 17, 5

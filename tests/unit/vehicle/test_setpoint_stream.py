@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.frames import Vector3
+from mavlink_vehicle.positions.frames import Vector3
 from mavlink_vehicle.profiles import GENERIC, Profile
 from mavlink_vehicle.profiles.ardupilot import COPTER, PLANE, ROVER
 from mavlink_vehicle.profiles.px4 import COPTER as PX4_COPTER
 from mavlink_vehicle.profiles.px4 import PLANE as PX4_PLANE
 from mavlink_vehicle.profiles.px4 import ROVER as PX4_ROVER
-from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed, SetpointStream, legal_setpoint
 
 ADDRESS = Address(1, 191, 1, 1)

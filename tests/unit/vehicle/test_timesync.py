@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mavlink_vehicle.codec import make
-from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.timesync import Timesync
 
 ADDRESS = Address(1, 191, 1, 1)

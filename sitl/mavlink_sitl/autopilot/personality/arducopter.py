@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,
@@ -24,7 +24,7 @@ from mavlink_sitl.autopilot.personality.shared import (
     saved_source,
     streams,
 )
-from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
+from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS
 
 SET_ATTITUDE_TARGET = 0x0040
 """A capability that other kinds of vehicle do not have here"""

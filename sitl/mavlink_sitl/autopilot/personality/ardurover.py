@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,
@@ -24,7 +24,7 @@ from mavlink_sitl.autopilot.personality.shared import (
     saved_source,
     streams,
 )
-from mavlink_sitl.autopilot.plan_rules import ARDUPILOT_PLANS
+from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16

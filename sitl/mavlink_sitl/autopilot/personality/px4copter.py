@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.personality.px4 import (
     ALTCTL,
@@ -22,7 +22,7 @@ from mavlink_sitl.autopilot.personality.px4 import (
     available_modes,
     in_order,
 )
-from mavlink_sitl.autopilot.plan_rules import PX4_PLANS
+from mavlink_sitl.autopilot.plans.plan_rules import PX4_PLANS
 from mavlink_sitl.geodesy import PX4
 
 _INT32 = ParameterType.INT32

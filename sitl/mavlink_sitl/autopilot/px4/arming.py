@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.arming import Arming
+from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.exchange import Result, Severity
 
 if TYPE_CHECKING:

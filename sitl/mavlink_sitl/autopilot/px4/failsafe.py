@@ -13,12 +13,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.failsafe import Failsafes
+from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Observation, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.copter import Copter
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 WARN, TERMINATE = -1, -2

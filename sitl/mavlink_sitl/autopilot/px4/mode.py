@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
-from mavlink_sitl.autopilot.modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint, Vector
 from mavlink_sitl.exchange import Motors
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.navigation import LEAST_LIMIT, Navigator
-from mavlink_sitl.autopilot.parameters import Parameters
-from mavlink_sitl.autopilot.px4.position_law import LAG_M, UNSHAPED_M_S2
+from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
+from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.px4.multicopter.position_law import LAG_M, UNSHAPED_M_S2
 from mavlink_sitl.exchange import Limits, Motion
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 

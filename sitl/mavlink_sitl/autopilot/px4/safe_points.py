@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.auto import AMSL_FRAMES
-from mavlink_sitl.autopilot.plans import Cmd, PlanItem
+from mavlink_sitl.autopilot.common.auto import AMSL_FRAMES
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:

@@ -12,13 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from mavlink_sitl.autopilot.auto import Auto
-from mavlink_sitl.autopilot.copter import Copter
-from mavlink_sitl.autopilot.guided import Setpoint
-from mavlink_sitl.autopilot.modes import Mode
-from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
+from mavlink_sitl.autopilot.common.auto import Auto
+from mavlink_sitl.autopilot.common.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality, px4
-from mavlink_sitl.autopilot.plans import PlanItem
+from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
 from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes

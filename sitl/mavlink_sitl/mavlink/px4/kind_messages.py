@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.px4.path_guidance import Path
-from mavlink_sitl.autopilot.px4.plane_modes import PlaneMode
-from mavlink_sitl.autopilot.px4.rover_modes import DriveMode
-from mavlink_sitl.mavlink import position_messages as position
+from mavlink_sitl.autopilot.px4.plane.path_guidance import Path
+from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
+from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.messages import position_messages as position
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, to_i32
 from mavlink_sitl.mavlink.px4 import messages
-from mavlink_sitl.mavlink.snapshot import Snapshot, boot_ms, to_i32
 
 Builder = Callable[[Snapshot], Message | list[Message] | None]
 DISARMED_US = 900

@@ -7,16 +7,15 @@ import struct
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.personality import px4
-from mavlink_sitl.autopilot.px4.copter import Px4Copter
-from mavlink_sitl.autopilot.px4.plane import Px4Plane
+from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Motors
-from mavlink_sitl.mavlink import position_messages as position
-from mavlink_sitl.mavlink import status_messages as status
-from mavlink_sitl.mavlink import telemetry
 from mavlink_sitl.mavlink.codec import Message, Raw, dialect
-from mavlink_sitl.mavlink.px4 import remote_id
-from mavlink_sitl.mavlink.snapshot import (
+from mavlink_sitl.mavlink.messages import position_messages as position
+from mavlink_sitl.mavlink.messages import status_messages as status
+from mavlink_sitl.mavlink.messages import telemetry
+from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
     boot_ms,
     heading_deg,
@@ -24,6 +23,7 @@ from mavlink_sitl.mavlink.snapshot import (
     to_int,
     to_u16,
 )
+from mavlink_sitl.mavlink.px4 import remote_id
 
 NAN = math.nan
 GRAVITY_M_S2 = 9.80665

@@ -10,7 +10,7 @@ import math
 
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.mavlink.snapshot import Snapshot, to_i32, to_int
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot, to_i32, to_int
 
 LOCATION, SYSTEM = 12901, 12904
 EPOCH_2019_S = 1_546_300_800

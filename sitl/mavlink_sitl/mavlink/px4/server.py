@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.guided import Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
 from mavlink_sitl.exchange import (
     Event,
@@ -24,12 +24,12 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.commands import from_message
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot
+from mavlink_sitl.mavlink.messages.statustext import StatusTexts
+from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import commands, kind_messages, messages, rates, setpoints
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
-from mavlink_sitl.mavlink.snapshot import Snapshot
-from mavlink_sitl.mavlink.statustext import StatusTexts
-from mavlink_sitl.mavlink.streams import NEVER_US
 
 GCS_TIMEOUT_US = 2_500_000
 """A ground station that has been silent for longer gets no texts"""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint, Vector
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message

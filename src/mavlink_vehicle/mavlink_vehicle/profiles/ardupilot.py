@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
+from mavlink_vehicle.positions.projections import MeanLatitude
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     Profile,
@@ -21,7 +22,6 @@ from mavlink_vehicle.profiles.profile import (
     TakeoffForm,
     VehicleKind,
 )
-from mavlink_vehicle.projections import MeanLatitude
 
 
 def _modes(enum_name: str) -> Mapping[str, int]:

@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
+from mavlink_vehicle.positions.projections import Projection
 from mavlink_vehicle.profiles.failsafe_settings import FailsafeSetting
-from mavlink_vehicle.projections import Projection
 
 
 class VehicleKind(enum.Enum):

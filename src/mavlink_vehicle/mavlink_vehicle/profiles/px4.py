@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
+from mavlink_vehicle.positions.projections import AzimuthalEquidistant
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     AltitudeReference,
@@ -23,7 +24,6 @@ from mavlink_vehicle.profiles.profile import (
     TakeoffForm,
     VehicleKind,
 )
-from mavlink_vehicle.projections import AzimuthalEquidistant
 
 _MAIN = {
     "MANUAL": 1, "ALTCTL": 2, "POSCTL": 3, "ACRO": 5, "OFFBOARD": 6, "STABILIZED": 7,

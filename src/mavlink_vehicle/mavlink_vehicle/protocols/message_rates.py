@@ -29,7 +29,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, make, mavlink, message_id
-from mavlink_vehicle.protocols.command import (
+from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.protocols.operations.command import (
     ACCEPTED,
     Address,
     Command,
@@ -37,7 +38,6 @@ from mavlink_vehicle.protocols.command import (
     CommandTiming,
     result_name,
 )
-from mavlink_vehicle.protocols.machine import Machine, Table
 
 _CHECK_PERIOD_S = 2.0
 _EXPECTED_IN_WINDOW = 4

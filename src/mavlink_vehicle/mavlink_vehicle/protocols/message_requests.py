@@ -20,7 +20,12 @@ import math
 from collections.abc import Callable, Iterable
 
 from mavlink_vehicle.codec import Message, mavlink, message_id
-from mavlink_vehicle.protocols.command import ACCEPTED, Address, CommandRequest, ack_result
+from mavlink_vehicle.protocols.operations.command import (
+    ACCEPTED,
+    Address,
+    CommandRequest,
+    ack_result,
+)
 
 _ANSWER_S = 1.0
 _FIRST_RETRY_S = 1.0

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from mavlink_vehicle.codec import Message, make, mavlink
-from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.operations.command import Address
 
 _VALUE = mavlink.MAVLink_param_value_message
 _RETRY_S = 1.0

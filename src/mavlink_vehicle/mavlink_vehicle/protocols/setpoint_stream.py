@@ -15,10 +15,10 @@ from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.frames import Vector3, normalize_angle
+from mavlink_vehicle.positions.frames import Vector3, normalize_angle
 from mavlink_vehicle.profiles import Profile, SetpointField
-from mavlink_vehicle.protocols.command import Address
 from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.protocols.operations.command import Address
 
 # POSITION_TARGET_TYPEMASK: a set bit says "ignore".
 IGNORE_POSITION = 0b0000_0000_0111

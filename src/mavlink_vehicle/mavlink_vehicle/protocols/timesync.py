@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections import deque
 
 from mavlink_vehicle.codec import Message, make, mavlink
-from mavlink_vehicle.protocols.command import Address
+from mavlink_vehicle.protocols.operations.command import Address
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
 _NANOSECONDS = 1_000_000_000

@@ -1,0 +1,150 @@
+"""How a copter flies its mission. Seen in the recording `copter_auto_cleared`.
+
+A waypoint without a delay is a corner to be cut; at others the vehicle stops. After the last
+item it hovers.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import Circle, LoiterToAltitude, Spline
+from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
+    FlyTo,
+    LandAt,
+    ReturnHome,
+    TakeOff,
+    stopping_point,
+)
+from mavlink_sitl.autopilot.common.auto import TAKE_OFFS, Auto
+from mavlink_sitl.autopilot.common.auto_tasks import Delay
+from mavlink_sitl.autopilot.plans.plan_commands import MOVING
+from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
+from mavlink_sitl.exchange import Motors, Result
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.control.track import Vector
+
+ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
+
+
+class CopterAuto(Auto):
+    """Flies the uploaded mission."""
+
+    moving = MOVING | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
+
+    _target: Vector
+    """Where the item in force ends, NED metres"""
+    _other_limits = False
+    """They were changed in a pause"""
+
+    @property
+    def taking_off(self) -> bool:
+        """While the take-off climbs."""
+        return isinstance(self.task, TakeOff)
+
+    def ground_motors(self) -> Motors:
+        """Only a take-off turns the motors up on the ground."""
+        lifting = isinstance(self.task, TakeOff) and self.task.lifting
+        return Motors.FLY if lifting else Motors.IDLE
+
+    # The items.
+
+    def _advance(self, place: int) -> None:
+        """The next item; a heading that was asked for was for the way to the last one."""
+        self.copter.yaw.forget_heading()
+        super()._advance(place)
+
+    def _do(self, item: PlanItem, begins: bool) -> bool:
+        """CONDITION_YAW and regions of interest, besides what every vehicle does."""
+        copter = self.copter
+        if item.command == Cmd.CONDITION_YAW:
+            if begins:
+                copter.yaw.turn(copter.motion.yaw_rad, *item.params)
+            return copter.yaw.reached(copter.motion.yaw_rad)
+        if item.command in ROI:
+            nowhere = item.command == Cmd.SET_ROI_NONE or not (item.x or item.y or item.z)
+            copter.yaw.look_at(None if nowhere else self.place_of(item, copter.motion[:3]))
+            return True
+        return super()._do(item, begins)
+
+    def _begin(self, item: PlanItem) -> None:
+        start = self._start_point()
+        old = self.task
+        target = self.place_of(item, start)
+        self._target = target
+        command = item.command
+        if command in TAKE_OFFS:
+            self.task = TakeOff(self, item, target[2])
+        elif command == Cmd.DELAY:
+            self.task = Delay(self, item)
+        elif command == Cmd.RTL:
+            self.task = ReturnHome(self, item)
+        elif command in (Cmd.LAND, Cmd.VTOL_LAND):
+            self.task = LandAt(self, item, start, target, moves=bool(item.x or item.y))
+        elif command == Cmd.LOITER_TURNS:
+            self.task = Circle(self, item, start, target)
+        elif command == Cmd.SPLINE:
+            self.task = Spline(self, item, start, target, self._next_place(target))
+        elif command == Cmd.LOITER_TO_ALT:
+            self.task = LoiterToAltitude(self, item, start, target)
+        else:
+            self.task = FlyTo(self, item, start, target)
+            if isinstance(old, FlyTo):
+                self.task.continue_from(old)
+
+    def _start_point(self) -> Vector:
+        """Where the next leg begins: at the end of the last, or where the vehicle can stop."""
+        if isinstance(self.task, (FlyTo, TakeOff, Spline)):
+            return self.task.target
+        return stopping_point(self.copter)
+
+    def _next_item(self) -> PlanItem | None:
+        """The item after this one, if it is one to fly to without stopping here."""
+        place = self.copter.plans.current
+        # A look ahead must not use up jumps.
+        for _, item in self._walk(place + 1, dict(self.copter.plans.jumps)):
+            if item.command in (Cmd.WAYPOINT, Cmd.SPLINE, Cmd.LOITER_TIME, Cmd.LOITER_UNLIM):
+                return item
+        return None
+
+    def _next_place(self, instead: Vector) -> Vector | None:
+        item = self._next_item()
+        return None if item is None else self.place_of(item, instead)
+
+    def following_leg(self) -> FlyTo | None:
+        """The leg to the next item, if that is flown straight and without stopping here."""
+        item = self._next_item()
+        if item is None or item.command == Cmd.SPLINE:
+            return None
+        return FlyTo(self, item, self._target, self.place_of(item, self._target))
+
+    # What people want of it.
+
+    def _following_changed(self) -> None:
+        if isinstance(self.task, FlyTo):
+            self.task.forget_following()
+
+    def limits_changed(self) -> None:
+        """Another speed: the leg goes on with it, after a pause if there is one."""
+        if isinstance(self.task, FlyTo) and not self.paused:
+            self.task.restart()
+        self._other_limits = self.paused
+
+    def pause(self) -> Result:
+        """DO_PAUSE_CONTINUE 0: slow down along the way to a stand, and hold."""
+        if not isinstance(self.task, FlyTo):
+            return super().pause()
+        self.paused = True
+        self.copter.plans.state = MissionState.PAUSED
+        return Result.ACCEPTED
+
+    def go_on(self) -> Result:
+        """DO_PAUSE_CONTINUE 1."""
+        if self.paused and isinstance(self.task, FlyTo):
+            self.paused = False
+            self.copter.plans.state = MissionState.ACTIVE
+            if self._other_limits:
+                self.task.restart()
+                self._other_limits = False
+        return Result.ACCEPTED

@@ -1,0 +1,195 @@
+"""The flight modes: each turns its situation into `Guidance`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.control.controller import sqrt_approach
+from mavlink_sitl.exchange import Guidance, Motors
+from mavlink_sitl.lanes import ScalarOps
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.personality import ModeSpec
+
+BRAKE_DECELERATION_M_S2 = 7.5
+"""BRAKE_MODE_DECEL_RATE, 750 cm/s2"""
+LAND_PAUSE_S = 4.0
+"""From a failsafe's change to LAND until it sinks"""
+
+_SCALAR = ScalarOps()
+
+
+class Mode:
+    """A flight mode of one vehicle.
+
+    Args:
+        copter: the vehicle.
+        spec: number, name and rules.
+    """
+
+    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
+        """See the class."""
+        self.copter = copter
+        self.spec = spec
+
+    def enter(self) -> None:
+        """Take over."""
+        raise NotImplementedError
+
+    def update(self) -> None:
+        """Go on; called at the autopilot's rate, armed or not."""
+
+    @property
+    def taking_off(self) -> bool:
+        """Whether EXTENDED_SYS_STATE says TAKEOFF."""
+        return False
+
+    @property
+    def landing(self) -> bool:
+        """Whether EXTENDED_SYS_STATE says LANDING, and landing ends in disarming."""
+        return False
+
+    def ground_motors(self) -> Motors:
+        """What the motors may do while landed."""
+        return Motors.IDLE
+
+    def guide(self, guidance: Guidance) -> None:
+        """Hand new guidance to the controllers."""
+        self.copter.guide(guidance)
+
+    def hold_guidance(self) -> Guidance:
+        """Brake to a standstill and stay there, nose where it is."""
+        return Guidance(
+            motors=Motors.FLY,
+            restart_xy=True,
+            restart_z=True,
+            limits=self.copter.navigator.limits(),
+        )
+
+
+class Stabilize(Mode):
+    """Level, throttle straight from the stick."""
+
+    def enter(self) -> None:
+        """Pass the stick on."""
+        self._throttle = -1.0
+        self.update()
+
+    def update(self) -> None:
+        """Pass the stick on when it moved."""
+        throttle = self.copter.pilot_throttle()
+        if throttle != self._throttle:
+            self._throttle = throttle
+            self.guide(Guidance(motors=Motors.MANUAL, throttle=throttle))
+
+    def ground_motors(self) -> Motors:
+        """The stick decides."""
+        return Motors.MANUAL
+
+
+class PilotHeight(Mode):
+    """LOITER, POSHOLD and ALT_HOLD: stop, and climb or sink with the throttle stick.
+
+    The sticks for roll, pitch and yaw are taken as centred.
+    """
+
+    def enter(self) -> None:
+        """Brake."""
+        self._climb: float | None = None
+        self.update()
+
+    def update(self) -> None:
+        """Follow the stick."""
+        climb = self.copter.pilot_climb_rate_m_s()
+        if climb == self._climb:
+            return
+        first = self._climb is None
+        self._climb = climb
+        acceleration = max(self.copter.parameters["PILOT_ACCEL_Z"] / 100.0, 0.1)
+        self.guide(
+            replace(
+                self.hold_guidance(),
+                velocity_down_m_s=-climb,
+                limits=replace(self.copter.navigator.limits(), acceleration_z_m_s2=acceleration),
+                restart_xy=first,
+                restart_z=first,
+            )
+        )
+
+    def ground_motors(self) -> Motors:
+        """A raised stick takes off."""
+        return Motors.FLY if (self._climb or 0.0) > 0.0 else Motors.IDLE
+
+
+class Brake(Mode):
+    """Stop as fast as possible and stay."""
+
+    def enter(self) -> None:
+        """Brake hard."""
+        limits = replace(
+            self.copter.navigator.limits(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2
+        )
+        self.guide(replace(self.hold_guidance(), limits=limits))
+
+
+class Throw(Mode):
+    """Waits, armed, to be thrown into the air; nobody throws it here."""
+
+    def enter(self) -> None:
+        """Wait."""
+        self.guide(Guidance(motors=Motors.OFF))
+
+    def ground_motors(self) -> Motors:
+        """They start in the air."""
+        return Motors.OFF
+
+
+class Land(Mode):
+    """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground."""
+
+    @property
+    def landing(self) -> bool:
+        """Always."""
+        return True
+
+    def enter(self) -> None:
+        """Brake and sink."""
+        self._speed: float | None = None
+        self._sink_from_s = self.copter.now_s
+        self.update()
+
+    def pause(self) -> None:
+        """Stay for a while before sinking: what a failsafe does, for a pilot to step in."""
+        self._speed = 0.0
+        self._sink_from_s = self.copter.now_s + LAND_PAUSE_S
+        self.guide(self.hold_guidance())
+
+    def update(self) -> None:
+        """Slow down near the ground."""
+        if self.copter.now_s < self._sink_from_s:
+            return
+        speed = landing_speed_m_s(self.copter)
+        if self._speed is not None and abs(speed - self._speed) < 0.02:
+            return
+        first = self._speed is None
+        self._speed = speed
+        self.guide(
+            replace(
+                self.hold_guidance(),
+                velocity_down_m_s=speed,
+                restart_xy=first,
+                restart_z=first,
+            )
+        )
+
+
+def landing_speed_m_s(copter: Copter) -> float:
+    """How fast to sink at this height above home."""
+    parameters = copter.parameters
+    final = parameters["LAND_SPEED"] / 100.0
+    fast = (parameters["LAND_SPEED_HIGH"] or parameters["WPNAV_SPEED_DN"]) / 100.0
+    above = copter.navigator.height_above_home_m() - parameters["LAND_ALT_LOW"] / 100.0
+    limit = parameters["WPNAV_ACCEL_Z"] / 100.0
+    return min(max(float(sqrt_approach(above, 1.0, limit, _SCALAR)), final), fast)

@@ -1,0 +1,252 @@
+"""What a copter's AUTO can be busy with: one class per kind of item that moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Land
+from mavlink_sitl.autopilot.ardupilot.copter.guided import (
+    ARMING_DELAY_S,
+    TAKEOFF_MARGIN_M,
+    TAKEOFF_SPEED_M_S,
+)
+from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_distance
+from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.control.track import Track, TrackLeg, Vector
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
+from mavlink_sitl.exchange import Guidance, YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
+
+THROTTLE_RAISED = 0.05
+ALLOW_TAKEOFF = 2
+"""Bit of AUTO_OPTIONS: no raised throttle needed for the take-off"""
+
+
+class CopterTask(Task):
+    """An item in flight.
+
+    Args:
+        auto: the mode.
+        item: the item.
+    """
+
+    def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
+        """See the class."""
+        super().__init__(auto, item)
+        self.auto: CopterAuto = auto
+
+
+class TakeOff(CopterTask):
+    """Straight up, once the motors turn and somebody wants it.
+
+    Args:
+        auto: the mode.
+        item: the item.
+        down_m: how high, NED.
+    """
+
+    def __init__(self, auto: CopterAuto, item: PlanItem, down_m: float) -> None:
+        """See the class."""
+        super().__init__(auto, item)
+        motion = self.copter.motion
+        self.target: Vector = (motion.north_m, motion.east_m, down_m)
+        self.lifting = False
+
+    def _wanted(self) -> bool:
+        return (
+            not self.copter.landed
+            or self.auto.may_take_off
+            or bool(int(self.copter.parameters["AUTO_OPTIONS"]) & ALLOW_TAKEOFF)
+            or self.copter.pilot_throttle() > THROTTLE_RAISED
+        )
+
+    def update(self) -> None:
+        """Begin when everything is ready."""
+        copter = self.copter
+        if self.lifting or not copter.armed or not self._wanted():
+            return
+        if copter.landed and copter.now_s - copter.arming.armed_at_s < ARMING_DELAY_S:
+            return
+        self.lifting = True
+        self.target = (copter.motion.north_m, copter.motion.east_m, self.target[2])
+        self.auto.guide(holding(self.auto, self.target))
+
+    def finished(self) -> bool:
+        """At its height and slow."""
+        motion = self.copter.motion
+        near = motion.down_m <= self.target[2] + TAKEOFF_MARGIN_M
+        return self.lifting and near and abs(motion.velocity_down_m_s) < TAKEOFF_SPEED_M_S
+
+
+class FlyTo(CopterTask):
+    """To a place, and for a while at it: waypoints and loiters.
+
+    Args:
+        auto: the mode.
+        item: the item.
+        start: where the leg begins, NED metres.
+        target: where it ends.
+    """
+
+    def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector) -> None:
+        """See the class."""
+        super().__init__(auto, item)
+        self.target = target
+        jerk = max(self.copter.parameters["WPNAV_JERK"], 0.1)
+        self.leg = TrackLeg(start, target, self.copter.navigator.limits(), jerk)
+        self.track = Track(self.leg, self.copter.now_s)
+        self.following: FlyTo | None = None
+        self._arrived_s: float | None = None
+        self._restarted = True
+        self.stay_s = max(item.params[0], 0.0)
+        if item.command == Cmd.LOITER_UNLIM:
+            self.stay_s = math.inf
+
+    def continue_from(self, old: FlyTo) -> None:
+        """Round the corner from the leg before."""
+        self.track = old.track
+        if old.following is not None:
+            self.leg = old.following.leg
+        self.track.go_on(self.leg, self.copter.now_s)
+        self._restarted = False
+
+    def forget_following(self) -> None:
+        """What comes next may be another item now."""
+        if self.track.rounding:
+            self.restart()
+        self.following = None
+
+    def restart(self) -> None:
+        """From where the vehicle can stop, as with new limits."""
+        copter = self.copter
+        start = stopping_point(copter)
+        jerk = max(copter.parameters["WPNAV_JERK"], 0.1)
+        self.leg = TrackLeg(start, self.target, copter.navigator.limits(), jerk)
+        self.track = Track(self.leg, copter.now_s)
+        self.following = None
+        self._restarted = True
+
+    def update(self) -> None:
+        """Follow the track; look for the corner."""
+        copter = self.copter
+        if not copter.armed or copter.landed:
+            return
+        if self.stay_s == 0.0:
+            if self.following is None:
+                self.following = self.auto.following_leg()
+            if self.following is not None:
+                radius = copter.parameters["WPNAV_RADIUS"] / 100.0
+                self.track.offer(self.following.leg, radius, copter.now_s)
+        self.track.advance(copter.now_s, self.auto.paused)
+        position, velocity, acceleration = self.track.at(copter.now_s)
+        self.auto.guide(
+            replace(
+                holding(self.auto, position),
+                velocity_north_m_s=velocity[0],
+                velocity_east_m_s=velocity[1],
+                velocity_down_m_s=velocity[2],
+                acceleration_north_m_s2=acceleration[0],
+                acceleration_east_m_s2=acceleration[1],
+                acceleration_down_m_s2=acceleration[2],
+                restart_xy=self._restarted,
+                restart_z=self._restarted,
+                yaw_mode=YawMode.LOOK_AHEAD,
+            )
+        )
+        self._restarted = False
+
+    def finished(self) -> bool:
+        """Past the corner, or long enough at the place."""
+        copter = self.copter
+        if not copter.armed or copter.landed or not self.track.passed(copter.now_s):
+            return False
+        if self.stay_s == 0.0 and self.following is not None:
+            return True
+        if self._arrived_s is None:
+            motion = copter.motion
+            radius = copter.parameters["WPNAV_RADIUS"] / 100.0
+            if math.dist(motion[:3], self.target) > radius:
+                return False
+            self._arrived_s = copter.now_s
+        return copter.now_s - self._arrived_s >= self.stay_s
+
+
+class ReturnHome(CopterTask):
+    """Home, and down; ends in disarming, which is not AUTO's business."""
+
+    def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
+        """See the class."""
+        super().__init__(auto, item)
+        self._way = ReturnToLaunch(self.copter, auto.spec)
+        self._way.enter()
+
+    @property
+    def landing(self) -> bool:
+        """In the last stage."""
+        return self._way.landing
+
+    def update(self) -> None:
+        """Go on."""
+        self._way.update()
+
+
+class LandAt(CopterTask):
+    """Down, at a place or here."""
+
+    def __init__(
+        self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector, moves: bool
+    ) -> None:
+        """See the class."""
+        super().__init__(auto, item)
+        self._sink = Land(self.copter, auto.spec)
+        self._way: FlyTo | None = None
+        if moves:
+            self._way = FlyTo(auto, replace(item, command=Cmd.LOITER_UNLIM), start, target)
+        else:
+            self._sink.enter()
+
+    @property
+    def landing(self) -> bool:
+        """Once above the place."""
+        return self._way is None
+
+    def update(self) -> None:
+        """Fly there, then sink."""
+        if self._way is None:
+            self._sink.update()
+            return
+        self._way.update()
+        if self._way.track.passed(self.copter.now_s):
+            self._way = None
+            self._sink.enter()
+
+    def finished(self) -> bool:
+        """On the ground."""
+        return self._way is None and self.copter.landed
+
+
+def holding(auto: CopterAuto, position: Vector) -> Guidance:
+    """Fly to a position and stay there."""
+    return replace(
+        auto.hold_guidance(),
+        track_position_xy=1.0,
+        track_position_z=1.0,
+        north_m=position[0],
+        east_m=position[1],
+        down_m=position[2],
+    )
+
+
+def stopping_point(copter: Copter) -> Vector:
+    """Where the vehicle comes to a stand when it brakes now, NED metres."""
+    motion, limits = copter.motion, copter.navigator.limits()
+    v_n, v_e, v_d = motion[3:6]
+    speed = math.hypot(v_n, v_e)
+    ahead = stopping_distance(speed, limits.acceleration_xy_m_s2) / max(speed, 1e-6)
+    below = math.copysign(stopping_distance(v_d, limits.acceleration_z_m_s2), v_d)
+    return motion.north_m + v_n * ahead, motion.east_m + v_e * ahead, motion.down_m + below

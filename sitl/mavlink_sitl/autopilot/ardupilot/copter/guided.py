@@ -1,0 +1,320 @@
+"""GUIDED: take-off, and setpoints of every kind.
+
+What the firmware does with each kind of setpoint, from the recordings `copter_setpoints`,
+`copter_takeoff_mix` and `copter_guided`:
+
+* a position alone stays until another target comes;
+* everything with a velocity or an acceleration runs out after GUID_TIMEOUT: then the
+  velocity, acceleration and turn are zero, and the vehicle brakes and holds;
+* a position with a velocity moves on with it until then;
+* speeds of DO_CHANGE_SPEED last until another kind of target comes, or another mode;
+* a combination that is not one of these (a mask that ignores only x, or everything) stops
+  the vehicle where it is;
+* of these nothing but NAV_TAKEOFF leaves the ground;
+* an attitude (`guided_attitude`) runs out, too, and then the vehicle drifts;
+* while it is paused, targets are taken and not flown: only going on, or another mode, ends that.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
+from mavlink_sitl.exchange import Guidance, Motors, YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.personality import ModeSpec
+
+Vector = tuple[float, float, float]
+
+ARMING_DELAY_S = 2.3
+"""From arming to the motors turning: no take-off before."""
+TAKEOFF_MARGIN_M = 0.1
+TAKEOFF_SPEED_M_S = 0.25
+"""A take-off is complete within this much of its height, below this climb rate"""
+
+
+class Frame(Enum):
+    """What a setpoint is relative to."""
+
+    LOCAL = "local NED"
+    OFFSET = "offset from the vehicle, NED"
+    BODY = "offset from the vehicle, forward-right-down"
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """A target for GUIDED; None where the sender ignores it.
+
+    Attributes:
+        frame: of all three vectors. Velocities and accelerations are only turned by BODY.
+        position_m: metres.
+        velocity_m_s: metres a second.
+        acceleration_m_s2: metres a second squared.
+        yaw_rad: from North, or from the nose in BODY.
+        yaw_rate_rad_s: clockwise.
+        is_global: it came as latitude and longitude.
+    """
+
+    frame: Frame
+    position_m: Vector | None = None
+    velocity_m_s: Vector | None = None
+    acceleration_m_s2: Vector | None = None
+    yaw_rad: float | None = None
+    yaw_rate_rad_s: float | None = None
+    is_global: bool = False
+
+
+class Submode(Enum):
+    """What GUIDED is busy with."""
+
+    TAKEOFF = "take-off"
+    POSITION = "position"
+    POSITION_VELOCITY = "position and velocity"
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+    ATTITUDE = "attitude"
+
+
+class Guided(Mode):
+    """Flies to where it is told.
+
+    Attributes:
+        submode: what it is busy with.
+        target: the setpoint in force, in LOCAL, for POSITION_TARGET_LOCAL_NED.
+    """
+
+    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(copter, spec)
+        self.submode = Submode.VELOCITY
+        self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
+        self._expires_s = math.inf
+        self._takeoff_pending = False
+        self._attitude: AttitudeTarget | None = None
+        self._turned_s = 0.0
+        self._paused = False
+        self._took_off = False
+
+    def enter(self) -> None:
+        """Stop and hold; no old setpoint is taken up again, and no pause lasts."""
+        self._paused = False
+        self._stop()
+
+    def pause(self) -> None:
+        """DO_PAUSE_CONTINUE 0: stop and hold until told to go on, whatever target comes."""
+        # The desired motion is slowed down, which is ahead of the vehicle.
+        self.guide(replace(self.hold_guidance(), restart_xy=False, restart_z=False))
+        self._paused = True
+
+    def go_on(self) -> None:
+        """DO_PAUSE_CONTINUE 1: on to the latest target, also one that came in the meantime."""
+        if not self._paused:
+            return
+        self._paused = False
+        if self.submode is Submode.TAKEOFF:
+            if not self._takeoff_pending:
+                self.guide(self._takeoff_guidance())
+        elif self.submode is not Submode.ATTITUDE:
+            self.guide(replace(self._guidance(self.target), restart_xy=True, restart_z=True))
+        self.update()
+
+    def guide(self, guidance: Guidance) -> None:
+        """See `Mode`; paused, it holds."""
+        if not self._paused:
+            super().guide(guidance)
+
+    def _stop(self) -> None:
+        self.submode = Submode.VELOCITY
+        self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
+        self._expires_s = math.inf
+        self._takeoff_pending = self._took_off = False
+        self.guide(self.hold_guidance())
+
+    @property
+    def taking_off(self) -> bool:
+        """Whether a take-off is under way."""
+        return self.submode is Submode.TAKEOFF
+
+    def take_off(self, down_m: float) -> None:
+        """Climb straight up to a height, once the motors turn."""
+        motion = self.copter.motion
+        self.submode = Submode.TAKEOFF
+        self.target = Setpoint(Frame.LOCAL, position_m=(0.0, 0.0, 0.0))
+        self._expires_s = math.inf
+        self._takeoff_pending = True
+        self._takeoff_down_m = down_m
+        self._takeoff_at = (motion.north_m, motion.east_m)
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """Take a new target; everything in it is finite."""
+        setpoint = self._to_local(setpoint)
+        position, velocity = setpoint.position_m, setpoint.velocity_m_s
+        if position is not None and velocity is not None:
+            self._take(Submode.POSITION_VELOCITY, setpoint)
+        elif velocity is not None:
+            self._take(Submode.VELOCITY, setpoint)
+        elif position is not None and setpoint.acceleration_m_s2 is None:
+            self._take(Submode.POSITION, setpoint)
+        elif position is None and setpoint.acceleration_m_s2 is not None:
+            self._take(Submode.ACCELERATION, setpoint)
+        else:
+            self._stop()
+
+    def attitude(self, target: AttitudeTarget) -> None:
+        """Take an attitude; everything in it is finite."""
+        begins = self.submode is not Submode.ATTITUDE
+        if target.quaternion is None and self._attitude is not None and not begins:
+            target = replace(target, quaternion=self._attitude.quaternion)
+        self.submode = Submode.ATTITUDE
+        self._takeoff_pending = False
+        self._expires_s = self.copter.now_s + self.copter.parameters["GUID_TIMEOUT"]
+        self._turned_s = self.copter.now_s
+        self._fly_attitude(target, begins)
+
+    def _fly_attitude(self, target: AttitudeTarget, begins: bool = False) -> None:
+        now_s = self.copter.now_s
+        self._attitude = target.turned_on(self.copter.motion, now_s - self._turned_s)
+        self._turned_s = now_s
+        self.guide(self._attitude.guidance(self.copter.navigator.limits(), begins))
+
+    def _to_local(self, setpoint: Setpoint) -> Setpoint:
+        motion = self.copter.motion
+        if setpoint.frame is Frame.LOCAL:
+            return setpoint
+        position = setpoint.position_m
+        velocity, acceleration = setpoint.velocity_m_s, setpoint.acceleration_m_s2
+        yaw = setpoint.yaw_rad
+        if setpoint.frame is Frame.BODY:
+            position = _turned(position, motion.yaw_rad)
+            velocity = _turned(velocity, motion.yaw_rad)
+            acceleration = _turned(acceleration, motion.yaw_rad)
+            yaw = None if yaw is None else yaw + motion.yaw_rad
+        if position is not None:
+            position = (
+                position[0] + motion.north_m,
+                position[1] + motion.east_m,
+                position[2] + motion.down_m,
+            )
+        return Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, setpoint.yaw_rate_rad_s)
+
+    def _take(self, submode: Submode, setpoint: Setpoint) -> None:
+        restart = submode is not self.submode or self._took_off
+        if restart:
+            # Each kind of target begins with the parameters' speeds, seen after a take-off.
+            self.copter.navigator.forget_speeds()
+        self._took_off = False
+        self.submode = submode
+        self.target = setpoint
+        self._takeoff_pending = False
+        position = submode is Submode.POSITION
+        timeout_s = self.copter.parameters["GUID_TIMEOUT"]
+        self._expires_s = math.inf if position else self.copter.now_s + timeout_s
+        self.guide(replace(self._guidance(setpoint), restart_xy=restart, restart_z=restart))
+
+    def _guidance(self, setpoint: Setpoint) -> Guidance:
+        zero = (0.0, 0.0, 0.0)
+        position = setpoint.position_m or zero
+        velocity = setpoint.velocity_m_s or zero
+        acceleration = setpoint.acceleration_m_s2 or zero
+        tracks_position = float(setpoint.position_m is not None)
+        tracks_velocity = float(self.submode is not Submode.ACCELERATION)
+        yaw_mode, yaw = YawMode.LOOK_AHEAD, 0.0
+        if setpoint.yaw_rad is not None:
+            yaw_mode, yaw = YawMode.ANGLE, setpoint.yaw_rad
+        elif setpoint.yaw_rate_rad_s is not None:
+            yaw_mode = YawMode.RATE
+        return Guidance(
+            motors=Motors.FLY,
+            track_position_xy=tracks_position,
+            track_position_z=tracks_position,
+            track_velocity_xy=tracks_velocity,
+            track_velocity_z=tracks_velocity,
+            north_m=position[0],
+            east_m=position[1],
+            down_m=position[2],
+            velocity_north_m_s=velocity[0],
+            velocity_east_m_s=velocity[1],
+            velocity_down_m_s=velocity[2],
+            acceleration_north_m_s2=acceleration[0],
+            acceleration_east_m_s2=acceleration[1],
+            acceleration_down_m_s2=acceleration[2],
+            straight=float(self.submode is Submode.POSITION),
+            yaw_mode=yaw_mode,
+            yaw_rad=yaw,
+            yaw_rate_rad_s=setpoint.yaw_rate_rad_s or 0.0,
+            limits=self.copter.navigator.limits(),
+        )
+
+    def update(self) -> None:
+        """Start a waiting take-off, end a finished one, let old setpoints run out."""
+        if self._paused:
+            return
+        copter = self.copter
+        if self._takeoff_pending and copter.armed:
+            if copter.now_s - copter.arming.armed_at_s >= ARMING_DELAY_S:
+                self._takeoff_pending = False
+                self.guide(self._takeoff_guidance())
+        elif self.submode is Submode.TAKEOFF:
+            motion = copter.motion
+            near = motion.down_m <= self._takeoff_down_m + TAKEOFF_MARGIN_M
+            if near and abs(motion.velocity_down_m_s) < TAKEOFF_SPEED_M_S:
+                self.submode = Submode.POSITION
+                self._took_off = True
+                position = (*self._takeoff_at, self._takeoff_down_m)
+                self.target = Setpoint(Frame.LOCAL, position_m=position)
+        if self.submode is Submode.ATTITUDE and self._attitude is not None:
+            self._fly_attitude(self._attitude)
+        if copter.now_s >= self._expires_s:
+            self._expire()
+
+    def _expire(self) -> None:
+        self._expires_s = math.inf
+        if self.submode is Submode.ATTITUDE and self._attitude is not None:
+            self._fly_attitude(self._attitude.levelled(self.copter.motion))
+            return
+        zero = (0.0, 0.0, 0.0)
+        turning = self.target.yaw_rate_rad_s is not None
+        position = None
+        if self.submode is Submode.POSITION_VELOCITY:
+            position = self.copter.moving_target()
+        if self.submode is Submode.ACCELERATION:
+            self.submode = Submode.VELOCITY
+        self.target = replace(
+            self.target,
+            position_m=position,
+            velocity_m_s=zero,
+            acceleration_m_s2=None,
+            yaw_rate_rad_s=0.0 if turning else None,
+        )
+        self.guide(self._guidance(self.target))
+
+    def _takeoff_guidance(self) -> Guidance:
+        return replace(
+            self.hold_guidance(),
+            track_position_xy=1.0,
+            track_position_z=1.0,
+            north_m=self._takeoff_at[0],
+            east_m=self._takeoff_at[1],
+            down_m=self._takeoff_down_m,
+        )
+
+    def ground_motors(self) -> Motors:
+        """A take-off turns the motors up on the ground, and an attitude with a climb."""
+        lifting = self.submode is Submode.TAKEOFF and not self._takeoff_pending
+        if self.submode is Submode.ATTITUDE and self._attitude is not None:
+            lifting = self._attitude.climb_rate_m_s(self.copter.navigator.limits()) > 0.0
+        return Motors.FLY if lifting else Motors.IDLE
+
+
+def _turned(vector: Vector | None, yaw_rad: float) -> Vector | None:
+    """From forward-right-down to NED."""
+    if vector is None:
+        return None
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return (vector[0] * c - vector[1] * s, vector[0] * s + vector[1] * c, vector[2])

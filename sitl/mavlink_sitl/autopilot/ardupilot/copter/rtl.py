@@ -1,0 +1,213 @@
+"""RTL: stop, climb, fly home, wait, land. Recorded in `copter_gcsloss` and `copter_lowbatt`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode, landing_speed_m_s
+from mavlink_sitl.autopilot.control.straight_profile import LineProfile
+from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
+from mavlink_sitl.exchange import Guidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.personality import ModeSpec
+
+CONE_SLOPE = 3.0
+"""RTL_CONE_SLOPE: close to home it climbs no higher than three times the distance"""
+LEAST_HEIGHT_M = 2.0
+"""RTL_ALT_MIN"""
+OVERLAP_S = 1.8
+"""The way home begins so long before the climb ends, in the recordings"""
+
+
+class Stage(Enum):
+    """How far the return has got."""
+
+    CLIMB = 1
+    RETURN = 2
+    WAIT = 3
+    LAND = 4
+
+
+class Leg:
+    """A way along one direction, from rest to rest.
+
+    Args:
+        start: where it begins, metres.
+        end: where it ends, metres; as many coordinates as start.
+        profile: how it is flown; its length is the distance from start to end.
+        began_s: when it begins.
+    """
+
+    def __init__(
+        self, start: tuple[float, ...], end: tuple[float, ...], profile: LineProfile, began_s: float
+    ) -> None:
+        """See the class."""
+        self._start = start
+        length = math.dist(start, end)
+        self._direction = tuple(
+            (b - a) / length if length > 0.0 else 0.0 for a, b in zip(start, end, strict=True)
+        )
+        self._profile = profile
+        self._began_s = began_s
+
+    def remaining_s(self, now_s: float) -> float:
+        """Time until it ends."""
+        return self._began_s + self._profile.duration_s - now_s
+
+    def at(self, now_s: float) -> list[tuple[float, float, float]]:
+        """Position, speed and acceleration of each coordinate."""
+        s, v, a = self._profile.at(now_s - self._began_s)
+        return [
+            (x + d * s, d * v, d * a) for x, d in zip(self._start, self._direction, strict=True)
+        ]
+
+
+def stopping_distance(speed_m_s: float, acceleration_m_s2: float) -> float:
+    """How far a vehicle goes until it stands, braking by the square-root controller (gain 1)."""
+    speed = abs(speed_m_s)
+    if speed <= acceleration_m_s2:
+        return speed
+    return 0.5 * acceleration_m_s2 + speed * speed / (2.0 * acceleration_m_s2)
+
+
+class ReturnToLaunch(Mode):
+    """Goes home by itself.
+
+    Attributes:
+        stage: how far it has got.
+    """
+
+    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(copter, spec)
+        self.stage = Stage.CLIMB
+
+    @property
+    def landing(self) -> bool:
+        """In the last stage only."""
+        return self.stage is Stage.LAND
+
+    def enter(self) -> None:
+        """Brake, and climb to the height of the way home."""
+        self.stage = Stage.CLIMB
+        self._home = return_point_ned_m(self.copter)
+        north, east, down = self._stopping_point()
+        distance = math.dist((north, east), self._home[:2])
+        cone = max(distance * CONE_SLOPE, LEAST_HEIGHT_M)
+        height = max(self._home[2] - down, min(self.copter.parameters["RTL_ALT"] / 100.0, cone))
+        self._down_m = self._home[2] - height
+        self._stop = (north, east)
+        limits = self.copter.navigator.limits()
+        self._climb = self._leg(
+            (down,), (self._down_m,), limits.speed_up_m_s, limits.acceleration_z_m_s2
+        )
+        self._base = replace(
+            self.hold_guidance(),
+            track_position_xy=1.0,
+            track_position_z=1.0,
+            north_m=north,
+            east_m=east,
+            down_m=down,
+        )
+        self.guide(self._base)
+        self._base = replace(self._base, restart_xy=False, restart_z=False)
+
+    def _stopping_point(self) -> tuple[float, float, float]:
+        motion, limits = self.copter.motion, self.copter.navigator.limits()
+        v_n, v_e = motion.velocity_north_m_s, motion.velocity_east_m_s
+        speed = math.hypot(v_n, v_e)
+        ahead = stopping_distance(speed, limits.acceleration_xy_m_s2) / max(speed, 1e-6)
+        v_d = motion.velocity_down_m_s
+        below = math.copysign(stopping_distance(v_d, limits.acceleration_z_m_s2), v_d)
+        return motion.north_m + v_n * ahead, motion.east_m + v_e * ahead, motion.down_m + below
+
+    def _leg(
+        self,
+        start: tuple[float, ...],
+        end: tuple[float, ...],
+        speed_m_s: float,
+        acceleration_m_s2: float,
+    ) -> Leg:
+        jerk = max(self.copter.parameters["WPNAV_JERK"], 0.1)
+        profile = LineProfile(math.dist(start, end), speed_m_s, acceleration_m_s2, jerk)
+        return Leg(start, end, profile, self.copter.now_s)
+
+    def update(self) -> None:
+        """Go on with the stage, or to the next."""
+        copter = self.copter
+        if copter.landed or not copter.armed:
+            return
+        if self.stage is Stage.CLIMB:
+            self.guide(self._climbing(self._base))
+            if self._climb.remaining_s(copter.now_s) <= OVERLAP_S:
+                self._begin_return()
+        elif self.stage is Stage.RETURN:
+            self._update_return()
+        elif self.stage is Stage.WAIT:
+            self._update_wait()
+        if self.stage is Stage.LAND:
+            self._update_land()
+
+    def _climbing(self, guidance: Guidance) -> Guidance:
+        """Add the climb, which goes on into the next stage."""
+        ((down, speed, acceleration),) = self._climb.at(self.copter.now_s)
+        return replace(
+            guidance,
+            down_m=down,
+            velocity_down_m_s=speed,
+            acceleration_down_m_s2=acceleration,
+        )
+
+    def _begin_return(self) -> None:
+        parameters = self.copter.parameters
+        limits = self.copter.navigator.limits()
+        speed = parameters["RTL_SPEED"] / 100.0 or limits.speed_xy_m_s
+        self._return = self._leg(
+            self._stop, self._home[:2], max(speed, 0.1), limits.acceleration_xy_m_s2
+        )
+        self.stage = Stage.RETURN
+
+    def _update_return(self) -> None:
+        now_s = self.copter.now_s
+        north, east = self._return.at(now_s)
+        guidance = replace(
+            self._base,
+            north_m=north[0],
+            east_m=east[0],
+            velocity_north_m_s=north[1],
+            velocity_east_m_s=east[1],
+            acceleration_north_m_s2=north[2],
+            acceleration_east_m_s2=east[2],
+        )
+        self.guide(self._climbing(guidance))
+        if self._return.remaining_s(now_s) <= 0.0 and self._climb.remaining_s(now_s) <= 0.0:
+            self.stage = Stage.WAIT
+            self._arrived_s = now_s
+
+    def _update_wait(self) -> None:
+        waited_s = self.copter.now_s - self._arrived_s
+        if waited_s >= self.copter.parameters["RTL_LOIT_TIME"] / 1000.0:
+            self.stage = Stage.LAND
+            self._speed = 0.0
+
+    def _update_land(self) -> None:
+        speed = landing_speed_m_s(self.copter)
+        if abs(speed - self._speed) < 0.02:
+            return
+        first = self._speed == 0.0
+        self._speed = speed
+        self.guide(
+            replace(
+                self._base,
+                north_m=self._home[0],
+                east_m=self._home[1],
+                track_position_z=0.0,
+                velocity_down_m_s=speed,
+                restart_z=first,
+            )
+        )

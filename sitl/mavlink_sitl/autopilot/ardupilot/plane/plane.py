@@ -1,0 +1,265 @@
+"""ArduPlane: the firmware of one fixed-wing aeroplane. Rules observed in `plane_guided`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
+from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
+from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
+    Circle,
+    Cruise,
+    Guided,
+    HoldHeight,
+    Loiter,
+    PlaneMode,
+    ReturnToLaunch,
+    Stick,
+)
+from mavlink_sitl.autopilot.ardupilot.plane.plane_safety import PlaneFailsafes, PlaneFence
+from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
+    NO_CHANGE,
+    PlaneArming,
+    PlaneNavigator,
+)
+from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
+from mavlink_sitl.autopilot.common.arming import Arming
+from mavlink_sitl.autopilot.common.auto import Auto
+from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
+from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.common.traveller import Traveller
+from mavlink_sitl.autopilot.control.track import Vector
+from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.plans.plans import MissionState
+from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m
+from mavlink_sitl.exchange import LandedState, Observation, Result, Severity
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.guidance import GlideGuidance
+
+MODE_MANUAL, MODE_AUTO, MODE_RTL, MODE_LOITER, MODE_GUIDED = 0, 10, 11, 12, 15
+FLYING_M_S = 4.0
+STANDING_M_S = 3.0
+STEP_S = 0.05
+
+
+class Plane(Traveller):
+    """An aeroplane from power-up to the next. Arguments and attributes as of `Copter`.
+
+    Attributes:
+        landed_at_s: when it last touched down; 0 before.
+        true_over_indicated: true airspeed over indicated.
+        step_s: between two updates.
+    """
+
+    behaviours: ClassVar[Mapping[str, Callable[[Plane, ModeSpec], Mode]]] = {
+        "stick": Stick,
+        "hold_height": HoldHeight,
+        "cruise": Cruise,
+        "circle": Circle,
+        "loiter": Loiter,
+        "rtl": ReturnToLaunch,
+        "takeoff": TakeOff,
+        "guided": Guided,
+        "auto": GlideAuto,
+    }
+    fence: PlaneFence
+    true_over_indicated = 1.06
+    step_s = STEP_S
+
+    def __init__(
+        self,
+        personality: Personality,
+        parameters: Parameters,
+        origin: GeoPoint,
+        observation: Observation,
+        ready_after_s: float,
+    ) -> None:
+        """See `Copter`."""
+        self._flying = False
+        self.landed_at_s = 0.0
+        self.airspeed_m_s = 0.0
+        super().__init__(personality, parameters, origin, observation, ready_after_s)
+        self.failsafe = PlaneFailsafes(self)
+        self.fence = PlaneFence(self)
+        self.arming = PlaneArming(self)
+
+    def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
+        """See `Copter`."""
+        return PlaneNavigator(frame, self.parameters)
+
+    # What it knows.
+
+    def observe(self, observation: Observation) -> None:
+        """See `Copter`; learns whether it flies."""
+        super().observe(observation)
+        m = observation.motion
+        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        self.airspeed_m_s = (
+            speed / self.true_over_indicated
+            if observation.airspeed_m_s is None
+            else observation.airspeed_m_s
+        )
+        if self.arming_or_none() and speed > FLYING_M_S:
+            self._flying = True
+        elif self._flying and observation.touching_ground and speed < STANDING_M_S:
+            self._flying = False
+            self.landed_at_s = observation.time_s
+
+    def arming_or_none(self) -> bool:
+        """Whether it is armed; also before there is an `arming`."""
+        arming = getattr(self, "arming", None)
+        return isinstance(arming, Arming) and arming.armed
+
+    @property
+    def landed(self) -> bool:
+        """Whether it stands."""
+        return not self._flying
+
+    @property
+    def landed_state(self) -> LandedState:
+        """For EXTENDED_SYS_STATE."""
+        if not self._flying:
+            return LandedState.ON_GROUND
+        if self.mode.taking_off:
+            return LandedState.TAKEOFF
+        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
+
+    def is_active(self) -> bool:
+        """While it flies."""
+        return self._flying
+
+    def cruise_m_s(self) -> float:
+        """The indicated airspeed it keeps."""
+        assert isinstance(self.navigator, PlaneNavigator)
+        return self.navigator.cruise_m_s()
+
+    def sticks(self) -> tuple[float, float, float]:
+        """Roll and pitch, -1..1, pitch up; throttle, 0..1."""
+        channels = self.sticks_us()
+        roll, pitch = ((channels[i] - 1500) / 500.0 for i in (0, 1))
+        throttle = (channels[2] - 1000) / 1000.0
+        return (
+            min(max(roll, -1.0), 1.0),
+            min(max(-pitch, -1.0), 1.0),
+            min(max(throttle, 0.0), 1.0),
+        )
+
+    def navigation_report(self) -> NavigationReport | None:
+        """For NAV_CONTROLLER_OUTPUT; None in MANUAL."""
+        if self.mode.spec.number == MODE_MANUAL:
+            return None
+        target = self.destination_ned_m()
+        if target is None or not isinstance(self._wanted, GlideGuidance):
+            return NavigationReport()
+        m = self.motion
+        north, east = target[0] - m.north_m, target[1] - m.east_m
+        bearing = math.degrees(math.atan2(east, north))
+        assert isinstance(self.mode, PlaneMode)
+        return NavigationReport(
+            roll_deg=math.degrees(self._wanted.bank_rad),
+            pitch_deg=math.degrees(m.pitch_rad),
+            bearing_deg=bearing,
+            target_bearing_deg=bearing,
+            distance_m=math.hypot(north, east),
+            altitude_error_m=m.down_m - target[2],
+            airspeed_error_m_s=self.cruise_m_s() - self.airspeed_m_s,
+            cross_track_m=self.mode.cross_track_m,
+        )
+
+    def destination_ned_m(self) -> Vector | None:
+        """What it circles or flies to, for POSITION_TARGET_GLOBAL_INT."""
+        return self.mode.target if isinstance(self.mode, PlaneMode) else None
+
+    def return_point_ned_m(self) -> Vector:
+        """Where RTL circles: a rally point, or home and RTL_ALTITUDE above it."""
+        rally = nearest_rally_ned_m(self)
+        if rally is not None:
+            return rally
+        north, east, down = self.navigator.home_ned_m()
+        height = self.parameters["RTL_ALTITUDE"]
+        return north, east, self.motion.down_m if height < 0.0 else down - height
+
+    # What people want of it.
+
+    def enter_mode(self, number: int) -> bool:
+        """Change the mode if it may be entered; says why not."""
+        if self.armed and number != self.mode.spec.number and self.fence.locks_mode:
+            name = self.personality.modes[number].name
+            self.say(Severity.NOTICE, f"Mode change to {name} denied, in fence recovery")
+            return False
+        return super().enter_mode(number)
+
+    def _may_start_mission(self, auto: Auto) -> bool:
+        return True
+
+    def return_to_launch(self) -> None:
+        """What NAV_RETURN_TO_LAUNCH in a mission does: another mode."""
+        self.enter_mode(MODE_RTL)
+
+    def return_after_mission(self) -> None:
+        """The mission is over."""
+        self.enter_mode(MODE_RTL)
+        self.say(Severity.INFO, "Mission complete, changing mode to RTL")
+
+    def start_landing(self) -> bool:
+        """DO_LAND_START: go on with the mission's landing, if it has one."""
+        auto = self.auto
+        start = auto.landing_start() if isinstance(auto, GlideAuto) else None
+        if auto is None or start is None:
+            self.say(Severity.WARNING, "Unable to start landing sequence")
+            return False
+        if self.plans.state is MissionState.COMPLETE:
+            self.plans.state = MissionState.NOT_STARTED
+        self.say(Severity.INFO, "Landing sequence start")
+        if self.mode is auto:
+            self.set_current_item(start)
+            return True
+        self.plans.current = start
+        return self.enter_mode(auto.spec.number)
+
+    def go_around(self, height_m: float) -> bool:
+        """DO_GO_AROUND: break a landing off."""
+        return isinstance(self.mode, GlideAuto) and self.mode.go_around(height_m)
+
+    def start_mission(self) -> Result:
+        """MISSION_START: AUTO, whatever is in the mission."""
+        self.enter_mode(MODE_AUTO)
+        return Result.ACCEPTED
+
+    def take_off(self, altitude_above_home_m: float) -> Result:
+        """NAV_TAKEOFF is for those that lift off vertically."""
+        return Result.FAILED
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
+        if isinstance(self.mode, Guided):
+            self.mode.setpoint(setpoint)
+
+    def go_to(self, setpoint: Setpoint) -> None:
+        """A place for GUIDED: circle it."""
+        if setpoint.position_m is not None:
+            self.reposition(setpoint.position_m)
+
+    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
+        """DO_REPOSITION, once in GUIDED: circle another point, NED metres."""
+        if isinstance(self.mode, Guided):
+            self.mode.reposition(place, radius_m)
+
+    def change_speed(self, kind: int, speed_m_s: float) -> Result:
+        """DO_CHANGE_SPEED: airspeed (0) or least speed over ground (1), in GUIDED and AUTO."""
+        if not isinstance(self.mode, (Guided, GlideAuto)):
+            return Result.FAILED
+        return Result.ACCEPTED if self.set_speed(kind, speed_m_s) else Result.FAILED
+
+    def set_speed(self, kind: int, speed_m_s: float) -> bool:
+        """Another speed, if it makes sense; says so."""
+        if not self.navigator.change_speed(kind, speed_m_s):
+            return False
+        if kind == 1:
+            self.say(Severity.INFO, f"Set groundspeed {int(max(speed_m_s, 0.0))}")
+        elif speed_m_s != NO_CHANGE:
+            self.say(Severity.INFO, f"Set airspeed {int(speed_m_s)} m/s")
+        return True

@@ -1,0 +1,318 @@
+"""The modes of ArduPlane. Observed in `plane_guided`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
+from mavlink_sitl.autopilot.control import l1_guidance as l1
+from mavlink_sitl.autopilot.control.track import Vector
+from mavlink_sitl.exchange import ItemReached, Motors
+from mavlink_sitl.guidance import GlideGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
+    from mavlink_sitl.autopilot.personality import ModeSpec
+
+Point = tuple[float, float]
+
+HEIGHT_TIME_S = 3.2
+"""From an error of the height to a climb rate"""
+CLIMB_RATE_CHANGE_M_S2 = 1.0
+TAKEOFF_CLIMB_SINE = 0.32
+FAR_M = 100_000.0
+"""A course is a line to a point so far away"""
+THERE_M = 10.0
+"""RTL has arrived on its circle, at most so far above or below it"""
+RETURN_THEN_LAND, LAND_AT_ONCE = 1, 2
+"""RTL_AUTOLAND"""
+STALL_MARGIN_BANK_RAD = math.radians(25.0)
+"""It may always bank so much"""
+
+
+class PlaneMode(Mode):
+    """A mode of one plane.
+
+    Args:
+        plane: the aircraft.
+        spec: number, name and rules.
+    """
+
+    def __init__(self, plane: Plane, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(plane, spec)
+        self.plane = plane
+        self.target: Vector | None = None
+        """What it circles or flies to, and how high, NED metres"""
+        self.cross_track_m = 0.0
+        self.on_circle = False
+        self._climb_m_s = 0.0
+
+    def ground_motors(self) -> Motors:
+        """On the ground the throttle stays closed: only a take-off opens it."""
+        return Motors.IDLE
+
+    def bank_limit_rad(self) -> float:
+        """ROLL_LIMIT_DEG, less when it is slow: the load of the turn must stay below the stall."""
+        plane = self.plane
+        p = plane.parameters
+        limit = math.radians(min(max(p["ROLL_LIMIT_DEG"], 1.0), 80.0))
+        load = (plane.airspeed_m_s / max(p["AIRSPEED_MIN"], 1.0)) ** 2
+        carried = math.acos(1.0 / load) if load > 1.0 else 0.0
+        return min(limit, max(carried, STALL_MARGIN_BANK_RAD))
+
+    def climb_to(self, down_m: float) -> float:
+        """The climb rate towards a height; it changes slowly and keeps the limits."""
+        p = self.plane.parameters
+        error = self.plane.motion.down_m - down_m
+        most, least = max(p["TECS_CLMB_MAX"], 0.1), max(p["TECS_SINK_MAX"], 0.1)
+        wanted = min(max(error / HEIGHT_TIME_S, -least), most)
+        change = CLIMB_RATE_CHANGE_M_S2 * self.plane.step_s
+        change = max(change, 0.0) * (3.0 if abs(wanted) < abs(self._climb_m_s) else 1.0)
+        self._climb_m_s += min(max(wanted - self._climb_m_s, -change), change)
+        return self._climb_m_s
+
+    def circle(self, centre: Vector, limit_rad: float | None = None, radius_m: float = 0.0) -> None:
+        """Fly round a point at a height.
+
+        Args:
+            centre: NED metres.
+            limit_rad: bank no more than that.
+            radius_m: negative against the clock; 0 for WP_LOITER_RAD.
+        """
+        plane, m = self.plane, self.plane.motion
+        radius = radius_m or plane.parameters["WP_LOITER_RAD"]
+        law = l1.circle(
+            (m.north_m, m.east_m),
+            (m.velocity_north_m_s, m.velocity_east_m_s),
+            m.yaw_rad,
+            centre[:2],
+            max(abs(radius) * plane.true_over_indicated, 1.0),
+            -1 if radius < 0.0 else 1,
+            *self._tuning(),
+        )
+        self.target = centre
+        self.cross_track_m, self.on_circle = law.outside_m, law.on_circle
+        limit = self.bank_limit_rad()
+        limit = limit if limit_rad is None else min(limit, limit_rad)
+        self.fly(l1.bank_rad(law.sideways_m_s2, limit), self.climb_to(centre[2]))
+
+    def bank_along(self, start: Point, end: Vector, limit_rad: float | None = None) -> float:
+        """The bank that keeps a line from a place to another; NED metres."""
+        m = self.plane.motion
+        law = l1.line(
+            (m.north_m, m.east_m),
+            (m.velocity_north_m_s, m.velocity_east_m_s),
+            m.yaw_rad,
+            start,
+            end[:2],
+            *self._tuning(),
+        )
+        self.target = end
+        self.cross_track_m, self.on_circle = law.beside_m, False
+        limit = self.bank_limit_rad()
+        return l1.bank_rad(law.sideways_m_s2, limit if limit_rad is None else min(limit, limit_rad))
+
+    def _tuning(self) -> tuple[float, float]:
+        """Period and damping of the guidance."""
+        p = self.plane.parameters
+        return max(p["NAVL1_PERIOD"], 1.0), max(p["NAVL1_DAMPING"], 0.1)
+
+    def fly(
+        self,
+        bank_rad: float,
+        climb_m_s: float,
+        full_throttle: bool = False,
+        airspeed_m_s: float | None = None,
+    ) -> None:
+        """Hand new guidance to the controllers; the airspeed is an indicated one."""
+        target = self.target or (0.0, 0.0, 0.0)
+        airspeed = self.plane.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
+        self.guide(
+            GlideGuidance(
+                motors=Motors.FLY,
+                north_m=target[0],
+                east_m=target[1],
+                down_m=target[2],
+                bank_rad=bank_rad,
+                climb_m_s=climb_m_s,
+                airspeed_m_s=airspeed * self.plane.true_over_indicated,
+                full_throttle=full_throttle,
+            )
+        )
+
+    def begin_level(self) -> None:
+        """The climb rate starts from what it is."""
+        self._climb_m_s = -self.plane.motion.velocity_down_m_s
+
+
+class Stick(PlaneMode):
+    """MANUAL, STABILIZE, ACRO and FBWA: the pilot's bank, climb and throttle."""
+
+    def ground_motors(self) -> Motors:
+        """The pilot's throttle counts on the ground, too."""
+        return Motors.MANUAL
+
+    def enter(self) -> None:
+        """Take the sticks."""
+        self.update()
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        roll, pitch, throttle = self.plane.sticks()
+        self.guide(
+            GlideGuidance(
+                motors=Motors.MANUAL,
+                throttle=throttle,
+                bank_rad=roll * self.bank_limit_rad(),
+                climb_m_s=pitch * TAKEOFF_CLIMB_SINE * max(self.plane.airspeed_m_s, 5.0),
+            )
+        )
+
+
+class HoldHeight(PlaneMode):
+    """FBWB: the throttle stick asks for an airspeed, the others bank and climb."""
+
+    def enter(self) -> None:
+        """Keep the height."""
+        self._down_m = self.plane.motion.down_m
+        self.begin_level()
+        self.update()
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        p = self.plane.parameters
+        roll, pitch, throttle = self.plane.sticks()
+        self._down_m -= p["FBWB_CLIMB_RATE"] * pitch * self.plane.step_s
+        airspeed = p["AIRSPEED_MIN"] + throttle * (p["AIRSPEED_MAX"] - p["AIRSPEED_MIN"])
+        self.fly(self.bank(roll), self.climb_to(self._down_m), airspeed_m_s=airspeed)
+
+    def bank(self, roll: float) -> float:
+        """The bank that the stick asks for."""
+        return roll * self.bank_limit_rad()
+
+
+class Cruise(HoldHeight):
+    """CRUISE: with the stick centred, the course over ground is kept, whatever the wind."""
+
+    def enter(self) -> None:
+        """Keep the course, too."""
+        self._locked: tuple[Point, Vector] | None = None
+        super().enter()
+
+    def bank(self, roll: float) -> float:
+        """Along the course, or as the stick says."""
+        m = self.plane.motion
+        if roll:
+            self._locked = None
+            return super().bank(roll)
+        if self._locked is None:
+            course = math.atan2(m.velocity_east_m_s, m.velocity_north_m_s)
+            far = (FAR_M * math.cos(course), FAR_M * math.sin(course))
+            here = (m.north_m, m.east_m)
+            self._locked = here, (here[0] + far[0], here[1] + far[1], m.down_m)
+        return self.bank_along(*self._locked)
+
+
+class Circle(PlaneMode):
+    """CIRCLE: a steady gentle turn at this height, without a place to keep."""
+
+    def enter(self) -> None:
+        """Keep the height."""
+        self._down_m = self.plane.motion.down_m
+        self.begin_level()
+        self.update()
+
+    def update(self) -> None:
+        """Turn."""
+        limit = math.radians(self.plane.parameters["ROLL_LIMIT_DEG"]) / 3.0
+        self.fly(min(limit, self.bank_limit_rad()), self.climb_to(self._down_m))
+
+
+class Loiter(PlaneMode):
+    """Round the point where it was chosen."""
+
+    radius_m = 0.0
+    """Negative against the clock; 0 for WP_LOITER_RAD"""
+
+    def enter(self) -> None:
+        """Choose the centre."""
+        m = self.plane.motion
+        self.begin_level()
+        self.go_round((m.north_m, m.east_m, m.down_m))
+
+    def go_round(self, centre: Vector) -> None:
+        """Round a point, NED metres."""
+        self.circle(centre, radius_m=self.radius_m)
+
+    def update(self) -> None:
+        """Go round."""
+        assert self.target is not None
+        self.go_round(self.target)
+
+
+class ReturnToLaunch(Loiter):
+    """Round home, RTL_ALTITUDE above it, or round a rally point.
+
+    It does not land, unless RTL_AUTOLAND sends it to the mission's landing.
+    """
+
+    def enter(self) -> None:
+        """Choose the place."""
+        plane = self.plane
+        self.begin_level()
+        self._asked = False
+        self.radius_m = plane.parameters["RTL_RADIUS"]
+        self.go_round(plane.return_point_ned_m())
+
+    def update(self) -> None:
+        """Go round; once there, or at once, go and land if that is wanted."""
+        super().update()
+        assert self.target is not None
+        wanted = int(self.plane.parameters["RTL_AUTOLAND"])
+        there = self.on_circle and abs(self.plane.motion.down_m - self.target[2]) < THERE_M
+        if not self._asked and (wanted == LAND_AT_ONCE or (wanted == RETURN_THEN_LAND and there)):
+            self._asked = True
+            self.plane.start_landing()
+
+
+class Guided(Loiter):
+    """Round a point: first the one where it was chosen, then that of DO_REPOSITION.
+
+    Of setpoints only the height of SET_POSITION_TARGET_GLOBAL_INT and of an offset in NED is
+    taken; everything else has no effect and gets no word.
+    """
+
+    def enter(self) -> None:
+        """Round this point."""
+        self._told = False
+        self.radius_m = 0.0
+        super().enter()
+
+    def update(self) -> None:
+        """Go round; tell when the circle is reached."""
+        super().update()
+        if self.on_circle and not self._told:
+            self._told = True
+            self.plane.events.append(ItemReached(0))
+
+    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
+        """Another point."""
+        self._told = False
+        self.radius_m = radius_m
+        self.go_round(place)
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """Take the height of a setpoint, when it is of a kind whose height counts."""
+        assert self.target is not None
+        if setpoint.position_m is None:
+            return
+        if setpoint.frame is Frame.OFFSET:
+            down = self.plane.motion.down_m + setpoint.position_m[2]
+        elif setpoint.is_global:
+            down = setpoint.position_m[2]
+        else:
+            return
+        self.go_round((self.target[0], self.target[1], down))

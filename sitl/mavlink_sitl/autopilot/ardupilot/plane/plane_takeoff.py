@@ -1,0 +1,136 @@
+"""How a plane takes off: in TAKEOFF and in a mission. Recorded in `plane_guided`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import TAKEOFF_CLIMB_SINE, PlaneMode
+from mavlink_sitl.exchange import Motors, Severity
+from mavlink_sitl.guidance import GlideGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
+
+LEVEL_WINGS_M = 10.0
+"""TKOFF_LVL_ALT's place: below it a take-off flies straight"""
+LEVELLED_OFF_M = 1.2
+LEVEL_OFF_FROM_M = 20.0
+OPENS_AFTER_S = 0.2
+"""From arming until the throttle opens"""
+
+
+class Launch:
+    """From arming into the air: what is said meanwhile, and how steeply it climbs.
+
+    Args:
+        plane: the aircraft, armed.
+        height_m: where it is to level off, above home.
+        texts: what is said, and how many seconds after arming; besides what is always said.
+    """
+
+    def __init__(
+        self, plane: Plane, height_m: float, texts: Sequence[tuple[float, str]] = ()
+    ) -> None:
+        """See the class."""
+        self._plane = plane
+        self._height_m = height_m
+        self._began_s = plane.now_s
+        self.heading_rad = plane.motion.yaw_rad
+        self._texts = [
+            (0.0, "Armed AUTO, xaccel = 0.0 m/s/s, waiting 0.2 sec"),
+            (OPENS_AFTER_S, "Triggered AUTO. GPS speed = 0.0"),
+            *texts,
+            (1.4, f"Autoland direction= {int(math.degrees(self.heading_rad) % 360.0 - 0.1)}"),
+        ]
+        self._levelling = False
+
+    def rolling(self) -> bool:
+        """Say what is due; whether the throttle is open."""
+        plane = self._plane
+        since_s = plane.now_s - self._began_s
+        while self._texts and since_s >= self._texts[0][0]:
+            plane.say(Severity.INFO, self._texts.pop(0)[1])
+        left_m = self._height_m - plane.navigator.height_above_home_m()
+        if not self._texts and not self._levelling and left_m <= LEVEL_OFF_FROM_M:
+            self._levelling = True
+            text = f"Takeoff level-off starting at {int(LEVEL_OFF_FROM_M - 0.1)}m"
+            plane.say(Severity.INFO, text)
+        return since_s >= OPENS_AFTER_S
+
+    def climb_m_s(self) -> float:
+        """As steep as it can."""
+        plane = self._plane
+        return TAKEOFF_CLIMB_SINE * plane.airspeed_m_s * plane.true_over_indicated
+
+
+class TakeOff(PlaneMode):
+    """Armed, it takes off by itself, climbs, and circles TKOFF_DIST ahead of where it began.
+
+    In the air it circles where it is.
+    """
+
+    def enter(self) -> None:
+        """Wait for arming on the ground."""
+        self._launch: Launch | None = None
+        self.climbing = True
+        self.target = None
+        self.guide(GlideGuidance())
+        if not self.plane.landed:
+            m = self.plane.motion
+            self.begin_level()
+            self.climbing = False
+            self.plane.say(Severity.INFO, "Takeoff skipped - circling")
+            self.circle((m.north_m, m.east_m, m.down_m))
+
+    @property
+    def taking_off(self) -> bool:
+        """Until it has levelled off."""
+        return self.climbing
+
+    def ground_motors(self) -> Motors:
+        """It rolls before it flies."""
+        return Motors.FLY
+
+    def update(self) -> None:
+        """Go on."""
+        plane = self.plane
+        if not plane.armed:
+            return
+        if self.climbing and self._launch is None:
+            self._begin()
+        assert self.target is not None
+        if not self.climbing:
+            self.circle(self.target)
+            return
+        assert self._launch is not None
+        if not self._launch.rolling():
+            return
+        height = plane.navigator.height_above_home_m()
+        if height >= plane.parameters["TKOFF_ALT"] - LEVELLED_OFF_M:
+            self.climbing = False
+            self._climb_m_s = 0.0
+        climb = self._launch.climb_m_s()
+        if height < LEVEL_WINGS_M:
+            self.fly(0.0, climb, full_throttle=True)
+            return
+        # Close to the ground it banks only a little.
+        limit = math.radians(5.0 + 2.6 * max(height - 13.5, 0.0))
+        self.circle(self.target, limit)
+        wanted = self.plane.wanted
+        bank = wanted.bank_rad if isinstance(wanted, GlideGuidance) else 0.0
+        self.fly(bank, climb, full_throttle=True)
+
+    def _begin(self) -> None:
+        plane, m, p = self.plane, self.plane.motion, self.plane.parameters
+        ahead, height = p["TKOFF_DIST"], p["TKOFF_ALT"]
+        self._climb_m_s = 0.0
+        self.target = (
+            m.north_m + ahead * math.cos(m.yaw_rad),
+            m.east_m + ahead * math.sin(m.yaw_rad),
+            plane.navigator.home_ned_m()[2] - height,
+        )
+        heading = math.degrees(m.yaw_rad) % 360.0
+        text = f"Takeoff to {height:.0f}m for {ahead:.1f}m heading {heading:.1f} deg"
+        self._launch = Launch(plane, height, [(1.2, text)])

@@ -1,0 +1,229 @@
+"""ArduRover: the firmware of one car or boat. Rules observed in `rover_guided` are tests."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
+from mavlink_sitl.autopilot.ardupilot.rover.breadcrumbs import Breadcrumbs
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
+from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto
+from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
+    Acro,
+    Circle,
+    DriveMode,
+    Guided,
+    Hold,
+    Loiter,
+    Manual,
+)
+from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
+from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
+from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
+from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
+from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.common.traveller import Traveller
+from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+
+MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
+CENTRED_US = 1500
+FULL_STICK_US = 500.0
+GRAVITY_M_S2 = 9.81
+STEER_LEAST_M_S = 1.0
+"""Below this speed turns are limited as if at it"""
+CRUMB_S = 1.0 / 3.0
+"""How often the way is remembered"""
+
+
+class DriveNavigator(Navigator):
+    """Origin, home and limits of a rover."""
+
+    def change_speed(self, kind: int, speed_m_s: float) -> bool:
+        """Another speed until the next change of mode; there is only one kind of it."""
+        return kind in (0, 1) and super().change_speed(kind, speed_m_s)
+
+    def cruise_m_s(self) -> float:
+        """How fast it drives by itself."""
+        p = self._parameters
+        return max(self._speed_xy_m_s or p["WP_SPEED"] or p["CRUISE_SPEED"], LEAST_LIMIT)
+
+    def limits(self) -> Limits:
+        """Speed and acceleration."""
+        acceleration = max(self._parameters["ATC_ACCEL_MAX"], LEAST_LIMIT)
+        return Limits(speed_xy_m_s=self.cruise_m_s(), acceleration_xy_m_s2=acceleration)
+
+
+class Rover(Traveller):
+    """A car or a boat from power-up to the next. Arguments as of `Copter`.
+
+    Attributes:
+        trail: the way since it was armed, for SMART_RTL; None while it is disarmed.
+        backwards: whether ways are driven tail first (DO_SET_REVERSE), until the mode changes.
+    """
+
+    behaviours: ClassVar[Mapping[str, Callable[[Rover, ModeSpec], Mode]]] = {
+        "manual": Manual,
+        "acro": Acro,
+        "hold": Hold,
+        "loiter": Loiter,
+        "circle": Circle,
+        "auto": DriveAuto,
+        "rtl": ReturnToLaunch,
+        "smart_rtl": SmartReturn,
+        "guided": Guided,
+    }
+
+    def __init__(
+        self,
+        personality: Personality,
+        parameters: Parameters,
+        origin: GeoPoint,
+        observation: Observation,
+        ready_after_s: float,
+    ) -> None:
+        """See `Copter`."""
+        super().__init__(personality, parameters, origin, observation, ready_after_s)
+        self.failsafe = RoverFailsafes(self)
+        self.fence = RoverFence(self)
+        self.trail: Breadcrumbs | None = None
+        self.backwards = False
+        self._next_crumb_s = 0.0
+        self.pilot.throttle_us = CENTRED_US
+        self.mode.enter()
+
+    def make_navigator(self, frame: LocalFrame) -> DriveNavigator:
+        """See `Copter`."""
+        return DriveNavigator(frame, self.parameters)
+
+    def watch(self, observation: Observation) -> None:
+        """See `Copter`; remembers the way it has come."""
+        super().watch(observation)
+        if not self.armed:
+            self.trail = None
+        elif self.trail is None and self.estimator.position_ok:
+            p = self.parameters
+            self.trail = Breadcrumbs(p["SRTL_ACCURACY"], int(p["SRTL_POINTS"]))
+            self._next_crumb_s = self.now_s
+        if self.trail is None or self.now_s < self._next_crumb_s:
+            return
+        self._next_crumb_s = self.now_s + CRUMB_S
+        if self.estimator.position_ok and not isinstance(self.mode, SmartReturn):
+            was = self.trail.full
+            self.trail.add((self.motion.north_m, self.motion.east_m))
+            if self.trail.full and not was:
+                self.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
+
+    # What it knows.
+
+    @property
+    def landed(self) -> bool:
+        """Never: it knows of no ground."""
+        return False
+
+    @property
+    def landed_state(self) -> LandedState:
+        """Always undefined."""
+        return LandedState.UNDEFINED
+
+    def is_active(self) -> bool:
+        """Even disarmed; not in HOLD, even armed."""
+        return not isinstance(self.mode, Hold)
+
+    @property
+    def is_boat(self) -> bool:
+        """Whether it drifts when it stops."""
+        return self.personality.kind == "boat"
+
+    def cruise_m_s(self) -> float:
+        """How fast it drives by itself."""
+        assert isinstance(self.navigator, DriveNavigator)
+        return self.navigator.cruise_m_s()
+
+    def turn_limit_rad_s(self, speed_m_s: float) -> float:
+        """How fast it may turn at a speed: ATC_STR_RAT_MAX, and sideways ATC_TURN_MAX_G."""
+        p = self.parameters
+        sideways_m_s2 = p["ATC_TURN_MAX_G"] * GRAVITY_M_S2
+        limit = sideways_m_s2 / max(abs(speed_m_s), STEER_LEAST_M_S)
+        return max(min(math.radians(p["ATC_STR_RAT_MAX"]), limit), math.radians(1.0))
+
+    def sticks(self) -> tuple[float, float]:
+        """Steering and throttle, -1..1."""
+        channels = self.sticks_us()
+        steering = (channels[0] - CENTRED_US) / FULL_STICK_US
+        throttle = (channels[2] - CENTRED_US) / FULL_STICK_US
+        return min(max(steering, -1.0), 1.0), min(max(throttle, -1.0), 1.0)
+
+    def stopping_point(self) -> Point:
+        """Where it would stand if it braked now."""
+        m = self.motion
+        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        ahead = speed / (2.0 * self.navigator.limits().acceleration_xy_m_s2)
+        return m.north_m + m.velocity_north_m_s * ahead, m.east_m + m.velocity_east_m_s * ahead
+
+    def rest_at(self, mode: DriveMode, place: Point) -> None:
+        """What it does where it has arrived: a car stands, a boat keeps its place."""
+        if self.is_boat:
+            mode.stay_at(place)
+        else:
+            mode.stop()
+
+    def navigation_report(self) -> NavigationReport | None:
+        """For NAV_CONTROLLER_OUTPUT; None in modes that a pilot drives."""
+        if not self.mode.spec.requires_position:
+            return None
+        route = self.mode.route if isinstance(self.mode, DriveMode) else None
+        if route is None:
+            return NavigationReport()
+        m, (north, east) = self.motion, route.destination
+        bearing = math.degrees(math.atan2(east - m.east_m, north - m.north_m)) % 360.0
+        return NavigationReport(
+            target_bearing_deg=bearing,
+            distance_m=route.distance_m,
+            cross_track_m=route.cross_track_m,
+        )
+
+    def destination_ned_m(self) -> tuple[float, float, float] | None:
+        """Where it is going, for POSITION_TARGET_GLOBAL_INT."""
+        route = self.mode.route if isinstance(self.mode, DriveMode) else None
+        return None if route is None else (*route.destination, 0.0)
+
+    @property
+    def knows_the_way(self) -> bool:
+        """Whether SMART_RTL is possible: armed, and the way not too long."""
+        return self.trail is not None and not self.trail.full
+
+    # What people want of it.
+
+    def enter_mode(self, number: int) -> bool:
+        """Change the mode if it may be entered; says why not."""
+        if self.personality.modes[number].behaviour == "auto" and not self.has_mission:
+            self.say(Severity.NOTICE, "No Mission. Can't set AUTO.")
+            return False
+        if self.personality.modes[number].behaviour == "smart_rtl" and not self.knows_the_way:
+            self.say(Severity.WARNING, "Flight mode change failed")
+            return False
+        return super().enter_mode(number)
+
+    def disarm(self, force: bool = False) -> Result:
+        """Disarm the motor, also while it rolls: then it rolls on."""
+        return super().disarm(True)
+
+    def take_off(self, altitude_above_home_m: float) -> Result:
+        """A rover does not."""
+        return Result.UNSUPPORTED
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
+        if isinstance(self.mode, Guided):
+            self.mode.setpoint(setpoint)
+
+    def change_speed(self, kind: int, speed_m_s: float) -> Result:
+        """DO_CHANGE_SPEED: in modes that drive by themselves."""
+        if not self.mode.spec.requires_position:
+            return Result.FAILED
+        return Result.ACCEPTED if self.navigator.change_speed(kind, speed_m_s) else Result.FAILED

@@ -1,0 +1,147 @@
+"""AUTO of rovers and boats: drives the mission. Seen in the recording `rover_auto`.
+
+Waypoints are driven through at the speed of a corner;
+at the last one, and at those with a delay, the vehicle stands.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, Route
+from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
+from mavlink_sitl.autopilot.common.auto import Auto
+from mavlink_sitl.autopilot.common.auto_tasks import Delay, Task
+from mavlink_sitl.autopilot.plans.plan_commands import MOVING
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
+from mavlink_sitl.exchange import Guidance, Motors, Severity
+from mavlink_sitl.guidance import DriveGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.control.track import Vector
+
+
+START_S = 0.9
+"""From arming until a mission moves"""
+
+
+class DriveTo(Task):
+    """The way to an item's place.
+
+    Args:
+        auto: the mode.
+        item: the item.
+        target: its place, NED metres.
+        last: whether nothing comes after it.
+        speed_m_s: how fast it drives already.
+    """
+
+    def __init__(
+        self, auto: DriveAuto, item: PlanItem, target: Vector, last: bool, speed_m_s: float
+    ) -> None:
+        """See the class."""
+        super().__init__(auto, item)
+        self._mode = auto
+        self._rover = auto.rover
+        self._target = target
+        waits = item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME)
+        self._wait_s = max(item.params[0], 0.0) if waits else 0.0
+        self._stops = last or self._wait_s > 0.0
+        self._endless = item.command == Cmd.LOITER_UNLIM
+        self._there_since_s: float | None = None
+        self.begin(speed_m_s)
+
+    def begin(self, speed_m_s: float) -> None:
+        """Set off from where the vehicle is."""
+        rover = self._rover
+        here = (rover.motion.north_m, rover.motion.east_m) if speed_m_s > 0.0 else None
+        leaving = 0.0 if self._stops else min(CORNER_M_S, rover.cruise_m_s())
+        self.route = Route(rover, self._target[:2], rover.cruise_m_s(), here, speed_m_s, leaving)
+        self._mode.route = self.route
+
+    def update(self) -> None:
+        """Drive on, or stay."""
+        if not self.route.reached:
+            self._mode.drive(self.route.follow())
+        else:
+            self._rover.rest_at(self._mode, self.route.destination)
+
+    def finished(self) -> bool:
+        """Whether it is there, and has waited."""
+        if not self.route.reached or self._endless:
+            return False
+        if self._there_since_s is None:
+            self._there_since_s = self._rover.now_s
+        return self._rover.now_s - self._there_since_s >= self._wait_s
+
+
+class DriveAuto(DriveMode, Auto):
+    """Drives the uploaded mission."""
+
+    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT}
+
+    def ground_motors(self) -> Motors:
+        """A rover never counts as landed."""
+        return Motors.FLY
+
+    def hold_guidance(self) -> Guidance:
+        """Brake."""
+        return DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
+
+    def enter(self) -> None:
+        """Take the mission up where it was left, or begin it."""
+        self.route = None
+        self.rover.backwards = False
+        super().enter()
+
+    def update(self) -> None:
+        """Go on, once armed."""
+        if self.rover.armed and self.rover.now_s - self.rover.arming.armed_at_s >= START_S:
+            Auto.update(self)
+
+    @property
+    def taking_off(self) -> bool:
+        """Never."""
+        return False
+
+    def limits_changed(self) -> None:
+        """Another speed: go on with it."""
+        if isinstance(self.task, DriveTo):
+            self.task.begin(self._speed())
+
+    def _do(self, item: PlanItem, begins: bool) -> bool:
+        """DO_SET_REVERSE, besides what every vehicle does."""
+        if item.command == Cmd.SET_REVERSE:
+            self.rover.backwards = item.params[0] == 1.0
+        return super()._do(item, begins)
+
+    def _speed(self) -> float:
+        m = self.rover.motion
+        return math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+
+    def _say_reached(self, place: int, item: PlanItem) -> None:
+        if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
+            self.rover.say(Severity.INFO, f"Reached waypoint #{place}")
+
+    def _complete(self) -> None:
+        super()._complete()
+        self.route = None
+        self.rover.say(Severity.NOTICE, "Mission Complete")
+
+    def _begin(self, item: PlanItem) -> None:
+        m, rover = self.rover.motion, self.rover
+        on_the_way = isinstance(self.task, DriveTo)
+        if item.command == Cmd.DELAY:
+            self.task = Delay(self, item)
+            return
+        here = (m.north_m, m.east_m, m.down_m)
+        target = here
+        if item.command == Cmd.RTL:
+            target = rover.navigator.home_ned_m()
+        elif item.command not in (Cmd.TAKEOFF, Cmd.LAND):
+            target = self.place_of(item, here)
+        plans = rover.plans
+        following = self._walk(plans.current + 1, dict(plans.jumps))
+        last = not any(i.command in self.moving for _, i in following)
+        self.task = DriveTo(self, item, target, last, self._speed() if on_the_way else 0.0)

@@ -1,0 +1,268 @@
+"""The modes of ArduRover, for cars and for boats. Observed in `rover_guided`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point, Route
+from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
+from mavlink_sitl.guidance import DriveGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+    from mavlink_sitl.autopilot.personality import ModeSpec
+
+TARGET_TIMEOUT_S = 3.0
+STOPPING = "target not received last 3secs, stopping"
+REFUSED = "Ignoring SET_POSITION_TARGET_LOCAL_NED; set ACC_IGNORE in mask"
+STICK_DEADZONE = 0.03
+
+
+class DriveMode(Mode):
+    """A mode of one rover or boat.
+
+    Args:
+        rover: the vehicle.
+        spec: number, name and rules.
+    """
+
+    def __init__(self, rover: Rover, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(rover, spec)
+        self.rover = rover
+        self.route: Route | None = None
+
+    def ground_motors(self) -> Motors:
+        """A rover never counts as landed."""
+        return Motors.FLY
+
+    def drive(self, guidance: DriveGuidance) -> None:
+        """Hand new guidance to the controllers, if it is new."""
+        if guidance != self.rover.wanted:
+            self.guide(guidance)
+
+    def stop(self) -> None:
+        """Brake."""
+        self.drive(DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits()))
+
+    def stay_at(self, point: Point) -> None:
+        """Keep near a point: drift inside LOIT_RADIUS, drive back from outside."""
+        rover, m = self.rover, self.rover.motion
+        north, east = point[0] - m.north_m, point[1] - m.east_m
+        away = math.hypot(north, east) - max(rover.parameters["LOIT_RADIUS"], 0.2)
+        if away <= 0.0:
+            self.stop()
+            return
+        course = math.atan2(east, north)
+        speed = min(0.5 * away + 0.2, rover.cruise_m_s())
+        if abs(math.remainder(course - m.yaw_rad, math.tau)) > 2.1 and away < 5.0:
+            course, speed = course + math.pi, -speed
+        self.drive(
+            DriveGuidance(
+                motors=Motors.FLY,
+                north_m=point[0],
+                east_m=point[1],
+                speed_m_s=speed,
+                yaw_mode=YawMode.ANGLE,
+                yaw_rad=course,
+                turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
+                limits=rover.navigator.limits(),
+            )
+        )
+
+
+class Manual(DriveMode):
+    """Sticks straight to motor and steering."""
+
+    def enter(self) -> None:
+        """Take the sticks."""
+        self.update()
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        steering, throttle = self.rover.sticks()
+        self.drive(DriveGuidance(motors=Motors.MANUAL, throttle=throttle, steering=steering))
+
+
+class Acro(DriveMode):
+    """ACRO and STEERING: the sticks ask for a speed and a rate of turn."""
+
+    def enter(self) -> None:
+        """Take the sticks."""
+        self.update()
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        steering, throttle = self.rover.sticks()
+        self.drive(
+            DriveGuidance(
+                motors=Motors.FLY,
+                speed_m_s=throttle * self.rover.cruise_m_s(),
+                yaw_mode=YawMode.RATE,
+                yaw_rate_rad_s=steering * 2.1,
+                limits=self.rover.navigator.limits(),
+            )
+        )
+
+
+class Hold(DriveMode):
+    """Throttle closed, wheels straight: it rolls out (4 s from 2 m/s)."""
+
+    def enter(self) -> None:
+        """Let it roll."""
+        self.drive(DriveGuidance(motors=Motors.IDLE))
+
+
+class Loiter(DriveMode):
+    """Stay at where it can stop; a boat drives back when it has drifted away."""
+
+    def enter(self) -> None:
+        """Choose the place."""
+        self._place = self.rover.stopping_point()
+        self.stop()
+
+    def update(self) -> None:
+        """Go back if need be."""
+        self.stay_at(self._place)
+
+
+class Circle(DriveMode):
+    """Round a point CIRC_RADIUS in front of the nose, clockwise."""
+
+    def enter(self) -> None:
+        """Choose the centre."""
+        m = self.rover.motion
+        p = self.rover.parameters
+        self._radius = max(p["CIRC_RADIUS"], p["TURN_RADIUS"], 1.0)
+        self._centre = (
+            m.north_m + self._radius * math.cos(m.yaw_rad),
+            m.east_m + self._radius * math.sin(m.yaw_rad),
+        )
+        self.update()
+
+    def update(self) -> None:
+        """Follow the circle: along its tangent, and back to it."""
+        rover, m = self.rover, self.rover.motion
+        north, east = m.north_m - self._centre[0], m.east_m - self._centre[1]
+        distance = math.hypot(north, east)
+        tangent = math.atan2(east, north) + math.pi / 2
+        outside = (distance - self._radius) / self._radius
+        course = tangent + math.atan(3.0 * outside)
+        speed = rover.parameters["CIRC_SPEED"] or rover.cruise_m_s()
+        self.drive(
+            DriveGuidance(
+                motors=Motors.FLY,
+                north_m=self._centre[0],
+                east_m=self._centre[1],
+                speed_m_s=speed,
+                yaw_mode=YawMode.ANGLE,
+                yaw_rad=course,
+                turn_gain_1_s=2.0,
+                turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
+                limits=rover.navigator.limits(),
+            )
+        )
+
+
+class Guided(DriveMode):
+    """Setpoints.
+
+    * A position is driven to, also one that came while disarmed, on arming; the arrival is
+      told as MISSION_ITEM_REACHED of item 0.
+    * Velocities, rates and headings run out after three seconds, with words.
+    * An acceleration that is not ignored makes the whole setpoint be refused, with words.
+    * A velocity alone is a course and a speed, so backwards means turning round; with a rate
+      of turn, a backward velocity in the body's frame is driven backwards; with a heading the
+      direction of the velocity does not count.
+    * A velocity of zero has the heading of its arctangent: the wheels steer North, or in the
+      body's frame straight on, while it rolls out (GCS_MAVLink_Rover.cpp).
+    * No velocity is faster than WP_SPEED.
+    """
+
+    def enter(self) -> None:
+        """Stop; no old setpoint is taken up again."""
+        self.rover.backwards = False
+        self.route = None
+        self._expires_s = math.inf
+        self._told = False
+        self._target = DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
+        self.drive(self._target)
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """Take a new target; everything in it is finite."""
+        rover = self.rover
+        if setpoint.acceleration_m_s2 is not None:
+            rover.say(Severity.INFO, REFUSED)
+        elif setpoint.position_m is not None:
+            self.go_to(self._place(setpoint))
+        else:
+            target = self._moving(setpoint)
+            if target is not None:
+                self.route = None
+                self._expires_s = rover.now_s + TARGET_TIMEOUT_S
+                self._target = target
+                self.drive(target)
+
+    def go_to(self, place: Point) -> None:
+        """Drive to a place."""
+        self.route = Route(self.rover, place, self.rover.cruise_m_s())
+        self._expires_s = math.inf
+        self._told = False
+
+    def _place(self, setpoint: Setpoint) -> Point:
+        assert setpoint.position_m is not None
+        north, east, _ = setpoint.position_m
+        m = self.rover.motion
+        if setpoint.frame is Frame.LOCAL:
+            return north, east
+        if setpoint.frame is Frame.BODY:
+            c, s = math.cos(m.yaw_rad), math.sin(m.yaw_rad)
+            north, east = north * c - east * s, north * s + east * c
+        return m.north_m + north, m.east_m + east
+
+    def _moving(self, setpoint: Setpoint) -> DriveGuidance | None:
+        """The target of a setpoint without a position; None for one that says nothing."""
+        yaw = self.rover.motion.yaw_rad
+        body = setpoint.frame is Frame.BODY
+        base = DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
+        velocity = setpoint.velocity_m_s
+        speed = 0.0
+        if velocity is not None:
+            speed = min(math.hypot(velocity[0], velocity[1]), self.rover.cruise_m_s())
+            base = replace(base, turn_rate_limit_rad_s=self.rover.turn_limit_rad_s(speed))
+        if setpoint.yaw_rate_rad_s is not None and setpoint.yaw_rad is None:
+            backwards = velocity is not None and body and velocity[0] < 0.0
+            return replace(
+                base,
+                speed_m_s=-speed if backwards else speed,
+                yaw_mode=YawMode.RATE,
+                yaw_rate_rad_s=setpoint.yaw_rate_rad_s,
+            )
+        if setpoint.yaw_rad is not None:
+            heading = setpoint.yaw_rad + (yaw if body else 0.0)
+        elif velocity is not None:
+            heading = math.atan2(velocity[1], velocity[0]) + (yaw if body else 0.0)
+        else:
+            return None
+        return replace(base, speed_m_s=speed, yaw_mode=YawMode.ANGLE, yaw_rad=heading)
+
+    def update(self) -> None:
+        """Follow the way; let old targets run out."""
+        rover = self.rover
+        if rover.now_s >= self._expires_s:
+            self._expires_s = math.inf
+            rover.say(Severity.WARNING, STOPPING)
+            self.stop()
+        if self.route is None or not rover.armed:
+            return
+        if not self.route.reached:
+            self.drive(self.route.follow())
+            return
+        if not self._told:
+            self._told = True
+            rover.events.append(ItemReached(0))
+        rover.rest_at(self, self.route.destination)

@@ -1,0 +1,69 @@
+"""RTL and SMART_RTL of rovers and boats. RTL was recorded in `rover_guided`."""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, Point, Route
+from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
+from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
+from mavlink_sitl.exchange import Severity
+
+
+class ReturnToLaunch(DriveMode):
+    """Back home or to a rally point; it says when it is there, and stays in RTL, armed."""
+
+    def enter(self) -> None:
+        """Set off."""
+        self.route = Route(self.rover, return_point_ned_m(self.rover)[:2], self.speed_m_s())
+        self._said = False
+
+    def speed_m_s(self) -> float:
+        """How fast it returns."""
+        return self.rover.parameters["RTL_SPEED"] or self.rover.cruise_m_s()
+
+    def update(self) -> None:
+        """Go on."""
+        if self.route is None or not self.rover.armed:
+            return
+        if not self.route.reached or self.goes_on():
+            self.drive(self.route.follow())
+            return
+        if not self._said:
+            self._said = True
+            self.rover.say(Severity.INFO, "Reached destination")
+        self.rover.rest_at(self, self.route.destination)
+
+    def goes_on(self) -> bool:
+        """Whether another leg begins where this one ended."""
+        return False
+
+
+class SmartReturn(ReturnToLaunch):
+    """SMART_RTL: back the way it came, without the loops of it."""
+
+    def enter(self) -> None:
+        """Brake, and find the corners of the way."""
+        self._said = False
+        trail = self.rover.trail
+        assert trail is not None
+        trail.points = trail.shortest()
+        self._next_leg(self.rover.stopping_point(), 0.0)
+
+    def _next_leg(self, start: Point, speed_m_s: float) -> None:
+        """To the next corner; points that have been reached are forgotten."""
+        rover = self.rover
+        points = rover.trail.points if rover.trail is not None else []
+        destination = points.pop() if points else start
+        leaving = min(CORNER_M_S, self.speed_m_s()) if points else 0.0
+        self.route = Route(rover, destination, self.speed_m_s(), start, speed_m_s, leaving)
+
+    def goes_on(self) -> bool:
+        """Round the corner, while there are any."""
+        rover, route = self.rover, self.route
+        if rover.trail is None or not rover.trail.points or route is None:
+            return False
+        m = rover.motion
+        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        self._next_leg(route.destination, speed)
+        return True

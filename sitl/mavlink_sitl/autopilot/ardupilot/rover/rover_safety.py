@@ -1,0 +1,133 @@
+"""Failsafes and fence of rovers and boats, after the documentation of their parameters."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.common.failsafe import Failsafes
+from mavlink_sitl.autopilot.plans.fence import CIRCLE, Fence
+from mavlink_sitl.exchange import Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+
+HOLD, AUTO, RTL, SMART_RTL = 4, 10, 11, 12
+"""Modes"""
+ACTIONS = {
+    1: (RTL, HOLD),
+    2: (HOLD,),
+    3: (SMART_RTL, RTL, HOLD),
+    4: (SMART_RTL, HOLD),
+}
+"""FS_ACTION, FENCE_ACTION and BATT_FS_*_ACT: the modes that are tried; 0 only says it"""
+TERMINATE = 5
+"""BATT_FS_*_ACT"""
+CONTINUES_AUTO = 2
+"""FS_THR_ENABLE and FS_GCS_ENABLE"""
+EKF_IGNORED, EKF_HOLD = 0, 1
+"""FS_EKF_ACTION; 2 only says it"""
+GIVE_UP_M = 100.0
+"""Further outside its circle it stands still"""
+
+
+class RoverFailsafes(Failsafes):
+    """Battery, ground station, radio and estimator.
+
+    Args:
+        rover: the vehicle.
+    """
+
+    def __init__(self, rover: Rover) -> None:
+        """See the class."""
+        super().__init__()
+        self._rover = rover
+        self._gone_s: dict[str, float] = {}
+
+    def _empty(self, copter: Copter, action: int) -> None:
+        if action == TERMINATE:
+            self._rover.disarm(force=True)
+        else:
+            self._rover.enter_first(ACTIONS.get(action, ()))
+
+    def _ground_station(self, copter: Copter, now_s: float) -> None:
+        p = self._rover.parameters
+        enabled = int(p["FS_GCS_ENABLE"])
+        silent = enabled > 0 and self._silent_for_s(now_s) >= p["FS_GCS_TIMEOUT"]
+        self.gcs_lost = self._link("GCS", self.gcs_lost, silent, enabled, now_s)
+
+    def _radio(self, copter: Copter, now_s: float) -> None:
+        rover, p = self._rover, self._rover.parameters
+        enabled = int(p["FS_THR_ENABLE"])
+        silent = enabled > 0 and not rover.pilot.heard(now_s, p["RC_OVERRIDE_TIME"])
+        self.radio_lost = self._link("Radio", self.radio_lost, silent, enabled, now_s)
+
+    def _link(self, name: str, lost: bool, silent: bool, enabled: int, now_s: float) -> bool:
+        """What FS_ACTION says, FS_TIMEOUT after a link became silent.
+
+        Args:
+            name: of the link, for the texts.
+            lost: whether it counts as lost already.
+            silent: whether it is silent.
+            enabled: the failsafe's parameter.
+            now_s: simulated time.
+
+        Returns:
+            Whether it counts as lost now.
+        """
+        rover = self._rover
+        if not silent:
+            self._gone_s.pop(name, None)
+            if lost:
+                rover.say(Severity.INFO, f"{name} Failsafe Cleared")
+            return False
+        since_s = self._gone_s.setdefault(name, now_s)
+        number = rover.mode.spec.number
+        waits = now_s - since_s <= rover.parameters["FS_TIMEOUT"] or not rover.armed
+        if lost or waits or number in (HOLD, RTL):
+            return lost
+        rover.say(Severity.WARNING, f"{name} Failsafe")
+        if number == AUTO and enabled == CONTINUES_AUTO:
+            rover.say(Severity.WARNING, "Failsafe - Continuing Auto Mode")
+        else:
+            rover.enter_first(ACTIONS.get(int(rover.parameters["FS_ACTION"]), ()))
+        return True
+
+    def _estimator(self, copter: Copter) -> None:
+        rover = self._rover
+        variance = rover.estimator.variance
+        if not variance:
+            self.estimator_lost = False
+            return
+        action = int(rover.parameters["FS_EKF_ACTION"])
+        if self.estimator_lost or not rover.armed or action == EKF_IGNORED:
+            return
+        self.estimator_lost = True
+        if not rover.mode.spec.requires_position:
+            return
+        if action == EKF_HOLD:
+            rover.enter_mode(HOLD)
+        rover.say(Severity.CRITICAL, "EKF failsafe")
+
+
+class RoverFence(Fence):
+    """The same actions as of failsafes; far outside it only stops.
+
+    Args:
+        rover: the vehicle.
+    """
+
+    def __init__(self, rover: Rover) -> None:
+        """See the class."""
+        super().__init__(rover)
+        self._rover = rover
+
+    def _act(self, action: int) -> None:
+        rover = self._rover
+        home = rover.navigator.home_ned_m()
+        outside_m = math.dist(rover.motion[:2], home[:2]) - rover.parameters["FENCE_RADIUS"]
+        if action and self.breached & CIRCLE and outside_m > GIVE_UP_M:
+            rover.enter_mode(HOLD)
+        else:
+            rover.enter_first(ACTIONS.get(action, ()))

@@ -1,0 +1,1 @@
+"""What the firmwares of all vehicles share."""

@@ -1,0 +1,182 @@
+"""Arming, disarming, and the checks before; each gives its reason in the firmware's words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.exchange import Motors, Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
+
+CHECK_INTERVAL_S = 1.0
+REPEAT_TEXT_S = 30.0
+LANDED_TO_DISARM_S = 0.5
+"""In LAND and RTL, from 'landed' to disarming"""
+THROTTLE_LOW = 0.05
+"""The stick counts as lowest below this; higher, DISARM_DELAY does not run"""
+
+NOT_STARTED = (
+    "Need Alt Estimate",
+    "Hardware safety switch",
+    "Gyros not healthy",
+    "EKF attitude is bad",
+    "Compass not healthy",
+    "AHRS: waiting for home",
+    "Battery 1 unhealthy",
+)
+"""Recorded one second after power-up (`copter_acks`)"""
+
+
+ACCELS_AGREE_S, GYROS_AGREE_S = 10.4, 20.7
+"""After the start: two accelerometers, and then two gyroscopes, have to agree for 10 s each"""
+ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 active"
+"""What is said when the attitude is known, and when it is that of the estimator"""
+
+
+def prearm_failures(copter: Firmware) -> list[str]:
+    """Why the vehicle would refuse to arm; empty when it would not.
+
+    Those of the first half minute were seen of the real copter and rover, armed once a second
+    from power-up in STABILIZE, MANUAL and GUIDED.
+    """
+    if not copter.started:
+        return list(NOT_STARTED)
+    reasons = [] if copter.damage is None else [copter.damage]
+    needs_position = copter.mode.spec.requires_position
+    leans = copter.personality.kind == "copter"
+    aligned = copter.said_at_boot(ALIGNED)
+    if leans and needs_position and not aligned:
+        reasons.append("Need Alt Estimate")
+    reasons += _inertial_failures(copter)
+    if leans and not aligned:
+        reasons.append("EKF attitude is bad")
+    if needs_position:
+        reasons += _position_failures(copter)
+    elif leans:
+        reasons += _attitude_failures(copter)
+    if copter.mode.spec.behaviour == "auto" and not copter.has_mission:
+        reasons.append("Mode requires mission")
+    reasons += copter.failsafe.battery_reasons()
+    reasons += copter.fence.reasons()
+    return reasons
+
+
+def _inertial_failures(copter: Firmware) -> list[str]:
+    started_s = copter.personality.standby_s
+    for name, after_s in (("Accels", ACCELS_AGREE_S), ("Gyros", GYROS_AGREE_S)):
+        if copter.now_s < copter.estimator.scaled(started_s + after_s):
+            return [f"{name} inconsistent"]
+    return []
+
+
+def _attitude_failures(copter: Firmware) -> list[str]:
+    """Of modes that need no position."""
+    if not copter.said_at_boot(ESTIMATOR_ACTIVE):
+        return ["AHRS: not using configured AHRS type"]
+    return [] if copter.said_at_boot(ALIGNED) else ["AHRS: EKF3 still initialising"]
+
+
+def _position_failures(copter: Firmware) -> list[str]:
+    estimator = copter.estimator
+    if estimator.gps_started and not estimator.gps_fix:
+        return ["GPS 1: Bad fix"]
+    drives = copter.personality.kind in ("rover", "boat")
+    # A rover takes the first fix for its home, a copter waits for the estimator's origin.
+    if not (estimator.gps_fix if drives else estimator.has_origin):
+        return ["AHRS: waiting for home"]
+    return [] if estimator.position_ok else ["Need Position Estimate"]
+
+
+class Arming:
+    """Whether the motors of one vehicle are armed, and who may change that.
+
+    Args:
+        copter: the vehicle.
+
+    Attributes:
+        armed: whether they are.
+        armed_at_s: simulated time of the latest arming.
+        checks_passed: what the latest look at the checks gave.
+    """
+
+    def __init__(self, copter: Firmware) -> None:
+        """See the class."""
+        self._copter = copter
+        self.armed = False
+        self.armed_at_s = copter.boot_s
+        self.checks_passed = False
+        self._next_check_s = copter.boot_s
+        self._last_text_s = copter.boot_s
+
+    def arm(self, force: bool) -> Result:
+        """Arm the motors, after the checks unless forced."""
+        copter = self._copter
+        if self.armed:
+            return Result.ACCEPTED
+        reasons = []
+        if not copter.may_arm_in_mode:
+            reasons.append(f"{copter.mode.spec.name} mode not armable")
+        elif not force:
+            reasons = prearm_failures(copter)
+        elif copter.damage is not None:
+            reasons = [copter.damage]
+        for reason in reasons:
+            copter.say(Severity.CRITICAL, f"Arm: {reason}")
+        if reasons:
+            return Result.FAILED
+        self.armed = True
+        self.armed_at_s = copter.now_s
+        if copter.estimator.has_origin:
+            copter.set_home()
+        copter.say(Severity.INFO, copter.personality.armed_text)
+        return Result.ACCEPTED
+
+    def disarm(self, force: bool) -> Result:
+        """Disarm the motors; in the air only when forced."""
+        copter = self._copter
+        if not self.armed:
+            return Result.ACCEPTED
+        if not copter.landed and not force:
+            return Result.FAILED
+        self.armed = False
+        copter.plans.rewind()
+        copter.say(Severity.INFO, copter.personality.disarmed_text)
+        return Result.ACCEPTED
+
+    def run_checks(self) -> Result:
+        """RUN_PREARM_CHECKS."""
+        copter = self._copter
+        if copter.soft_armed:
+            return Result.TEMPORARILY_REJECTED
+        for reason in prearm_failures(copter):
+            copter.say(Severity.CRITICAL, f"PreArm: {reason}")
+        return Result.ACCEPTED
+
+    def watch(self) -> None:
+        """While disarmed, look at the checks once a second; say what fails every half minute."""
+        copter = self._copter
+        now_s = copter.now_s
+        if self.armed or now_s < self._next_check_s:
+            return
+        self._next_check_s = now_s + CHECK_INTERVAL_S
+        reasons = prearm_failures(copter)
+        self.checks_passed = not reasons
+        if not reasons or now_s - self._last_text_s < REPEAT_TEXT_S:
+            return
+        self._last_text_s = now_s
+        for reason in reasons:
+            copter.say(Severity.CRITICAL, f"PreArm: {reason}")
+
+    def disarm_is_due(self, landed_since_s: float) -> bool:
+        """Whether an armed vehicle on the ground is to disarm by itself."""
+        copter = self._copter
+        if not self.armed or not copter.landed:
+            return False
+        if copter.mode.landing or copter.mode.spec.behaviour == "rtl":
+            return copter.now_s - landed_since_s >= LANDED_TO_DISARM_S
+        delay_s = copter.parameters["DISARM_DELAY"]
+        resting = copter.mode.ground_motors() is not Motors.FLY
+        idle_s = copter.now_s - max(self.armed_at_s, landed_since_s)
+        throttle_low = copter.pilot_throttle() < THROTTLE_LOW
+        return delay_s > 0.0 and idle_s >= delay_s and resting and throttle_low

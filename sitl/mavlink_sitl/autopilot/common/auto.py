@@ -1,0 +1,327 @@
+"""AUTO: carries out the mission, item by item, whatever the vehicle.
+
+From the recordings `copter_auto_cleared` and `rover_auto`, and from the firmware's source:
+
+* Items that move (waypoints, loiters, take-off, landing) follow one another.
+* Those that only do something (`DO_*`) and conditions (`CONDITION_*`) are done on the way to
+  the next one that moves, in their order. Those that are not done yet when it ends are dropped.
+* An item that moves is told as reached under the number of what is done at once after it
+  (`copter_mission_rich`, `rover_mission`, `plane_auto`): the firmware's message is overwritten
+  before it is sent. What its mission library does itself, as servos, is never told.
+* Left half-way, it is taken up at the same item.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.control.track import Vector
+from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
+from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
+from mavlink_sitl.exchange import ItemReached, Result, Severity
+from mavlink_sitl.geodesy import GeoPoint
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.personality import ModeSpec
+
+AMSL_FRAMES = (0, 2, 5)
+TAKE_OFFS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF)
+MOST_STEPS = 200
+"""A mission of nothing but jumps ends after so many"""
+ALLOW_ARMING = 1
+"""Bit of AUTO_OPTIONS"""
+
+
+class Auto(Mode):
+    """Carries out the uploaded mission; how an item is flown is the subclasses'.
+
+    Attributes:
+        moving: the items that move this kind of vehicle.
+        untold: the items that are never told as reached.
+        task: what it is busy with; None without a mission, or after its end.
+        paused: whether it was told to stop on its way.
+    """
+
+    moving = MOVING
+    untold: frozenset[Cmd] = UNTOLD
+
+    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
+        """See the class."""
+        super().__init__(copter, spec)
+        self.task: Task | None = None
+        self.may_take_off = False
+        self.paused = False
+        self._waiting: list[tuple[int, PlanItem]] = []
+        self._doing_since_s: float | None = None
+
+    @property
+    def _first(self) -> int:
+        return int(self.copter.personality.plan_rules.home_first)
+
+    @property
+    def has_mission(self) -> bool:
+        """Whether there is anything to fly."""
+        return len(self.copter.plans.mission.items) > self._first
+
+    @property
+    def starts_with_takeoff(self) -> bool:
+        """Whether the first item that moves, from the one in force on, leaves the ground."""
+        plans = self.copter.plans
+        start = max(plans.current, self._first)
+        moving = (i.command for i in plans.mission.items[start:] if i.command in self.moving)
+        return next(moving, None) in TAKE_OFFS
+
+    # The mode.
+
+    def enter(self) -> None:
+        """Take the mission up where it was left, or begin it."""
+        self.task = None
+        self.paused = False
+        self._waiting = []
+        self.may_take_off = False
+        self.guide(self.hold_guidance())
+        if self.has_mission:
+            self.start(self.copter.plans.current)
+
+    def leave(self) -> None:
+        """Another mode takes over: the mission waits."""
+        plans = self.copter.plans
+        if plans.state in (MissionState.ACTIVE, MissionState.PAUSED):
+            plans.state = MissionState.NOT_STARTED
+
+    def start(self, place: int) -> None:
+        """Go on with an item; from the beginning after the end."""
+        plans = self.copter.plans
+        if plans.state is MissionState.COMPLETE or not (
+            self._first <= place < len(plans.mission.items)
+        ):
+            plans.rewind()
+            place = self._first
+        plans.state = MissionState.ACTIVE
+        self._advance(place)
+
+    def update(self) -> None:
+        """Go on with the item in force, or to the next."""
+        task = self.task
+        if task is None:
+            return
+        if self.paused:
+            task.update()  # to a stand, on its way
+            return
+        self._do_waiting()
+        task.update()
+        if task.finished():
+            self._finish(task)
+
+    @property
+    def landing(self) -> bool:
+        """While it sinks to land."""
+        return self.task is not None and self.task.landing
+
+    # The items.
+
+    def _finish(self, task: Task) -> None:
+        place = self.copter.plans.current
+        told = ItemReached(place)
+        self.copter.events.append(told)
+        self._say_reached(place, task.item)
+        self._advance(place + 1)
+        events = self.copter.events
+        reached = [event for event in events if isinstance(event, ItemReached)]
+        if told in reached[:-1]:
+            events.remove(told)
+
+    def _say_reached(self, place: int, item: PlanItem) -> None:
+        if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
+            self.copter.say(Severity.INFO, f"Reached command #{place}")
+
+    def _advance(self, place: int) -> None:
+        """Begin the next item that moves, from a place on."""
+        plans = self.copter.plans
+        self._waiting = []
+        self._doing_since_s = None
+        for seq, item in self._walk(place, plans.jumps):
+            if item.command not in self.moving:
+                self._waiting.append((seq, item))
+                continue
+            self._do_waiting(conditions=False)
+            plans.current = seq
+            self._say(seq, item)
+            self._begin(item)
+            self._do_waiting()
+            return
+        self._do_waiting()
+        self._complete()
+
+    def _walk(self, place: int, jumps: dict[int, int]) -> list[tuple[int, PlanItem]]:
+        """The items from a place up to the next that moves, following jumps."""
+        items = self.copter.plans.mission.items
+        found: list[tuple[int, PlanItem]] = []
+        for _ in range(MOST_STEPS):
+            if not self._first <= place < len(items):
+                break
+            item = items[place]
+            if item.command in (Cmd.JUMP, Cmd.DO_JUMP_TAG):
+                place = self._jump(place, item, jumps)
+                continue
+            found.append((place, item))
+            if item.command in self.moving:
+                return found
+            place += 1
+        return found
+
+    def _jump(self, place: int, item: PlanItem, jumps: dict[int, int]) -> int:
+        items = self.copter.plans.mission.items
+        target, times = int(item.params[0]), int(item.params[1])
+        if item.command == Cmd.DO_JUMP_TAG:
+            tags = (i for i, x in enumerate(items) if x.command == Cmd.JUMP_TAG)
+            target = next((i for i in tags if int(items[i].params[0]) == target), -1)
+        taken = jumps.get(place, 0)
+        if not self._first <= target < len(items) or 0 <= times <= taken:
+            return place + 1
+        jumps[place] = taken + 1
+        return target
+
+    def _say(self, seq: int, item: PlanItem) -> None:
+        name = NAMES.get(Cmd(item.command), "") if item.command in NAMES else str(item.command)
+        self.copter.say(Severity.INFO, f"Mission: {seq} {name}")
+
+    def _complete(self) -> None:
+        """After the last item: hover, or rest on the ground."""
+        self.copter.plans.state = MissionState.COMPLETE
+        self.task = None
+        self.guide(self.hold_guidance())
+        if self.copter.landed and self.copter.armed:
+            self.copter.disarm(force=True)
+
+    def _do_waiting(self, conditions: bool = True) -> None:
+        """Do what is to be done on the way; a condition holds up what comes after it."""
+        while self._waiting:
+            seq, item = self._waiting[0]
+            if item.command in CONDITIONS and not conditions:
+                return
+            begins = self._doing_since_s is None
+            if begins:
+                self._doing_since_s = self.copter.now_s
+                self._say(seq, item)
+            if not self._do(item, begins):
+                return
+            self._doing_since_s = None
+            self._waiting.pop(0)
+            if item.command not in self.untold:
+                self.copter.events.append(ItemReached(seq))
+
+    def _do(self, item: PlanItem, begins: bool) -> bool:
+        """Do an item that does not move, or look at a condition.
+
+        Args:
+            item: the item; what needs a device that the vehicle does not have is passed over.
+            begins: whether this is the first time.
+
+        Returns:
+            Whether it is done.
+        """
+        copter, command, value = self.copter, item.command, item.params[0]
+        if command == Cmd.CONDITION_DELAY:
+            return copter.now_s - (self._doing_since_s or 0.0) >= value
+        if command == Cmd.CONDITION_DISTANCE:
+            return self.distance_left_m() <= value
+        if command == Cmd.CHANGE_SPEED:
+            self._change_speed(int(value), item.params[1])
+        elif command == Cmd.SET_HOME:
+            copter.set_home(None if value == 1.0 else self._point_of(item))
+        elif command == Cmd.SET_SERVO:
+            copter.set_servo(int(value), item.params[1])
+        elif command == Cmd.FENCE_ENABLE and value in (0.0, 1.0):
+            copter.fence.enable(value == 1.0)
+        return True
+
+    def _change_speed(self, kind: int, speed_m_s: float) -> None:
+        self.copter.navigator.change_speed(kind, speed_m_s)
+        self.limits_changed()
+
+    def _begin(self, item: PlanItem) -> None:
+        """Begin an item that moves: give `task` a value."""
+        raise NotImplementedError
+
+    def distance_left_m(self) -> float:
+        """How far it still is to the place of the item in force, over ground."""
+        if self.task is None:
+            return 0.0
+        here = self.copter.motion[:3]
+        return math.dist(here[:2], self.place_of(self.task.item, here)[:2])
+
+    def _point_of(self, item: PlanItem) -> GeoPoint | None:
+        """Where an item is on earth; None for the vehicle's own place, which zeros mean."""
+        if not item.x and not item.y:
+            return None
+        altitude_m = item.z
+        if item.frame not in AMSL_FRAMES:
+            altitude_m += (self.copter.navigator.home or self.copter.navigator.origin)[2]
+        return GeoPoint(item.x / 1e7, item.y / 1e7, altitude_m)
+
+    def place_of(self, item: PlanItem, instead: Vector) -> Vector:
+        """Where an item is, NED metres; zeros in it mean `instead`."""
+        navigator = self.copter.navigator
+        point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
+        north, east, _ = navigator.frame.to_local(point)
+        if not item.x and not item.y:
+            north, east = instead[:2]
+        if item.z == 0.0 and item.command not in TAKE_OFFS:
+            return north, east, instead[2]
+        return north, east, self._down_m(item)
+
+    def _down_m(self, item: PlanItem) -> float:
+        """The height in an item, NED."""
+        navigator = self.copter.navigator
+        if item.frame in AMSL_FRAMES:
+            return navigator.origin.altitude_amsl_m - item.z
+        return navigator.home_ned_m()[2] - item.z
+
+    # What people want of it.
+
+    def mission_changed(self) -> None:
+        """The list has another content: begin the item in force again, if it is still there."""
+        plans = self.copter.plans
+        if self.task is None:
+            return
+        if self._first <= plans.current < len(plans.mission.items):
+            item = plans.mission.items[plans.current]
+            self._say(plans.current, item)
+            text = "Auto mission changed, restarted command"
+            if item != self.task.item and item.command in self.moving:
+                self.task = None
+                self._begin(item)
+            else:
+                self._following_changed()
+        else:
+            text = "Auto mission changed but failed to restart command"
+        self.copter.say(Severity.CRITICAL, text)
+
+    def jump_to(self, place: int) -> None:
+        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT while it flies; that ends a pause."""
+        self._waiting = []
+        self.paused = False
+        self.copter.plans.state = MissionState.ACTIVE
+        if self.task is not None and not self.taking_off:
+            self.task = None  # the old leg's end is not where the new one begins
+        self._advance(place)
+
+    def _following_changed(self) -> None:
+        """What comes after the item in force may be another one now."""
+
+    def limits_changed(self) -> None:
+        """Another speed: the item goes on with it."""
+
+    def pause(self) -> Result:
+        """DO_PAUSE_CONTINUE 0: not possible."""
+        self.copter.say(Severity.INFO, "Failed to pause")
+        return Result.FAILED
+
+    def go_on(self) -> Result:
+        """DO_PAUSE_CONTINUE 1."""
+        return Result.ACCEPTED

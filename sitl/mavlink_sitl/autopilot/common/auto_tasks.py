@@ -1,0 +1,51 @@
+"""What AUTO can be busy with, whatever flies it: one class per kind of item that moves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.plans.plans import PlanItem
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.auto import Auto
+
+
+class Task:
+    """An item in flight.
+
+    Args:
+        auto: the mode.
+        item: the item.
+    """
+
+    def __init__(self, auto: Auto, item: PlanItem) -> None:
+        """See the class."""
+        self.auto = auto
+        self.copter = auto.copter
+        self.item = item
+
+    @property
+    def landing(self) -> bool:
+        """Whether it sinks to land."""
+        return False
+
+    def update(self) -> None:
+        """Go on; called at the autopilot's rate."""
+
+    def finished(self) -> bool:
+        """Whether the next item's turn has come."""
+        return False
+
+
+class Delay(Task):
+    """Stay for param1 seconds."""
+
+    def __init__(self, auto: Auto, item: PlanItem) -> None:
+        """See the class."""
+        super().__init__(auto, item)
+        self._until_s = self.copter.now_s + max(item.params[0], 0.0)
+        auto.guide(auto.hold_guidance())
+
+    def finished(self) -> bool:
+        """When the time is over."""
+        return self.copter.now_s >= self._until_s

@@ -1,0 +1,195 @@
+"""Battery, ground station and estimator failsafes with the firmware's own parameters."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.exchange import Observation, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+
+MODE_ALT_HOLD = 2
+MODE_LAND = 9
+MODE_RTL = 6
+
+RADIO_AFTER_S = 0.5
+"""Without pulses for so long; the firmware was seen to act within 1 s"""
+THR_LAND = 3
+"""FS_THR_ENABLE; the others return"""
+
+EKF_REPORT, EKF_ALT_HOLD, EKF_LAND_ALWAYS = 0, 2, 3
+"""FS_EKF_ACTION; 1 lands from modes that need a position"""
+
+_BATTERY_ACTIONS = {1: MODE_LAND, 2: MODE_RTL}
+"""BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; 0 is a warning only."""
+
+
+class Failsafes:
+    """Watches, and changes the mode when something is wrong.
+
+    Attributes:
+        battery_level: 0 fine, 1 low, 2 critical. Never gets better in a flight.
+        gcs_lost: the ground station has been silent too long.
+        estimator_lost: the EKF failsafe has acted.
+        radio_lost: the pilot's radio has been silent too long.
+    """
+
+    def __init__(self) -> None:
+        """All well."""
+        self.battery_level = 0
+        self.gcs_lost = False
+        self.estimator_lost = False
+        self.radio_lost = False
+        self._radio_gone_s: float | None = None
+        self._below_since_s: dict[int, float] = {}
+        self._gcs_heard_s: float | None = None
+        self._parameters_revision = -1
+        self._well_above_v = math.inf
+        self._glitching = False
+
+    @property
+    def active(self) -> bool:
+        """Whether HEARTBEAT says CRITICAL."""
+        return self.battery_level > 0 or self.gcs_lost or self.estimator_lost or self.radio_lost
+
+    def gcs_heartbeat(self, now_s: float) -> None:
+        """The ground station is there. Setpoints and commands do not count."""
+        self._gcs_heard_s = now_s
+
+    def battery_reasons(self) -> list[str]:
+        """Why the battery forbids arming."""
+        if self.battery_level == 0:
+            return []
+        return ["Battery 1 low voltage failsafe", "Battery failsafe"]
+
+    def update(self, copter: Copter, observation: Observation) -> None:
+        """Look at one observation and act."""
+        self._battery(copter, observation)
+        self._ground_station(copter, observation.time_s)
+        self._radio(copter, observation.time_s)
+        self._estimator(copter)
+
+    def _battery(self, copter: Copter, observation: Observation) -> None:
+        parameters = copter.parameters
+        battery = observation.battery
+        if parameters.revision != self._parameters_revision:
+            self._parameters_revision = parameters.revision
+            highest_v = max(parameters["BATT_LOW_VOLT"], parameters["BATT_CRT_VOLT"])
+            self._well_above_v = math.inf if parameters["BATT_LOW_MAH"] else highest_v
+        if battery.voltage_v >= self._well_above_v:
+            self._below_since_s.clear()
+            return
+        left_mah = parameters["BATT_CAPACITY"] - battery.consumed_mah
+        below = {
+            2: 0.0 < battery.voltage_v < parameters["BATT_CRT_VOLT"],
+            1: 0.0 < battery.voltage_v < parameters["BATT_LOW_VOLT"]
+            or left_mah < parameters["BATT_LOW_MAH"] > 0.0,
+        }
+        for level, is_below in below.items():
+            if not is_below:
+                self._below_since_s.pop(level, None)
+                continue
+            since_s = self._below_since_s.setdefault(level, observation.time_s)
+            held = observation.time_s - since_s >= parameters["BATT_LOW_TIMER"]
+            if held and level > self.battery_level:
+                self._battery_fails(copter, observation, level)
+                return
+
+    def _battery_fails(self, copter: Copter, observation: Observation, level: int) -> None:
+        self.battery_level = level
+        battery = observation.battery
+        word = "critical" if level == 2 else "low"
+        text = f"Battery 1 is {word} {battery.voltage_v:.2f}V used {battery.consumed_mah:.0f} mAh"
+        copter.say(Severity.WARNING, text)
+        if not copter.armed:
+            return
+        copter.say(Severity.WARNING, "Battery Failsafe")
+        name = "BATT_FS_CRT_ACT" if level == 2 else "BATT_FS_LOW_ACT"
+        self._empty(copter, int(copter.parameters[name]))
+
+    def _empty(self, copter: Copter, action: int) -> None:
+        """Do what BATT_FS_*_ACT says."""
+        self._act(copter, _BATTERY_ACTIONS.get(action))
+
+    def _silent_for_s(self, now_s: float) -> float:
+        """How long the ground station has said nothing; 0 before it said anything."""
+        return 0.0 if self._gcs_heard_s is None else now_s - self._gcs_heard_s
+
+    def _ground_station(self, copter: Copter, now_s: float) -> None:
+        parameters = copter.parameters
+        if self._gcs_heard_s is None or not parameters["FS_GCS_ENABLE"]:
+            self.gcs_lost = False
+            return
+        lost = self._silent_for_s(now_s) >= parameters["FS_GCS_TIMEOUT"]
+        if lost and not self.gcs_lost and copter.armed:
+            self.gcs_lost = True
+            copter.say(Severity.WARNING, "GCS Failsafe")
+            self._act(copter, MODE_RTL)
+        elif self.gcs_lost and not lost:
+            self.gcs_lost = False
+            copter.say(Severity.WARNING, "GCS Failsafe Cleared")
+
+    def _radio(self, copter: Copter, now_s: float) -> None:
+        """RTL within a second, from GUIDED too; the ground may choose GUIDED again."""
+        if not copter.pilot.lost and not self.radio_lost:
+            self._radio_gone_s = None
+            return
+        p = copter.parameters
+        action = int(p["FS_THR_ENABLE"]) if "FS_THR_ENABLE" in p else 0
+        if not action or copter.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
+            self._radio_gone_s = None
+            if self.radio_lost:
+                self.radio_lost = False
+                copter.say(Severity.WARNING, "Radio Failsafe Cleared")
+            return
+        if self._radio_gone_s is None:
+            self._radio_gone_s = now_s
+        if self.radio_lost or now_s - self._radio_gone_s < RADIO_AFTER_S or not copter.armed:
+            return
+        self.radio_lost = True
+        copter.say(Severity.WARNING, "Radio Failsafe")
+        self._act(copter, MODE_LAND if action == THR_LAND else MODE_RTL)
+
+    def _glitch(self, copter: Copter) -> None:
+        """ArduCopter's gpsglitch_check: no more than its words."""
+        if copter.estimator.glitching is not self._glitching:
+            self._glitching = copter.estimator.glitching
+            words = "GPS Glitch or Compass error" if self._glitching else "Glitch cleared"
+            copter.say(Severity.CRITICAL, words)
+
+    def _estimator(self, copter: Copter) -> None:
+        self._glitch(copter)
+        variance = copter.estimator.variance
+        if variance and not self.estimator_lost and copter.armed and not copter.landed:
+            self.estimator_lost = True
+            copter.say(Severity.CRITICAL, "EKF variance")
+            self._estimator_fails(copter)
+        elif self.estimator_lost and not variance:
+            self.estimator_lost = False
+            copter.say(Severity.CRITICAL, "EKF Failsafe Cleared")
+
+    def _estimator_fails(self, copter: Copter) -> None:
+        """Do what FS_EKF_ACTION says."""
+        action = int(copter.parameters["FS_EKF_ACTION"])
+        needed = copter.mode.spec.requires_position or action == EKF_LAND_ALWAYS
+        if action == EKF_REPORT or not needed:
+            copter.say(Severity.CRITICAL, "EKF Failsafe")
+            return
+        holds = action == EKF_ALT_HOLD and not self.radio_lost
+        if not (holds and copter.enter_mode(MODE_ALT_HOLD)):
+            self._act(copter, MODE_LAND)
+        text = f"EKF Failsafe: changed to {copter.mode.spec.name} Mode"
+        copter.say(Severity.CRITICAL, text)
+
+    def _act(self, copter: Copter, mode: int | None) -> None:
+        """Change to LAND or RTL; on the ground disarm instead; LAND when RTL is refused."""
+        if mode is None:
+            return
+        if copter.landed:
+            copter.disarm(force=True)
+        elif mode == MODE_RTL and copter.enter_mode(MODE_RTL):
+            return
+        elif copter.mode.spec.number != MODE_LAND and copter.enter_mode(MODE_LAND):
+            copter.land_after_pause()

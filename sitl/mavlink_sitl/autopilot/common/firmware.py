@@ -1,0 +1,341 @@
+"""What every firmware does: start, know, say, arm, and give the controllers their guidance.
+
+It is told what is the case (`update`, at a fixed rate) and what people want (the command
+methods, at any time in between). It answers with `guidance` for the controllers and with
+`events` for the outside. It reads no clock and knows no MAVLink.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.common.arming import Arming
+from mavlink_sitl.autopilot.common.estimator import Estimator
+from mavlink_sitl.autopilot.common.failsafe import Failsafes
+from mavlink_sitl.autopilot.common.landing import LandDetector
+from mavlink_sitl.autopilot.common.navigation import Navigator
+from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.common.pilot import Pilot
+from mavlink_sitl.autopilot.common.saved_parameters import Saved
+from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.plans.fence import Fence
+from mavlink_sitl.autopilot.plans.plans import Plans
+from mavlink_sitl.exchange import (
+    Event,
+    Guidance,
+    HomeChanged,
+    Motion,
+    Motors,
+    Observation,
+    RebootRequested,
+    Result,
+    Severity,
+    StatusText,
+    SystemStatus,
+)
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+
+OWN_OUTPUTS, OUTPUTS = 4, 16
+
+
+class Firmware(ABC):
+    """A firmware from power-up to the next; what kind of vehicle it flies is the subclasses'.
+
+    Args:
+        personality: the firmware.
+        parameters: its parameters; they outlive a reboot.
+        origin: where it stands when it starts; becomes the origin of its local frame.
+        observation: the first thing it is told; its time is that of power-up.
+        ready_after_s: how long its estimator takes to use GPS.
+
+    Attributes:
+        navigator: origin, home and limits.
+        arming: whether the motors are armed.
+        estimator: what it knows of its position.
+        failsafe: what is wrong.
+        pilot: the sticks.
+        started: whether it has finished starting (HEARTBEAT no longer says BOOT).
+        mode: the flight mode.
+        guidance: what the controllers are to do.
+        revision: grows with every change of `guidance`.
+        events: what happened, for the outside to take away.
+    """
+
+    def __init__(
+        self,
+        personality: Personality,
+        parameters: Parameters,
+        origin: GeoPoint,
+        observation: Observation,
+        ready_after_s: float,
+    ) -> None:
+        """See the class."""
+        self.personality = personality
+        self.parameters = parameters
+        self.navigator = self.make_navigator(LocalFrame(origin, personality.projection))
+        self.observation = observation
+        self.boot_s = observation.time_s
+        self.estimator = Estimator(personality, self.boot_s, ready_after_s)
+        self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
+        self.failsafe = Failsafes()
+        self.pilot = Pilot()
+        self.plans = Plans()
+        """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""
+        self.fence = Fence(self)
+        self.arming = Arming(self)
+        self.saved = Saved(self)
+        self.started = False
+        self.inject_failure: Callable[[int, int, int], Result] = lambda *_: Result.UNSUPPORTED
+        """Breaks something; set by whoever runs the vehicle"""
+        self.damage: str | None = None
+        """Why it will not fly again before it is mended"""
+        self.servos_us: dict[int, int] = {}
+        """What DO_SET_SERVO has put on outputs, by their number"""
+        self.guidance = Guidance()
+        self.revision = 0
+        self.events: deque[Event] = deque()
+        self.moving_target: Callable[[], tuple[float, float, float]] = lambda: (0.0, 0.0, 0.0)
+        """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
+        self._landing = LandDetector()
+        self._said_boot = 0
+        self._aiding_lost = False
+        self._impact_m_s = observation.impact_m_s
+        self._wanted = Guidance()
+        self._modes: dict[int, Mode] = {
+            spec.number: self.make_mode(spec) for spec in personality.modes.values()
+        }
+        self.mode: Mode = self._modes[self.first_mode()]
+        self.mode.enter()
+
+    # What differs between firmwares.
+
+    def make_navigator(self, frame: LocalFrame) -> Navigator:
+        """Origin, home and limits."""
+        return Navigator(frame, self.parameters)
+
+    @abstractmethod
+    def make_mode(self, spec: ModeSpec) -> Mode:
+        """The mode that goes with an entry of the personality."""
+
+    def first_mode(self) -> int:
+        """The number of the mode after power-up."""
+        return min(self.personality.modes)
+
+    @abstractmethod
+    def watch(self, observation: Observation) -> None:
+        """Look for what is wrong; once the power monitor has readings."""
+
+    @abstractmethod
+    def enter_mode(self, number: int) -> bool:
+        """Change the mode if it may be entered; says why not."""
+
+    def enter_first(self, numbers: tuple[int, ...]) -> None:
+        """Change to the first of some modes that may be entered."""
+        for number in numbers:
+            if self.mode.spec.number == number or self.enter_mode(number):
+                return
+
+    @property
+    @abstractmethod
+    def has_mission(self) -> bool:
+        """Whether there is a mission to fly."""
+
+    @property
+    @abstractmethod
+    def may_arm_in_mode(self) -> bool:
+        """Whether motors may be armed in this mode."""
+
+    # What it knows.
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time of the latest observation."""
+        return self.observation.time_s
+
+    @property
+    def motion(self) -> Motion:
+        """Where it believes to be."""
+        return self.observation.motion
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors are armed."""
+        return self.arming.armed
+
+    @property
+    def soft_armed(self) -> bool:
+        """What HEARTBEAT says of it."""
+        return self.armed
+
+    @property
+    def landed(self) -> bool:
+        """Whether it believes to stand on the ground."""
+        return self._landing.landed
+
+    @property
+    def battery_known(self) -> bool:
+        """Whether the power monitor has readings yet."""
+        return self.observation.time_s >= self._battery_ready_at_s
+
+    @property
+    def system_status(self) -> SystemStatus:
+        """For HEARTBEAT."""
+        if not self.started:
+            return SystemStatus.BOOT
+        if self.failsafe.active:
+            return SystemStatus.CRITICAL
+        return SystemStatus.STANDBY if self.landed else SystemStatus.ACTIVE
+
+    def pilot_throttle(self) -> float:
+        """The throttle stick, 0..1."""
+        return self.pilot.throttle(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
+
+    def pilot_climb_rate_m_s(self) -> float:
+        """What the throttle stick asks for where height is held; positive is up."""
+        p = self.parameters
+        up = p["PILOT_SPEED_UP"] / 100.0
+        down = (p["PILOT_SPEED_DN"] or p["PILOT_SPEED_UP"]) / 100.0
+        return self.pilot.climb_rate_m_s(self.now_s, p["RC_OVERRIDE_TIME"], up, down)
+
+    # What it does by itself.
+
+    def observe(self, observation: Observation) -> None:
+        """Know better where it is, without acting: for commands between two updates."""
+        self.observation = observation
+        self.navigator.observe(observation.motion, self.estimator.lost)
+
+    def update(self, observation: Observation) -> None:
+        """Take notice of the world and act; called at a fixed rate."""
+        estimator = self.estimator
+        had_origin = estimator.has_origin
+        self.observe(observation)
+        estimator.update(observation.time_s, observation.gps_fix, observation.gps_off_m)
+        self._say_boot()
+        self._say_aiding()
+        if not self.started and self.now_s >= self.estimator.scaled(self.personality.standby_s):
+            self.started = True
+            self.enter_mode(self.first_mode())  # what was chosen too early is forgotten
+        if not had_origin and estimator.has_origin:
+            self.set_home()
+            self.saved.mission_length(max(len(self.plans.mission.items), 1))
+        self._landing.update(observation, self.armed)
+        self._feel_ground(observation)
+        self.watch(observation)
+        self.arming.watch()
+        self.mode.update()
+        if self.arming.disarm_is_due(self._landing.landed_since_s):
+            self.arming.disarm(force=True)
+        self.saved.update()
+        self._settle()
+
+    def _say_boot(self) -> None:
+        steps = self.personality.boot
+        while self._said_boot < len(steps):
+            step = steps[self._said_boot]
+            if self.now_s < self.estimator.scaled(step.at_s):
+                return
+            self._said_boot += 1
+            elevation = self.navigator.origin.altitude_amsl_m
+            self.say(Severity.INFO, step.text.format(elevation=elevation))
+
+    def _say_aiding(self) -> None:
+        """What was seen of the real copter, 15 s after its GPS was off and when it was back."""
+        lost = self.estimator.lost
+        if lost is self._aiding_lost:
+            return
+        self._aiding_lost = lost
+        for name in self.personality.estimators:
+            if lost:
+                self.say(Severity.WARNING, f"{name} stopped aiding")
+            else:
+                self.say(Severity.INFO, f"{name} is using GPS")
+
+    def said_at_boot(self, text: str) -> bool:
+        """Whether a line of the start has its time behind it; one that never comes has, too."""
+        at_s = next((step.at_s for step in self.personality.boot if step.text == text), 0.0)
+        return self.now_s >= self.estimator.scaled(at_s)
+
+    def _feel_ground(self, observation: Observation) -> None:
+        impact = observation.impact_m_s
+        if impact == self._impact_m_s:
+            return
+        self._impact_m_s = impact
+        if impact > 0.0:
+            self.say(Severity.INFO, f"SIM Hit ground at {impact:.6f} m/s")
+
+    def _settle(self) -> None:
+        """Give the motors what arming and the ground allow."""
+        if not self.armed:
+            motors = Motors.OFF
+        elif self.landed:
+            motors = self.mode.ground_motors()
+        else:
+            motors = self._wanted.motors
+        if motors is not self.guidance.motors:
+            self._publish(replace(self._wanted, motors=motors, restart_xy=True, restart_z=True))
+
+    def guide(self, guidance: Guidance) -> None:
+        """Called by modes: what the controllers are to do, as far as motors are allowed to."""
+        self._wanted = guidance
+        if not self.armed:
+            guidance = replace(guidance, motors=Motors.OFF)
+        elif self.landed:
+            guidance = replace(guidance, motors=self.mode.ground_motors())
+        self._publish(guidance)
+
+    @property
+    def wanted(self) -> Guidance:
+        """What its mode asked for last."""
+        return self._wanted
+
+    def _publish(self, guidance: Guidance) -> None:
+        self.guidance = guidance
+        self.revision += 1
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Words for people."""
+        self.events.append(StatusText(severity, text))
+
+    def set_home(self, point: GeoPoint | None = None) -> None:
+        """Home is there, or here."""
+        if point is None:
+            self.navigator.set_home()
+        else:
+            self.navigator.home = point
+        self.events.append(HomeChanged())
+
+    # What people want of it.
+
+    def arm(self, force: bool = False) -> Result:
+        """Arm the motors, after the checks unless forced."""
+        result = self.arming.arm(force)
+        self._settle()
+        return result
+
+    def disarm(self, force: bool = False) -> Result:
+        """Disarm the motors; in the air only when forced."""
+        result = self.arming.disarm(force)
+        self._landing.update(self.observation, self.armed)
+        self._settle()
+        return result
+
+    def set_servo(self, output: int, pulse_us: float) -> Result:
+        """DO_SET_SERVO: the outputs above those of the vehicle's own motors and servos."""
+        if not OWN_OUTPUTS < output <= OUTPUTS or not 0.0 <= pulse_us <= 65535.0:
+            return Result.FAILED
+        self.servos_us[output] = round(pulse_us)
+        return Result.ACCEPTED
+
+    def reboot(self) -> Result:
+        """PREFLIGHT_REBOOT_SHUTDOWN: not while armed."""
+        if self.armed:
+            return Result.FAILED
+        self.events.append(RebootRequested())
+        return Result.ACCEPTED

@@ -1,0 +1,83 @@
+"""Parameters that ArduPilot saves by itself, and so tells everybody with a PARAM_VALUE.
+
+Recorded in every flight in `tlogs/ardupilot`: calibrations while it starts, MIS_TOTAL with each
+item of an upload and when home is set, STAT_FLTTIME and STAT_RUNTIME twice a minute and at
+disarming. They are told, not offered: PARAM_REQUEST_READ does not find them here.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.common.parameters import ParameterType
+from mavlink_sitl.exchange import ParameterSaved
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
+
+STATISTICS_S = 30.0
+"""How often AP_Stats saves"""
+
+
+class Saved:
+    """Tells what one vehicle saves, from one power-up to the next.
+
+    Args:
+        firmware: the vehicle. One whose personality saves nothing while starting never does.
+    """
+
+    def __init__(self, firmware: Firmware) -> None:
+        """See the class."""
+        self._firmware = firmware
+        self._told = 0
+        self._items = 0
+        self._was_armed = False
+        self._flown_s = 0.0
+        self._flown_told_s = 0
+        self._flying_since_s: float | None = None
+        self._statistics_at_s = firmware.boot_s + STATISTICS_S
+
+    def update(self) -> None:
+        """Look what there is to save; called at the autopilot's rate."""
+        firmware = self._firmware
+        steps = firmware.personality.saved
+        if not steps:
+            return
+        now_s = firmware.now_s
+        while self._told < len(steps):
+            step = steps[self._told]
+            if now_s < firmware.estimator.scaled(step.at_s):
+                break
+            self._told += 1
+            self._tell(step.name, step.value, step.type)
+        self._count_flight(now_s)
+        disarmed = self._was_armed and not firmware.armed
+        self._was_armed = firmware.armed
+        if disarmed or now_s >= self._statistics_at_s:
+            self._statistics_at_s = now_s + STATISTICS_S
+            self._tell_statistics(now_s)
+
+    def mission_length(self, items: int) -> None:
+        """The mission has so many items now, home among them."""
+        if self._firmware.personality.saved and items != self._items:
+            self._items = items
+            self._tell("MIS_TOTAL", items, ParameterType.INT16)
+
+    def _count_flight(self, now_s: float) -> None:
+        flying = self._firmware.armed and not self._firmware.landed
+        if flying and self._flying_since_s is None:
+            self._flying_since_s = now_s
+        elif not flying and self._flying_since_s is not None:
+            self._flown_s += now_s - self._flying_since_s
+            self._flying_since_s = None
+
+    def _tell_statistics(self, now_s: float) -> None:
+        since_s = now_s if self._flying_since_s is None else self._flying_since_s
+        flown_s = int(self._flown_s + now_s - since_s)
+        if flown_s != self._flown_told_s:
+            self._flown_told_s = flown_s
+            self._tell("STAT_FLTTIME", flown_s, ParameterType.INT32)
+        self._tell("STAT_RUNTIME", int(now_s - self._firmware.boot_s), ParameterType.INT32)
+
+    def _tell(self, name: str, value: float, kind: ParameterType) -> None:
+        self._firmware.events.append(ParameterSaved(name, float(value), int(kind)))

@@ -1,0 +1,119 @@
+"""Flying round a place: the mode CIRCLE, and what LOITER_TURNS does at its circle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.exchange import Guidance, YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+
+Vector = tuple[float, float, float]
+LEAST_RADIUS_M = 0.1
+
+
+def circle_rate_rad_s(copter: Copter) -> float:
+    """CIRCLE_RATE: how fast it goes round; negative is against the clock."""
+    return math.radians(copter.parameters["CIRCLE_RATE"])
+
+
+def circle_radius_m(copter: Copter) -> float:
+    """CIRCLE_RADIUS."""
+    return max(copter.parameters["CIRCLE_RADIUS"] / 100.0, LEAST_RADIUS_M)
+
+
+class Orbit:
+    """A circle that is flown with the nose to its centre, as CIRCLE_OPTIONS has it.
+
+    Args:
+        copter: the vehicle.
+        centre: NED metres; its height is flown.
+        radius_m: of the circle.
+        rate_rad_s: clockwise, as far as the limits of speed and acceleration allow.
+        angle_rad: where on the circle it begins, from North.
+
+    Attributes:
+        turned_rad: how far it has gone round.
+    """
+
+    def __init__(
+        self, copter: Copter, centre: Vector, radius_m: float, rate_rad_s: float, angle_rad: float
+    ) -> None:
+        """See the class."""
+        self.turned_rad = 0.0
+        self._copter = copter
+        self._centre = centre
+        self._radius_m = max(radius_m, LEAST_RADIUS_M)
+        self._rate_rad_s = rate_rad_s
+        self._angle_rad = angle_rad
+        self.begin()
+
+    def begin(self) -> None:
+        """Go round from now on."""
+        self._updated_s = self._copter.now_s
+
+    def point(self) -> Vector:
+        """Where on the circle it is to be, NED metres."""
+        north, east, down = self._centre
+        return (
+            north + self._radius_m * math.cos(self._angle_rad),
+            east + self._radius_m * math.sin(self._angle_rad),
+            down,
+        )
+
+    def go_on(self, hold: Guidance) -> Guidance:
+        """Move on along the circle; what the controllers are to do."""
+        limits, now_s = self._copter.navigator.limits(), self._copter.now_s
+        possible = min(
+            abs(self._rate_rad_s),
+            limits.speed_xy_m_s / self._radius_m,
+            math.sqrt(limits.acceleration_xy_m_s2 / self._radius_m),
+        )
+        rate = math.copysign(possible, self._rate_rad_s)
+        step = rate * (now_s - self._updated_s)
+        self._updated_s = now_s
+        self.turned_rad += abs(step)
+        self._angle_rad += step
+        north, east, down = self.point()
+        speed = rate * self._radius_m
+        return replace(
+            hold,
+            track_position_xy=1.0,
+            track_position_z=1.0,
+            north_m=north,
+            east_m=east,
+            down_m=down,
+            velocity_north_m_s=-speed * math.sin(self._angle_rad),
+            velocity_east_m_s=speed * math.cos(self._angle_rad),
+            restart_xy=False,
+            restart_z=False,
+            yaw_mode=YawMode.ANGLE,
+            yaw_rad=self._angle_rad + math.pi,
+        )
+
+
+class Circle(Mode):
+    """CIRCLE: round a place that is CIRCLE_RADIUS ahead of the nose. The sticks are centred."""
+
+    def enter(self) -> None:
+        """From here on."""
+        motion, radius_m = self.copter.motion, circle_radius_m(self.copter)
+        centre = (
+            motion.north_m + radius_m * math.cos(motion.yaw_rad),
+            motion.east_m + radius_m * math.sin(motion.yaw_rad),
+            motion.down_m,
+        )
+        rate = circle_rate_rad_s(self.copter)
+        self._orbit = Orbit(self.copter, centre, radius_m, rate, motion.yaw_rad + math.pi)
+        self.guide(self.hold_guidance())
+
+    def update(self) -> None:
+        """Go round."""
+        if self.copter.armed and not self.copter.landed:
+            self.guide(self._orbit.go_on(self.hold_guidance()))
+        else:
+            self._orbit.begin()

@@ -1,0 +1,252 @@
+"""What the controllers are given, remember and give. Every field of a lane type is a lane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from mavlink_sitl.exchange import Guidance, Motors, YawMode
+from mavlink_sitl.lanes import Lane, Ops
+
+GRAVITY_M_S2 = 9.80665
+
+
+class ControllerGains(NamedTuple):
+    """Gains of the tracking half; the same for all lanes."""
+
+    position_xy: float = 1.0
+    """PSC_POSXY_P"""
+    velocity_xy: float = 2.0
+    """PSC_VELXY_P"""
+    velocity_xy_i: float = 1.0
+    """PSC_VELXY_I"""
+    velocity_xy_d: float = 0.5
+    """PSC_VELXY_D"""
+    filter_xy_hz: float = 5.0
+    """PSC_VELXY_FLTE and PSC_VELXY_FLTD"""
+    integrator_xy_limit_m_s2: float = 10.0
+    """PSC_VELXY_IMAX"""
+    position_z: float = 1.0
+    """PSC_POSZ_P"""
+    velocity_z: float = 5.0
+    """PSC_VELZ_P"""
+    velocity_z_i: float = 0.0
+    """PSC_VELZ_I"""
+    filter_z_hz: float = 5.0
+    """PSC_VELZ_FLTE"""
+    push_z: float = 1.28
+    """PSC_ACCZ_P: of an error of acceleration, as an acceleration. The firmware's number counts in
+    throttle, of which 0.39 hovers: 0.05 * 9.81 / 0.39"""
+    push_z_i: float = 2.5
+    """PSC_ACCZ_I, likewise"""
+    direct_push_z: bool = False
+    """Whether there is no loop around the acceleration (PX4)"""
+    max_lean: float = 0.5774
+    """Tangent of ANGLE_MAX, 30 degrees"""
+    most_ahead_m: float = 5.0
+    """How far the desired position may be from the vehicle, in any direction but down"""
+    most_faster_m_s: float = 4.0
+    """How far the desired velocity may be from the vehicle's, North and East"""
+    most_below_m: float = 2.0
+    """The same, down"""
+    yaw: float = 3.0
+    """From yaw error to rate"""
+    yaw_slew_rad_s: float = 1.0472
+    """ATC_SLEW_YAW, 60 degrees a second"""
+    spool_up_s: float = 1.0
+    """From idle to the thrust that lifts"""
+    spool_thrust: float = 1.12
+    """Thrust over weight at the end of spooling up"""
+    max_thrust_m_s2: float = GRAVITY_M_S2 / 0.39
+
+
+class Targets(NamedTuple):
+    """`Guidance` as lanes (see there), packed once per change."""
+
+    fly: Lane
+    manual: Lane
+    throttle: Lane
+    track_position_xy: Lane
+    track_velocity_xy: Lane
+    track_position_z: Lane
+    track_velocity_z: Lane
+    acceleration_north_m_s2: Lane
+    acceleration_east_m_s2: Lane
+    acceleration_down_m_s2: Lane
+    direct_lean: Lane
+    lean_north: Lane
+    lean_east: Lane
+    speed_xy_m_s: Lane
+    speed_up_m_s: Lane
+    speed_down_m_s: Lane
+    acceleration_xy_m_s2: Lane
+    acceleration_z_m_s2: Lane
+    jerk_xy_m_s3: Lane
+    jerk_z_m_s3: Lane
+    yaw_mode: Lane
+    yaw_rate_rad_s: Lane
+    straight: Lane
+
+
+class HorizontalState(NamedTuple):
+    """What the controllers remember about North and East. Every field is a lane."""
+
+    target_north_m: Lane
+    target_east_m: Lane
+    target_velocity_north_m_s: Lane
+    target_velocity_east_m_s: Lane
+    north_m: Lane
+    east_m: Lane
+    velocity_north_m_s: Lane
+    velocity_east_m_s: Lane
+    acceleration_north_m_s2: Lane
+    acceleration_east_m_s2: Lane
+    integrator_north_m_s2: Lane
+    integrator_east_m_s2: Lane
+    error_north_m_s: Lane
+    error_east_m_s: Lane
+    """Of the velocity, filtered"""
+    error_rate_north_m_s2: Lane
+    error_rate_east_m_s2: Lane
+
+
+class VerticalState(NamedTuple):
+    """The same about down."""
+
+    target_down_m: Lane
+    target_velocity_down_m_s: Lane
+    down_m: Lane
+    velocity_down_m_s: Lane
+    acceleration_down_m_s2: Lane
+    integrator_down_m_s2: Lane
+    error_down_m_s: Lane
+    """Of the velocity, filtered"""
+    push_down_m_s2: Lane
+    """What the loop around the acceleration has gathered"""
+    was_velocity_down_m_s: Lane
+    """The estimate one step before"""
+
+
+class ControllerState(NamedTuple):
+    """What the controllers remember. NED and SI units.
+
+    Attributes:
+        horizontal: targets, desired motion and integrators, North and East.
+        vertical: the same, down.
+        yaw_rad: the desired yaw, a lane.
+        spool: 0 at idle .. 1 when the motors may do what they are told, a lane.
+    """
+
+    horizontal: HorizontalState
+    vertical: VerticalState
+    yaw_rad: Lane
+    spool: Lane
+
+
+class Belief(NamedTuple):
+    """Where the estimators believe the vehicles are. Every field is a lane."""
+
+    north_m: Lane
+    east_m: Lane
+    down_m: Lane
+    velocity_north_m_s: Lane
+    velocity_east_m_s: Lane
+    velocity_down_m_s: Lane
+    yaw_rad: Lane
+    on_ground: Lane
+
+
+class Output(NamedTuple):
+    """What the controllers ask of the vehicles. Every field is a lane."""
+
+    lean_north: Lane
+    lean_east: Lane
+    thrust_m_s2: Lane
+    yaw_rate_rad_s: Lane
+
+
+def initial(belief: Belief, o: Ops) -> ControllerState:
+    """Controllers that want to be where the vehicle is."""
+    zero = o.full(0.0)
+    return ControllerState(
+        HorizontalState(
+            belief.north_m, belief.east_m, zero, zero,
+            belief.north_m, belief.east_m, zero, zero,
+            zero, zero, zero, zero, zero, zero, zero, zero,
+        ),
+        VerticalState(
+            belief.down_m, zero, belief.down_m, zero, zero, zero, zero, zero,
+            belief.velocity_down_m_s,
+        ),
+        belief.yaw_rad,
+        zero,
+    )  # fmt: skip
+
+
+def targets_of(g: Guidance) -> Targets:
+    """The steady part of what one vehicle is told; every field a float."""
+    limits = g.limits
+    return Targets(
+        fly=float(g.motors is Motors.FLY),
+        manual=float(g.motors is Motors.MANUAL),
+        throttle=g.throttle,
+        track_position_xy=g.track_position_xy,
+        track_velocity_xy=g.track_velocity_xy,
+        track_position_z=g.track_position_z,
+        track_velocity_z=g.track_velocity_z,
+        acceleration_north_m_s2=g.acceleration_north_m_s2,
+        acceleration_east_m_s2=g.acceleration_east_m_s2,
+        acceleration_down_m_s2=g.acceleration_down_m_s2,
+        direct_lean=g.direct_lean,
+        lean_north=g.lean_north,
+        lean_east=g.lean_east,
+        speed_xy_m_s=limits.speed_xy_m_s,
+        speed_up_m_s=limits.speed_up_m_s,
+        speed_down_m_s=limits.speed_down_m_s,
+        acceleration_xy_m_s2=limits.acceleration_xy_m_s2,
+        acceleration_z_m_s2=limits.acceleration_z_m_s2,
+        jerk_xy_m_s3=limits.jerk_xy_m_s3,
+        jerk_z_m_s3=limits.jerk_z_m_s3,
+        yaw_mode=float(g.yaw_mode),
+        yaw_rate_rad_s=g.yaw_rate_rad_s,
+        straight=g.straight,
+    )
+
+
+def retargeted(
+    state: ControllerState, g: Guidance, belief: Belief, put: Callable[[Lane, float], Lane]
+) -> ControllerState:
+    """What the controllers remember once one vehicle is told something new.
+
+    Args:
+        state: what they remember now.
+        g: the new guidance.
+        belief: where the vehicle thinks it is, every field a float.
+        put: writes the vehicle's number into a lane.
+    """
+    level, upright, yaw_rad = state.horizontal, state.vertical, state.yaw_rad
+    level = level._replace(
+        target_north_m=put(level.target_north_m, g.north_m),
+        target_east_m=put(level.target_east_m, g.east_m),
+        target_velocity_north_m_s=put(level.target_velocity_north_m_s, g.velocity_north_m_s),
+        target_velocity_east_m_s=put(level.target_velocity_east_m_s, g.velocity_east_m_s),
+    )
+    upright = upright._replace(
+        target_down_m=put(upright.target_down_m, g.down_m),
+        target_velocity_down_m_s=put(upright.target_velocity_down_m_s, g.velocity_down_m_s),
+    )
+    if g.restart_xy:
+        level = level._replace(
+            north_m=put(level.north_m, belief.north_m),
+            east_m=put(level.east_m, belief.east_m),
+            velocity_north_m_s=put(level.velocity_north_m_s, belief.velocity_north_m_s),
+            velocity_east_m_s=put(level.velocity_east_m_s, belief.velocity_east_m_s),
+        )
+    if g.restart_z:
+        upright = upright._replace(
+            down_m=put(upright.down_m, belief.down_m),
+            velocity_down_m_s=put(upright.velocity_down_m_s, belief.velocity_down_m_s),
+        )
+    if g.yaw_mode is YawMode.ANGLE:
+        yaw_rad = put(yaw_rad, g.yaw_rad)
+    return ControllerState(level, upright, yaw_rad, state.spool)

@@ -1,0 +1,278 @@
+"""Position, velocity and yaw control over lanes, shaped like ArduCopter's.
+
+Two halves. *Shaping* moves a desired position, velocity and acceleration towards the target
+within limits of speed, acceleration and jerk, by a square-root controller (the fastest
+approach that can still stop in time). *Tracking* makes the vehicle follow the desired motion:
+a proportional position loop around a PI velocity loop, whose output is a lean and a thrust.
+Gains and limits carry the names of the firmware's parameters; that they produce the recorded
+motion is tested in tests/replay.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavlink_sitl.autopilot.control.control_state import (
+    GRAVITY_M_S2,
+    Belief,
+    ControllerGains,
+    ControllerState,
+    HorizontalState,
+    Output,
+    Targets,
+    VerticalState,
+)
+from mavlink_sitl.exchange import YawMode
+from mavlink_sitl.lanes import Lane, Ops
+
+HorizontalLaw = Callable[
+    [HorizontalState, Targets, Belief, Lane, float, ControllerGains, Ops],
+    tuple[HorizontalState, Lane, Lane],
+]
+"""Like `horizontal`: from what is remembered, wanted and believed to two leans"""
+OVERSPEED_GAIN = 2.0
+"""POSCONTROL_OVERSPEED_GAIN_Z of the firmware"""
+
+
+def sqrt_approach(error: Lane, gain: Lane, limit: Lane, o: Ops) -> Lane:
+    """Speed at which to close a distance and still stop in time.
+
+    Proportional near the target, and from where that would need more than `limit` to stop,
+    the square root of the distance.
+
+    Args:
+        error: distance, >= 0.
+        gain: proportional gain near the target, 1/s.
+        limit: largest deceleration.
+        o: float or array arithmetic.
+
+    Returns:
+        Speed, >= 0.
+    """
+    linear = limit / (gain * gain)
+    far = o.sqrt(o.maximum(2.0 * limit * (error - 0.5 * linear), 0.0))
+    return o.where(error <= linear, gain * error, far)
+
+
+def step(
+    state: ControllerState,
+    targets: Targets,
+    belief: Belief,
+    dt: float,
+    gains: ControllerGains,
+    o: Ops,
+    over_ground: HorizontalLaw | None = None,
+) -> tuple[ControllerState, Output]:
+    """One fixed step of shaping and tracking.
+
+    Args:
+        state: what the controllers remember.
+        targets: what the autopilots want.
+        belief: where the vehicles think they are.
+        dt: seconds.
+        gains: gains of the tracking half.
+        o: float or array arithmetic.
+        over_ground: another law than `horizontal`.
+
+    Returns:
+        What the controllers remember now, and their output.
+    """
+    spool = o.clip(state.spool + (2.0 * targets.fly - 1.0) * (dt / gains.spool_up_s), 0.0, 1.0)
+    # Until the motors may lift, nothing winds up and nothing runs ahead of the vehicle.
+    free = targets.fly * (1.0 - belief.on_ground * (spool < 1.0))
+    # Who leans as told has no desired motion over ground.
+    own = free * (1.0 - targets.direct_lean)
+    law = over_ground or horizontal
+    most_level, most_upright = _along_the_line(state, targets, o)
+    along = targets._replace(speed_xy_m_s=most_level)
+    level, lean_n, lean_e = law(state.horizontal, along, belief, own, dt, gains, o)
+    lean_n = lean_n * own + targets.lean_north * targets.direct_lean * free
+    lean_e = lean_e * own + targets.lean_east * targets.direct_lean * free
+    vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o, most_upright)
+    thrust = lift * o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
+    ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
+    thrust = targets.fly * o.clip(thrust, 0.0, ramp)
+    thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2
+    speed = o.hypot(level.velocity_north_m_s, level.velocity_east_m_s)
+    course = o.atan2(level.velocity_east_m_s, level.velocity_north_m_s)
+    ahead = (targets.yaw_mode == YawMode.LOOK_AHEAD) * (speed > 0.05 * targets.speed_xy_m_s)
+    wanted = o.where(ahead, course, state.yaw_rad)
+    yaw_rad, yaw_rate = _yaw(wanted, targets, belief, free, dt, gains, o)
+    state = ControllerState(level, vertical, yaw_rad, spool)
+    return state, Output(lean_n, lean_e, thrust, yaw_rate)
+
+
+def low_pass(cutoff_hz: float, dt: Lane) -> Lane:
+    """Share of a new value that a filter of the first order takes over in a step."""
+    return dt / (dt + 1.0 / (2.0 * math.pi * cutoff_hz))
+
+
+def _along_the_line(s: ControllerState, t: Targets, o: Ops) -> tuple[Lane, Lane]:
+    """How fast over ground, and up or down, so that the way to the target is straight.
+
+    Where that is asked for, the slowest direction limits the others, as the firmware's
+    position controller does it (AC_PosControl, with a position alone).
+    """
+    free = t.straight < 0.5
+    if free is True:  # one vehicle, as nearly always
+        return t.speed_xy_m_s, math.inf
+    away_n = s.horizontal.target_north_m - s.horizontal.north_m
+    away_e = s.horizontal.target_east_m - s.horizontal.east_m
+    away_d = s.vertical.target_down_m - s.vertical.down_m
+    upright = o.where(away_d > 0.0, t.speed_down_m_s, t.speed_up_m_s)
+    # At least a millimetre: the shares of nothing are those of a way over ground.
+    over_ground, height = o.maximum(o.hypot(away_n, away_e), 1e-3), abs(away_d)
+    steep = height * t.speed_xy_m_s > over_ground * upright
+    level = o.where(steep, upright * over_ground / o.maximum(height, 1e-3), t.speed_xy_m_s)
+    slow = o.where(steep, upright, t.speed_xy_m_s * height / over_ground)
+    return o.where(free, t.speed_xy_m_s, level), o.where(free, math.inf, slow)
+
+
+def approach_speed(distance: Lane, t: Targets, o: Ops) -> Lane:
+    """Over ground towards a target at a distance, metres: as fast as it can still stop."""
+    gain = 0.5 * t.jerk_xy_m_s3 / t.acceleration_xy_m_s2
+    return sqrt_approach(distance, gain, 0.5 * t.acceleration_xy_m_s2, o)
+
+
+def horizontal(
+    s: HorizontalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: Lane,
+    k: ControllerGains,
+    o: Ops,
+    approach: Callable[[Lane, Targets, Ops], Lane] = approach_speed,
+) -> tuple[HorizontalState, Lane, Lane]:
+    """Shape and track North and East; returns the leans."""
+    hypot, maximum = o.hypot, o.maximum
+    # Names in place of fields: a third of the time of one vehicle.
+    (
+        target_n, target_e, target_v_n, target_v_e, n, e, v_n, v_e, a_n, a_e,
+        integrator_n, integrator_e, was_n, was_e, rate_n, rate_e,
+    ) = s  # fmt: skip
+    here_n, here_e, _, speed_n, speed_e, _, _, _ = b
+    a_limit, j_limit, track_v = t.acceleration_xy_m_s2, t.jerk_xy_m_s3, t.track_velocity_xy
+    target_a_n, target_a_e = t.acceleration_north_m_s2, t.acceleration_east_m_s2
+    # The target itself moves.
+    target_v_n = target_v_n + target_a_n * dt * track_v
+    target_v_e = target_v_e + target_a_e * dt * track_v
+    target_n = target_n + target_v_n * dt
+    target_e = target_e + target_v_e * dt
+    # From position error to velocity.
+    e_n = target_n - n
+    e_e = target_e - e
+    distance = hypot(e_n, e_e)
+    speed = o.minimum(approach(distance, t, o), t.speed_xy_m_s)
+    scale = t.track_position_xy * speed / maximum(distance, 1e-6)
+    # From velocity error to acceleration.
+    d_n = e_n * scale + target_v_n - v_n
+    d_e = e_e * scale + target_v_e - v_e
+    difference = hypot(d_n, d_e)
+    wanted = sqrt_approach(difference, j_limit / a_limit, j_limit, o)
+    wanted = o.minimum(wanted, a_limit)
+    scale = track_v * wanted / maximum(difference, 1e-6)
+    # From acceleration error to jerk.
+    j_n = d_n * scale + target_a_n - a_n
+    j_e = d_e * scale + target_a_e - a_e
+    most = j_limit * dt
+    scale = most / maximum(hypot(j_n, j_e), most)
+    a_n = (a_n + j_n * scale) * free
+    a_e = (a_e + j_e * scale) * free
+    # What is desired must not run away from a vehicle that cannot follow.
+    faster_n = v_n + a_n * dt - speed_n
+    faster_e = v_e + a_e * dt - speed_e
+    scale = k.most_faster_m_s / maximum(hypot(faster_n, faster_e), k.most_faster_m_s)
+    v_n = (speed_n + faster_n * scale) * free
+    v_e = (speed_e + faster_e * scale) * free
+    ahead_n, ahead_e = n + v_n * dt - here_n, e + v_e * dt - here_e
+    scale = free * k.most_ahead_m / maximum(hypot(ahead_n, ahead_e), k.most_ahead_m)
+    n, e = here_n + ahead_n * scale, here_e + ahead_e * scale
+    # Tracking.
+    error_n = v_n + k.position_xy * (n - here_n) - speed_n
+    error_e = v_e + k.position_xy * (e - here_e) - speed_e
+    smooth = low_pass(k.filter_xy_hz, dt)
+    error_n = was_n + (error_n - was_n) * smooth
+    error_e = was_e + (error_e - was_e) * smooth
+    rate_n = (rate_n + ((error_n - was_n) / dt - rate_n) * smooth) * free
+    rate_e = (rate_e + ((error_e - was_e) / dt - rate_e) * smooth) * free
+    p_n = a_n + k.velocity_xy * error_n + integrator_n + k.velocity_xy_d * rate_n
+    p_e = a_e + k.velocity_xy * error_e + integrator_e + k.velocity_xy_d * rate_e
+    most = k.max_lean * GRAVITY_M_S2
+    asked = hypot(p_n, p_e)
+    scale = most / maximum(asked, most)
+    grow = k.velocity_xy_i * dt * (asked < most)
+    integrator_n = (integrator_n + error_n * grow) * free
+    integrator_e = (integrator_e + error_e * grow) * free
+    state = HorizontalState(
+        target_n, target_e, target_v_n, target_v_e, n, e, v_n, v_e, a_n, a_e,
+        integrator_n, integrator_e, error_n * free, error_e * free, rate_n, rate_e,
+    )  # fmt: skip
+    return state, p_n * scale / GRAVITY_M_S2, p_e * scale / GRAVITY_M_S2
+
+
+def _vertical(
+    s: VerticalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: float,
+    k: ControllerGains,
+    o: Ops,
+    most_m_s: Lane,
+) -> tuple[VerticalState, Lane]:
+    """Shape and track down, at most so fast; returns the upward specific force, m/s2."""
+    where, minimum, clip = o.where, o.minimum, o.clip
+    target, target_v, d, v, a, integrator, was_slip, push, was_speed_d = s
+    _, _, here_d, _, _, speed_d, _, _ = b
+    a_limit, j_limit, up, down = (
+        t.acceleration_z_m_s2,
+        t.jerk_z_m_s3,
+        t.speed_up_m_s,
+        t.speed_down_m_s,
+    )
+    target_v = target_v + t.acceleration_down_m_s2 * dt * t.track_velocity_z
+    target = target + target_v * dt
+    error = target - d
+    # Faster than allowed, as after a mode with other limits: brake harder in proportion.
+    excess = abs(v) / where(v > 0.0, down, up)
+    boost = where(excess > 1.0, OVERSPEED_GAIN * excess, 1.0)
+    acceleration, max_jerk = a_limit * boost, j_limit * boost
+    speed = sqrt_approach(abs(error), 0.5 * j_limit / a_limit, 0.5 * a_limit, o)
+    speed = minimum(speed, most_m_s)
+    speed = where(error > 0.0, minimum(speed, down), -minimum(speed, up))
+    difference = t.track_position_z * speed + target_v - v
+    wanted = sqrt_approach(abs(difference), max_jerk / acceleration, max_jerk, o)
+    wanted = minimum(wanted, acceleration)
+    wanted = t.track_velocity_z * where(difference > 0.0, wanted, -wanted)
+    most = max_jerk * dt
+    jerk = clip(wanted + t.acceleration_down_m_s2 - a, -most, most)
+    a = (a + jerk) * free
+    v = (v + a * dt) * free
+    # The same, and a target below ground must not run away from a vehicle that stands on it.
+    ahead = clip(d + v * dt - here_d, -k.most_ahead_m, k.most_below_m)
+    d = here_d + ahead * free
+    slip = v + k.position_z * (d - here_d) - speed_d
+    slip = was_slip + (slip - was_slip) * low_pass(k.filter_z_hz, dt)
+    integrator = clip(integrator + slip * (k.velocity_z_i * dt), -5.0, 5.0) * free
+    asked = a + k.velocity_z * slip + integrator
+    if not k.direct_push_z:
+        # The vehicle's own accelerometer closes a loop around what was asked for.
+        lacking = asked - (speed_d - was_speed_d) / dt
+        push = clip(push + lacking * (k.push_z_i * dt), -5.0, 5.0) * free
+        asked = k.push_z * lacking + push
+    state = VerticalState(target, target_v, d, v, a, integrator, slip * free, push, speed_d)
+    return state, GRAVITY_M_S2 - asked
+
+
+def _yaw(
+    wanted: Lane, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
+) -> tuple[Lane, Lane]:
+    """Turn towards the wanted yaw; returns that yaw, turned on in rate mode, and the rate."""
+    turning = t.yaw_mode == YawMode.RATE
+    wanted = o.where(turning, wanted + t.yaw_rate_rad_s * dt, wanted)
+    wanted = o.where(free, wanted, b.yaw_rad)
+    error = o.wrap_pi(wanted - b.yaw_rad)
+    rate = o.clip(k.yaw * error, -k.yaw_slew_rad_s, k.yaw_slew_rad_s)
+    return wanted, (rate + turning * t.yaw_rate_rad_s) * free

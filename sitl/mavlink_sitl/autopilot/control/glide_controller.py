@@ -1,0 +1,108 @@
+"""Throttle, climb and bank of planes over lanes: the inner half of ArduPlane's energy control."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mavlink_sitl.exchange import Motors
+from mavlink_sitl.guidance import GlideGuidance
+from mavlink_sitl.lanes import Lane, Ops
+
+GRAVITY_M_S2 = 9.80665
+
+
+class GlideGains(NamedTuple):
+    """The same for all lanes."""
+
+    thrust_m_s2: float = 17.8
+    """At full throttle"""
+    drag_1_m: float = 0.0185
+    """What level flight is taken to need, per airspeed squared"""
+    airspeed: float = 0.06
+    airspeed_i: float = 0.01
+    integrator_limit: float = 0.2
+    bank_to_throttle: float = 0.08
+    """TECS_RLL2THR"""
+    climb_change_m_s2: float = 7.0
+    full_throttle_in_s: float = 1.2
+    climb_by_speed: float = 0.35
+    """Largest sine of the climb angle"""
+
+
+class GlideTargets(NamedTuple):
+    """`GlideGuidance` as lanes."""
+
+    fly: Lane
+    manual: Lane
+    throttle: Lane
+    bank_rad: Lane
+    climb_m_s: Lane
+    airspeed_m_s: Lane
+    full_throttle: Lane
+
+
+class GlideState(NamedTuple):
+    """What the controllers remember; lanes."""
+
+    climb_m_s: Lane
+    integrator: Lane
+    throttle: Lane
+
+
+def initial(o: Ops) -> GlideState:
+    """Controllers at rest."""
+    zero = o.full(0.0)
+    return GlideState(zero, zero, zero)
+
+
+def targets_of(guidance: list[GlideGuidance], o: Ops) -> GlideTargets:
+    """What each vehicle is told, one lane per field."""
+
+    def lane(name: str) -> Lane:
+        return o.pack([float(getattr(g, name)) for g in guidance])
+
+    return GlideTargets(
+        o.pack([float(g.motors is Motors.FLY) for g in guidance]),
+        o.pack([float(g.motors is Motors.MANUAL) for g in guidance]),
+        *(lane(name) for name in GlideTargets._fields[2:]),
+    )
+
+
+def step(
+    state: GlideState, t: GlideTargets, airspeed: Lane, dt: float, k: GlideGains, o: Ops
+) -> tuple[GlideState, Lane, Lane, Lane]:
+    """One fixed step.
+
+    Args:
+        state: what the controllers remember.
+        t: what the autopilots want.
+        airspeed: true, m/s.
+        dt: seconds.
+        k: gains.
+        o: float or array arithmetic.
+
+    Returns:
+        What the controllers remember now; bank, climb and throttle.
+    """
+    change = k.climb_change_m_s2 * dt
+    most = k.climb_by_speed * o.maximum(airspeed, 0.0)
+    wanted = o.clip(t.climb_m_s, -most, most)
+    climb = state.climb_m_s + o.clip(wanted - state.climb_m_s, -change, change)
+    fast = o.maximum(airspeed, 5.0)
+    error = t.airspeed_m_s - airspeed
+    holding = t.fly * (1.0 - t.full_throttle)
+    limit = k.integrator_limit
+    integrator = o.clip(state.integrator + k.airspeed_i * error * dt, -limit, limit) * holding
+    drag = k.drag_1_m * t.airspeed_m_s * t.airspeed_m_s
+    needed = (drag + GRAVITY_M_S2 * climb / fast) / k.thrust_m_s2
+    upright = o.maximum(o.cos(t.bank_rad), 0.4)
+    needed = needed + k.bank_to_throttle * (1.0 / (upright * upright) - 1.0)
+    throttle = o.clip(needed + k.airspeed * error + integrator, 0.0, 1.0)
+    throttle = o.where(t.full_throttle, 1.0, throttle)
+    # The throttle opens slowly and closes at once.
+    opening = dt / k.full_throttle_in_s
+    throttle = o.minimum(throttle, state.throttle + opening) * t.fly
+    throttle = throttle + t.manual * t.throttle
+    active = o.maximum(t.fly, t.manual)
+    state = GlideState(climb, integrator, throttle)
+    return state, t.bank_rad * active, climb * active, throttle

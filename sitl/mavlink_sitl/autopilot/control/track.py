@@ -1,0 +1,219 @@
+"""A way over waypoints: straight legs, joined by corners that are cut within a radius.
+
+Each leg is a `LineProfile` from rest to rest. While one leg brakes the next one may already
+accelerate; the two motions add up, so that the vehicle rounds the corner without stopping.
+The next leg begins as soon as the rounded corner stays within the waypoint's radius and no
+faster than either leg. The recordings (`copter_auto_cleared`) show ArduCopter do the same.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.autopilot.control.pace import Pace
+from mavlink_sitl.autopilot.control.straight_profile import LineProfile
+from mavlink_sitl.exchange import Limits
+
+Vector = tuple[float, float, float]
+Motion3 = tuple[Vector, Vector, Vector]
+"""Position, velocity, acceleration; NED, SI units"""
+
+
+JERK_SHARE = 0.9
+SNAP_S = 0.6
+"""The firmware limits the change of jerk, too: its jerk has less of an effect than its limit,
+and takes so long to change. Both fit the first leg of `copter_auto_cleared` to 0.1 m."""
+
+
+class SmoothProfile:
+    """A `LineProfile` averaged over SNAP_S, which limits the change of its jerk.
+
+    Args:
+        length_m: how far, >= 0.
+        speed_m_s: largest speed, > 0.
+        acceleration_m_s2: largest acceleration, > 0.
+        jerk_m_s3: jerk, > 0.
+    """
+
+    def __init__(
+        self, length_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
+    ) -> None:
+        """See the class."""
+        self.length_m = length_m
+        self._line = LineProfile(length_m, speed_m_s, acceleration_m_s2, jerk_m_s3 * JERK_SHARE)
+        self.duration_s = self._line.duration_s + SNAP_S
+
+    def at(self, time_s: float) -> tuple[float, float, float]:
+        """Distance, speed and acceleration `time_s` after the start."""
+        s0, v0, _ = self._line.at(time_s - SNAP_S)
+        s1, _, _ = self._line.at(time_s - 0.5 * SNAP_S)
+        s2, v2, _ = self._line.at(time_s)
+        # Simpson's rule; exact but where two phases meet.
+        return (s0 + 4.0 * s1 + s2) / 6.0, (s2 - s0) / SNAP_S, (v2 - v0) / SNAP_S
+
+
+class TrackLeg:
+    """A straight line in space, from rest to rest.
+
+    Args:
+        start: NED metres.
+        end: NED metres.
+        limits: speed and acceleration along it, as its slope allows.
+        jerk_m_s3: jerk along it.
+    """
+
+    def __init__(self, start: Vector, end: Vector, limits: Limits, jerk_m_s3: float) -> None:
+        """See the class."""
+        self.start = start
+        self.end = end
+        self.limits = limits
+        length = math.dist(start, end)
+        self.direction: Vector = (0.0, 0.0, 0.0)
+        if length > 0.0:
+            self.direction = (
+                (end[0] - start[0]) / length,
+                (end[1] - start[1]) / length,
+                (end[2] - start[2]) / length,
+            )
+        level = math.hypot(self.direction[0], self.direction[1])
+        upright = abs(self.direction[2])
+        climb = limits.speed_down_m_s if self.direction[2] > 0.0 else limits.speed_up_m_s
+        speed = min(_share(limits.speed_xy_m_s, level), _share(climb, upright))
+        acceleration = min(
+            _share(limits.acceleration_xy_m_s2, level), _share(limits.acceleration_z_m_s2, upright)
+        )
+        if length == 0.0:
+            speed = acceleration = 1.0
+        self.profile = SmoothProfile(length, speed, acceleration, jerk_m_s3)
+
+    def at(self, time_s: float) -> Motion3:
+        """Position from `start`, velocity, acceleration."""
+        s, v, a = self.profile.at(time_s)
+        n, e, d = self.direction
+        return (n * s, e * s, d * s), (n * v, e * v, d * v), (n * a, e * a, d * a)
+
+
+def _share(limit: float, part: float) -> float:
+    return limit / part if part > 1e-6 else math.inf
+
+
+class Track:
+    """The leg in flight and, while a corner is rounded, the next one.
+
+    Args:
+        leg: the first leg.
+        now_s: when it begins.
+    """
+
+    def __init__(self, leg: TrackLeg, now_s: float) -> None:
+        """See the class."""
+        self.leg = leg
+        self.pace = Pace(leg.limits)
+        self._seen_s = now_s
+        self._late_s = 0.0
+        """How much less time has passed for the track"""
+        self._began_s = now_s
+        self._next: TrackLeg | None = None
+        self._next_began_s = 0.0
+
+    def advance(self, now_s: float, paused: bool) -> None:
+        """Let time pass, slower and slower while it is paused."""
+        dt_s, self._seen_s = now_s - self._seen_s, now_s
+        if dt_s > 0.0 and (paused or not self.pace.steady):
+            self.pace.advance(dt_s, paused)
+            self._late_s += (1.0 - self.pace.share) * dt_s
+
+    def _remaining_s(self, track_s: float) -> float:
+        return self._began_s + self.leg.profile.duration_s - track_s
+
+    @property
+    def rounding(self) -> bool:
+        """Whether the next leg has begun before the end of this one."""
+        return self._next is not None
+
+    def offer(self, following: TrackLeg, radius_m: float, now_s: float) -> None:
+        """Begin with the following leg when the corner stays within its radius."""
+        if self._next is not None:
+            return
+        now_s -= self._late_s
+        left_s = self._remaining_s(now_s)
+        travelled = self.leg.profile.at(now_s - self._began_s)[0]
+        if left_s <= 0.0 or travelled < 0.5 * self.leg.profile.length_m:
+            return
+        if left_s >= 0.5 * following.profile.duration_s:
+            return
+        # Where the corner is cut most: half of both motions still to come or gone.
+        rest = (
+            self.leg.profile.length_m - self.leg.profile.at(now_s - self._began_s + 0.5 * left_s)[0]
+        )
+        gone = following.profile.at(0.5 * left_s)[0]
+        n, e, d = (
+            b * gone - a * rest
+            for a, b in zip(self.leg.direction, following.direction, strict=True)
+        )
+        if math.hypot(n, e, d) < radius_m:
+            self._next = following
+            self._next_began_s = now_s
+
+    def passed(self, now_s: float) -> bool:
+        """Whether the leg's end is behind: reached, or its corner half rounded."""
+        now_s -= self._late_s
+        if self._next is not None:
+            return now_s - self._next_began_s >= self._remaining_s(now_s)
+        return self._remaining_s(now_s) <= 0.0
+
+    def go_on(self, following: TrackLeg, now_s: float) -> None:
+        """Make the next leg the one in flight; the rest of the old one still counts."""
+        now_s -= self._late_s
+        if self._next is None:
+            self._tail = None
+            self.leg, self._began_s = following, now_s
+            return
+        self._tail = (self.leg, self._began_s)
+        self.leg, self._began_s = self._next, self._next_began_s
+        self._next = None
+
+    _tail: tuple[TrackLeg, float] | None = None
+
+    def at(self, now_s: float) -> Motion3:
+        """Where to be now: the sum of the legs under way."""
+        motion = self._at(now_s - self._late_s)
+        if self.pace.steady:
+            return motion
+        position, velocity, acceleration = motion
+        share = self.pace.share
+        # The speed along the way grows with the pace, too.
+        grows = self.pace.acceleration_m_s2 / self.leg.limits.speed_xy_m_s
+        slower = _times(velocity, share)
+        return position, slower, _add(_times(acceleration, share * share), _times(velocity, grows))
+
+    def _at(self, now_s: float) -> Motion3:
+        position, velocity, acceleration = self.leg.at(now_s - self._began_s)
+        position = _add(position, self.leg.start)
+        others: list[Motion3] = []
+        if self._tail is not None:
+            tail, began_s = self._tail
+            moved, v, a = tail.at(now_s - began_s)
+            whole = tuple(y - x for x, y in zip(tail.start, tail.end, strict=True))
+            others.append((_subtract(moved, whole), v, a))
+        if self._next is not None:
+            others.append(self._next.at(now_s - self._next_began_s))
+        for moved, v, a in others:
+            position, velocity, acceleration = (
+                _add(position, moved),
+                _add(velocity, v),
+                _add(acceleration, a),
+            )
+        return position, velocity, acceleration
+
+
+def _times(a: Vector, factor: float) -> Vector:
+    return a[0] * factor, a[1] * factor, a[2] * factor
+
+
+def _add(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _subtract(a: Vector, b: tuple[float, ...]) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

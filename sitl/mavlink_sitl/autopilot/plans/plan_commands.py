@@ -1,0 +1,65 @@
+"""What is known about each item of a mission: its name in texts, and of what sort it is."""
+
+from __future__ import annotations
+
+from mavlink_sitl.autopilot.plans.plans import Cmd
+
+NAMES = {
+    Cmd.WAYPOINT: "WP",
+    Cmd.LOITER_UNLIM: "LoitUnlim",
+    Cmd.LOITER_TURNS: "LoitTurns",
+    Cmd.LOITER_TIME: "LoitTime",
+    Cmd.RTL: "RTL",
+    Cmd.LAND: "Land",
+    Cmd.TAKEOFF: "Takeoff",
+    Cmd.LOITER_TO_ALT: "LoitAltitude",
+    Cmd.SPLINE: "SplineWP",
+    Cmd.SET_REVERSE: "SetReverse",
+    Cmd.DELAY: "Delay",
+    Cmd.CONDITION_DELAY: "CondDelay",
+    Cmd.CONDITION_DISTANCE: "CondDist",
+    Cmd.CONDITION_YAW: "CondYaw",
+    Cmd.JUMP: "Jump",
+    Cmd.CHANGE_SPEED: "ChangeSpeed",
+    Cmd.SET_HOME: "SetHome",
+    Cmd.SET_SERVO: "SetServo",
+    Cmd.LAND_START: "LandStart",
+    Cmd.SET_ROI: "SetROI",
+    Cmd.SET_ROI_LOCATION: "SetROI",
+    Cmd.SET_ROI_NONE: "SetROI",
+    Cmd.DIGICAM_CONTROL: "DigiCamCtrl",
+    Cmd.MOUNT_CONTROL: "MountControl",
+    Cmd.CAMERA_DISTANCE: "SetCamTrigDst",
+    Cmd.FENCE_ENABLE: "FenceEnable",
+    Cmd.JUMP_TAG: "Tag",
+    Cmd.DO_JUMP_TAG: "JumpToTag",
+}
+"""As 'Mission: 2 WP' says them"""
+
+MOVING = frozenset(
+    (
+        Cmd.WAYPOINT,
+        Cmd.LOITER_UNLIM,
+        Cmd.LOITER_TURNS,
+        Cmd.LOITER_TIME,
+        Cmd.RTL,
+        Cmd.LAND,
+        Cmd.TAKEOFF,
+        Cmd.LOITER_TO_ALT,
+        Cmd.SPLINE,
+        Cmd.DELAY,
+    )
+)
+CONDITIONS = frozenset((Cmd.CONDITION_DELAY, Cmd.CONDITION_DISTANCE, Cmd.CONDITION_YAW))
+"""Hold up what is to be done after them on the same way"""
+UNTOLD = frozenset(
+    (
+        Cmd.SET_SERVO,
+        Cmd.DIGICAM_CONTROL,
+        Cmd.CAMERA_DISTANCE,
+        Cmd.GRIPPER,
+        Cmd.JUMP_TAG,
+        Cmd.SEND_SCRIPT_MESSAGE,
+    )
+)
+"""Done by ArduPilot's mission library itself, which tells nobody (seen in `plane_auto`)"""

@@ -1,0 +1,199 @@
+"""How a firmware takes and gives missions, fences and rally points, as data.
+
+From the recordings: `copter_auto_cleared`, `rover_auto`, `px4/mission_clear` and
+`px4/probe_ground`, and from what else was seen of the real firmwares.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanType
+
+_FLOWN = frozenset(
+    (
+        Cmd.WAYPOINT,
+        Cmd.LOITER_UNLIM,
+        Cmd.LOITER_TURNS,
+        Cmd.LOITER_TIME,
+        Cmd.RTL,
+        Cmd.LAND,
+        Cmd.TAKEOFF,
+        Cmd.DELAY,
+        Cmd.CONDITION_DELAY,
+        Cmd.JUMP,
+        Cmd.CHANGE_SPEED,
+    )
+)
+_DONE = frozenset(
+    (
+        Cmd.CONDITION_DISTANCE,
+        Cmd.SET_HOME,
+        Cmd.SET_SERVO,
+        Cmd.RETURN_PATH_START,
+        Cmd.LAND_START,
+        Cmd.SET_ROI_LOCATION,
+        Cmd.SET_ROI_NONE,
+        Cmd.SET_ROI,
+        Cmd.DIGICAM_CONTROL,
+        Cmd.MOUNT_CONTROL,
+        Cmd.CAMERA_DISTANCE,
+        Cmd.FENCE_ENABLE,
+        Cmd.JUMP_TAG,
+        Cmd.DO_JUMP_TAG,
+        Cmd.LOITER_TO_ALT,
+        Cmd.SPLINE,
+        Cmd.VTOL_TAKEOFF,
+        Cmd.VTOL_LAND,
+        Cmd.GUIDED_ENABLE,
+        Cmd.PAYLOAD_PLACE,
+        Cmd.CONDITION_YAW,
+        Cmd.PAUSE_CONTINUE,
+        Cmd.SET_REVERSE,
+        Cmd.GRIPPER,
+        Cmd.SET_YAW_SPEED,
+        Cmd.SEND_SCRIPT_MESSAGE,
+    )
+)
+"""What ArduPilot takes besides, whatever the vehicle: one that cannot do an item passes it over
+(uploads in `copter_mission_misc` and `rover_mission`)"""
+_FENCE = frozenset(
+    (
+        Cmd.FENCE_RETURN_POINT,
+        Cmd.POLYGON_INCLUSION,
+        Cmd.POLYGON_EXCLUSION,
+        Cmd.CIRCLE_INCLUSION,
+        Cmd.CIRCLE_EXCLUSION,
+    )
+)
+
+
+@dataclass(frozen=True)
+class PlanRules:
+    """The rules of one firmware.
+
+    Attributes:
+        home_first: item 0 of a mission is home, whatever was sent as such.
+        asks_for_int: an upload is asked for with MISSION_REQUEST_INT, else MISSION_REQUEST.
+        retry_s: an item that does not come is asked for again after so long.
+        timeout_s: and given up after so long.
+        timeout_text: what is said then.
+        timeout_result: the MISSION_ACK then, or None for silence.
+        in_place: items are stored as they come, so that an upload that ends early leaves a
+            mixture; else the old list stays until the new one is complete.
+        locked_in_auto: MISSION_CLEAR_ALL in AUTO is an error while it is armed.
+        clears_all_types: MISSION_CLEAR_ALL of type 255 is known.
+        identified: MISSION_ACK, MISSION_COUNT and MISSION_CURRENT carry the list's identity.
+        capacity: most items of each list.
+        too_many_text: what is said about more of them.
+        received_texts: what is said about a complete list.
+        bad_item_text: what is said about an item that is refused.
+        not_in_list_text: what is said when the current item is to be one that does not exist.
+        commands: the items that are taken, by list.
+        frames: the frames that are taken.
+        by_frame: where the frame says which items are taken, whatever the list and whatever
+            numbers are in them; it then counts instead of `commands` and `frames`.
+        stored_frames: frames that become others.
+        keeps_nan: whether NaN in param4 is given back.
+    """
+
+    home_first: bool = True
+    asks_for_int: bool = False
+    retry_s: float = 1.0
+    timeout_s: float = 8.0
+    timeout_text: str = "Mission upload timeout"
+    timeout_result: int | None = 15
+    in_place: bool = True
+    locked_in_auto: bool = True
+    clears_all_types: bool = False
+    identified: bool = False
+    capacity: tuple[int, int, int] = (650, 84, 20)
+    too_many_text: str = "Only {capacity} items are supported"
+    received_texts: tuple[str, ...] = (
+        "Flight plan received",
+        "Fence received",
+        "Rally points received",
+    )
+    bad_item_text: str = ""
+    not_in_list_text: str = ""
+    commands: dict[PlanType, frozenset[Cmd]] = field(
+        default_factory=lambda: {
+            PlanType.MISSION: _FLOWN,
+            PlanType.FENCE: _FENCE,
+            PlanType.RALLY: frozenset((Cmd.RALLY_POINT,)),
+        }
+    )
+    frames: frozenset[int] = frozenset((0, 2, 3, 5, 6))
+    by_frame: dict[int, frozenset[Cmd]] | None = None
+    stored_frames: dict[int, int] = field(default_factory=lambda: {5: 0, 6: 3})
+    keeps_nan: bool = False
+
+
+ARDUPILOT_PLANS = PlanRules(
+    commands={**PlanRules().commands, PlanType.MISSION: _FLOWN | _DONE},
+    frames=frozenset((0, 2, 3, 5, 6, 10, 11)),
+    stored_frames={5: 0, 6: 3, 11: 10},
+)
+
+_PX4_PLACES = frozenset(
+    (
+        Cmd.WAYPOINT,
+        Cmd.LOITER_UNLIM,
+        Cmd.LOITER_TIME,
+        Cmd.LOITER_TO_ALT,
+        Cmd.LAND,
+        Cmd.TAKEOFF,
+        Cmd.VTOL_TAKEOFF,
+        Cmd.VTOL_LAND,
+        Cmd.SET_ROI,
+        Cmd.SET_ROI_LOCATION,
+        Cmd.RALLY_POINT,
+        *_FENCE,
+    )
+)
+_PX4_DEEDS = frozenset(
+    (
+        Cmd.RTL,
+        Cmd.DELAY,
+        Cmd.CONDITION_DELAY,
+        Cmd.CONDITION_DISTANCE,
+        Cmd.JUMP,
+        Cmd.CHANGE_SPEED,
+        Cmd.SET_HOME,
+        Cmd.LAND_START,
+        Cmd.SET_ROI_NONE,
+        Cmd.SET_ROI,
+        Cmd.DIGICAM_CONTROL,
+        Cmd.MOUNT_CONFIGURE,
+        Cmd.MOUNT_CONTROL,
+        Cmd.CAMERA_DISTANCE,
+        Cmd.GRIPPER,
+        Cmd.CAMERA_INTERVAL,
+        Cmd.IMAGE_START,
+        Cmd.IMAGE_STOP,
+        Cmd.VIDEO_START,
+        Cmd.VIDEO_STOP,
+        Cmd.VTOL_TRANSITION,
+    )
+)
+"""PX4's items with a place, in a global frame, and those without, in the frame MISSION. An
+upload of each was seen; LOITER_TURNS, splines, CONDITION_YAW and DO_SET_SERVO are refused."""
+
+PX4_PLANS = PlanRules(
+    home_first=False,
+    asks_for_int=True,
+    retry_s=0.25,
+    timeout_s=5.0,
+    timeout_text="Operation timeout\t",
+    timeout_result=None,
+    in_place=False,
+    locked_in_auto=False,
+    clears_all_types=True,
+    identified=True,
+    received_texts=(),
+    bad_item_text="IGN MISSION_ITEM: Invalid item\t",
+    not_in_list_text="WPM: WP CURR CMD: Not in list\t",
+    by_frame={2: _PX4_DEEDS, **dict.fromkeys((0, 3, 5, 6), _PX4_PLACES)},
+    stored_frames={3: 6, 5: 0},
+    keeps_nan=True,
+)

@@ -1,0 +1,71 @@
+"""PX4 for a multicopter: how it leaves the ground and comes back to it."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
+from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
+from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
+from mavlink_sitl.autopilot.px4.navigation import CopterNavigator
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.geodesy import LocalFrame
+
+TAKEOFF_DETECTED_S = 0.7
+"""From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
+LANDED_AFTER_S = 1.0
+"""LNDMC_TRIG_TIME: on the ground for so long is landed"""
+UNLOADED_S, UNLOADED_IN_RTL_S = 0.7, 5.0
+"""From motors that push little on the ground to 'Landing detected'. From touching down that is
+2.2 s in AUTO.LAND (`offboard_10m_20n_gt`, where the truth is known), 2.4 s in
+`mavsdk_offboard_goto`; at the end of an AUTO.RTL 3.6 s to 12 s, mostly 5 s to 7 s
+(`mission_clear`, `offboard_loss_stop`)"""
+
+
+class Px4Copter(Px4Vehicle):
+    """A multicopter with PX4."""
+
+    behaviours: ClassVar = {
+        "px4_hold": modes.Hold,
+        "px4_manual": modes.Manual,
+        "px4_altitude": modes.Manual,
+        "px4_position": modes.Manual,
+        "px4_mission": Mission,
+        "px4_return": modes.Return,
+        "px4_offboard": Offboard,
+        "px4_takeoff": modes.Takeoff,
+        "px4_land": modes.Land,
+    }
+    _left_ground = False
+
+    def make_navigator(self, frame: LocalFrame) -> CopterNavigator:
+        """See `Copter`."""
+        return CopterNavigator(frame, self.parameters)
+
+    @property
+    def px4_navigator(self) -> CopterNavigator:
+        """The same navigator with its own limits."""
+        assert isinstance(self.navigator, CopterNavigator)
+        return self.navigator
+
+    def takes_off(self) -> bool:
+        """Some time after the thrust began to rise."""
+        self._left_ground = False
+        return self.now_s - self.arming.lift_began_s >= TAKEOFF_DETECTED_S
+
+    def has_landed(self) -> bool:
+        """On the ground again, and not only between taking off and going on in another mode.
+
+        A take-off that was broken off before it left the ground is over when it is to land, or
+        when the ramp of the motors has ended.
+        """
+        self._left_ground = self._left_ground or not self.landed
+        flown_s = self.now_s - self.took_off_at_s
+        ended = flown_s >= self.parameters["MPC_TKO_RAMP_T"] and not self.mode.taking_off
+        over = self._left_ground or self.mode.landing or ended
+        if not (over and self.landed and flown_s >= LANDED_AFTER_S):
+            return False
+        returned = self.mode.spec.number == px4.RTL
+        unloaded_s = UNLOADED_IN_RTL_S if returned else UNLOADED_S
+        return not self._left_ground or self.now_s - self._landing.landed_since_s >= unloaded_s

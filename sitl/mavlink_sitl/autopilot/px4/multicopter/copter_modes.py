@@ -1,0 +1,335 @@
+"""PX4's flight modes for a multicopter: each turns its situation into `Guidance`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
+from mavlink_sitl.autopilot.px4.mode import ZERO, HoldMode, Px4Mode, TakeoffMode
+from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
+from mavlink_sitl.exchange import Guidance, Severity, YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
+    from mavlink_sitl.geodesy import GeoPoint
+
+REACHED_M = 0.8
+"""NAV_MC_ALT_RAD: a height counts as reached"""
+STOPPED_M_S = 0.8
+"""MPC_HOLD_MAX_XY: below it the vehicle holds the place where it is"""
+
+
+class CopterMode(Px4Mode):
+    """A flight mode of one multicopter."""
+
+    px4: Px4Copter
+
+    def hold_at(self, position: Vector, yaw_rad: float | None = None) -> Guidance:
+        """Fly to a place and stay there."""
+        return replace(
+            self.hold_guidance(),
+            track_position_xy=1.0,
+            track_position_z=1.0,
+            north_m=position[0],
+            east_m=position[1],
+            down_m=position[2],
+            yaw_mode=YawMode.HOLD if yaw_rad is None else YawMode.ANGLE,
+            yaw_rad=yaw_rad or 0.0,
+            restart_xy=False,
+            restart_z=False,
+        )
+
+    def brake_guidance(self) -> Guidance:
+        """To a standstill, smoothly."""
+        return replace(self.hold_guidance(), limits=self.px4.navigator.limits())
+
+
+class Hold(CopterMode, HoldMode):
+    """AUTO.LOITER: brake, stay; or go where DO_REPOSITION says."""
+
+    def enter(self) -> None:
+        """Brake."""
+        self.target: Vector | None = None
+        self.guide(self.brake_guidance())
+
+    def go_to(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
+    ) -> None:
+        """Go somewhere; None keeps what is."""
+        navigator = self.px4.px4_navigator
+        north, east, down = self.target or self.here()
+        if point is not None:
+            north, east, _ = navigator.place_ned_m(point)
+        if altitude_amsl_m is not None:
+            down = navigator.down_of_amsl(altitude_amsl_m)
+        self.target = (north, east, down)
+        if yaw_rad is None and point is not None:
+            motion = self.px4.motion
+            away = math.hypot(north - motion.north_m, east - motion.east_m)
+            if away > 2.0:  # the nose looks where it goes
+                yaw_rad = math.atan2(east - motion.east_m, north - motion.north_m)
+        limits = navigator.line_limits(self.here(), self.target)
+        self.guide(replace(self.hold_at(self.target, yaw_rad), limits=limits))
+
+    def limits_changed(self) -> None:
+        """Another speed: go on with it."""
+        if self.target is not None:
+            limits = self.px4.px4_navigator.line_limits(self.here(), self.target)
+            self.guide(replace(self.hold_at(self.target), limits=limits))
+
+    def stay_at(self, target: Vector) -> None:
+        """Stay at a place nearby."""
+        self.target = target
+        self.guide(self.hold_at(target))
+
+    def update(self) -> None:
+        """Once stopped, stay at that place."""
+        if self.target is not None or self.px4.landed:
+            return
+        motion = self.px4.motion
+        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        if speed < STOPPED_M_S and abs(motion.velocity_down_m_s) < STOPPED_M_S:
+            self.stay_at(self.here())
+
+
+class Takeoff(CopterMode, TakeoffMode):
+    """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER."""
+
+    _by_default = False
+    """Nobody named a height, and that is not yet told"""
+
+    def enter(self) -> None:
+        """Take the height; one that is below the vehicle is not flown to."""
+        navigator = self.px4.px4_navigator
+        north, east, down = self.here()
+        self._by_default = self.wanted_amsl_m is None
+        if self.wanted_amsl_m is not None:
+            wanted = navigator.down_of_amsl(self.wanted_amsl_m)
+        else:
+            wanted = down - self.px4.parameters["MIS_TAKEOFF_ALT"]
+        self._tell_default()
+        self._too_low = wanted >= down
+        if self._too_low:
+            self.px4.say(Severity.CRITICAL, "Already higher than takeoff altitude")
+            wanted = down
+        self.wanted_amsl_m = None
+        self.target = (north, east, wanted)
+        limits = navigator.takeoff_limits()
+        self.guide(replace(self.hold_at(self.target), restart_z=True, limits=limits))
+
+    def _tell_default(self) -> None:
+        """Once it is armed: before, nobody looks at the height (`probe_ground`)."""
+        if self._by_default and self.px4.armed:
+            self._by_default = False
+            above_m = self.px4.parameters["MIS_TAKEOFF_ALT"]
+            self.px4.say(Severity.INFO, f"Using default takeoff altitude: {above_m:.1f} m")
+
+    @property
+    def taking_off(self) -> bool:
+        """Always."""
+        return True
+
+    def wants_to_lift(self) -> bool:
+        """Unless the height asked for is not above."""
+        return not self._too_low
+
+    def update(self) -> None:
+        """At the height: hold."""
+        self._tell_default()
+        if self.px4.in_flight and abs(self.px4.motion.down_m - self.target[2]) < REACHED_M:
+            self.px4.hold_at(self.target)
+
+
+class Land(CopterMode):
+    """AUTO.LAND: brake, then down, slower near the ground."""
+
+    @property
+    def landing(self) -> bool:
+        """Always."""
+        return True
+
+    def enter(self) -> None:
+        """Brake and sink."""
+        self._at: tuple[float, float] | None = None
+        self._speed = -1.0
+        self.update()
+
+    def update(self) -> None:
+        """Follow the height; stay over the place where the braking ended."""
+        motion = self.px4.motion
+        first = self._speed < 0.0
+        speed = descent_speed_m_s(self.px4)
+        stopped = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s) < STOPPED_M_S
+        settled = self._at is None and stopped and self.px4.estimator.position_ok
+        if settled:
+            self._at = (motion.north_m, motion.east_m)
+        if not settled and abs(speed - self._speed) < 0.02:
+            return
+        self._speed = speed
+        self.guide(descending(self, self._at, speed, first))
+
+
+CRAWL_SHARE, LAND_SHARE = 1.4, 1.15
+"""Three recorded landings sink faster near the ground than the parameters say"""
+
+
+def descent_speed_m_s(copter: Px4Copter, ground_down_m: float | None = None) -> float:
+    """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED at _ALT2, MPC_LAND_CRWL below _ALT3."""
+    p = copter.parameters
+    heights = (p["MPC_LAND_ALT3"], p["MPC_LAND_ALT2"], p["MPC_LAND_ALT1"])
+    slow, crawl = LAND_SHARE * p["MPC_LAND_SPEED"], CRAWL_SHARE * p["MPC_LAND_CRWL"]
+    speeds = (crawl, slow, p["MPC_Z_V_AUTO_DN"])
+    height = copter.height_above_ground_m()
+    if ground_down_m is not None:
+        height = ground_down_m - copter.motion.down_m
+    speed = speeds[0]
+    for below, above, low, high in zip(heights, heights[1:], speeds, speeds[1:], strict=False):
+        if height > below:
+            share = min((height - below) / max(above - below, 0.1), 1.0)
+            speed = low + (high - low) * share
+    return max(speed, 0.1)
+
+
+def descending(
+    mode: CopterMode, at: tuple[float, float] | None, speed: float, first: bool
+) -> Guidance:
+    """Sink at a speed, over a place or braking."""
+    guidance = replace(mode.brake_guidance(), restart_xy=first, restart_z=first)
+    guidance = replace(guidance, velocity_down_m_s=speed)
+    if at is None:
+        return guidance
+    limits = mode.px4.navigator.limits()
+    return replace(guidance, track_position_xy=1.0, north_m=at[0], east_m=at[1], limits=limits)
+
+
+class Return(CopterMode):
+    """AUTO.RTL: climb, fly to home or to what RTL_TYPE chooses instead, land there."""
+
+    def enter(self) -> None:
+        """Brake and climb."""
+        copter = self.px4
+        self._goal = destination_ned_m(copter)
+        self._down_m = return_down_m(copter, self._goal)
+        motion = copter.motion
+        self._stage = "climb"
+        self._speed = -1.0
+        amsl = copter.navigator.origin.altitude_amsl_m - self._down_m
+        above = self._goal[2] - self._down_m
+        if copter.in_flight:
+            copter.say(
+                Severity.INFO,
+                f"RTL: start return at {amsl:.0f} m ({above:.0f} m above destination)",
+            )
+        # To above where it was told, though at speed it stops further on and comes back.
+        target = (motion.north_m, motion.east_m, self._down_m)
+        limits = copter.px4_navigator.climb_limits(motion, self._down_m)
+        climb = self.hold_at(target)
+        self.guide(replace(climb, restart_xy=True, restart_z=True, limits=limits))
+
+    @property
+    def landing(self) -> bool:
+        """In the last stage."""
+        return self._stage == "land"
+
+    def update(self) -> None:
+        """Go on with the stage, or to the next."""
+        if not self.px4.armed or self.px4.landed:
+            return
+        motion = self.px4.motion
+        north, east, _ = self._goal
+        if self._stage == "climb":
+            self._climb()
+        elif self._stage == "return":
+            away_m = math.hypot(motion.north_m - north, motion.east_m - east)
+            if away_m < self.px4.parameters["NAV_ACC_RAD"]:
+                self._arrive()
+        elif self._stage == "wait":
+            self._wait()
+        elif self._stage == "land":
+            speed = descent_speed_m_s(self.px4, self._goal[2])
+            if abs(speed - self._speed) >= 0.02:
+                first, self._speed = self._speed < 0.0, speed
+                guidance = descending(self, (north, east), speed, False)
+                self.guide(replace(guidance, restart_z=first))
+
+    def _climb(self) -> None:
+        if abs(self.px4.motion.down_m - self._down_m) < CLIMBED_M:
+            self._stage = "return"
+            self.guide(self.hold_at((*self._goal[:2], self._down_m)))
+
+    def _arrive(self) -> None:
+        """Land, at once or after RTL_LAND_DELAY at RTL_DESCEND_ALT; never if that is negative."""
+        p = self.px4.parameters
+        self._wait_s = p["RTL_LAND_DELAY"]
+        self._wait_from_s: float | None = None
+        if abs(self._wait_s) < 0.01:
+            self._land()
+            return
+        self._stage = "wait"
+        self._down_m = max(self._goal[2] - p["RTL_DESCEND_ALT"], self._down_m)
+        self.guide(self.hold_at((*self._goal[:2], self._down_m)))
+
+    def _wait(self) -> None:
+        now_s = self.px4.now_s
+        if self._wait_from_s is None:
+            if abs(self.px4.motion.down_m - self._down_m) < REACHED_M:
+                self._wait_from_s = now_s
+                what = f"loiter {self._wait_s:.1f}s" if self._wait_s > 0.0 else "completed, loiter"
+                self.px4.say(Severity.INFO, f"RTL: {what}")
+        elif self._wait_s > 0.0 and now_s - self._wait_from_s >= self._wait_s:
+            self._land()
+
+    def _land(self) -> None:
+        self._stage = "land"
+        self.px4.say(Severity.INFO, "RTL: land at destination")
+
+
+CLIMBED_M = 0.3
+"""How near to the height of the return before it begins, in the recording"""
+
+
+class Manual(CopterMode):
+    """MANUAL, ALTCTL and POSCTL with sticks: all three are flown as velocities."""
+
+    def enter(self) -> None:
+        """Brake."""
+        self._asked: tuple[float, ...] | None = None
+        self.update()
+
+    def _stick_velocity(self) -> tuple[Vector, float]:
+        sticks = self.px4.manual
+        if sticks is None or not self.px4.manual_alive():
+            return ZERO, 0.0
+        p, yaw = self.px4.parameters, self.px4.motion.yaw_rad
+        forward = sticks.pitch * p["MPC_VEL_MANUAL"]
+        right = sticks.roll * p["MPC_VEL_MANUAL"]
+        up = (sticks.throttle - 0.5) * 2.0
+        up *= p["MPC_Z_VEL_MAX_UP"] if up > 0.0 else p["MPC_Z_VEL_MAX_DN"]
+        c, s = math.cos(yaw), math.sin(yaw)
+        return (forward * c - right * s, forward * s + right * c, -up), sticks.yaw
+
+    def wants_to_lift(self) -> bool:
+        """With the throttle above the centre."""
+        return self._stick_velocity()[0][2] < -0.3
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        velocity, turn = self._stick_velocity()
+        asked: tuple[float, ...] = (*velocity, turn)
+        if asked == self._asked:
+            return
+        first, self._asked = self._asked is None, asked
+        self.guide(
+            replace(
+                self.brake_guidance(),
+                velocity_north_m_s=velocity[0],
+                velocity_east_m_s=velocity[1],
+                velocity_down_m_s=velocity[2],
+                yaw_mode=YawMode.RATE if turn else YawMode.HOLD,
+                yaw_rate_rad_s=turn * math.radians(100.0),
+                restart_xy=first,
+                restart_z=first,
+            )
+        )

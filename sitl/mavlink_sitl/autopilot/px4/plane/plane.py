@@ -1,0 +1,171 @@
+"""PX4 for a fixed-wing aeroplane: it takes off by rolling, circles to wait, and cannot hover.
+
+Rules read in the source of v1.17 (fw_mode_manager, FixedwingLandDetector, Commander, Navigator).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import ClassVar
+
+from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT
+from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
+from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
+from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
+from mavlink_sitl.autopilot.px4.plane.path_guidance import Law, Point
+from mavlink_sitl.autopilot.px4.plane.plane_mission import PlaneMission, approach_is_good
+from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED
+from mavlink_sitl.autopilot.px4.plane.plane_offboard import PlaneOffboard
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.exchange import Limits, Observation
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+
+
+class PlaneNavigator(Px4Navigator):
+    """Origin, home and speed of a plane."""
+
+    def cruise_m_s(self) -> float:
+        """The indicated airspeed it keeps: FW_AIRSPD_TRIM, or what DO_CHANGE_SPEED said."""
+        p = self._parameters
+        wanted = self._speed_xy_m_s or p["FW_AIRSPD_TRIM"]
+        return max(min(max(wanted, p["FW_AIRSPD_MIN"]), p["FW_AIRSPD_MAX"]), LEAST_LIMIT)
+
+    def limits(self) -> Limits:
+        """Only the speed means something."""
+        return Limits(speed_xy_m_s=self.cruise_m_s())
+
+
+class Px4Plane(Px4Vehicle):
+    """An aeroplane with PX4.
+
+    Attributes:
+        airspeed_m_s: indicated.
+        circling: the centre and the radius of the circle that it flies, if it flies one.
+    """
+
+    behaviours: ClassVar = {
+        "px4_hold": plane_modes.Hold,
+        "px4_manual": plane_modes.Manual,
+        "px4_altitude": plane_modes.Altitude,
+        "px4_position": plane_modes.Altitude,
+        "px4_mission": PlaneMission,
+        "px4_return": plane_landing.Return,
+        "px4_offboard": PlaneOffboard,
+        "px4_takeoff": plane_takeoff.Takeoff,
+        "px4_land": plane_landing.Land,
+    }
+
+    def __init__(
+        self,
+        personality: Personality,
+        parameters: Parameters,
+        origin: GeoPoint,
+        observation: Observation,
+        ready_after_s: float,
+    ) -> None:
+        """See `Px4Vehicle`."""
+        self.airspeed_m_s = 0.0
+        self.circling: tuple[Point, float] | None = None
+        self._on_ground = True
+        self._slow_since_s: float | None = None
+        super().__init__(personality, parameters, origin, observation, ready_after_s)
+
+    def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
+        """See `Copter`."""
+        return PlaneNavigator(frame, self.parameters)
+
+    # What it knows.
+
+    @property
+    def landed(self) -> bool:
+        """What the land detector says."""
+        return self._on_ground
+
+    def takes_off(self) -> bool:
+        """As soon as the land detector says so."""
+        return not self._on_ground
+
+    def has_landed(self) -> bool:
+        """The same."""
+        return self._on_ground
+
+    def observe(self, observation: Observation) -> None:
+        """See `Firmware`; takes the airspeed."""
+        super().observe(observation)
+        m = observation.motion
+        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        measured = observation.airspeed_m_s
+        self.airspeed_m_s = speed / TRUE_OVER_INDICATED if measured is None else measured
+
+    def update(self, observation: Observation) -> None:
+        """See `Firmware`."""
+        self._detect_ground(observation)
+        super().update(observation)
+
+    def _detect_ground(self, observation: Observation) -> None:
+        """Flying at once when fast, also while it rolls; landed when slow for LNDFW_TRIG_TIME."""
+        p, m = self.parameters, observation.motion
+        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        fast = speed > p["LNDFW_VEL_XY_MAX"] or (
+            self.airspeed_m_s > p["LNDFW_AIRSPD_MAX"] and not observation.touching_ground
+        )
+        if not self.armed:
+            self._on_ground, self._slow_since_s = observation.touching_ground, None
+        elif self._on_ground:
+            self._on_ground = not fast
+        elif fast:
+            self._slow_since_s = None
+        elif self._slow_since_s is None:
+            self._slow_since_s = observation.time_s
+        elif observation.time_s - self._slow_since_s >= p["LNDFW_TRIG_TIME"]:
+            self._on_ground, self._slow_since_s = True, None
+
+    def may_land_by(self, items: Sequence[PlanItem]) -> bool:
+        """See `Px4Vehicle`: what comes before a landing must suit FW_LND_ANG."""
+        auto, here = self.auto, self.motion[:3]
+        return auto is None or all(
+            approach_is_good(self, before, auto.place_of(before, here), auto.place_of(item, here))
+            for before, item in pairwise(items)
+            if item.command == Cmd.LAND and (before.x or before.y)
+        )
+
+    def cruise_m_s(self) -> float:
+        """The indicated airspeed it keeps."""
+        assert isinstance(self.navigator, PlaneNavigator)
+        return self.navigator.cruise_m_s()
+
+    def takeoff_m_s(self) -> float:
+        """FW_TKO_AIRSPD, or FW_AIRSPD_MIN."""
+        return self._or_slowest("FW_TKO_AIRSPD")
+
+    def landing_m_s(self) -> float:
+        """FW_LND_AIRSPD, or FW_AIRSPD_MIN."""
+        return self._or_slowest("FW_LND_AIRSPD")
+
+    def _or_slowest(self, name: str) -> float:
+        p = self.parameters
+        return within(p[name] if p[name] > 0.0 else p["FW_AIRSPD_MIN"], 1.0, 100.0)
+
+    def law(self) -> Law:
+        """NPFG_PERIOD and NPFG_DAMPING."""
+        p = self.parameters
+        return Law(within(p["NPFG_PERIOD"], 1.0, 100.0), within(p["NPFG_DAMPING"], 0.1, 1.0))
+
+    def loiter_radius_m(self) -> float:
+        """NAV_LOITER_RAD; negative is counter-clockwise."""
+        return within(self.parameters["NAV_LOITER_RAD"], -1e4, 1e4)
+
+    def accept_m(self) -> float:
+        """How near to a waypoint is there: NAV_ACC_RAD, or where the next course begins."""
+        motion, p = self.motion, self.parameters
+        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        switch = within(p["NPFG_SW_DST_MLT"], 0.0, 1.0) * self.law().bound_m(speed)
+        return within(max(p["NAV_ACC_RAD"], min(switch, 500.0)), 1.0, 1e4)
+
+    def height_accept_m(self) -> float:
+        """NAV_FW_ALT_RAD."""
+        return within(self.parameters["NAV_FW_ALT_RAD"], 0.5, 1e4)

@@ -1,0 +1,269 @@
+"""The flight modes of PX4's planes that have no landing and no take-off in them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
+from mavlink_sitl.autopilot.control.l1_guidance import bank_rad
+from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode
+from mavlink_sitl.autopilot.px4.navigation import within
+from mavlink_sitl.autopilot.px4.plane import path_guidance
+from mavlink_sitl.autopilot.px4.plane.path_guidance import Path, Point
+from mavlink_sitl.exchange import Motors
+from mavlink_sitl.guidance import GlideGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
+    from mavlink_sitl.geodesy import GeoPoint
+
+CLIMB_CHANGE_M_S2 = 3.0
+STEP_S = 0.05
+STALL_MARGIN_BANK_RAD = math.radians(20.0)
+"""It may always bank so much"""
+TRUE_OVER_INDICATED = 1.06
+"""Of the simulated body; see its pipeline"""
+GROUND_BANK_RAD = math.radians(2.0)
+
+
+class PlaneMode(Px4Mode):
+    """A mode of one plane.
+
+    Attributes:
+        place: where it is going, NED metres, for telemetry.
+        path: what it follows, for telemetry.
+    """
+
+    px4: Px4Plane
+    place: Vector = (0.0, 0.0, 0.0)
+    path: Path | None = None
+    _climb_m_s = 0.0
+
+    def ground_motors(self) -> Motors:
+        """It rolls before it flies."""
+        return self.px4.wanted.motors
+
+    def hold_guidance(self) -> GlideGuidance:
+        """Level and straight on."""
+        m = self.px4.motion
+        return GlideGuidance(
+            motors=Motors.FLY,
+            north_m=m.north_m,
+            east_m=m.east_m,
+            down_m=m.down_m,
+            airspeed_m_s=self.px4.cruise_m_s() * TRUE_OVER_INDICATED,
+        )
+
+    def level(self) -> Point:
+        """Where it believes to be, North and East."""
+        return self.px4.motion[:2]
+
+    def course(self) -> Point:
+        """Its velocity over ground; while it hardly moves along its nose."""
+        m = self.px4.motion
+        if math.hypot(m.velocity_north_m_s, m.velocity_east_m_s) > 1.0:
+            return m.velocity_north_m_s, m.velocity_east_m_s
+        return math.cos(m.yaw_rad), math.sin(m.yaw_rad)
+
+    def rest(self) -> None:
+        """Motor off, as on the ground."""
+        self.path = None
+        guidance = GlideGuidance(motors=Motors.IDLE)
+        if self.px4.wanted != guidance:
+            self.guide(guidance)
+
+    def bank_limit_rad(self) -> float:
+        """FW_R_LIM; less when slow, and when a wing could touch the ground."""
+        p, plane = self.px4.parameters, self.px4
+        limit = math.radians(within(p["FW_R_LIM"], 1.0, 80.0))
+        load = (plane.airspeed_m_s / max(p["FW_AIRSPD_MIN"], 1.0)) ** 2
+        carried = math.acos(1.0 / load) if load > 1.0 else 0.0
+        limit = min(limit, max(carried, STALL_MARGIN_BANK_RAD))
+        room = max(plane.height_above_ground_m(), 0.0) + max(p["FW_WING_HEIGHT"], 0.0)
+        wing = within(p["FW_WING_SPAN"], 0.1, 100.0) / 2.0
+        return min(limit, max(math.atan(room / wing), GROUND_BANK_RAD))
+
+    def climb_to(self, down_m: float) -> float:
+        """The climb rate towards a height (FW_T_ALT_TC, FW_T_CLMB_R_SP, FW_T_SINK_R_SP)."""
+        p = self.px4.parameters
+        error = self.px4.motion.down_m - down_m
+        most = within(p["FW_T_CLMB_R_SP"], 0.1, 20.0)
+        least = within(p["FW_T_SINK_R_SP"], 0.1, 20.0)
+        return min(max(error / within(p["FW_T_ALT_TC"], 0.5, 60.0), -least), most)
+
+    def fly(
+        self,
+        path: Path | None,
+        climb_m_s: float,
+        airspeed_m_s: float | None = None,
+        full_throttle: bool = False,
+        bank: float = 0.0,
+    ) -> None:
+        """Follow a path.
+
+        Args:
+            path: None to bank instead.
+            climb_m_s: wanted; it changes slowly.
+            airspeed_m_s: indicated; the cruise's when None.
+            full_throttle: push as hard as possible.
+            bank: without a path, rad.
+        """
+        plane = self.px4
+        self.path = path
+        if path is not None:
+            push = path_guidance.sideways_m_s2(self.level(), self.course(), path, plane.law())
+            bank = bank_rad(push, self.bank_limit_rad())
+        change = CLIMB_CHANGE_M_S2 * STEP_S
+        self._climb_m_s += min(max(climb_m_s - self._climb_m_s, -change), change)
+        airspeed = plane.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
+        self.guide(
+            replace(
+                self.hold_guidance(),
+                north_m=self.place[0],
+                east_m=self.place[1],
+                down_m=self.place[2],
+                bank_rad=bank,
+                climb_m_s=self._climb_m_s,
+                airspeed_m_s=airspeed * TRUE_OVER_INDICATED,
+                full_throttle=full_throttle,
+            )
+        )
+
+    def circle_path(self, centre: Point, radius_m: float) -> Path:
+        """A circle to follow; it is remembered as the one that is flown."""
+        self.px4.circling = (centre, radius_m)
+        return path_guidance.circle(
+            self.level(), centre, radius_m, path_guidance.unit(*self.course())
+        )
+
+    def circle(self, place: Vector, radius_m: float | None = None) -> None:
+        """Fly round a place at its height."""
+        radius = self.px4.loiter_radius_m() if radius_m is None else radius_m
+        self.place = place
+        self.fly(self.circle_path(place[:2], radius), self.climb_to(place[2]))
+
+    def follow_path(self, path: Path, place: Vector) -> None:
+        """Fly along a path, at the height of a place on it."""
+        self.px4.circling = None
+        self.place = place
+        self.fly(path, self.climb_to(place[2]))
+
+    def level_off(self) -> None:
+        """The climb rate starts from what it is."""
+        self._climb_m_s = -self.px4.motion.velocity_down_m_s
+
+    def near_circle(self, centre: Point, radius_m: float) -> bool:
+        """Whether it is on a circle, or inside, nearly."""
+        return math.dist(self.level(), centre) <= self.px4.accept_m() + abs(radius_m)
+
+    def at_height(self, down_m: float) -> bool:
+        """Whether a height counts as reached."""
+        return abs(self.px4.motion.down_m - down_m) <= self.px4.height_accept_m()
+
+
+class Hold(PlaneMode, HoldMode):
+    """AUTO.LOITER: round the place where it was chosen, or that of DO_REPOSITION."""
+
+    def enter(self) -> None:
+        """Choose the centre: that of the circle that is flown, if one is."""
+        self.target: Vector | None = None
+        self.level_off()
+        self.update()
+
+    def update(self) -> None:
+        """Go round; on the ground rest."""
+        if self.px4.landed:
+            self.target = None
+            self.rest()
+            return
+        if self.target is None:
+            circling = self.px4.circling
+            centre = self.level()
+            if circling is not None and self.near_circle(*circling):
+                centre = circling[0]
+            self.target = (*centre, self.px4.motion.down_m)
+        self.circle(self.target)
+
+    def go_to(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
+    ) -> None:
+        """Round another place, at another height; None keeps what is."""
+        navigator = self.px4.px4_navigator
+        north, east, down = self.target or self.here()
+        if point is not None:
+            north, east, _ = navigator.place_ned_m(point)
+        if altitude_amsl_m is not None:
+            down = navigator.down_of_amsl(altitude_amsl_m)
+        self.target = (north, east, down)
+
+    def stay_at(self, target: Vector) -> None:
+        """Round a place nearby."""
+        self.target = target
+
+
+class Manual(PlaneMode):
+    """MANUAL: the sticks' bank, climb and throttle."""
+
+    def enter(self) -> None:
+        """Take the sticks."""
+        self.level_off()
+        self.update()
+
+    def sticks(self) -> tuple[float, float, float]:
+        """Roll and pitch (forwards positive), -1..1, throttle 0..1; 0 when nobody holds them."""
+        sticks = self.px4.manual
+        if sticks is None or not self.px4.manual_alive():
+            return 0.0, 0.0, 0.0
+        return sticks.roll, sticks.pitch, sticks.throttle
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        roll, pitch, throttle = self.sticks()
+        guidance = GlideGuidance(
+            motors=Motors.MANUAL,
+            throttle=throttle,
+            bank_rad=roll * self.bank_limit_rad(),
+            climb_m_s=-pitch * self.px4.parameters["FW_T_CLMB_MAX"],
+        )
+        if guidance != self.px4.wanted:
+            self.guide(guidance)
+
+
+class Altitude(Manual):
+    """ALTCTL and POSCTL: height and airspeed are held; POSCTL without roll keeps the course."""
+
+    def enter(self) -> None:
+        """Keep the height."""
+        self._down_m = self.px4.motion.down_m
+        self._line: tuple[Point, Point] | None = None
+        super().enter()
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        plane, p = self.px4, self.px4.parameters
+        roll, pitch, throttle = self.sticks()
+        if plane.landed and throttle < 0.1:
+            self.rest()
+            return
+        climb = -pitch * (p["FW_T_SINK_R_SP"] if pitch > 0.0 else p["FW_T_CLMB_R_SP"])
+        if abs(pitch) > 0.06:
+            self._down_m = plane.motion.down_m
+        else:
+            climb = self.climb_to(self._down_m)
+        lowest, trim, highest = (p[f"FW_AIRSPD_{name}"] for name in ("MIN", "TRIM", "MAX"))
+        share = 2.0 * throttle - 1.0
+        airspeed = trim + share * (highest - trim if share > 0.0 else trim - lowest)
+        path = self._straight_on() if abs(roll) < 0.06 else None
+        if path is None:
+            self._line = None
+        self.fly(path, climb, within(airspeed, 1.0, 100.0), bank=roll * self.bank_limit_rad())
+
+    def _straight_on(self) -> Path | None:
+        if self.spec.behaviour != "px4_position":
+            return None
+        if self._line is None:
+            (north, east), (c, s) = self.level(), path_guidance.unit(*self.course())
+            self._line = ((north, east), (north + c, east + s))
+        return path_guidance.line(self.level(), *self._line)

@@ -1,0 +1,1 @@
+"""PX4 for a rover or boat."""

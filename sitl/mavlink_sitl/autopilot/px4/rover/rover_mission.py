@@ -1,0 +1,136 @@
+"""AUTO.MISSION of PX4's rovers: corners are cut within an acceptance radius of their angle's."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
+from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
+from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
+from mavlink_sitl.autopilot.px4.navigation import within
+from mavlink_sitl.autopilot.px4.rover.pursuit import Point, Pursuit
+from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
+
+_WAITING = (Cmd.WAYPOINT, Cmd.LOITER_TIME, Cmd.DELAY)
+_ENDLESS = (Cmd.LOITER_UNLIM, Cmd.LAND)
+"""A car in a mission never lands, so the item after LAND never comes"""
+
+
+def corner_rad(before: Point, corner: Point, after: Point) -> float:
+    """The angle between two legs at their corner: pi straight on, 0 back."""
+    one = math.atan2(before[1] - corner[1], before[0] - corner[0])
+    other = math.atan2(after[1] - corner[1], after[0] - corner[0])
+    return abs(math.remainder(one - other, math.tau))
+
+
+class DriveTo(Task):
+    """The way to an item's place, and the time there.
+
+    Args:
+        mission: the mode.
+        item: the item.
+        start: where the line to it begins.
+        target: its place.
+        after: the place of the next item that is driven to, or None to stop here.
+    """
+
+    def __init__(
+        self,
+        mission: RoverMission,
+        item: PlanItem,
+        start: Point,
+        target: Point,
+        after: Point | None,
+    ) -> None:
+        """See the class."""
+        super().__init__(mission, item)
+        self._mission, self._rover = mission, mission.px4
+        self.target = target
+        wait = item.params[0] if item.command in _WAITING else 0.0
+        self._wait_s = max(wait, 0.0) if math.isfinite(wait) else 0.0
+        self._there_s: float | None = None
+        rover, arrival, accept = self._rover, 0.0, self._rover.accept_m()
+        if after is not None and self._wait_s == 0.0 and item.command not in _ENDLESS:
+            angle = corner_rad(start, target, after)
+            accept = corner_radius_m(rover, angle)
+            arrival = min(rover.reduced_m_s(1.0 - angle / math.pi), rover.cruise_m_s())
+        mission.way = Pursuit(rover, target, start, arrival, accept)
+
+    def update(self) -> None:
+        """Drive on."""
+        DriveMode.update(self._mission)
+
+    def finished(self) -> bool:
+        """There, for long enough."""
+        way = self._mission.way
+        if way is None or not self._rover.in_flight or self.item.command in _ENDLESS:
+            return False
+        near = math.dist(self._rover.motion[:2], self.target) <= way.accept_m
+        if self._there_s is None and near:
+            self._there_s = self._rover.now_s
+        return self._there_s is not None and self._rover.now_s - self._there_s >= self._wait_s
+
+
+def corner_radius_m(rover: Px4Rover, angle_rad: float) -> float:
+    """How near to a corner the next leg begins (RA_ACC_RAD_MAX, RA_ACC_RAD_GAIN)."""
+    p, least = rover.parameters, rover.accept_m()
+    if p["RA_ACC_RAD_MAX"] < least:
+        return least
+    gain = within(p["RA_ACC_RAD_GAIN"], 0.0, 1e3)
+    ideal = gain * rover.turning_radius_m() / max(math.tan(angle_rad / 2.0), 1e-3)
+    return min(max(ideal, least), within(p["RA_ACC_RAD_MAX"], least, 200.0))
+
+
+class RoverMission(DriveMode, Px4Mission):
+    """Drives the uploaded mission."""
+
+    def enter(self) -> None:
+        """Take the mission up where it was left, or begin it."""
+        self.way = None
+        super().enter()
+
+    def update(self) -> None:
+        """Go on with the item in force; after the last one stay."""
+        Px4Mission.update(self)
+        if self.px4.mode is self and self.task is None:
+            DriveMode.update(self)
+
+    @property
+    def taking_off(self) -> bool:
+        """While a TAKEOFF item is driven to."""
+        return self.task is not None and self.task.item.command == Cmd.TAKEOFF
+
+    @property
+    def landing(self) -> bool:
+        """While a LAND item is."""
+        return self.task is not None and self.task.item.command == Cmd.LAND
+
+    def last_place(self) -> Vector:
+        """See `Px4Mission`."""
+        if isinstance(self.task, DriveTo):
+            return (*self.task.target, self.px4.motion.down_m)
+        return self.here()
+
+    def _place(self, item: PlanItem, instead: Point) -> Point:
+        if item.command == Cmd.DELAY:
+            return instead
+        return self.place_of(item, (*instead, self.px4.motion.down_m))[:2]
+
+    def _begin(self, item: PlanItem) -> None:
+        if item.command == Cmd.RTL:
+            self.return_home()
+            return
+        start = self.task.target if isinstance(self.task, DriveTo) else self.level()
+        target = self._place(item, start)
+        plans = self.px4.plans
+        following = self._walk(plans.current + 1, dict(plans.jumps))
+        places = (
+            self._place(i, target) for _, i in following if i.command in self.moving - {Cmd.RTL}
+        )
+        after = next(places, None)
+        self.task = DriveTo(self, item, start, target, None if after == target else after)

@@ -1,0 +1,228 @@
+"""The flight modes of PX4's rovers, of which none flies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
+from mavlink_sitl.autopilot.px4.mode import (
+    HoldMode,
+    OffboardMode,
+    Px4Mode,
+    TakeoffMode,
+    given,
+)
+from mavlink_sitl.autopilot.px4.rover.pursuit import Point, Pursuit
+from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
+from mavlink_sitl.exchange import Motors, Severity, YawMode
+from mavlink_sitl.guidance import DriveGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
+    from mavlink_sitl.geodesy import GeoPoint
+
+STICK_DEADZONE = 0.1
+"""RO_YAW_STICK_DZ"""
+
+
+class DriveMode(Px4Mode):
+    """A mode of one rover or boat.
+
+    Attributes:
+        way: where it is driving by itself, or None.
+    """
+
+    px4: Px4Rover
+    way: Pursuit | None = None
+
+    def ground_motors(self) -> Motors:
+        """Standing is no reason to stop the motor."""
+        return Motors.FLY
+
+    def hold_guidance(self) -> DriveGuidance:
+        """Brake."""
+        return self.px4.drive_guidance(0.0, None)
+
+    def drive(self, guidance: DriveGuidance) -> None:
+        """Hand new guidance to the controllers, if it is new."""
+        if guidance != self.px4.wanted:
+            self.guide(guidance)
+
+    def stop(self) -> None:
+        """Brake."""
+        self.way = None
+        self.drive(self.hold_guidance())
+
+    def level(self) -> Point:
+        """Where it believes to be, North and East."""
+        return self.px4.motion[:2]
+
+    def update(self) -> None:
+        """Go on with the way."""
+        if self.way is not None and self.px4.armed:
+            self.drive(self.way.follow())
+
+
+class Hold(DriveMode, HoldMode):
+    """AUTO.LOITER: back to where it was chosen, and stay; or where DO_REPOSITION says."""
+
+    def enter(self) -> None:
+        """Brake; the place to keep is the one where this is, once armed."""
+        self.stop()
+
+    def update(self) -> None:
+        """Keep the place."""
+        if not self.px4.armed:
+            self.way = None
+        elif self.way is None:
+            self.way = Pursuit(self.px4, self.level(), self.level())
+        super().update()
+
+    def go_to(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
+    ) -> None:
+        """Go somewhere; the height and the yaw mean nothing."""
+        if point is not None:
+            self.stay_at(self.px4.px4_navigator.place_ned_m(point))
+
+    def stay_at(self, target: Vector) -> None:
+        """Go to a place and stay there."""
+        self.way = Pursuit(self.px4, target[:2], self.level())
+
+
+class Takeoff(DriveMode, TakeoffMode):
+    """AUTO.TAKEOFF: done as soon as it is armed, then AUTO.LOITER."""
+
+    def enter(self) -> None:
+        """Stand."""
+        self.wanted_amsl_m = None
+        self.stop()
+
+    def update(self) -> None:
+        """Reached where it stands."""
+        if self.px4.in_flight:
+            self.px4.hold_at(self.here())
+
+
+class Land(DriveMode):
+    """AUTO.LAND: it has landed, says the land detector, so it disarms."""
+
+    @property
+    def landing(self) -> bool:
+        """Always."""
+        return True
+
+    @property
+    def at_rest(self) -> bool:
+        """Always."""
+        return True
+
+    def enter(self) -> None:
+        """Stop."""
+        self.stop()
+
+
+class Return(DriveMode):
+    """AUTO.RTL: straight home, or where RTL_TYPE says; there it has landed and disarms."""
+
+    way: Pursuit
+
+    @property
+    def landing(self) -> bool:
+        """All the way: home is a landing setpoint from the beginning."""
+        return True
+
+    @property
+    def at_rest(self) -> bool:
+        """Within NAV_ACC_RAD of home."""
+        return self.way.distance_m < self.px4.accept_m()
+
+    def enter(self) -> None:
+        """Set off."""
+        rover = self.px4
+        place = destination_ned_m(rover)
+        self.way = Pursuit(rover, place[:2], self.level())
+        if not rover.armed:
+            return
+        down = return_down_m(rover, place)
+        height, altitude = place[2] - down, rover.navigator.origin.altitude_amsl_m - down
+        rover.say(Severity.INFO, "RTL: land at destination")
+        rover.say(
+            Severity.INFO,
+            f"RTL: start return at {math.ceil(altitude)} m "
+            f"({math.ceil(height)} m above destination)",
+        )
+
+
+class Manual(DriveMode):
+    """MANUAL: sticks straight to motor and steering."""
+
+    def enter(self) -> None:
+        """Take the sticks."""
+        self.update()
+
+    def sticks(self) -> tuple[float, float]:
+        """Throttle and steering, -1..1; centred when nobody holds them."""
+        sticks = self.px4.manual
+        if sticks is None or not self.px4.manual_alive():
+            return 0.0, 0.0
+        return 2.0 * sticks.throttle - 1.0, sticks.roll
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        throttle, steering = self.sticks()
+        self.drive(DriveGuidance(motors=Motors.MANUAL, throttle=throttle, steering=steering))
+
+
+class Position(Manual):
+    """POSCTL: the sticks ask for a speed and a rate of turn; without one the course is kept."""
+
+    def enter(self) -> None:
+        """Take the sticks."""
+        self._course_rad: float | None = None
+        super().enter()
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        rover = self.px4
+        throttle, turn = self.sticks()
+        speed = throttle * rover.cruise_m_s()
+        if abs(turn) < STICK_DEADZONE and speed != 0.0:
+            if self._course_rad is None:
+                self._course_rad = rover.motion.yaw_rad
+            self.drive(rover.drive_guidance(speed, self._course_rad))
+            return
+        self._course_rad = None
+        rate = math.copysign(rover.yaw_rate_limit_rad_s() * turn, throttle * turn)
+        self.drive(
+            replace(rover.drive_guidance(speed, None), yaw_mode=YawMode.RATE, yaw_rate_rad_s=rate)
+        )
+
+
+class Offboard(DriveMode, OffboardMode):
+    """OFFBOARD: a place, or else a velocity; height, yaw and accelerations mean nothing.
+
+    A place is driven to straight and stood at within NAV_ACC_RAD. A velocity is a course and a
+    speed, always forwards. What has neither moves nothing.
+    """
+
+    def follow(self, fresh: bool) -> None:
+        """See `OffboardMode`."""
+        setpoint = self.target
+        place, velocity = setpoint.position_m, setpoint.velocity_m_s
+        self.way = None
+        if place is not None:
+            if given(place)[0]:
+                self.way = Pursuit(self.px4, place[:2])
+                self.update()
+            else:
+                self.stop()
+        elif velocity is not None and given(velocity)[0]:
+            speed = math.hypot(velocity[0], velocity[1])
+            speed = min(speed, self.px4.cruise_m_s())
+            course = math.atan2(velocity[1], velocity[0])
+            self.drive(self.px4.drive_guidance(speed, course))
+        else:
+            self.stop()

@@ -1,0 +1,241 @@
+"""Sockets that carry MAVLink: UDP and TCP, listening and calling. Loopback unless told."""
+
+from __future__ import annotations
+
+import os
+import selectors
+import socket
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from mavlink_sitl.links.addresses import LinkAddress
+from mavlink_sitl.mavlink.codec import Decoder
+
+DATAGRAM = 65536
+PEER_EXPIRY_S = 10.0
+MOST_PEERS = 32
+"""Who asks first is answered; a flood of senders must not fill the memory"""
+Receive = Callable[[bytes], None]
+
+
+class LinkError(OSError):
+    """A socket that cannot be opened; the message says which and why."""
+
+
+class Endpoint(Protocol):
+    """One open link."""
+
+    def describe(self) -> str:
+        """The address, with the port that was really opened."""
+        ...
+
+    def register(self, selector: selectors.BaseSelector) -> None:
+        """Have `ready` called when something arrives; the key's data is that function."""
+        ...
+
+    def send(self, frame: bytes) -> None:
+        """Send a frame to whoever is there."""
+        ...
+
+    def close(self) -> None:
+        """Close all sockets."""
+        ...
+
+
+class UdpEndpoint:
+    """A UDP socket: sends to a fixed peer (udpout) or to those heard lately (udpin).
+
+    Args:
+        address: where to.
+        receive: called with each datagram.
+    """
+
+    def __init__(self, address: LinkAddress, receive: Receive) -> None:
+        """See the class."""
+        self._address = address
+        self._receive = receive
+        self._peers: dict[tuple[str, int], float] = {}
+        family, place = _resolve(address, socket.SOCK_DGRAM)
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            if address.listens:
+                self._socket.bind(place)
+            else:
+                self._socket.connect(place)
+        except OSError as error:
+            self._socket.close()
+            raise _cannot_open(address, error) from error
+        self._socket.setblocking(False)
+
+    def describe(self) -> str:
+        """The address, with the port that was really opened."""
+        if not self._address.listens:
+            return str(self._address)
+        port = self._socket.getsockname()[1]
+        return str(LinkAddress(self._address.kind, self._address.host, port))
+
+    def register(self, selector: selectors.BaseSelector) -> None:
+        """See Endpoint."""
+        selector.register(self._socket, selectors.EVENT_READ, self._ready)
+
+    def _ready(self) -> None:
+        while True:
+            try:
+                data, peer = self._socket.recvfrom(DATAGRAM)
+            except ConnectionRefusedError:
+                continue  # the echo of an earlier datagram: nobody listens there yet
+            except OSError:
+                return  # nothing more to read
+            if self._address.listens and not self._remember(peer):
+                continue
+            self._receive(data)
+
+    def _remember(self, peer: tuple[str, int]) -> bool:
+        now_s = time.monotonic()
+        if peer not in self._peers and len(self._peers) >= MOST_PEERS:
+            self._peers = {p: t for p, t in self._peers.items() if now_s - t <= PEER_EXPIRY_S}
+            if len(self._peers) >= MOST_PEERS:
+                return False
+        self._peers[peer] = now_s
+        return True
+
+    def send(self, frame: bytes) -> None:
+        """See Endpoint."""
+        try:
+            if not self._address.listens:
+                self._socket.send(frame)
+                return
+            for peer, heard_s in list(self._peers.items()):
+                if time.monotonic() - heard_s > PEER_EXPIRY_S:
+                    del self._peers[peer]
+                else:
+                    self._socket.sendto(frame, peer)
+        except OSError:
+            return  # nobody there, or a full buffer: datagrams may be lost
+
+    def close(self) -> None:
+        """See Endpoint."""
+        self._socket.close()
+
+
+class TcpEndpoint:
+    """TCP: a listener with any number of clients (tcpin), or one connection (tcpout).
+
+    Args:
+        address: where to.
+        receive: called with each frame.
+    """
+
+    def __init__(self, address: LinkAddress, receive: Receive) -> None:
+        """See the class."""
+        self._address = address
+        self._receive = receive
+        self._clients: dict[socket.socket, Decoder] = {}
+        self._selector: selectors.BaseSelector | None = None
+        self._listener: socket.socket | None = None
+        family, place = _resolve(address, socket.SOCK_STREAM)
+        try:
+            if address.listens:
+                self._listener = socket.create_server(place, family=family)
+                self._listener.setblocking(False)
+            else:
+                client = socket.create_connection((address.host, address.port), timeout=5.0)
+                self._add(client)
+        except OSError as error:
+            raise _cannot_open(address, error) from error
+
+    def describe(self) -> str:
+        """See Endpoint."""
+        if self._listener is None:
+            return str(self._address)
+        port = self._listener.getsockname()[1]
+        return str(LinkAddress(self._address.kind, self._address.host, port))
+
+    def _add(self, client: socket.socket) -> None:
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._clients[client] = Decoder()
+        if self._selector is not None:
+            self._register_client(client)
+
+    def register(self, selector: selectors.BaseSelector) -> None:
+        """See Endpoint."""
+        self._selector = selector
+        if self._listener is not None:
+            selector.register(self._listener, selectors.EVENT_READ, self._accept)
+        for client in self._clients:
+            self._register_client(client)
+
+    def _register_client(self, client: socket.socket) -> None:
+        assert self._selector is not None
+        self._selector.register(client, selectors.EVENT_READ, lambda: self._ready(client))
+
+    def _accept(self) -> None:
+        assert self._listener is not None
+        try:
+            client, _ = self._listener.accept()
+        except OSError:
+            return  # gone before we came to the door
+        self._add(client)
+
+    def _ready(self, client: socket.socket) -> None:
+        try:
+            data = client.recv(DATAGRAM)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._drop(client)
+            return
+        for message in self._clients[client].feed(data):
+            self._receive(bytes(message.get_msgbuf()))
+
+    def _drop(self, client: socket.socket) -> None:
+        del self._clients[client]
+        if self._selector is not None:
+            self._selector.unregister(client)
+        client.close()
+
+    def send(self, frame: bytes) -> None:
+        """See Endpoint; a client that does not read is dropped."""
+        for client in list(self._clients):
+            try:
+                sent = client.send(frame)
+            except OSError:
+                sent = 0
+            if sent != len(frame):
+                self._drop(client)
+
+    def close(self) -> None:
+        """See Endpoint."""
+        for client in list(self._clients):
+            client.close()
+        self._clients.clear()
+        if self._listener is not None:
+            self._listener.close()
+
+
+def _cannot_open(address: LinkAddress, error: OSError) -> LinkError:
+    reason = os.strerror(error.errno) if error.errno else str(error)
+    return LinkError(f"cannot open {address}: {reason}")
+
+
+def _resolve(address: LinkAddress, kind: int) -> tuple[int, tuple[str, int]]:
+    try:
+        found = socket.getaddrinfo(address.host, address.port, type=kind)[0]
+    except socket.gaierror as error:
+        raise LinkError(f"cannot open {address}: {error.strerror}") from error
+    return found[0], (str(found[4][0]), int(found[4][1]))
+
+
+def open_endpoint(address: LinkAddress, receive: Receive) -> Endpoint:
+    """Open a link.
+
+    Raises:
+        LinkError: it cannot be opened.
+    """
+    if address.kind.startswith("udp"):
+        return UdpEndpoint(address, receive)
+    return TcpEndpoint(address, receive)

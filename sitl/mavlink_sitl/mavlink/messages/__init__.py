@@ -1,0 +1,1 @@
+"""Telemetry, a function for each message."""

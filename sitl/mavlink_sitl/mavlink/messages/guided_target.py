@@ -1,0 +1,67 @@
+"""POSITION_TARGET_*: the echo of GUIDED's target."""
+
+from __future__ import annotations
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Submode
+from mavlink_sitl.mavlink.codec import Message, dialect
+
+_MASKS = {
+    Submode.TAKEOFF: 0x0DF8,
+    Submode.POSITION: 0x0DF8,
+    Submode.POSITION_VELOCITY: 0x0C00,
+    Submode.VELOCITY: 0x0C07,
+    Submode.ACCELERATION: 0x0C3F,
+}
+"""type_mask per submode, as recorded; position with velocity by the same pattern"""
+
+_GLOBAL_MASK = 0xFDF8
+
+
+def position_target_local_ned(copter: Copter, time_boot_ms: int) -> Message | None:
+    """POSITION_TARGET_LOCAL_NED: only in GUIDED, and not while an attitude is flown."""
+    if copter.mode is not copter.guided or copter.guided.submode is Submode.ATTITUDE:
+        return None
+    zero = (0.0, 0.0, 0.0)
+    target = copter.guided.target
+    position = target.position_m or zero
+    if copter.guided.submode is Submode.POSITION_VELOCITY:
+        position = copter.moving_target()
+    return dialect.MAVLink_position_target_local_ned_message(
+        time_boot_ms,
+        dialect.MAV_FRAME_LOCAL_NED,
+        _MASKS[copter.guided.submode],
+        *position,
+        *(target.velocity_m_s or zero),
+        *(target.acceleration_m_s2 or zero),
+        0.0,
+        0.0,
+    )
+
+
+def position_target_global_int(copter: Copter, time_boot_ms: int) -> Message | None:
+    """POSITION_TARGET_GLOBAL_INT: only in GUIDED towards a position."""
+    if copter.mode is not copter.guided or copter.guided.submode is not Submode.POSITION:
+        return None
+    target = copter.guided.target.position_m or (0.0, 0.0, 0.0)
+    point = copter.navigator.frame.to_geodetic(*target)
+    return dialect.MAVLink_position_target_global_int_message(
+        time_boot_ms,
+        dialect.MAV_FRAME_GLOBAL,
+        _GLOBAL_MASK,
+        _clamp(point.latitude_deg * 1e7),
+        _clamp(point.longitude_deg * 1e7),
+        point.altitude_amsl_m,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+
+
+def _clamp(value: float) -> int:
+    return int(min(max(round(value), -(2**31)), 2**31 - 1))

@@ -1,0 +1,122 @@
+"""Telemetry of rovers, boats and planes where it differs from a copter's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
+from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.messages.snapshot import (
+    Snapshot,
+    boot_ms,
+    heading_deg,
+    to_i16,
+    to_i32,
+    to_int,
+    to_u16,
+)
+
+Builder = Callable[[Snapshot], Message | list[Message] | None]
+_GLOBAL_MASK = 0xFDF8
+
+
+def nav_controller_output(s: Snapshot) -> Message | None:
+    """NAV_CONTROLLER_OUTPUT: absent in MANUAL, and in all modes that a pilot drives."""
+    assert isinstance(s.copter, (Rover, Plane))
+    report = s.copter.navigation_report()
+    if report is None:
+        return None
+    return dialect.MAVLink_nav_controller_output_message(
+        report.roll_deg,
+        report.pitch_deg,
+        to_i16(report.bearing_deg),
+        to_i16(report.target_bearing_deg),
+        to_u16(report.distance_m),
+        report.altitude_error_m,
+        report.airspeed_error_m_s * 100.0,
+        report.cross_track_m,
+    )
+
+
+def position_target_global_int(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_GLOBAL_INT: in modes that are going somewhere."""
+    assert isinstance(s.copter, (Rover, Plane))
+    destination = s.copter.destination_ned_m()
+    if destination is None:
+        return None
+    point = s.copter.navigator.frame.to_geodetic(*destination)
+    return dialect.MAVLink_position_target_global_int_message(
+        boot_ms(s),
+        dialect.MAV_FRAME_GLOBAL,
+        _GLOBAL_MASK,
+        to_i32(point.latitude_deg * 1e7),
+        to_i32(point.longitude_deg * 1e7),
+        point.altitude_amsl_m,
+        *[0.0] * 8,
+    )
+
+
+def servo_output_raw(s: Snapshot) -> Message:
+    """SERVO_OUTPUT_RAW: steering on 1 and throttle on 3, or a plane's four surfaces."""
+    return dialect.MAVLink_servo_output_raw_message(
+        s.time_boot_us & 0xFFFFFFFF, 0, *s.instruments.servos_us(), 0, 0, 0, 0
+    )
+
+
+def vfr_hud(s: Snapshot) -> Message:
+    """VFR_HUD with the airspeed of who has a sensor for it."""
+    m = s.motion
+    speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+    altitude = s.copter.navigator.here().altitude_amsl_m if s.copter.estimator.gps_started else 0.0
+    airspeed = speed if s.airspeed_m_s is None else s.airspeed_m_s
+    throttle = to_int(s.throttle_fraction * 100.0, 0, 100)
+    return dialect.MAVLink_vfr_hud_message(
+        airspeed,
+        speed,
+        to_int(heading_deg(m.yaw_rad), 0, 359),
+        throttle,
+        altitude,
+        -m.velocity_down_m_s,
+    )
+
+
+def extended_sys_state(s: Snapshot) -> Message:
+    """EXTENDED_SYS_STATE: never a VTOL."""
+    return dialect.MAVLink_extended_sys_state_message(
+        dialect.MAV_VTOL_STATE_UNDEFINED, int(s.copter.landed_state)
+    )
+
+
+def _never(_: Snapshot) -> None:
+    """Accepted when asked for, and never sent."""
+    return
+
+
+_OWN: dict[int, Builder] = {
+    36: servo_output_raw,
+    62: nav_controller_output,
+    74: vfr_hud,
+    85: _never,
+    87: position_target_global_int,
+    245: extended_sys_state,
+}
+
+_DRIVEN = {**_OWN, 168: _never}
+"""Without an airspeed there is no estimate of the wind"""
+
+BY_KIND: dict[str, dict[int, Builder]] = {"rover": _DRIVEN, "boat": _DRIVEN, "plane": _OWN}
+"""By kind of vehicle and message id: what is built another way"""
+
+
+def for_kinds(message_id: int, builder: Builder) -> Builder:
+    """A builder that asks the vehicle's kind first."""
+    others = {kind: table[message_id] for kind, table in BY_KIND.items() if message_id in table}
+    if not others:
+        return builder
+
+    def build(s: Snapshot) -> Message | None:
+        return others.get(s.copter.personality.kind, builder)(s)
+
+    return build

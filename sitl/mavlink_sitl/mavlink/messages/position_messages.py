@@ -1,0 +1,205 @@
+"""Telemetry about place and motion, one function per message.
+
+Values before a position and after its loss are those the firmware was recorded to send.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+from mavlink_sitl.exchange import Motion, Motors
+from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.messages.snapshot import (
+    Snapshot,
+    boot_ms,
+    heading_deg,
+    to_i16,
+    to_i32,
+    to_int,
+    to_u16,
+)
+
+
+def global_position_int(s: Snapshot) -> Message:
+    """GLOBAL_POSITION_INT: zeros before the GPS has been found."""
+    m = s.motion
+    if not s.copter.estimator.gps_started:
+        return dialect.MAVLink_global_position_int_message(boot_ms(s), 0, 0, 0, 0, 0, 0, 0, 0)
+    here = s.copter.navigator.here()
+    return dialect.MAVLink_global_position_int_message(
+        boot_ms(s),
+        to_i32(here.latitude_deg * 1e7),
+        to_i32(here.longitude_deg * 1e7),
+        to_i32(here.altitude_amsl_m * 1000.0),
+        to_i32(s.copter.navigator.height_above_home_m() * 1000.0),
+        to_i16(m.velocity_north_m_s * 100.0),
+        to_i16(m.velocity_east_m_s * 100.0),
+        to_i16(m.velocity_down_m_s * 100.0),
+        to_int(heading_deg(m.yaw_rad) * 100.0, 0, 35999),
+    )
+
+
+def local_position_ned(s: Snapshot) -> Message | None:
+    """LOCAL_POSITION_NED: only while the estimator uses GPS."""
+    if not s.copter.estimator.using_gps:
+        return None
+    return dialect.MAVLink_local_position_ned_message(boot_ms(s), *s.motion[:6])
+
+
+def attitude(s: Snapshot) -> Message:
+    """ATTITUDE."""
+    return dialect.MAVLink_attitude_message(boot_ms(s), *s.motion[6:12])
+
+
+def attitude_quaternion(s: Snapshot) -> Message:
+    """ATTITUDE_QUATERNION, from body to NED."""
+    m = s.motion
+    return dialect.MAVLink_attitude_quaternion_message(boot_ms(s), *quaternion(m), *m[9:12])
+
+
+def quaternion(m: Motion) -> list[float]:
+    """The attitude, from body to NED."""
+    _, _, _, _, _, _, roll, pitch, yaw, _, _, _ = m
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return [
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    ]
+
+
+def gps_raw_int(s: Snapshot) -> Message:
+    """GPS_RAW_INT: after a loss the position goes on and only the time stands still."""
+    gps = s.instruments.gps_reading()
+    if gps is None:
+        return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
+    altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
+    accuracy_mm = to_int(gps.horizontal_accuracy_m * 1000.0, 0, 2**32 - 1)
+    return dialect.MAVLink_gps_raw_int_message(
+        to_int(gps.time_s * 1e6, 0, 2**63),
+        gps.fix_type,
+        to_i32(gps.point.latitude_deg * 1e7),
+        to_i32(gps.point.longitude_deg * 1e7),
+        altitude_mm,
+        gps.eph,
+        gps.epv,
+        to_u16(gps.speed_m_s * 100.0),
+        to_int(gps.course_deg * 100.0, 0, 35999),
+        gps.satellites,
+        altitude_mm,
+        accuracy_mm,
+        accuracy_mm,
+    )
+
+
+def home_position(s: Snapshot) -> Message | None:
+    """HOME_POSITION: q is always NaN."""
+    home = s.copter.navigator.home
+    if home is None:
+        return None
+    return dialect.MAVLink_home_position_message(
+        to_i32(home.latitude_deg * 1e7),
+        to_i32(home.longitude_deg * 1e7),
+        to_i32(home.altitude_amsl_m * 1000.0),
+        *s.copter.navigator.home_ned_m(),
+        [math.nan] * 4,
+        0.0,
+        0.0,
+        0.0,
+        s.time_boot_us,
+    )
+
+
+def gps_global_origin(s: Snapshot) -> Message | None:
+    """GPS_GLOBAL_ORIGIN."""
+    if not s.copter.estimator.has_origin:
+        return None
+    origin = s.copter.navigator.origin
+    return dialect.MAVLink_gps_global_origin_message(
+        to_i32(origin.latitude_deg * 1e7),
+        to_i32(origin.longitude_deg * 1e7),
+        to_i32(origin.altitude_amsl_m * 1000.0),
+        s.time_boot_us,
+    )
+
+
+def vfr_hud(s: Snapshot) -> Message:
+    """VFR_HUD."""
+    m = s.motion
+    speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+    altitude = s.copter.navigator.here().altitude_amsl_m if s.copter.estimator.gps_started else 0.0
+    return dialect.MAVLink_vfr_hud_message(
+        math.hypot(speed, m.velocity_down_m_s),
+        speed,
+        to_int(heading_deg(m.yaw_rad), 0, 359),
+        to_int(s.throttle_fraction * 100.0, 0, 100),
+        altitude,
+        -m.velocity_down_m_s,
+    )
+
+
+def nav_controller_output(s: Snapshot) -> Message:
+    """NAV_CONTROLLER_OUTPUT: where the target is, in GUIDED towards a position."""
+    copter, m = s.copter, s.motion
+    distance = bearing = climb = 0.0
+    if copter.guidance.track_position_xy and copter.guidance.motors is Motors.FLY:
+        north, east, down = copter.moving_target()
+        north, east = north - m.north_m, east - m.east_m
+        distance = math.hypot(north, east)
+        bearing = math.degrees(math.atan2(east, north))
+        climb = m.down_m - down
+    return dialect.MAVLink_nav_controller_output_message(
+        math.degrees(m.roll_rad),
+        math.degrees(m.pitch_rad),
+        to_i16(bearing),
+        to_i16(bearing),
+        to_u16(distance),
+        climb,
+        0.0,
+        0.0,
+    )
+
+
+TERRAIN_SPACING_M, CACHED, PENDING = 100, 56, 504
+"""TERR_SPACING; how many blocks of heights it waits for before it knows its place, and after"""
+
+
+def terrain_report(s: Snapshot) -> Message | None:
+    """TERRAIN_REPORT of a firmware to which nobody has sent heights; a rover has none.
+
+    As recorded (`copter_auto_cleared`): then the ground is taken to be at sea level.
+    """
+    if isinstance(s.copter, Rover):
+        return None
+    if not s.copter.estimator.gps_started:
+        report = (0, 0, TERRAIN_SPACING_M, 0.0, 0.0, CACHED, 0)
+    else:
+        here = s.copter.navigator.here()
+        place = to_i32(here.latitude_deg * 1e7), to_i32(here.longitude_deg * 1e7)
+        report = (*place, 0, 0.0, here.altitude_amsl_m, PENDING, 0)
+    return dialect.MAVLink_terrain_report_message(*report)
+
+
+def simstate(s: Snapshot) -> Message:
+    """SIMSTATE: the truth, where the rest is the estimate."""
+    t, place = s.instruments.truth(), s.instruments.truth_point()
+    return dialect.MAVLink_simstate_message(
+        *t[6:9],
+        0.0,
+        0.0,
+        -9.80665,
+        *t[9:12],
+        to_i32(place.latitude_deg * 1e7),
+        to_i32(place.longitude_deg * 1e7),
+    )
+
+
+def wind(s: Snapshot) -> Message:
+    """WIND: where it comes from."""
+    north, east, down = s.instruments.wind_ned_m_s
+    direction = math.degrees(math.atan2(-east, -north))
+    return dialect.MAVLink_wind_message(direction, math.hypot(north, east), down)

@@ -1,0 +1,89 @@
+"""One vehicle at one moment, as telemetry needs it, and numbers that fit into fields."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion, RangeReading
+from mavlink_sitl.geodesy import GeoPoint
+
+
+class Instruments(Protocol):
+    """What few messages tell and what takes work: asked for when one is made."""
+
+    def gps_reading(self) -> GpsReading | None:
+        """What the receiver says; None before it is found."""
+        ...
+
+    def truth(self) -> Motion:
+        """Where the vehicle is, whatever it believes."""
+        ...
+
+    def truth_point(self) -> GeoPoint:
+        """The same on earth."""
+        ...
+
+    @property
+    def wind_ned_m_s(self) -> tuple[float, float, float]:
+        """The wind where it is."""
+        ...
+
+    def servos_us(self) -> tuple[int, ...]:
+        """Servo outputs of who has no four equal motors."""
+        ...
+
+    def look_around(self) -> RangeReading | None:
+        """The range sensors; None when there are none."""
+        ...
+
+
+class Snapshot(NamedTuple):
+    """All that telemetry is made of, of one vehicle at one moment."""
+
+    time_boot_us: int
+    unix_time_us: int
+    """0 while the GPS has not told the time."""
+    copter: Copter
+    motion: Motion
+    battery: BatteryReading
+    thrust_over_hover: float
+    throttle_fraction: float
+    airspeed_m_s: float | None
+    """Of who measures it"""
+    instruments: Instruments
+
+
+def to_int(value: float, low: int, high: int) -> int:
+    """Rounded and limited to a field's range."""
+    number = round(value)
+    return number if low <= number <= high else low if number < low else high
+
+
+def to_i16(value: float) -> int:
+    """Rounded, limited to int16."""
+    number = round(value)
+    return number if -32768 <= number <= 32767 else to_int(number, -32768, 32767)
+
+
+def to_u16(value: float) -> int:
+    """Rounded, limited to uint16."""
+    number = round(value)
+    return number if 0 <= number <= 65535 else to_int(number, 0, 65535)
+
+
+def to_i32(value: float) -> int:
+    """Rounded, limited to int32."""
+    number = round(value)
+    return number if -(2**31) <= number < 2**31 else to_int(number, -(2**31), 2**31 - 1)
+
+
+def boot_ms(s: Snapshot) -> int:
+    """time_boot_ms of a message; wraps after 49 days as the field does."""
+    return (s.time_boot_us // 1000) & 0xFFFFFFFF
+
+
+def heading_deg(yaw_rad: float) -> float:
+    """0..360, clockwise from North."""
+    return math.degrees(yaw_rad) % 360.0

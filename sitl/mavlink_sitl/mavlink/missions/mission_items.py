@@ -1,0 +1,181 @@
+"""Items of missions, fences and rally points: messages to items and back, and what is wrong."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import replace
+
+from mavlink_sitl.autopilot.plans.plan_rules import PlanRules
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem, PlanType
+from mavlink_sitl.mavlink.codec import Message, dialect
+
+OK, ERROR, UNSUPPORTED_FRAME, UNSUPPORTED, NO_SPACE = 0, 1, 2, 3, 4
+INVALID_PARAM1, INVALID_X, INVALID_Y, INVALID_Z, INVALID_SEQUENCE = 6, 10, 11, 12, 13
+DENIED = 14
+"""MAV_MISSION_RESULT, as far as it is used"""
+
+_YAW_MAY_BE_NAN = frozenset(
+    (
+        Cmd.WAYPOINT,
+        Cmd.LOITER_TO_ALT,
+        Cmd.SPLINE,
+        Cmd.LAND,
+        Cmd.TAKEOFF,
+        Cmd.VTOL_TAKEOFF,
+        Cmd.VTOL_LAND,
+        Cmd.LOITER_UNLIM,
+        Cmd.LOITER_TIME,
+        Cmd.LOITER_TURNS,
+    )
+)
+_PLACES = frozenset(
+    (
+        *_YAW_MAY_BE_NAN,
+        Cmd.SET_HOME,
+        Cmd.SET_ROI,
+        Cmd.SET_ROI_LOCATION,
+        Cmd.RALLY_POINT,
+        Cmd.POLYGON_INCLUSION,
+        Cmd.POLYGON_EXCLUSION,
+        Cmd.CIRCLE_INCLUSION,
+        Cmd.CIRCLE_EXCLUSION,
+        Cmd.FENCE_RETURN_POINT,
+    )
+)
+_AREAS = frozenset(
+    (
+        Cmd.POLYGON_INCLUSION,
+        Cmd.POLYGON_EXCLUSION,
+        Cmd.CIRCLE_INCLUSION,
+        Cmd.CIRCLE_EXCLUSION,
+        Cmd.RALLY_POINT,
+    )
+)
+LEAST_CORNERS = 3
+HIGHEST_M = 1e6
+
+
+def degrees_to_int(value: float) -> int:
+    """1e7 degrees; what is no number or too large becomes a value that no check lets pass."""
+    if not math.isfinite(value):
+        return 2**31 - 1
+    return int(min(max(round(value * 1e7), -(2**31)), 2**31 - 1))
+
+
+def from_message(message: Message) -> PlanItem:
+    """MISSION_ITEM_INT or MISSION_ITEM."""
+    x, y = message.x, message.y
+    if message.get_type() == "MISSION_ITEM":
+        x, y = degrees_to_int(x), degrees_to_int(y)
+    params = (message.param1, message.param2, message.param3, message.param4)
+    return PlanItem(message.command, message.frame, params, x, y, message.z, message.autocontinue)
+
+
+def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
+    """The MAV_MISSION_RESULT of an item; OK when nothing is wrong with it."""
+    if rules.by_frame is not None:
+        return _fault_by_frame(item, plan_type, rules.by_frame)
+    if item.command not in rules.commands[plan_type]:
+        return UNSUPPORTED
+    if item.frame not in rules.frames:
+        return UNSUPPORTED_FRAME
+    for i, value in enumerate(item.params):
+        free = rules.keeps_nan or item.command in _YAW_MAY_BE_NAN
+        allowed = i == 3 and free and math.isnan(value)
+        if not math.isfinite(value) and not allowed:
+            return INVALID_PARAM1 + i
+    if item.command in _PLACES:
+        if abs(item.x) > 900_000_000:
+            return INVALID_X
+        if abs(item.y) > 1_800_000_000:
+            return INVALID_Y
+        # A command without a place does not use z; MAVSDK sends NaN there.
+        return OK if math.isfinite(item.z) and abs(item.z) < HIGHEST_M else INVALID_Z
+    return OK
+
+
+def _fault_by_frame(
+    item: PlanItem, plan_type: PlanType, by_frame: Mapping[int, frozenset[Cmd]]
+) -> int:
+    """PX4's checks, seen in uploads of nearly every item: its numbers are not looked at.
+
+    A list of fence points takes waypoints, and circles of any radius; vertices of a polygon with
+    fewer than three of them, as each vertex says, are an error (read in the firmware).
+    """
+    if item.frame not in by_frame:
+        return UNSUPPORTED_FRAME
+    if item.command not in by_frame[item.frame]:
+        return UNSUPPORTED
+    if plan_type is PlanType.MISSION and item.command in _AREAS:
+        return ERROR
+    corner = item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION)
+    few = not math.isfinite(item.params[0]) or item.params[0] < LEAST_CORNERS - 0.5
+    return ERROR if plan_type is PlanType.FENCE and corner and few else OK
+
+
+def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
+    """As the firmware keeps it."""
+    first, second, third, yaw = (p if math.isfinite(p) else 0.0 for p in item.params)
+    if math.isnan(item.params[3]) and rules.keeps_nan:
+        yaw = math.nan
+    return replace(
+        item,
+        frame=rules.stored_frames.get(item.frame, item.frame),
+        params=(first, second, third, yaw),
+        z=min(max(item.z, -HIGHEST_M), HIGHEST_M) if math.isfinite(item.z) else 0.0,
+    )
+
+
+def fence_fault(items: list[PlanItem]) -> int:
+    """The MAV_MISSION_RESULT of a whole fence: polygons need three corners, circles a radius.
+
+    ArduPilot answers a fault with ERROR (`copter_fence2`).
+    """
+    place = 0
+    while place < len(items):
+        item = items[place]
+        if item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION):
+            corners = int(item.params[0])
+            group = items[place : place + corners]
+            same = all((i.command, i.params[0]) == (item.command, item.params[0]) for i in group)
+            if corners < 3 or len(group) < corners or not same:
+                return ERROR
+            place += corners
+            continue
+        if item.command in (Cmd.CIRCLE_INCLUSION, Cmd.CIRCLE_EXCLUSION) and item.params[0] <= 0.0:
+            return ERROR
+        place += 1
+    return OK
+
+
+def identity(items: list[PlanItem]) -> int:
+    """A number that is another one for another list; 0 for an empty one."""
+    if not items:
+        return 0
+    return zlib.crc32(repr(items).encode("ascii")) or 1
+
+
+def to_message(
+    item: PlanItem, seq: int, current: bool, target: tuple[int, int], plan_type: int, as_int: bool
+) -> Message:
+    """MISSION_ITEM_INT, or MISSION_ITEM for who asks for that."""
+    make = dialect.MAVLink_mission_item_int_message
+    x: float = item.x
+    y: float = item.y
+    if not as_int:
+        make, x, y = dialect.MAVLink_mission_item_message, item.x / 1e7, item.y / 1e7
+    return make(
+        *target,
+        seq,
+        item.frame,
+        item.command,
+        int(current),
+        item.autocontinue,
+        *item.params,
+        x,
+        y,
+        item.z,
+        plan_type,
+    )

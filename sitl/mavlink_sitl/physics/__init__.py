@@ -1,0 +1,1 @@
+"""The numeric half: bodies, sensors and controllers of all vehicles, in step."""

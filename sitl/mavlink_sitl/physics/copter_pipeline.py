@@ -1,0 +1,339 @@
+"""The numeric half of the simulation: all vehicles' bodies, sensors and controllers in step.
+
+One pipeline of pure functions over lanes, whatever the number of vehicles. Knows nothing of
+MAVLink or of modes; `Guidance` goes in, `Motion` comes out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavlink_sitl.autopilot.control import control_state, controller
+from mavlink_sitl.dynamics import battery, quadrotor
+from mavlink_sitl.exchange import BatteryReading, Guidance, Motion
+from mavlink_sitl.lanes import Lane, Ops, ops_for
+from mavlink_sitl.world import sensors
+
+DT_S = 0.01
+
+MISLED_PER_UPDATE = 0.2
+"""Part of a receiver's error that the estimator takes over at each update, near enough EKF3"""
+
+Vector = tuple[float, float, float]
+GpsSample = tuple[float, Vector, Vector]
+"""Time, and NED position and velocity"""
+
+
+class Physics:
+    """Bodies, batteries, sensors and controllers of N vehicles.
+
+    Args:
+        yaw_rad: each vehicle's heading at start; its position is its own origin.
+        packs: each vehicle's battery; they share a model for now, the first one's.
+        remaining: each vehicle's charge at start, 0..1.
+        seed: of the sensors.
+        wind_ned_m_s: speed of the air.
+
+    Attributes:
+        flies: they leave the ground, and lean.
+    """
+
+    flies = True
+
+    def __init__(
+        self,
+        yaw_rad: Sequence[float],
+        pack: battery.BatteryModel,
+        remaining: Sequence[float],
+        seed: int,
+        wind_ned_m_s: tuple[float, float, float],
+    ) -> None:
+        """See the class."""
+        self.count = len(yaw_rad)
+        self.o: Ops = ops_for(self.count)
+        o = self.o
+        zero = o.full(0.0)
+        self.body_model: Any = quadrotor.QuadrotorModel()
+        self.sensor_model = sensors.SensorModel()
+        self.gains = control_state.ControllerGains()
+        self.over_ground: controller.HorizontalLaw = controller.horizontal
+        self.pack = pack
+        self.wind = (
+            o.full(wind_ned_m_s[0]),
+            o.full(wind_ned_m_s[1]),
+            o.full(wind_ned_m_s[2]),
+        )
+        self.wind_ned_m_s = wind_ned_m_s
+        self.ground_down_m = zero
+        self.body: Any = quadrotor.at_rest(zero, zero, zero, o.pack(list(yaw_rad)), o)
+        self.error = sensors.no_error(o)
+        self.battery = battery.charged(o.pack(list(remaining)), pack, o)
+        self.gps_fix = zero == zero
+        still = control_state.targets_of(Guidance())
+        self.targets = control_state.Targets(*(o.full(value) for value in still))
+        self.control = control_state.initial(self._belief(), o)
+        self.gps_sample = (0.0, self.body, self.error)
+        self._noise = sensors.Noise(seed, self.count)
+        self._glitch = self._misled = (zero, zero, zero)
+        self.efficiency = o.full(1.0)
+        # Rows of what single vehicles ask for, and the states that they were made of.
+        self._rows: tuple[Any, Any, list[Motion]] = (None, None, [])
+        self._true_rows: tuple[Any, list[Motion]] = (None, [])
+        self._turns: tuple[Any, tuple[Lane, ...]] = (None, ())
+        self._gps_rows: tuple[Any, list[GpsSample]] = (None, [])
+        self._contact_rows: tuple[Any, list[Any]] = (None, [])
+        self._battery_rows: tuple[Any, list[BatteryReading]] = (None, [])
+
+    def at(self, lane: Lane, index: int) -> float:
+        """One vehicle's number."""
+        return float(lane) if self.count == 1 else float(lane[index])
+
+    def with_value(self, lane: Lane, index: int, value: float) -> Lane:
+        """The lane with one vehicle's number changed."""
+        if self.count == 1:
+            return value
+        changed = lane.copy()
+        changed[index] = value
+        return changed
+
+    def _belief(self) -> control_state.Belief:
+        body = self.body
+        n, e, d, v_n, v_e, v_d = _places(body, self.error)
+        return control_state.Belief(n, e, d, v_n, v_e, v_d, body.yaw_rad, body.on_ground)
+
+    # Steps.
+
+    def step(self) -> None:
+        """Controllers and bodies, DT_S onwards."""
+        o = self.o
+        self.control, output = controller.step(
+            self.control, self.targets, self._belief(), DT_S, self.gains, o, self.over_ground
+        )
+        self.body = quadrotor.step(
+            self.body,
+            quadrotor.QuadrotorCommand(
+                output.lean_north,
+                output.lean_east,
+                output.thrust_m_s2 * self.efficiency,
+                output.yaw_rate_rad_s,
+            ),
+            self.wind,
+            self.ground_down_m,
+            DT_S,
+            self.body_model,
+            o,
+        )
+        self.error = sensors.advance(self.error, DT_S)
+
+    def step_sensors(self, time_s: float) -> None:
+        """The receivers' turn: once per sensor_model.update_s."""
+        o = self.o
+        noise = self._noise.draw(o)
+        self._misled = tuple(
+            m + (g - m) * MISLED_PER_UPDATE for m, g in zip(self._misled, self._glitch, strict=True)
+        )
+        self.error = sensors.update(
+            self.error, noise, self.gps_fix, self.sensor_model, o, self._misled
+        )
+        self.gps_sample = (time_s, self.body, self.error)
+
+    def step_batteries(self, dt: float) -> None:
+        """Draw current for dt seconds."""
+        load = self.body.thrust_m_s2 / quadrotor.GRAVITY_M_S2
+        self.battery = battery.step(self.battery, load, dt, self.pack, self.o)
+
+    def guide(self, index: int, guidance: Guidance) -> None:
+        """Give a vehicle's controllers new guidance."""
+        one = control_state.targets_of(guidance)
+        if self.count == 1:
+            self.targets = one
+        else:
+            for lane, value in zip(self.targets, one, strict=True):
+                lane[index] = value
+        belief = self._belief()
+        if self.count > 1:
+            belief = control_state.Belief(*(lane[index] for lane in belief))
+        self.control = control_state.retargeted(
+            self.control, guidance, belief, lambda lane, value: self.with_value(lane, index, value)
+        )
+
+    # Views.
+
+    def servos(self, index: int) -> tuple[int, ...]:
+        """Servo outputs of who has no four equal motors, microseconds."""
+        return ()
+
+    def airspeed_m_s(self, index: int) -> float | None:
+        """The airspeed of who measures it."""
+        return None
+
+    def wind_at(self, index: int) -> Vector:
+        """The wind on a vehicle, NED m/s."""
+        return (
+            self.at(self.wind[0], index),
+            self.at(self.wind[1], index),
+            self.at(self.wind[2], index),
+        )
+
+    def moving_target(self, index: int) -> tuple[float, float, float]:
+        """Where a vehicle's target is now, NED metres."""
+        horizontal = self.control.horizontal
+        return (
+            self.at(horizontal.target_north_m, index),
+            self.at(horizontal.target_east_m, index),
+            self.at(self.control.vertical.target_down_m, index),
+        )
+
+    def motion(self, index: int, truth: bool = False) -> Motion:
+        """Where a vehicle believes to be, or where it is."""
+        body, error = self.body, self.error
+        if truth:
+            if self._true_rows[0] is not body:
+                self._true_rows = (body, self._motions(body, None))
+            return self._true_rows[1][index]
+        if self._rows[0] is not body or self._rows[1] is not error:
+            self._rows = (body, error, self._motions(body, error))
+        return self._rows[2][index]
+
+    def gps(self, index: int) -> GpsSample:
+        """Time, position and velocity of the receiver's latest sample."""
+        sample = self.gps_sample
+        if self._gps_rows[0] is not sample:
+            time_s, body, error = sample
+            rows = zip(*map(self.o.unpack, _places(body, error)), strict=True)
+            samples = [(time_s, (n, e, d), (v_n, v_e, v_d)) for n, e, d, v_n, v_e, v_d in rows]
+            self._gps_rows = (sample, samples)
+        return self._gps_rows[1][index]
+
+    def contact(self, index: int) -> tuple[bool, float, float]:
+        """Whether a vehicle touches the ground, its latest impact (m/s), its thrust (m/s2)."""
+        body = self.body
+        if self._contact_rows[0] is not body:
+            lanes = (body.on_ground, body.impact_m_s, body.thrust_m_s2)
+            self._contact_rows = (body, list(zip(*map(self.o.unpack, lanes), strict=True)))
+        row: tuple[bool, float, float] = self._contact_rows[1][index]
+        return row
+
+    def _motions(self, body: Any, error: sensors.EstimateError | None) -> list[Motion]:
+        """All vehicles' motion; made once per tick, since everybody asks at the same ticks."""
+        if self._turns[0] is not body:
+            self._turns = (body, self._turn_lanes(body))
+        columns = (*_places(body, error or sensors.no_error(self.o)), *self._turns[1])
+        if self.count == 1:
+            return [Motion(*columns)]
+        return list(map(Motion._make, zip(*map(self.o.unpack, columns), strict=True)))
+
+    def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
+        """Roll, pitch, yaw and their rates, as lanes."""
+        o = self.o
+        c, s = o.cos(body.yaw_rad), o.sin(body.yaw_rad)
+        forward = body.lean_north * c + body.lean_east * s
+        right = body.lean_east * c - body.lean_north * s
+        pitch = o.atan2(-forward, 1.0)
+        return (
+            o.atan2(right * o.cos(pitch), 1.0),
+            pitch,
+            body.yaw_rad,
+            body.lean_rate_east_1_s * c - body.lean_rate_north_1_s * s,
+            -(body.lean_rate_north_1_s * c + body.lean_rate_east_1_s * s),
+            body.yaw_rate_rad_s,
+        )
+
+    def battery_reading(self, index: int, capacity_mah: float) -> BatteryReading:
+        """What a vehicle's power monitor says, told how much the pack holds."""
+        state = self.battery
+        if self._battery_rows[0] is not state:
+            fraction = 1.0 - state.consumed_mah / max(self.pack.capacity_mah, 1.0)
+            left = self.o.maximum(100.0 * fraction, 0.0)
+            lanes = (state.voltage_v, state.current_a, state.consumed_mah, state.consumed_wh, left)
+            rows = zip(*map(self.o.unpack, lanes), strict=True)
+            self._battery_rows = (state, list(map(BatteryReading._make, rows)))
+        row = self._battery_rows[1][index]
+        if capacity_mah == self.pack.capacity_mah:
+            return row
+        left = max(100.0 * (1.0 - row.consumed_mah / max(capacity_mah, 1.0)), 0.0)
+        return row._replace(remaining_percent=left)
+
+    def table(self, *names: str) -> NDArray[np.float64]:
+        """Fields of the bodies as an array of shape (N, len(names))."""
+        return np.array([self.o.unpack(getattr(self.body, name)) for name in names]).T
+
+    def mislead(self, index: int, offset_ned_m: Vector) -> None:
+        """Let a vehicle's estimator believe that it is elsewhere, within seconds."""
+        n, e, d = (
+            self.with_value(lane, index, value)
+            for lane, value in zip(self._glitch, offset_ned_m, strict=True)
+        )
+        self._glitch = (n, e, d)
+
+    def reset_estimate(self, index: int, offset_ned_m: Vector) -> None:
+        """Let a vehicle's estimator jump to where a receiver is that errs by so much.
+
+        What its controllers hold goes along, so that it stays where it is: both firmwares do so
+        (AC_PosControl's handling of EKF resets, PX4's reset counters). A setpoint that comes
+        later means the new place.
+        """
+        old = tuple(self.at(lane, index) for lane in self._misled)
+        self.mislead(index, offset_ned_m)
+        n, e, d = (
+            self.with_value(lane, index, value)
+            for lane, value in zip(self._misled, offset_ned_m, strict=True)
+        )
+        self._misled = (n, e, d)
+        north_m, east_m = offset_ned_m[0] - old[0], offset_ned_m[1] - old[1]
+
+        def moved(lane: Lane, by_m: float) -> Lane:
+            return self.with_value(lane, index, self.at(lane, index) + by_m)
+
+        self.error = self.error._replace(
+            north_m=moved(self.error.north_m, north_m), east_m=moved(self.error.east_m, east_m)
+        )
+        level = self.control.horizontal
+        level = level._replace(
+            target_north_m=moved(level.target_north_m, north_m),
+            target_east_m=moved(level.target_east_m, east_m),
+            north_m=moved(level.north_m, north_m),
+            east_m=moved(level.east_m, east_m),
+        )
+        self.control = self.control._replace(horizontal=level)
+
+    def misled_by(self, index: int) -> Vector:
+        """How much of a receiver's error a vehicle's estimator has taken over by now."""
+        return (
+            self.at(self._misled[0], index),
+            self.at(self._misled[1], index),
+            self.at(self._misled[2], index),
+        )
+
+    def weaken(self, index: int, efficiency: float) -> None:
+        """Let a vehicle's motors give this part of what is asked of them."""
+        self.efficiency = self.with_value(self.efficiency, index, efficiency)
+
+    def stop_dead(self, index: int) -> None:
+        """Take a vehicle's speed away: it has hit something."""
+        for axis in ("north", "east", "down"):
+            name = f"velocity_{axis}_m_s"
+            lane = self.with_value(getattr(self.body, name), index, 0.0)
+            self.body = self.body._replace(**{name: lane})
+
+    def put_at_origin(self, index: int) -> None:
+        """Make where a vehicle is its origin: a firmware that starts again does that."""
+        ground = self.at(self.ground_down_m, index) - self.at(self.body.down_m, index)
+        self.ground_down_m = self.with_value(self.ground_down_m, index, ground)
+        for name in ("north_m", "east_m", "down_m"):
+            lane = self.with_value(getattr(self.body, name), index, 0.0)
+            self.body = self.body._replace(**{name: lane})
+        self.error = sensors.EstimateError(
+            *(self.with_value(lane, index, 0.0) for lane in self.error)
+        )
+
+
+def _places(body: Any, error: sensors.EstimateError) -> tuple[Lane, Lane, Lane, Lane, Lane, Lane]:
+    """Where vehicles believe to be, and how fast."""
+    n, e, d, v_n, v_e, v_d = body[:6]
+    off_n, off_e, off_d, off_v_n, off_v_e, off_v_d = error
+    return (n + off_n, e + off_e, d + off_d, v_n + off_v_n, v_e + off_v_e, v_d + off_v_d)

@@ -1,0 +1,66 @@
+"""Vehicles of one kind move in one pipeline; a simulation has one for each kind.
+
+Part of `simulation` (the same layer).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.physics.copter_pipeline import Physics
+from mavlink_sitl.physics.ground_pipeline import (
+    BoatPhysics,
+    Px4BoatPhysics,
+    Px4RoverPhysics,
+    RoverPhysics,
+)
+from mavlink_sitl.physics.plane_pipeline import PlanePhysics, Px4PlanePhysics
+from mavlink_sitl.physics.px4_copter_pipeline import Px4Physics
+
+PIPELINES: dict[str, type[Physics]] = {
+    "copter": Physics,
+    "px4copter": Px4Physics,
+    "rover": RoverPhysics,
+    "boat": BoatPhysics,
+    "plane": PlanePhysics,
+    "px4rover": Px4RoverPhysics,
+    "px4boat": Px4BoatPhysics,
+    "px4plane": Px4PlanePhysics,
+}
+
+
+class Fleet(NamedTuple):
+    """Vehicles of one kind.
+
+    Attributes:
+        rows: their places in `Simulation.vehicles`, in the order of the lanes.
+        physics: their bodies, batteries, sensors and controllers.
+    """
+
+    rows: list[int]
+    physics: Physics
+
+
+def make_fleets(
+    configs: Sequence[VehicleConfig], seed: int, wind_ned_m_s: tuple[float, float, float]
+) -> list[Fleet]:
+    """Sort vehicles by kind, in the order in which the kinds first appear."""
+    rows: dict[str, list[int]] = {}
+    for row, config in enumerate(configs):
+        rows.setdefault(config.personality().kind, []).append(row)
+    return [
+        Fleet(
+            places,
+            PIPELINES[kind](
+                [math.radians(configs[row].heading_deg) for row in places],
+                configs[places[0]].battery,
+                [configs[row].battery_remaining for row in places],
+                seed + 1_000_003 * number,  # each kind draws other noise
+                wind_ned_m_s,
+            ),
+        )
+        for number, (kind, places) in enumerate(rows.items())
+    ]

@@ -1,0 +1,104 @@
+"""The pipeline of planes. Part of `simulation` (the same layer)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from mavlink_sitl.autopilot.control import glide_controller
+from mavlink_sitl.dynamics import battery, plane
+from mavlink_sitl.guidance import GlideGuidance
+from mavlink_sitl.lanes import Lane
+from mavlink_sitl.physics.copter_pipeline import DT_S
+from mavlink_sitl.physics.traveller_pipeline import ToldPhysics
+from mavlink_sitl.world import sensors
+
+FULL_CURRENT_A = 27.5
+"""At full throttle; 14.1 A at half in the recording `plane_guided`"""
+TRUE_OVER_INDICATED = 1.06
+"""Recorded at home's 584 m: 21.8 m/s shown at 23.2 m/s through still air"""
+LEVEL_PITCH_RAD = -0.05
+"""How the nose points at cruise: 3 degrees below the path"""
+
+
+class PlanePhysics(ToldPhysics):
+    """Planes: the same batteries, sensors and views as copters, other bodies and controllers."""
+
+    full_current_a = FULL_CURRENT_A
+    guidance_type = GlideGuidance
+    targets_of = staticmethod(glide_controller.targets_of)
+    glide_gains = glide_controller.GlideGains()
+
+    def __init__(
+        self,
+        yaw_rad: Sequence[float],
+        pack: battery.BatteryModel,
+        remaining: Sequence[float],
+        seed: int,
+        wind_ned_m_s: tuple[float, float, float],
+    ) -> None:
+        """See `Physics`."""
+        super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
+        o = self.o
+        self.body_model: Any = self._model()
+        self.body = plane.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
+        self.gps_sample = (0.0, self.body, self.error)
+        self._glide = glide_controller.initial(o)
+
+    def _model(self) -> Any:
+        return plane.PlaneModel()
+
+    def step(self) -> None:
+        """Controllers and bodies, DT_S onwards."""
+        self._glide, bank, climb, throttle = glide_controller.step(
+            self._glide,
+            self._told_lanes,
+            self.body.airspeed_m_s,
+            DT_S,
+            self.glide_gains,
+            self.o,
+        )
+        command = plane.PlaneCommand(bank, climb, throttle * self.efficiency)
+        self.body = plane.step(
+            self.body, command, self.wind, self.ground_down_m, DT_S, self.body_model, self.o
+        )
+        self.error = sensors.advance(self.error, DT_S)
+
+    def servos(self, index: int) -> tuple[int, ...]:
+        """SERVO_OUTPUT_RAW: aileron, elevator, throttle, rudder."""
+        roll = self.at(self.body.roll_rate_rad_s, index)
+        climb = self.at(self.body.climb_rad, index)
+        throttle = self.at(self.body.throttle, index)
+        aileron, elevator = 150.0 * roll, 200.0 * climb
+        return (
+            round(1500 + aileron),
+            round(1500 - elevator),
+            round(1000 + 1000 * throttle),
+            round(1500 + 0.4 * aileron),
+        )
+
+    def airspeed_m_s(self, index: int) -> float:
+        """What the airspeed sensor shows."""
+        return max(self.at(self.body.airspeed_m_s, index), 0.0) / TRUE_OVER_INDICATED
+
+    def stop_dead(self, index: int) -> None:
+        """Take a vehicle's speed away: it has hit something."""
+        super().stop_dead(index)
+        lane = self.with_value(self.body.airspeed_m_s, index, 0.0)
+        self.body = self.body._replace(airspeed_m_s=lane)
+
+    def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
+        o = self.o
+        pitch = o.where(body.on_ground, 0.0, body.climb_rad + LEVEL_PITCH_RAD)
+        turn = body.yaw_rate_rad_s * o.cos(pitch)
+        pitch_rate, yaw_rate = turn * o.sin(body.bank_rad), turn * o.cos(body.bank_rad)
+        return body.bank_rad, pitch, body.yaw_rad, body.roll_rate_rad_s, pitch_rate, yaw_rate
+
+
+class Px4PlanePhysics(PlanePhysics):
+    """Planes of PX4: smaller and slower, as its default airspeeds want them (FW_AIRSPD_*)."""
+
+    glide_gains = PlanePhysics.glide_gains._replace(thrust_m_s2=7.5)
+
+    def _model(self) -> Any:
+        return plane.PlaneModel(max_thrust_m_s2=7.5, stall_m_s=7.0, rotate_m_s=9.0)

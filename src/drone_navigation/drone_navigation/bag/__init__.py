@@ -1,0 +1,1 @@
+"""Recordings as MCAP files of ROS messages."""

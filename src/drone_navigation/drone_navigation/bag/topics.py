@@ -1,0 +1,124 @@
+"""What :class:`~drone_navigation.server.topics.Topics` needs of a node, writing into a bag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.qos import QoSProfile
+from rclpy.time import Time
+
+from drone_navigation.bag.mcap_bag import Bag, Channel
+from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_bridge.recording.replay import RecordedTime
+
+_LAST_S = 2.0**31
+"""A stamp of ROS has no later second."""
+
+
+class BagError(ValueError):
+    """A recording can't be written as a bag; the sentence says why."""
+
+
+@dataclass
+class BagTime(RecordedTime):
+    """Time of a recording that keeps what the recorder's clock said at its last packets.
+
+    Attributes:
+        marks: (seconds of the recording, seconds since 1970) of the last two packets; a player
+            looks at a packet while the one before is worked on.
+    """
+
+    marks: tuple[tuple[float, float], ...] = ()
+
+    def advance(self, unix_s: float) -> float:
+        """Take the stamp (s since 1970) of the next packet; returns the new ``now``.
+
+        A packet whose time ROS can't hold, as after damage, has that of the one before.
+
+        Raises:
+            BagError: already the first packet has such a time.
+        """
+        if unix_s >= _LAST_S:
+            if not self.marks:
+                raise BagError(
+                    "The recorder's clock is beyond the year 2038, which a stamp of ROS can't hold."
+                )
+            unix_s = self.marks[-1][1]
+        now = super().advance(unix_s)
+        self.marks = (*self.marks[-1:], (now, unix_s))
+        return now
+
+    def unix_s(self, now: float) -> float:
+        """Return what the recorder's clock said at a time of the recording, or before it."""
+        mark_s, unix_s = next((mark for mark in self.marks if mark[0] >= now), self.marks[-1])
+        return unix_s - (mark_s - now)
+
+
+class BagClock:
+    """The recorder's clock at what is being played: a node's clock.
+
+    Attributes:
+        time: of the recording; for :func:`~navigation_bridge.recording.replay.play`.
+        unix_ns: nanoseconds since 1970; whole microseconds, as recorded.
+    """
+
+    def __init__(self) -> None:
+        """Begin before the first packet."""
+        self.time = BagTime()
+        self.unix_ns = 0
+
+    def move(self, now: float) -> None:
+        """Say how many seconds of the recording have passed."""
+        self.unix_ns = round(max(self.time.unix_s(now), 0.0) * 1e6) * 1000
+
+    def now(self) -> Time:
+        """Return the time as a node's clock does."""
+        return Time(nanoseconds=self.unix_ns)
+
+
+class BagPublisher:
+    """A publisher whose messages go into a bag."""
+
+    def __init__(self, channel: Channel, clock: BagClock) -> None:
+        """Write to ``channel`` at the clock's time."""
+        self._channel = channel
+        self._clock = clock
+
+    def publish(self, message: Any) -> None:
+        """Write a message."""
+        self._channel.write(message, self._clock.unix_ns)
+
+
+class BagNode:
+    """A navigation server's node of which there is only what it publishes."""
+
+    def __init__(self, bag: Bag, clock: BagClock, namespace: str = "") -> None:
+        """Write into ``bag``.
+
+        Args:
+            bag: where topics go.
+            clock: time of the messages.
+            namespace: the vehicle's name; empty for the only one.
+        """
+        self._bag = bag
+        self._clock = clock
+        self._namespace = f"/{namespace}".rstrip("/")
+
+    def create_publisher(self, message_type: Any, topic: str, qos: QoSProfile | int) -> Any:
+        """Return a publisher of a topic, named as for a node."""
+        profile = QoSProfile(depth=qos) if isinstance(qos, int) else qos
+        name = topic
+        if topic.startswith("~"):
+            name = self.get_fully_qualified_name() + topic.removeprefix("~")
+        elif not topic.startswith("/"):
+            name = f"{self._namespace}/{topic}"
+        return BagPublisher(self._bag.channel(message_type, name, profile), self._clock)
+
+    def get_fully_qualified_name(self) -> str:
+        """Return the node's name with its namespace."""
+        return f"{self._namespace}/{SERVER_NODE_NAME}"
+
+    def get_clock(self) -> BagClock:
+        """Return the recorder's clock."""
+        return self._clock

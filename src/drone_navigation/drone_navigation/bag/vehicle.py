@@ -1,0 +1,145 @@
+"""The vehicles of a recording, each with a bridge and with the topics that its server had."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from drone_navigation.bag.goals import BagGoals
+from drone_navigation.bag.mcap_bag import Bag
+from drone_navigation.bag.topics import BagClock, BagNode
+from drone_navigation.server.frame_names import FrameNames
+from drone_navigation.server.topics import Topics
+from drone_navigation.server.vehicle_application import VehicleApplication
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.io.clock import ManualClock
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.goals.goal import GoalFeedback, GoalFinished, GoalHappened, Output
+
+
+class RecordedVehicle(VehicleApplication):
+    """One vehicle of a recording: what runs it in flight, with a bag in the place of ROS."""
+
+    def __init__(self, system: int, name: str, codec: Codec, bag: Bag, clock: BagClock) -> None:
+        """Write what its server published.
+
+        Args:
+            system: MAVLink system id.
+            name: its namespace; empty for none.
+            codec: decodes the recording, and knows what is missing in it.
+            bag: where to.
+            clock: the recorder's.
+        """
+        config = make_config({"target_system": system})
+        bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+        super().__init__(bridge, None, ManualClock())
+        self.system = system
+        self._codec = codec
+        self._bag_clock = clock
+        self._heard = 0
+        node = BagNode(bag, clock, name)
+        frames = FrameNames.of(name)
+        self._topics = Topics(node, bridge, self._statistics, frames)
+        self._goals = BagGoals(node, frames)
+
+    def start(self, now: float) -> None:
+        """Begin."""
+        self._bag_clock.move(now)
+        super().start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in a message and publish what follows from it."""
+        self._heard += message.get_srcSystem() == self.system
+        self._bag_clock.move(now)
+        super().receive(message, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        self._bag_clock.move(now)
+        super().handle_timer(now)
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Publish what the server noted."""
+        self._bag_clock.move(now)
+        super().take_note(message, now)
+
+    def _put_out(self, output: Output) -> None:
+        if isinstance(output, GoalHappened) and output.event == "ACCEPTED":
+            self._goals.accept(output.goal_id, self._noted.action_of(output.goal_id))
+        elif isinstance(output, GoalFeedback):
+            self._goals.feedback(output)
+        elif isinstance(output, GoalFinished):
+            self._goals.finish(output)
+        super()._put_out(output)
+
+    def _statistics(self) -> LinkStatistics:
+        lost = self._codec.statistics.lost.items()
+        own = {source: count for source, count in lost if source[0] == self.system}
+        return LinkStatistics(frames=self._heard, lost=own)
+
+
+class RecordedFleet:
+    """Several vehicles of a recording, as one application."""
+
+    def __init__(self, vehicles: Sequence[RecordedVehicle], others: Collection[int] = ()) -> None:
+        """Put together.
+
+        Args:
+            vehicles: at least one.
+            others: MAVLink system ids of vehicles that are in the recording, too.
+        """
+        self._vehicles = tuple(vehicles)
+        self._others = others
+        self._by_system = {vehicle.system: vehicle for vehicle in vehicles}
+        self._only = vehicles[0] if len(vehicles) == 1 else None
+
+    def start(self, now: float) -> None:
+        """Start all."""
+        for vehicle in self._vehicles:
+            vehicle.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Hand a message to the vehicle that it is from, or that it is for."""
+        vehicle = self._only or self._of(message)
+        if vehicle is not None:
+            vehicle.receive(message, now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Hand what a ground station sent to the vehicle that it is for."""
+        vehicle = self._only or self._of(message)
+        if vehicle is not None:
+            vehicle.overhear(message, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Let those do it who have something to do."""
+        for vehicle in self._vehicles:
+            deadline = vehicle.next_deadline()
+            if deadline is not None and deadline <= now:
+                vehicle.handle_timer(now)
+
+    def next_deadline(self) -> float | None:
+        """Return when the first wants to be called."""
+        deadlines = [vehicle.next_deadline() for vehicle in self._vehicles]
+        return min((time_s for time_s in deadlines if time_s is not None), default=None)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return what would be sent."""
+        return [message for vehicle in self._vehicles for message in vehicle.messages_to_send()]
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Hand a note to the vehicle that it is about: that of the same system.
+
+        Before a server has heard its vehicle, its notes are from a system that need not be.
+        """
+        system = message.get_srcSystem()
+        vehicle = self._by_system.get(system)
+        if vehicle is None and system not in self._others:
+            vehicle = self._only
+        if vehicle is not None:
+            vehicle.take_note(message, now)
+
+    def _of(self, message: Message) -> RecordedVehicle | None:
+        vehicle = self._by_system.get(message.get_srcSystem())
+        return vehicle or self._by_system.get(getattr(message, "target_system", 0))

@@ -1,0 +1,135 @@
+"""Runs ``navigation_server --check``: opens the link, looks, prints, ends. No ROS graph."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Mapping
+from functools import partial
+
+from rich.console import Console
+
+from drone_navigation.check.examination import Checker
+from drone_navigation.check.report import Report, make_report
+from drone_navigation.check.view import as_json, show
+from mavlink_vehicle.io.clock import MonotonicClock
+from mavlink_vehicle.io.links import LinkKind, LinkUrl, parse_url
+from navigation_bridge.configuration.make_config import ServerConfig
+from navigation_bridge.fleet import Fleet, Member
+from navigation_bridge.network import open_network
+
+_POLL_S = 0.2
+
+_LINK_ADVICE = {
+    LinkKind.SERIAL: "Check the cable, the device's name, the baud rate, and your right to open "
+    "it (often the group dialout).",
+    LinkKind.UDP_IN: "Check that the vehicle sends to this machine and port, and that no firewall "
+    "is between.",
+    LinkKind.UDP_OUT: "Check the address, and that the vehicle listens there.",
+    LinkKind.TCP_OUT: "Check the address, and that the vehicle serves TCP there.",
+    LinkKind.TCP_IN: "Check that the vehicle connects to this machine and port.",
+    LinkKind.TLOG: "Check that the recording is one of a vehicle.",
+}
+
+
+def run_check(configs: Mapping[str, ServerConfig], limit_s: float, json_output: bool) -> int:
+    """Look at the vehicles and print what was found; returns the worst of their exit codes.
+
+    Args:
+        configs: the settings of each vehicle by its name; empty for one without a name.
+        limit_s: longest time to look; vehicles that are ready are done with sooner.
+        json_output: print the report as JSON (of several vehicles, an object with a report for
+            each), and nothing else on standard output.
+
+    Raises:
+        LinkError: a link cannot be opened.
+        OSError: the recording cannot be written.
+    """
+    progress = Console(stderr=True)
+    reports = look(configs, limit_s, progress)
+    if json_output:
+        print(as_json(reports))
+    else:
+        console = Console(file=sys.stdout)
+        for name, report in reports.items():
+            if name:
+                _say(console, f"--- Vehicle {name}")
+            show(report, console)
+    return max(int(report.verdict) for report in reports.values())
+
+
+def look(
+    configs: Mapping[str, ServerConfig], limit_s: float, progress: Console
+) -> dict[str, Report]:
+    """Open the links, look until everything is known or the time is over, and report.
+
+    Args:
+        configs: the settings of each vehicle by its name.
+        limit_s: longest time to look.
+        progress: where it says what it waits for.
+
+    Raises:
+        LinkError: a link cannot be opened, or the file of the signing key holds none.
+        OSError: the recording cannot be written.
+    """
+    clock = MonotonicClock()
+    say = partial(_say, progress)
+    (first, *_) = configs.values()
+    network = open_network(first, list(configs.values()), say)
+    checkers = {
+        name: Checker(config, partial(network.statistics_of, config.vehicle.target_system))
+        for name, config in configs.items()
+    }
+    fleet = Fleet(
+        [
+            Member(name, configs[name].vehicle.target_system, checker)
+            for name, checker in checkers.items()
+        ],
+        clock,
+    )
+    driver = network.drive(fleet, clock)
+    fleet.attach(driver)
+    driver.start()
+    try:
+        pause, said, end_s = threading.Event(), "", clock.now() + limit_s
+        while clock.now() < end_s:
+            waiting = driver.call(partial(_waiting_for, checkers, clock))
+            if waiting is None:
+                break
+            if waiting != said:
+                said = waiting
+                say(f"{end_s - clock.now():4.0f} s left, waiting for {waiting}")
+            pause.wait(_POLL_S)
+        return {
+            name: driver.call(
+                partial(
+                    make_report,
+                    checker,
+                    link_advice(parse_url(configs[name].link_url)),
+                    clock.now(),
+                )
+            )
+            for name, checker in checkers.items()
+        }
+    finally:
+        driver.stop()
+
+
+def link_advice(url: LinkUrl) -> str:
+    """Return what to look for when nothing comes on a link."""
+    if url.listens and not url.is_exposed:
+        return f"{url.note} Check that the vehicle sends to this port."
+    return _LINK_ADVICE[url.kind]
+
+
+def _waiting_for(checkers: Mapping[str, Checker], clock: MonotonicClock) -> str | None:
+    """Say what the first vehicle that is not done with still lacks."""
+    for name, checker in checkers.items():
+        waiting = checker.waiting_for(clock.now())
+        if waiting is not None:
+            return f"{name}: {waiting}" if name else waiting
+    return None
+
+
+def _say(progress: Console, text: str) -> None:
+    progress.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,250 @@
+"""``navigation_server --check``: looks at a vehicle and its link, and moves nothing. No ROS.
+
+A :class:`Checker` runs in place of the server's application. It listens, asks for telemetry,
+versions and parameters, and judges with the server's own bridge whether a goal would be
+accepted now. It never starts one, so that nothing is sent that changes the vehicle.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import defaultdict, deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from mavlink_vehicle.codec import Message, mavlink, with_source
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.protocols.operations.command import CommandRequest
+from mavlink_vehicle.protocols.parameters import ParameterReader
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import ServerConfig
+from navigation_bridge.goals.requests import NavigateRequest, Request, TakeoffRequest
+from navigation_bridge.names import FRAME_BASE_LINK
+from navigation_bridge.vehicle.link_health import LinkHealth
+from navigation_bridge.vehicle.traits import traits_of
+from navigation_core.safety.target_checks import Rejection
+
+LOOK_S = 6.0
+"""From the first HEARTBEAT: the telemetry is asked for, and its rates have settled."""
+
+_WINDOW_S = 4.0
+_PARAMETERS_S = 4.0
+"""A parameter without an answer by then (a firmware gives none for one that it lacks)."""
+
+_REASONS_AGAIN_S = 5.0
+_HEARTBEAT = "HEARTBEAT"
+
+
+# Not sent by every firmware before its estimator has a position.
+_NEED_POSITION = frozenset({"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"})
+# So much of a message must have been seen to tell its rate.
+_RATE_S = 1.0
+
+
+@dataclass(frozen=True)
+class MessageRate:
+    """How often a message comes.
+
+    Attributes:
+        name: of the message.
+        asked_hz: how often it was asked for.
+        measured_hz: how often it came in the last seconds, since the first of them.
+        refusal: why the vehicle does not send it, or None.
+        own_hz: how often the firmware sends it at most, whatever is asked for; None: as asked.
+        pending: why its rate cannot be told yet, for people; empty when it can.
+    """
+
+    name: str
+    asked_hz: float
+    measured_hz: float
+    refusal: str | None = None
+    own_hz: float | None = None
+    pending: str = ""
+
+    @property
+    def low(self) -> bool:
+        """Whether it comes much too rarely; the slowest cannot be told in so short a time."""
+        expected_hz = min(self.asked_hz, self.own_hz or self.asked_hz)
+        return not self.pending and expected_hz >= 1.0 and self.measured_hz < 0.4 * expected_hz
+
+
+class Checker:
+    """Listens to one vehicle, and asks it what a goal depends on."""
+
+    def __init__(self, config: ServerConfig, statistics: Callable[[], LinkStatistics]) -> None:
+        """Prepare for the vehicle of a configuration.
+
+        Args:
+            config: the server's settings.
+            statistics: returns what the link has counted.
+        """
+        settings = config.vehicle
+        if settings.heartbeat_type is None:
+            # A PX4 that has heard a ground station takes the end of this check as its loss.
+            settings = replace(settings, heartbeat_type=mavlink.MAV_TYPE_ONBOARD_CONTROLLER)
+        # Whether the vehicle may be armed is said apart, so that it hides no other reason.
+        goto = replace(config.bridge.goto, may_arm=True, may_take_off=True)
+        self.config = config
+        self.statistics = statistics
+        self.vehicle = Vehicle(settings)
+        self.heard: set[tuple[int, int]] = set()
+        self._bridge = Bridge(self.vehicle, replace(config.bridge, goto=goto))
+        self._reader = ParameterReader()
+        self._health = LinkHealth()
+        self._arrivals: dict[str, deque[float]] = defaultdict(deque)
+        self._first_s: dict[str, float] = {}
+        self._found_s: float | None = None
+        self._reasons_asked_s = -math.inf
+        self._outbox: list[Message] = []
+
+    # What the driver calls
+
+    def start(self, now: float) -> None:
+        """Begin to listen."""
+        self._health.update(self.vehicle, self.statistics(), now)
+        self._bridge.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in one message."""
+        header = message._header
+        if message.get_type() == _HEARTBEAT:
+            self.heard.add((header.srcSystem, header.srcComponent))
+        self._bridge.receive(message, now)
+        self._drain()
+        profile = self.vehicle.profile
+        if profile is None:
+            return
+        if self._found_s is None:
+            self._found_s = now
+            names = [name for setting in profile.failsafe_settings for name in setting.names]
+            self._reader.resume(self.vehicle.address, names, profile.parameters_bytewise, now)
+        if header.srcSystem == self.vehicle.state.system_id:
+            self._reader.receive(message, now)
+            self._count(message.get_type(), now)
+        self._ask_for_reasons(now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """There are no ground stations."""
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        self._bridge.handle_timer(now)
+        self._reader.handle_timer(now)
+        self._drain()
+
+    def next_deadline(self) -> float | None:
+        """Return when :meth:`handle_timer` wants to be called."""
+        deadlines = (self._bridge.next_deadline(), self._reader.next_deadline())
+        return min((time for time in deadlines if time is not None), default=None)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return what is to be sent: HEARTBEAT and questions."""
+        questions = [*self._reader.messages_to_send(), *self._outbox]
+        self._outbox.clear()
+        address = self.vehicle.address
+        for message in questions:
+            with_source(message, address.source_system, address.source_component)
+        return [*self._bridge.messages_to_send(), *questions]
+
+    def fail(self, error: Exception) -> None:
+        """Tell of a defect."""
+        logging.getLogger(__name__).error("The check failed.", exc_info=error)
+
+    def give_up(self, error: Exception) -> None:
+        """Tell that nothing more is looked at."""
+        self.fail(error)
+
+    # What is known
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The failsafe settings that the vehicle has told, by name."""
+        return dict(self._reader.values)
+
+    def waiting_for(self, now: float) -> str | None:
+        """Say what is still missing, for people; None when everything has been looked at."""
+        if self._found_s is None:
+            return "a HEARTBEAT"
+        if not self.vehicle.connected:
+            return "the vehicle to be heard again"
+        elapsed_s = now - self._found_s
+        if self._reader.reading and elapsed_s < _PARAMETERS_S:
+            return "parameters"
+        if elapsed_s < LOOK_S:
+            return "telemetry at its rates"
+        rejection = self.trial(now)
+        if rejection is not None:
+            return f"what a goal needs: {rejection.message}"
+        if self.vehicle.state.prearm_ok is False and not self.vehicle.state.armed:
+            return "the vehicle to pass its own checks before arming"
+        return None
+
+    def trial(self, now: float) -> Rejection | None:
+        """Return why a small goal would be refused now, arming apart; None if it would not."""
+        rejection = self._bridge.check(self._small_goal(), now)
+        self._drain()
+        return rejection
+
+    def rates(self, now: float) -> list[MessageRate]:
+        """Return the rates of the last seconds beside those that were asked for."""
+        profile = self.vehicle.profile
+        if profile is None:
+            return []
+        refused = self.vehicle.refused_messages
+        return [
+            self._rate(name, asked_hz, refused.get(name), profile.own_rates_hz.get(name), now)
+            for name, asked_hz in self.vehicle.config.message_rates_hz.items()
+            if name not in profile.unsupported_messages and asked_hz > 0.0
+        ]
+
+    def _rate(
+        self, name: str, asked_hz: float, refusal: str | None, own_hz: float | None, now: float
+    ) -> MessageRate:
+        """Measure one rate; what begins to come while it is looked at counts from there on."""
+        first_s = self._first_s.get(name, math.inf)
+        seen_s = min(now - first_s, _WINDOW_S)
+        pending, measured_hz = "", 0.0
+        if seen_s >= _RATE_S:
+            count = sum(1 for time in self._arrivals[name] if time > now - seen_s)
+            measured_hz = count / seen_s
+        elif math.isfinite(first_s):
+            pending = "has just begun to come"
+        elif name in _NEED_POSITION and not self.vehicle.state.position_valid:
+            pending = "comes when there is a position"
+        return MessageRate(name, asked_hz, measured_hz, refusal, own_hz, pending)
+
+    def link(self, now: float) -> LinkHealth:
+        """Return how well the vehicle has been heard since the last call."""
+        self._health.update(self.vehicle, self.statistics(), now)
+        return self._health
+
+    def _small_goal(self) -> Request:
+        """A goal that moves least: up where it stands, or to where it is."""
+        profile, state = self.vehicle.profile, self.vehicle.state
+        grounded = not state.armed or state.landed_state is LandedState.ON_GROUND
+        if profile is not None and traits_of(profile).flies and grounded:
+            return TakeoffRequest(0.0)
+        return NavigateRequest(FRAME_BASE_LINK, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), False, 0.0)
+
+    def _ask_for_reasons(self, now: float) -> None:
+        """Let a vehicle that would not arm say why; left alone, it does so every half minute."""
+        state = self.vehicle.state
+        late = now >= self._reasons_asked_s + _REASONS_AGAIN_S
+        if state.prearm_ok is False and not state.armed and late:
+            self._reasons_asked_s = now
+            request = CommandRequest(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+            self._outbox.append(request.message(self.vehicle.address, 0))
+
+    def _count(self, name: str, now: float) -> None:
+        self._first_s.setdefault(name, now)
+        times = self._arrivals[name]
+        times.append(now)
+        while times[0] < now - _WINDOW_S:
+            times.popleft()
+
+    def _drain(self) -> None:
+        while self._bridge.next_output() is not None:
+            pass

@@ -1,0 +1,186 @@
+"""What ``navigation_server --check`` found, as sections of lines for people. Pure."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from drone_navigation.check.examination import Checker
+from drone_navigation.check.sections import (
+    FIX_3D,
+    NO_FIX,
+    Section,
+    battery_section,
+    failsafes_section,
+    link_section,
+    position_section,
+    rates_section,
+    vehicle_section,
+)
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.state.reducer import VehicleState
+from navigation_bridge.vehicle.traits import traits_of
+from navigation_core.outcomes import OutcomeCode
+
+
+class Verdict(enum.IntEnum):
+    """How a check ended; the number is the exit code."""
+
+    READY = 0
+    NOT_READY = 1
+    NO_VEHICLE = 2
+
+
+@dataclass(frozen=True)
+class Missing:
+    """Something that a goal needs and that is not there, and what to do about it."""
+
+    what: str
+    advice: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """All of it.
+
+    Attributes:
+        verdict: whether goals would be accepted.
+        sentence: the same in words.
+        sections: what was found.
+        missing: what a goal lacks.
+        yours: what is left to the pilot.
+    """
+
+    verdict: Verdict
+    sentence: str
+    sections: tuple[Section, ...] = ()
+    missing: tuple[Missing, ...] = ()
+    yours: tuple[str, ...] = ()
+
+
+def make_report(checker: Checker, link_advice: str, now: float) -> Report:
+    """Sum up what a checker knows at this moment.
+
+    Args:
+        checker: what was looked at.
+        link_advice: what to look for when nothing comes on such a link.
+        now: time in seconds.
+    """
+    profile = checker.vehicle.profile
+    if profile is None:
+        what = _silence(checker, link_advice)
+        return Report(Verdict.NO_VEHICLE, f"No vehicle was found: {what.what}", (), (what,))
+    health = checker.link(now)
+    sections = (
+        vehicle_section(checker, profile),
+        position_section(checker.vehicle.state),
+        battery_section(checker.vehicle.state),
+        failsafes_section(checker, profile),
+        link_section(checker, health),
+        rates_section(checker, profile, now),
+    )
+    missing, yours = _missing(checker, now), _yours(checker, profile)
+    if missing:
+        sentence = "Not ready: a goal would be refused or fail now."
+        return Report(Verdict.NOT_READY, sentence, sections, missing, yours)
+    sentence = "Ready for goals." if not yours else "Ready for goals, once you have done your part."
+    return Report(Verdict.READY, sentence, sections, (), yours)
+
+
+def _silence(checker: Checker, link_advice: str) -> Missing:
+    statistics, url = checker.statistics(), checker.config.link_url
+    if checker.heard:
+        systems = ", ".join(f"{system}/{component}" for system, component in sorted(checker.heard))
+        wanted = checker.config.vehicle.target_system
+        return Missing(
+            f"HEARTBEATs come from {systems} (system/component), none from an autopilot that is "
+            f"looked for (target_system is {wanted}, component 1).",
+            "Set target_system to the vehicle's system id, or to 0 for any.",
+        )
+    if statistics.frames:
+        return Missing(
+            f"{statistics.frames} MAVLink messages came on {url}, but no HEARTBEAT.",
+            "Look whether the autopilot sends HEARTBEAT on this port.",
+        )
+    if statistics.unsigned or statistics.badly_signed or statistics.replayed:
+        return Missing(
+            f"MAVLink messages come on {url}, but not with our key ({statistics.unsigned} "
+            f"unsigned, {statistics.badly_signed} of another key, {statistics.replayed} too old).",
+            "Give the vehicle the key in signing_key_file, and set the clock of this machine.",
+        )
+    if statistics.bytes_dropped or statistics.bad_crc:
+        return Missing(
+            f"Bytes come on {url}, but they are no MAVLink.",
+            "Check the baud rate, and that the port of the autopilot speaks MAVLink.",
+        )
+    return Missing(f"nothing came on {url}.", link_advice)
+
+
+def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
+    state = checker.vehicle.state
+    found = []
+    rejection = checker.trial(now)
+    if rejection is not None:
+        found.append(
+            Missing(f"{rejection.code.value}: {rejection.message}", _advice(rejection.code, state))
+        )
+    if state.failsafe is not None:
+        found.append(
+            Missing(
+                f"A failsafe is in force: {state.failsafe.text}",
+                "Let it end, or take the vehicle over by hand, then look again.",
+            )
+        )
+    told = rejection is not None and rejection.code is OutcomeCode.UNHEALTHY
+    if state.prearm_ok is False and not state.armed and not told:
+        reasons = _prearm_reasons(state)
+        found.append(
+            Missing(
+                f"The vehicle would not arm now: {reasons or 'it does not say why'}.",
+                "Its own checks must pass."
+                if reasons
+                else "A ground station shows its reasons; a PX4 tells them to nobody else "
+                "(heartbeat_type: gcs asks as one).",
+            )
+        )
+    return tuple(found)
+
+
+def _prearm_reasons(state: VehicleState) -> str:
+    texts = (text.text for text in state.status_texts)
+    told = [text.split(":", 1)[1].strip() for text in texts if text.startswith("PreArm:")]
+    return "; ".join(dict.fromkeys(told))
+
+
+def _advice(code: OutcomeCode, state: VehicleState) -> str:
+    if code is OutcomeCode.NO_POSITION:
+        if state.gps is not None and state.gps.fix_type < FIX_3D:
+            return NO_FIX
+        told = state.estimator is None or state.estimator.horizontal_position_ok
+        if state.global_position is None and told:
+            return "Look whether GLOBAL_POSITION_INT comes at its rate (below)."
+        return "Wait for the estimator; it takes up to a minute after power-up."
+    if code is OutcomeCode.NO_VEHICLE:
+        return "Look at the link: it was heard before and is silent now."
+    if code is OutcomeCode.UNSUPPORTED_VEHICLE:
+        return "docs/autopilots.md lists what can be flown."
+    if code is OutcomeCode.UNHEALTHY:
+        return "The vehicle's own checks must pass; mend what it names."
+    if code is OutcomeCode.LOW_BATTERY:
+        return "Charge it; battery_reserve and battery_endurance_s say what it is judged by."
+    return "Change what the sentence names: a parameter of this server, or of the vehicle."
+
+
+def _yours(checker: Checker, profile: Profile) -> tuple[str, ...]:
+    state, goto, flies = checker.vehicle.state, checker.config.bridge.goto, traits_of(profile).flies
+    word = "pilot" if goto.may_leave_ground else "never"
+    takes_off = "" if goto.may_leave_ground or not flies else "take off to a safe height"
+    if not state.armed and not goto.may_arm:
+        what = " and ".join(filter(None, ("arm it", takes_off)))
+        why = f"arming is '{word}', so goals to a disarmed vehicle are refused"
+    elif takes_off and state.landed_state is LandedState.ON_GROUND:
+        what, why = takes_off, f"arming is '{word}', so goals on the ground are refused"
+    else:
+        return ()
+    return (f"{what[0].upper()}{what[1:]} by hand: {why}.",)

@@ -1,0 +1,199 @@
+"""The sections of what ``navigation_server --check`` found, line by line. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drone_navigation.check.examination import Checker, MessageRate
+from mavlink_vehicle.io.links import parse_url
+from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.state.reducer import VehicleState
+from navigation_bridge.vehicle.link_health import LinkHealth
+
+# GPS_FIX_TYPE (common.xml), from 0.
+_FIXES = ("none", "none", "2D", "3D", "DGPS", "RTK float", "RTK fixed", "static", "PPP")
+FIX_3D = 3
+_BATTERY_LOW = 0.3
+NO_FIX = "Take it where it sees the sky, and wait for a 3D fix."
+_UNKNOWN = "not told"
+# Only missions with heights above terrain look at it, and many vehicles have no terrain data.
+_DISPENSABLE = frozenset({"TERRAIN_REPORT"})
+
+
+@dataclass(frozen=True)
+class Line:
+    """One thing that was found; `warning` says what deserves attention, and what to do."""
+
+    name: str
+    value: str
+    warning: str | None = None
+
+
+@dataclass(frozen=True)
+class Section:
+    """Lines that belong together."""
+
+    title: str
+    lines: tuple[Line, ...]
+
+
+def vehicle_section(checker: Checker, profile: Profile) -> Section:
+    """Who it is, and how it stands."""
+    vehicle = checker.vehicle
+    state = vehicle.state
+    failsafe = None if state.failsafe is None else state.failsafe.text
+    goto = checker.config.bridge.goto
+    unarmed = "no, but may take off once it is armed" if goto.may_leave_ground else "no"
+    return Section(
+        "Vehicle",
+        (
+            Line("firmware", f"{profile.name} {state.firmware_version or '(version not told)'}"),
+            Line("kind", profile.kind.value),
+            Line("system id", f"{state.system_id}, component {state.component_id}"),
+            Line("mode", vehicle.mode_name),
+            Line("armed", "yes" if state.armed else "no"),
+            Line("landed", state.landed_state.name.lower().replace("_", " ")),
+            Line(
+                "its own checks",
+                {True: "passed", False: "not passed", None: _UNKNOWN}[state.prearm_ok],
+            ),
+            Line("failsafe in force", failsafe or "none", failsafe and "It has the vehicle now."),
+            Line("goals may arm it", "yes" if goto.may_arm else unarmed),
+        ),
+    )
+
+
+def position_section(state: VehicleState) -> Section:
+    """Whether it knows where it is."""
+    gps, estimator, position = state.gps, state.estimator, state.global_position
+    lines = []
+    if gps is None:
+        lines.append(Line("GPS", _UNKNOWN, "GPS_RAW_INT does not come."))
+    else:
+        fix = _FIXES[gps.fix_type] if gps.fix_type < len(_FIXES) else str(gps.fix_type)
+        satellites = "" if gps.satellites is None else f", {gps.satellites} satellites"
+        hdop = "" if gps.hdop is None else f", HDOP {gps.hdop:.1f}"
+        warning = None if gps.fix_type >= FIX_3D else NO_FIX
+        lines.append(Line("GPS", f"fix {fix}{satellites}{hdop}", warning))
+    if estimator is None:
+        lines.append(Line("estimator", _UNKNOWN, "Its health is unknown; its positions count."))
+    elif estimator.horizontal_position_ok:
+        lines.append(Line("estimator", "position good"))
+    else:
+        lines.append(Line("estimator", "no position", "Wait; without a GPS it stays so."))
+    if position is None:
+        lines.append(Line("position", "none"))
+    else:
+        lines.append(
+            Line(
+                "position",
+                f"{position.latitude_deg:.7f}, {position.longitude_deg:.7f}, "
+                f"{position.altitude_amsl_m:.1f} m above sea level",
+            )
+        )
+    home, origin = state.home, state.origin
+    lines.append(
+        Line("home", _UNKNOWN, "Until it comes, heights count from the origin.")
+        if home is None
+        else Line(
+            "home",
+            f"{home.latitude_deg:.7f}, {home.longitude_deg:.7f}, {home.altitude_amsl_m:.1f} m",
+        )
+    )
+    lines.append(
+        Line("origin", "not told; reckoned from the positions")
+        if origin is None
+        else Line("origin", f"{origin.latitude_deg:.7f}, {origin.longitude_deg:.7f}")
+    )
+    return Section("Position", tuple(lines))
+
+
+def battery_section(state: VehicleState) -> Section:
+    """What is left."""
+    battery = state.battery
+    if battery is None:
+        line = Line("battery", _UNKNOWN, "Nothing guards a goal against an empty battery.")
+        return Section("Battery", (line,))
+    remaining = battery.remaining
+    low = remaining is not None and remaining < _BATTERY_LOW
+    return Section(
+        "Battery",
+        (
+            Line(
+                "remaining",
+                _UNKNOWN if remaining is None else f"{100.0 * remaining:.0f} %",
+                "Charge it." if low else None,
+            ),
+            Line(
+                "voltage", _UNKNOWN if battery.voltage_v is None else f"{battery.voltage_v:.1f} V"
+            ),
+            Line(
+                "current", _UNKNOWN if battery.current_a is None else f"{battery.current_a:.1f} A"
+            ),
+        ),
+    )
+
+
+def failsafes_section(checker: Checker, profile: Profile) -> Section:
+    """What it does when something fails, by its parameters."""
+    told = checker.parameters
+    lines = []
+    untold = []
+    for setting in profile.failsafe_settings:
+        name = next((name for name in setting.names if name in told), None)
+        if name is None:
+            untold.append(" or ".join(setting.names))
+            continue
+        value = told[name]
+        off = int(value) in setting.off and value == int(value)
+        warning = "Off: the vehicle does nothing about it by itself." if off else None
+        lines.append(Line(name, f"{setting.about}: {setting.describe(value)}", warning))
+    if untold:
+        lines.append(Line(_UNKNOWN, ", ".join(untold)))
+    return Section("What the vehicle does by itself", tuple(lines))
+
+
+def link_section(checker: Checker, health: LinkHealth) -> Section:
+    """How well it is heard."""
+    warning = "Goals fly badly on such a link." if health.loss_share > health.LOSS_WARNING else None
+    values = health.values
+    note = parse_url(checker.config.link_url).note
+    return Section(
+        "Link",
+        (
+            Line("link", checker.config.link_url),
+            *([] if note is None else [Line("where", note)]),
+            Line("messages per second", values["messages per second"]),
+            Line("lost", values["lost"], warning),
+            Line("round trip", values["round trip"]),
+            Line("bad checksums", values["bad checksums since start"]),
+        ),
+    )
+
+
+def rates_section(checker: Checker, profile: Profile, now: float) -> Section:
+    """What it sends."""
+    return Section(
+        "Messages, of what was asked for",
+        tuple(_rate_line(rate, profile) for rate in checker.rates(now)),
+    )
+
+
+def _rate_line(rate: MessageRate, profile: Profile) -> Line:
+    value = f"{rate.measured_hz:.1f} Hz of {rate.asked_hz:g} Hz"
+    if rate.refusal is not None:
+        warning = f"The vehicle refuses to send it ({rate.refusal})."
+        return Line(rate.name, value, None if rate.name in _DISPENSABLE else warning)
+    if rate.pending:
+        return Line(rate.name, f"{rate.pending} ({rate.asked_hz:g} Hz were asked for)")
+    if rate.own_hz is not None and rate.own_hz < rate.asked_hz:
+        value += f"; the firmware sends it at {rate.own_hz:g} Hz"
+    if not rate.low:
+        return Line(rate.name, value)
+    warning = f"{rate.asked_hz:g} Hz were asked for; is the link too slow?"
+    if profile.link_rate_parameter is not None:
+        warning += (
+            f" Compare {profile.link_rate_parameter}, the bytes per second of this port, with "
+            "what its baud rate allows."
+        )
+    return Line(rate.name, value, warning)

@@ -1,0 +1,249 @@
+"""The goals that a navigation client has sent, which of them counts, and what came of it."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from custom_interfaces.action import Navigate
+from custom_interfaces.msg import GoalEvent
+from drone_navigation.client.errands import Errand
+from drone_navigation.client.events import (
+    Accepted,
+    Ended,
+    Event,
+    Rejected,
+    Said,
+    Sending,
+    Telemetry,
+)
+from drone_navigation.client.goals import SentGoal, Stage
+from drone_navigation.client.options import (
+    EXIT_ABORTED,
+    EXIT_CANCELED,
+    EXIT_NO_SERVER,
+    EXIT_REJECTED,
+    EXIT_SUCCESS,
+)
+from drone_navigation.client.view import View
+from drone_navigation.client.watch import LOST_TIMEOUT_S, ServerWatch
+from drone_navigation.presence import Presence
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
+from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
+
+# The reason of a refusal comes by a topic of its own, usually before the refusal itself.
+_REASON_TIMEOUT_S = 1.0
+
+_EXIT_CODES = {"SUCCEEDED": EXIT_SUCCESS, "CANCELED": EXIT_CANCELED, "ABORTED": EXIT_ABORTED}
+
+
+class Course:
+    """Sends goals one after the other; a later one replaces those before.
+
+    Attributes:
+        code: exit code by the end of the last goal that has ended.
+        rejections: reasons that the server has published since the last goal was sent.
+    """
+
+    def __init__(
+        self, node: Node, view: View, first: Errand, lost_timeout_s: float = LOST_TIMEOUT_S
+    ) -> None:
+        """Prepare on ``node`` to send ``first`` and points after it.
+
+        Args:
+            node: the client's own.
+            view: what shows it all.
+            first: the first goal.
+            lost_timeout_s: longest wait for a server that is not heard while a goal is flown.
+        """
+        self.code = EXIT_ABORTED
+        self.rejections: list[str] = []
+        self._view = view
+        kinds: dict[str, Any] = {ACTION_NAME: Navigate, first.name: first.action}
+        self._clients = {name: ActionClient(node, kind, name) for name, kind in kinds.items()}
+        self._first = first
+        node.create_subscription(
+            String,
+            f"{SERVER_NODE_NAME}/last_rejection",
+            lambda message: self.rejections.append(message.data),
+            LATCHED_QOS,
+        )
+        node.create_subscription(
+            GoalEvent, f"{SERVER_NODE_NAME}/goal_events", self._on_goal_event, STREAM_QOS
+        )
+        self._presence = Presence(node)
+        self._goals: list[SentGoal] = []
+        self._sent = 0
+        self._current = 0
+        self._update_failed = False
+        self._accepted_s: float | None = None
+        self._watch = ServerWatch(lost_timeout_s)
+
+    # --- what is going on ----------------------------------------------------------------
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a goal has not ended yet."""
+        return bool(self._goals)
+
+    @property
+    def unanswered(self) -> bool:
+        """Whether the server has yet to accept or refuse a goal."""
+        return any(goal.stage is not Stage.OPEN for goal in self._goals)
+
+    @property
+    def exit_code(self) -> int:
+        """What to tell the shell: the last goal's end, if nothing before was refused."""
+        failed = self._update_failed and self.code == EXIT_SUCCESS
+        return EXIT_REJECTED if failed else self.code
+
+    def t_s(self, now_s: float) -> float:
+        """Return the time since the first goal was accepted; 0 before."""
+        return 0.0 if self._accepted_s is None else now_s - self._accepted_s
+
+    def servers_are_known(self) -> bool:
+        """Whether as many servers were heard as the graph knows."""
+        return self._presence.alive >= self._presence.offered
+
+    @property
+    def several_servers(self) -> bool:
+        """Whether more than one server would take a goal."""
+        return self._presence.several
+
+    def server_is_ready(self) -> bool:
+        """Whether the first goal's action is served."""
+        return bool(self._clients[self._first.name].server_is_ready())
+
+    def why_lost(self, now_s: float) -> str:
+        """Return why nobody will tell a goal's end; empty while somebody may."""
+        return self._watch.verdict(now_s) if self._open else ""
+
+    @property
+    def _open(self) -> list[SentGoal]:
+        return [goal for goal in self._goals if goal.stage is Stage.OPEN]
+
+    # --- what to do ----------------------------------------------------------------------
+
+    def say(self, text: str, *, bad: bool = False) -> None:
+        """Show a remark."""
+        self.tell(Said(text, bad))
+
+    def numbered(self, text: str) -> str:
+        """Return a sentence of the server with this client's numbers instead of long ids."""
+        for goal in self._goals:
+            if goal.id:
+                text = text.replace(goal.id, str(goal.number))
+        return text
+
+    def tell(self, event: Event) -> None:
+        """Show an event."""
+        self._view.tell(event, self.t_s(time.monotonic()))
+
+    def send(self, errand: Errand, *, typed: bool = False) -> None:
+        """Send a goal.
+
+        Args:
+            errand: the goal.
+            typed: whether a person typed it in flight, and will see what becomes of it.
+        """
+        self._sent += 1
+        self.rejections.clear()
+        self.tell(Sending(self._sent, errand.name, errand.description))
+        client = self._clients[errand.name]
+        now_s = time.monotonic()
+        self._goals.append(
+            SentGoal(self._sent, errand, client, self._on_feedback, now_s, typed=typed)
+        )
+
+    def cancel(self, now_s: float) -> None:
+        """Cancel what is under way; called again and again until nothing is."""
+        for goal in self._goals:
+            if goal.cancel(now_s):
+                self.say("The server did not take the cancel; asking again.", bad=True)
+
+    def look(self, now_s: float) -> None:
+        """Take note of what the server has answered, and that it does not."""
+        self._look_for_server(now_s)
+        for goal in list(self._goals):
+            if goal.look(now_s):
+                self._on_stage(goal)
+            if goal.stage is Stage.REFUSED:
+                self._on_refused(goal, now_s)
+
+    def _look_for_server(self, now_s: float) -> None:
+        if not self._open:
+            return
+        if remark := self._watch.look(now_s, ready=self.server_is_ready()):
+            self.say(remark, bad=True)
+        if self._watch.asks_again(now_s):
+            for goal in self._open:
+                goal.ask_again()
+
+    def _hear(self, now_s: float) -> None:
+        if remark := self._watch.hear(now_s):
+            self.say(remark)
+
+    def _on_stage(self, goal: SentGoal) -> None:
+        if goal.stage is Stage.OPEN:
+            self._current = goal.number
+            self._hear(goal.since_s)
+            if self._accepted_s is None:
+                self._accepted_s = goal.since_s
+            self.tell(Accepted(goal.number, goal.id))
+        elif goal.stage is Stage.ENDED:
+            self._hear(goal.since_s)
+            self._goals.remove(goal)
+            ended = goal.end(replaced=self._sent > goal.number)
+            self._on_end(ended)
+            self.tell(ended)
+        elif goal.stage is Stage.FORGOTTEN:
+            self._hear(goal.since_s)
+            self._goals.remove(goal)
+            self.code = EXIT_NO_SERVER
+            self.say(
+                f"The server no longer knows goal {goal.number}: it was started anew, and the "
+                "goal was not taken up again; or the goal ended more than a minute ago.",
+                bad=True,
+            )
+        elif goal.stage is Stage.UNANSWERED:
+            self._goals.remove(goal)
+            self._fail(goal, EXIT_NO_SERVER)
+            self.say("The server did not answer the goal request.", bad=True)
+
+    def _on_end(self, ended: Ended) -> None:
+        # The end of a goal that was replaced can be told after the next one was accepted.
+        if ended.goal >= self._current:
+            self.code = _EXIT_CODES[ended.state]
+
+    def _on_refused(self, goal: SentGoal, now_s: float) -> None:
+        if not self.rejections and now_s < goal.since_s + _REASON_TIMEOUT_S:
+            return
+        self._goals.remove(goal)
+        self._fail(goal, EXIT_REJECTED)
+        if self.rejections:
+            reason = self.rejections[-1]
+            self.tell(Rejected(goal.number, reason.partition(":")[0], reason))
+        else:
+            self.tell(Rejected(goal.number, "", "no reason was published"))
+
+    def _fail(self, goal: SentGoal, code: int) -> None:
+        if goal.number == 1:
+            self.code = code
+        elif not goal.typed:
+            self._update_failed = True
+
+    def _on_goal_event(self, happened: GoalEvent) -> None:
+        if happened.event != GoalEvent.STATUS or not happened.message:
+            return
+        if any(goal.id == happened.goal_id for goal in self._goals):
+            self.say(f"{happened.what}: {happened.message}", bad=True)
+
+    def _on_feedback(self, goal: SentGoal, telemetry: Telemetry) -> None:
+        now_s = time.monotonic()
+        self._hear(now_s)
+        if goal.number >= self._current and goal.stage in (Stage.SENT, Stage.OPEN):
+            self._view.show(telemetry, self.t_s(now_s))

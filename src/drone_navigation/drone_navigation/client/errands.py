@@ -1,0 +1,139 @@
+"""What the navigation client can be sent for: a point, or a route from a file."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from custom_interfaces.action import (
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    ReturnToLaunch,
+    Takeoff,
+)
+from custom_interfaces.msg import Waypoint
+from drone_navigation.client.options import ACTION_COMMANDS
+from navigation_bridge.goals.plan_files import Route, read_plan, read_waypoints
+from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest
+from navigation_bridge.names import (
+    ACTION_NAME,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+    TAKEOFF_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
+from navigation_core.geometry import Vector3
+
+_FRAMES = {
+    AltitudeReference.AMSL: Waypoint.FRAME_GEODETIC_AMSL,
+    AltitudeReference.HOME: Waypoint.FRAME_GEODETIC_ABOVE_HOME,
+    AltitudeReference.GROUND: Waypoint.FRAME_GEODETIC_ABOVE_GROUND,
+}
+
+
+@dataclass(frozen=True)
+class Errand:
+    """One goal.
+
+    Attributes:
+        action: type of the action.
+        name: name of the action.
+        goal: what is sent.
+        description: for people: "goal (1, 2, 3) m in frame map".
+        notes: sentences that are shown before.
+        waypoints: how many the route has; 0 for a point.
+    """
+
+    action: Any
+    name: str
+    goal: Any
+    description: str
+    notes: tuple[str, ...] = ()
+    waypoints: int = 0
+
+
+def make_errand(options: argparse.Namespace) -> Errand:
+    """Return what the command line asks for.
+
+    Raises:
+        PlanError: the file cannot be flown.
+    """
+    if options.command in ACTION_COMMANDS:
+        return _command(options)
+    if options.plan is not None:
+        return _route(read_plan(options.plan), options)
+    if options.waypoints is not None:
+        return _route(read_waypoints(options.waypoints), options)
+    return make_point_errand(options, options.goal)
+
+
+def make_point_errand(options: argparse.Namespace, position_m: Vector3) -> Errand:
+    """Return a flight to a point, in the frame of the command line and with all it says."""
+    x, y, z = position_m
+    goal = _point(options, position_m)
+    # Ten digits: a latitude to the centimetre.
+    unit = "" if options.frame == Navigate.Goal.FRAME_WGS84 else " m"
+    place = f"goal ({x:.10g}, {y:.10g}, {z:.10g}){unit} in frame {options.frame or 'map'}"
+    return Errand(Navigate, ACTION_NAME, goal, place)
+
+
+def _command(options: argparse.Namespace) -> Errand:
+    """Return what a command of one word asks for."""
+    if options.command == "takeoff":
+        goal = Takeoff.Goal()
+        goal.height = options.height
+        height = f" to {options.height:g} m" if options.height else ""
+        return Errand(Takeoff, TAKEOFF_ACTION_NAME, goal, f"take-off{height}")
+    if options.command == "land":
+        return Errand(Land, LAND_ACTION_NAME, Land.Goal(), "landing")
+    return Errand(ReturnToLaunch, RETURN_ACTION_NAME, ReturnToLaunch.Goal(), "return to launch")
+
+
+def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:
+    goal = Navigate.Goal()
+    goal.target_pose.header.frame_id = options.frame
+    position, orientation = goal.target_pose.pose.position, goal.target_pose.pose.orientation
+    position.x, position.y, position.z = position_m
+    if options.yaw is None:
+        orientation.x = orientation.y = orientation.z = orientation.w = 0.0
+    else:
+        half_rad = math.radians(options.yaw) / 2.0
+        orientation.z, orientation.w = math.sin(half_rad), math.cos(half_rad)
+    goal.max_speed = options.speed
+    goal.avoid_obstacles = options.avoid
+    return goal
+
+
+def _route(route: Route, options: argparse.Namespace) -> Errand:
+    goal = NavigateWaypoints.Goal()
+    goal.execution = goal.EXECUTION_MISSION if options.mission else goal.EXECUTION_SETPOINTS
+    goal.waypoints = [_message(waypoint) for waypoint in route.waypoints]
+    goal.laps = options.laps
+    goal.max_speed = options.speed
+    goal.avoid_obstacles = options.avoid
+    way = "as a mission" if options.mission else "by setpoints"
+    description = f"a route of {len(route.waypoints)} waypoints, {way}"
+    return Errand(
+        NavigateWaypoints,
+        WAYPOINTS_ACTION_NAME,
+        goal,
+        description,
+        route.notes,
+        len(route.waypoints),
+    )
+
+
+def _message(waypoint: WaypointRequest) -> Waypoint:
+    message = Waypoint()
+    assert waypoint.altitude_reference is not None
+    message.frame = _FRAMES[waypoint.altitude_reference]
+    message.position.x, message.position.y, message.position.z = waypoint.position
+    message.acceptance_radius = waypoint.acceptance_radius_m
+    message.hold_time = waypoint.hold_time_s
+    message.use_yaw = waypoint.yaw_enu_rad is not None
+    message.yaw = waypoint.yaw_enu_rad or 0.0
+    message.max_speed = waypoint.max_speed_m_s
+    return message

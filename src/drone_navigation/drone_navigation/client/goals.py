@@ -1,0 +1,195 @@
+"""One goal of the navigation client, from the request to the end, without ever waiting."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from enum import Enum, auto
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
+from rclpy.task import Future
+
+from drone_navigation.client.errands import Errand
+from drone_navigation.client.events import Ended, Telemetry
+
+RESPONSE_TIMEOUT_S = 5.0
+_CANCEL_AGAIN_S = 1.0
+
+_STATES = {
+    GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
+    GoalStatus.STATUS_CANCELED: "CANCELED",
+    GoalStatus.STATUS_ABORTED: "ABORTED",
+}
+
+
+class Stage(Enum):
+    """How far a goal is."""
+
+    SENT = auto()
+    OPEN = auto()
+    REFUSED = auto()
+    UNANSWERED = auto()
+    ENDED = auto()
+    FORGOTTEN = auto()
+
+
+class SentGoal:
+    """A goal that was sent.
+
+    Attributes:
+        number: counted from 1.
+        errand: what was sent.
+        typed: whether a person typed it in flight.
+        stage: as of the last :meth:`look`.
+        since_s: when the stage began.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        errand: Errand,
+        client: ActionClient,
+        on_feedback: Callable[[SentGoal, Telemetry], None],
+        now_s: float,
+        *,
+        typed: bool = False,
+    ) -> None:
+        """Send it.
+
+        Args:
+            number: counted from 1.
+            errand: what to send.
+            client: of the errand's action.
+            on_feedback: is told each feedback of this goal.
+            now_s: the time, of any clock that goes steadily.
+            typed: whether a person typed it in flight.
+        """
+        self.number = number
+        self.errand = errand
+        self.typed = typed
+        self.stage = Stage.SENT
+        self.since_s = now_s
+        self._handle: ClientGoalHandle | None = None
+        self._results: list[Future] = []
+        self._cancel: Future | None = None
+        self._cancelled_s = 0.0
+        self._cancel_again_s = -math.inf
+        self._answer = client.send_goal_async(
+            errand.goal,
+            feedback_callback=lambda message: on_feedback(self, self._telemetry(message.feedback)),
+        )
+
+    @property
+    def id(self) -> str:
+        """Hexadecimal digits, as the server writes them."""
+        return "" if self._handle is None else bytes(self._handle.goal_id.uuid).hex()
+
+    def look(self, now_s: float) -> bool:
+        """Take note of answers; True when the stage is another one than before."""
+        before = self.stage
+        if self.stage is Stage.SENT:
+            self._look_for_answer(now_s)
+        elif self.stage is Stage.OPEN:
+            self._look_for_end()
+        if self.stage is before:
+            return False
+        self.since_s = now_s
+        return True
+
+    def _look_for_answer(self, now_s: float) -> None:
+        if self._answer.done():
+            self._handle = self._answer.result()
+            if self._handle.accepted:
+                self.stage = Stage.OPEN
+                self.ask_again()
+            else:
+                self.stage = Stage.REFUSED
+        elif now_s - self.since_s > RESPONSE_TIMEOUT_S:
+            self.stage = Stage.UNANSWERED
+
+    def _look_for_end(self) -> None:
+        """Take the first answer that tells an end; to each request the same one is given."""
+        answers = [future.result().status for future in self._results if future.done()]
+        if any(status != GoalStatus.STATUS_UNKNOWN for status in answers):
+            self.stage = Stage.ENDED
+        elif answers:
+            self.stage = Stage.FORGOTTEN
+
+    def ask_again(self) -> None:
+        """Ask for the end; an answer that was on its way when the server was lost never comes."""
+        if self._handle is not None and self.stage is Stage.OPEN:
+            self._results.append(self._handle.get_result_async())
+
+    def cancel(self, now_s: float) -> bool:
+        """Have the server cancel it; called again and again until it ends.
+
+        Returns:
+            Whether the server has just refused; it is asked again a while later.
+        """
+        if self.stage is not Stage.OPEN:
+            return False
+        assert self._handle is not None
+        if self._cancel is None:
+            if now_s >= self._cancel_again_s:
+                self._cancel = self._handle.cancel_goal_async()
+                self._cancelled_s = now_s
+            return False
+        if not self._cancel.done():
+            if now_s - self._cancelled_s > RESPONSE_TIMEOUT_S:
+                self._cancel = None  # lost with the connection; the server takes a second one, too
+            return False
+        if self._cancel.result().goals_canceling:
+            return False
+        self._cancel = None
+        self._cancel_again_s = now_s + _CANCEL_AGAIN_S
+        return True
+
+    def end(self, *, replaced: bool) -> Ended:
+        """Return how it ended.
+
+        Args:
+            replaced: whether a later goal of this client was accepted, or may be.
+        """
+        answers = [future.result() for future in self._results if future.done()]
+        wrapped = next(each for each in answers if each.status != GoalStatus.STATUS_UNKNOWN)
+        result = wrapped.result
+        place = result.final_pose.pose.position
+        code = result.message.partition(":")[0]
+        return Ended(
+            goal=self.number,
+            state=_STATES.get(wrapped.status, "ABORTED"),
+            code=code,
+            message=result.message,
+            replaced=replaced and code == "PREEMPTED",
+            position_enu_m=(place.x, place.y, place.z),
+            elapsed_s=result.total_elapsed_time,
+            error_m=getattr(result, "final_error", math.nan),
+            waypoints_reached=getattr(result, "waypoints_reached", None),
+            waypoints_missed=_missed(result),
+        )
+
+    def _telemetry(self, feedback: Any) -> Telemetry:
+        place = feedback.current_pose.pose.position
+        route = self.errand.waypoints > 0
+        return Telemetry(
+            goal=self.number,
+            status=feedback.current_status,
+            position_enu_m=(place.x, place.y, place.z),
+            distance_left_m=feedback.distance_remaining,
+            time_left_s=feedback.estimated_time_remaining,
+            battery_percent=feedback.battery_percentage,
+            replans=getattr(feedback, "replans", 0),
+            setpoint_delay_s=getattr(feedback, "setpoint_delay", 0.0),
+            waypoint=feedback.current_waypoint + 1 if route else None,
+            waypoints=self.errand.waypoints if route else None,
+            lap=feedback.current_lap + 1 if route else None,
+        )
+
+
+def _missed(result: Any) -> tuple[int, ...] | None:
+    """Return the waypoints that a route's result names as missed."""
+    missed = getattr(result, "waypoints_missed", None)
+    return None if missed is None else tuple(int(index) for index in missed)

@@ -1,0 +1,281 @@
+"""The command line of ``navigation_client``."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import math
+from pathlib import Path
+
+from drone_navigation.client.updates import Update, UpdateError, parse_update
+from drone_navigation.client.watch import LOST_TIMEOUT_S, SILENCE_S
+from navigation_bridge.configuration.parameter_values import ConfigurationError, check_vehicle_names
+from navigation_bridge.goals.requests import LAPS_MAX
+
+EXIT_SUCCESS = 0
+EXIT_ABORTED = 1
+EXIT_USAGE = 2
+EXIT_REJECTED = 3
+EXIT_CANCELED = 4
+EXIT_NO_SERVER = 5
+
+ACTION_COMMANDS = {
+    "takeoff": "take off, and hold at a height",
+    "land": "land where the vehicle is",
+    "return": "return to the launch point, and land there if it flies",
+}
+SERVICE_COMMANDS = {
+    "hold": "end the active goal and hold",
+    "pause": "pause the active goal",
+    "resume": "resume a paused goal",
+    "arm": "arm the vehicle",
+    "disarm": "disarm the vehicle",
+    "mode": "set the vehicle's mode",
+    "status": "show vehicle, position, battery and active goal once",
+}
+COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS
+
+_DESCRIPTION = """\
+Send one goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show its
+progress and wait for its end. Ctrl-C cancels the goal and waits for the vehicle to stop; a
+second one stops waiting. Keys on a terminal: p pauses, r resumes, g asks for another goal,
+which replaces the one in flight, c cancels, ? helps.
+"""
+_EPILOG = """\
+commands, each with a --help of its own:
+{commands}
+
+examples:
+  navigation_client takeoff --height 5
+  navigation_client status --json
+  navigation_client --goal 10 5 2 --avoid
+  navigation_client --goal 10 5 2 --update "t=8: 5 5 2" --update "t=15: 0 0 2"
+  navigation_client --plan my.plan --speed 3
+  navigation_client --vehicle a --goal 10 5 2
+  navigation_client --goal 10 5 2 --json | jq 'select(.event == "ended")'
+
+{codes}
+With --update and g it is the end of the last goal that counts.
+"""
+_CODES = """\
+exit codes:
+  0  succeeded
+  1  aborted, or not waited for (a second Ctrl-C)
+  2  the command line or a file is wrong; nothing was sent
+  3  the goal was rejected, or one of --update was
+  4  canceled
+  5  there is no server, or it went away"""
+_SERVICE_CODES = """\
+exit codes:
+  0  done
+  2  the command line is wrong; nothing was sent
+  3  rejected, with the reason
+  5  there is no server, or it did not answer"""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the command line of ``navigation_client``."""
+    parser = argparse.ArgumentParser(
+        prog="navigation_client",
+        description=_DESCRIPTION,
+        epilog=_EPILOG.format(
+            commands="\n".join(f"  {name:<8} {what}" for name, what in COMMANDS.items()),
+            codes=_CODES,
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(command="")
+    _add_goal(parser)
+    _add_course(parser)
+    _add_output(parser)
+    return parser
+
+
+def make_command_parser(command: str) -> argparse.ArgumentParser:
+    """Return the command line of ``navigation_client COMMAND``."""
+    is_action = command in ACTION_COMMANDS
+    what = COMMANDS[command]
+    parser = argparse.ArgumentParser(
+        prog=f"navigation_client {command}",
+        description=f"{what[0].upper()}{what[1:]}.",
+        epilog=_CODES if is_action else _SERVICE_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(command=command, update=[], frame="map", laps=1, mission=False)
+    _add_vehicle(parser)
+    if command == "takeoff":
+        parser.add_argument(
+            "--height",
+            type=_height,
+            default=0.0,
+            metavar="M",
+            help="height above the ground (default: the server's takeoff_height_m)",
+        )
+    elif command == "mode":
+        parser.add_argument("mode", metavar="MODE", help="the firmware's own name: GUIDED, ...")
+    if is_action:
+        _add_following(parser)
+    else:
+        _add_server_timeout(parser)
+    _add_output(parser)
+    return parser
+
+
+def _add_output(parser: argparse.ArgumentParser) -> None:
+    output = parser.add_mutually_exclusive_group()
+    output.add_argument("--plain", action="store_true", help="plain lines even on a terminal")
+    output.add_argument(
+        "--json",
+        action="store_true",
+        help="for scripts: one JSON object a line, and nothing else, on standard output",
+    )
+
+
+def _add_vehicle(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--vehicle",
+        type=_vehicle,
+        metavar="NAME",
+        help="name of the vehicle, where a server has several",
+    )
+
+
+def _add_goal(parser: argparse.ArgumentParser) -> None:
+    _add_vehicle(parser)
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--goal",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        default=(10.0, 5.0, 2.0),
+        help="target in metres (default: 10 5 2)",
+    )
+    what.add_argument(
+        "--plan", type=Path, metavar="FILE", help="fly the route of a QGroundControl .plan file"
+    )
+    what.add_argument(
+        "--waypoints", type=Path, metavar="FILE", help="fly the route of a QGC WPL 110 file"
+    )
+    parser.add_argument(
+        "--mission", action="store_true", help="have the vehicle fly a file's route as its mission"
+    )
+    parser.add_argument(
+        "--laps", type=int, metavar="N", help="how often a file's route is flown (default: 1)"
+    )
+    parser.add_argument(
+        "--frame",
+        default="map",
+        help="frame of the target: map (ENU, default), base_link (FLU), "
+        "or wgs84 (latitude, longitude, metres above sea level)",
+    )
+    parser.add_argument(
+        "--yaw",
+        type=float,
+        metavar="DEG",
+        help="heading at the target, counter-clockwise from east; "
+        "default: face the direction of travel",
+    )
+    parser.add_argument(
+        "--speed", type=float, default=0.0, metavar="M_S", help="max_speed (default: the server's)"
+    )
+    parser.add_argument("--avoid", action="store_true", help="ask for obstacle avoidance")
+
+
+def _add_course(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--update",
+        action="append",
+        type=_update,
+        default=[],
+        metavar='"t=S: X Y Z"',
+        help="S seconds after the first goal was accepted, replace the goal in flight; if that "
+        "one has arrived already, go on. May be repeated",
+    )
+    _add_following(parser)
+
+
+def _add_following(parser: argparse.ArgumentParser) -> None:
+    """Add what every goal can be followed with."""
+    parser.add_argument(
+        "--cancel-after",
+        type=float,
+        default=math.inf,
+        metavar="S",
+        help="cancel S seconds after the first goal was accepted",
+    )
+    _add_server_timeout(parser)
+    parser.add_argument(
+        "--lost-timeout",
+        type=float,
+        default=LOST_TIMEOUT_S,
+        metavar="S",
+        help="longest wait for a server that is no longer heard while it flies a goal; never "
+        f"below {SILENCE_S:g} (default: {LOST_TIMEOUT_S:g})",
+    )
+
+
+def _add_server_timeout(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--server-timeout",
+        type=float,
+        default=10.0,
+        metavar="S",
+        help="longest wait for the server (default: 10)",
+    )
+
+
+def parse_options(arguments: list[str]) -> argparse.Namespace:
+    """Return the options; what is wrong ends the program with a sentence and EXIT_USAGE.
+
+    A command, if there is one, comes first.
+    """
+    if arguments and arguments[0] in COMMANDS:
+        parser = make_command_parser(arguments[0])
+        options = parser.parse_args(arguments[1:])
+    else:
+        if arguments and not arguments[0].startswith("-"):
+            near = difflib.get_close_matches(arguments[0], COMMANDS, 1)
+            advice = f"did you mean '{near[0]}'?" if near else f"give one of {', '.join(COMMANDS)}."
+            make_parser().error(f"'{arguments[0]}' is not a command; {advice}")
+        parser = make_parser()
+        options = parser.parse_args(arguments)
+        is_route = options.plan is not None or options.waypoints is not None
+        for name, given in (("--mission", options.mission), ("--laps", options.laps is not None)):
+            if given and not is_route:
+                parser.error(f"{name} is for a route; give --plan or --waypoints, too.")
+        options.laps = 1 if options.laps is None else options.laps
+        if not 0 <= options.laps <= LAPS_MAX:
+            parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
+    for name in ("cancel_after", "server_timeout", "lost_timeout"):
+        value = getattr(options, name, 0.0)
+        if not value >= 0.0:
+            flag = f"--{name.replace('_', '-')}"
+            parser.error(f"{flag} is {value:g}; give a number of seconds, 0 or more.")
+    options.update.sort(key=lambda update: update.at_s)
+    return options
+
+
+def _height(text: str) -> float:
+    try:
+        height_m = float(text)
+    except ValueError:
+        height_m = math.nan
+    if not 0.0 < height_m < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a height above 0 m")
+    return height_m
+
+
+def _vehicle(text: str) -> str:
+    try:
+        check_vehicle_names(text.strip("/").split("/"))
+    except ConfigurationError:
+        raise argparse.ArgumentTypeError(f"'{text}' cannot be the name of a vehicle") from None
+    return text.strip("/")
+
+
+def _update(text: str) -> Update:
+    try:
+        return parse_update(text)
+    except UpdateError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

@@ -1,0 +1,255 @@
+"""The navigation client's work: follow its goals, and do what keys and signals ask."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import deque
+from collections.abc import Callable
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from drone_navigation.client.course import Course
+from drone_navigation.client.errands import Errand, make_point_errand
+from drone_navigation.client.events import Exit
+from drone_navigation.client.goals import RESPONSE_TIMEOUT_S
+from drone_navigation.client.keys import HELP, Key, Keyboard, Keys, Pressed
+from drone_navigation.client.options import (
+    EXIT_ABORTED,
+    EXIT_CANCELED,
+    EXIT_NO_SERVER,
+    EXIT_REJECTED,
+    EXIT_SUCCESS,
+)
+from drone_navigation.client.servers import no_server
+from drone_navigation.client.updates import Update, UpdateError, parse_point
+from drone_navigation.client.view import View
+from drone_navigation.presence import duplicate
+from navigation_bridge.names import SERVER_NODE_NAME
+
+_SPIN_S = 0.05
+# Two processes that run already find each other in less.
+_SOON_S = 3.0
+# The reason of an earlier refusal is latched; it must not be taken for that of the goal to come.
+_LATCHED_S = 0.2
+# A server says at once that it is there; one that was killed stays in the graph for a while.
+_SERVERS_S = 1.5
+
+
+class NavigationClient:
+    """Sends a goal and those that follow it, and shows their way."""
+
+    def __init__(
+        self,
+        node: Node,
+        view: View,
+        errand: Errand,
+        options: argparse.Namespace,
+        keyboard: Keyboard | None,
+    ) -> None:
+        """Prepare on ``node``.
+
+        Args:
+            node: the client's own.
+            view: what shows it all.
+            errand: the first goal.
+            options: the command line.
+            keyboard: where keys come from, if from anywhere.
+        """
+        self._node = node
+        self._view = view
+        self._errand = errand
+        self._options = options
+        self._keyboard = keyboard
+        self._keys = Keys()
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+        self._course = Course(node, view, errand, options.lost_timeout)
+        self._services = {
+            key: node.create_client(Trigger, f"{SERVER_NODE_NAME}/{key.name.lower()}")
+            for key in (Key.PAUSE, Key.RESUME)
+        }
+        self._calls: list[tuple[Future, float]] = []
+        self._updates: deque[Update] = deque(options.update)
+        self._interrupts = 0
+        self._interrupted = False
+        self._cancelling = False
+        self._waiting = False
+
+    def interrupt(self) -> None:
+        """Cancel the goal (first call) or give up waiting (second call)."""
+        self._interrupts += 1
+
+    def close(self) -> None:
+        """End the executor while ROS is there: what is left of it would complain on stderr."""
+        self._executor.shutdown(timeout_sec=1.0)
+
+    def run(self) -> int:
+        """Send the first goal, follow it and all that come after it to their end.
+
+        Returns:
+            The exit code.
+        """
+        code = self._run()
+        self._course.tell(Exit(code))
+        return code
+
+    def _run(self) -> int:
+        course = self._course
+        if not self._wait(course.server_is_ready, min(_SOON_S, self._options.server_timeout)):
+            course.say("Waiting for a server")
+        if not self._wait(course.server_is_ready, self._options.server_timeout):
+            return self._without_server()
+        self._wait(lambda: bool(course.rejections), _LATCHED_S)
+        if not self._wait(course.servers_are_known, _SERVERS_S) and self._interrupts:
+            return self._without_server()
+        # One that has just ended may still be spoken of.
+        if not self._wait(lambda: not course.several_servers, _SERVERS_S):
+            if self._interrupts:
+                return self._without_server()
+            course.say(f"No goal was sent. {duplicate(self._node)}", bad=True)
+            return EXIT_REJECTED
+        for note in self._errand.notes:
+            course.say(note)
+        course.send(self._errand)
+        code = None
+        while code is None:
+            self._executor.spin_once(timeout_sec=_SPIN_S)
+            code = self._step(time.monotonic())
+        return code
+
+    def _without_server(self) -> int:
+        if self._interrupts:
+            self._course.say("Interrupted; no goal was sent.", bad=True)
+            return EXIT_CANCELED
+        self._course.say(no_server(self._node, self._errand.name), bad=True)
+        return EXIT_NO_SERVER
+
+    def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() >= deadline or self._interrupts:
+                return False
+            self._executor.spin_once(timeout_sec=_SPIN_S)
+        return True
+
+    def _step(self, now_s: float) -> int | None:
+        """Do what is due; return the exit code when all is over."""
+        course = self._course
+        self._take_keys(now_s)
+        self._take_answers(now_s)
+        course.look(now_s)
+        self._take_interrupts()
+        if course.t_s(now_s) >= self._options.cancel_after:
+            self._start_cancelling()
+        if self._cancelling:
+            course.cancel(now_s)
+        elif self._updates and course.t_s(now_s) >= self._updates[0].at_s:
+            self._update()
+        self._view.tick(course.t_s(now_s))
+        return self._verdict(now_s)
+
+    def _verdict(self, now_s: float) -> int | None:
+        course = self._course
+        if self._interrupts > 1 and course.under_way:
+            course.say("Not waiting any longer; the goal may still be active.", bad=True)
+            return EXIT_ABORTED
+        if why := course.why_lost(now_s):
+            course.say(why, bad=True)
+            return EXIT_NO_SERVER
+        return None if course.under_way or self._goes_on() else self._end()
+
+    def _take_interrupts(self) -> None:
+        if self._interrupts and not self._interrupted:
+            self._interrupted = True
+            if self._cancelling:
+                self._course.say("Cancelling already; another Ctrl-C stops waiting")
+            self._start_cancelling()
+
+    # --- goals ---------------------------------------------------------------------------
+
+    def _start_cancelling(self) -> None:
+        if self._cancelling:
+            return
+        self._cancelling = True
+        if self._course.under_way:
+            self._course.say("Cancelling; waiting for the vehicle to stop")
+
+    def _update(self) -> None:
+        # One after the other: the order in which the server takes them is the order that counts.
+        if not self._course.unanswered:
+            self._waiting = False
+            update = self._updates.popleft()
+            self._course.send(make_point_errand(self._options, update.position_m))
+
+    def _goes_on(self) -> bool:
+        """Whether there is more to come after a goal that has arrived."""
+        more = bool(self._updates) and self._course.code == EXIT_SUCCESS and not self._cancelling
+        if more and not self._waiting:
+            self._waiting = True
+            self._course.say(f"The next goal is due at {self._updates[0].at_s:g} s")
+        return more
+
+    def _end(self) -> int:
+        for update in self._updates:
+            x, y, z = update.position_m
+            self._course.say(f"Not sent: goal ({x:g}, {y:g}, {z:g}) at {update.at_s:g} s")
+        if self._updates and self._course.code == EXIT_SUCCESS:
+            return EXIT_CANCELED
+        return self._course.exit_code
+
+    # --- keys ----------------------------------------------------------------------------
+
+    def _take_keys(self, now_s: float) -> None:
+        if self._keyboard is None:
+            return
+        for pressed in self._keys.feed(self._keyboard.read()):
+            self._obey(pressed, now_s)
+        self._view.prompt(f"x y z in {self._options.frame or 'map'}: ", self._keys.typed)
+
+    def _obey(self, pressed: Pressed, now_s: float) -> None:
+        if pressed.key is Key.HELP:
+            self._course.say(HELP)
+        elif pressed.key is Key.CANCEL:
+            self._start_cancelling()
+        elif pressed.key is Key.GOAL:
+            self._send_typed(pressed.line)
+        else:
+            self._call(pressed.key, now_s)
+
+    def _send_typed(self, line: str) -> None:
+        if self._cancelling:
+            self._course.say("Not sent: the goal is being cancelled.", bad=True)
+            return
+        try:
+            position_m = parse_point(line)
+        except UpdateError as error:
+            self._course.say(str(error), bad=True)
+            self._keys.typed = line  # to be put right
+            return
+        self._course.send(make_point_errand(self._options, position_m), typed=True)
+
+    def _call(self, key: Key, now_s: float) -> None:
+        if self._cancelling:
+            self._course.say("The goal is being cancelled.", bad=True)
+            return
+        service = self._services[key]
+        if service.service_is_ready():
+            self._calls.append((service.call_async(Trigger.Request()), now_s))
+        else:
+            self._course.say(f"The server offers no {key.name.lower()}.", bad=True)
+
+    def _take_answers(self, now_s: float) -> None:
+        for call in list(self._calls):
+            future, called_s = call
+            if future.done():
+                answer = future.result()
+                self._course.say(self._course.numbered(answer.message), bad=not answer.success)
+            elif now_s - called_s > RESPONSE_TIMEOUT_S:
+                self._course.say("The server did not answer.", bad=True)
+            else:
+                continue
+            self._calls.remove(call)

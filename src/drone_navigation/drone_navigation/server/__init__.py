@@ -1,0 +1,1 @@
+"""The navigation server: nodes, action servers, services and topics."""

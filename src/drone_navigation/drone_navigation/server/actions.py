@@ -1,0 +1,365 @@
+"""The action servers: front ends that hand goals to the driver thread.
+
+How rclpy 7.1 behaves decides the shape of this file. Each accepted goal's execute
+callback is parked on an event in an executor thread and costs nothing while it waits;
+the driver thread publishes feedback and, by setting the event, lets the callback put the
+goal into its terminal state. Feedback and end come from one thread in one order, so no
+feedback follows the end.
+
+Only a goal in CANCELING can end CANCELED. So a goal that a ground station has cancelled is
+cancelled by the action's own service, too, called by this very node: its clients see what they
+would see if one of them had cancelled it. The vehicle does not wait for that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from action_msgs.srv import CancelGoal
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import GoalEvent, ServerGoalHandle
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.client import Client
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+
+from custom_interfaces.action import (
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    ReturnToLaunch,
+    Takeoff,
+)
+from drone_navigation.presence import Presence
+from drone_navigation.server import conversions as convert
+from drone_navigation.server.frame_names import PLAIN, FrameNames
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import Clock
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.fleet import DriverThread
+from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
+from navigation_bridge.goals.lifecycle import GoalState
+from navigation_bridge.goals.requests import NavigateRequest, Request
+from navigation_bridge.names import (
+    ACTION_NAME,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+    TAKEOFF_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
+
+if TYPE_CHECKING:
+    from navigation_core.outcomes import OutcomeCode
+
+# rcl keeps the results of ended goals this long for clients that ask late (rcl's own
+# default of 900 s grows memory: ros2/rclpy issue 1300).
+RESULT_TIMEOUT_S = 60
+_CALL_TIMEOUT_S = 2.0
+_CANCEL_STATE_TIMEOUT_S = 2.0
+
+
+@dataclass(frozen=True)
+class ActionKind:
+    """One action that is served.
+
+    Attributes:
+        name: its name in the graph.
+        type: its generated type.
+        request: makes the bridge's request from a goal.
+        feedback: makes the feedback message.
+        result: makes the result message.
+    """
+
+    name: str
+    type: Any
+    request: Callable[[Any], Request]
+    feedback: Callable[[GoalFeedback, Any], Any]
+    result: Callable[[GoalFinished, Any], Any]
+
+
+ACTIONS = (
+    ActionKind(
+        ACTION_NAME,
+        Navigate,
+        convert.request_from_goal,
+        convert.feedback_message,
+        convert.result_message,
+    ),
+    ActionKind(
+        WAYPOINTS_ACTION_NAME,
+        NavigateWaypoints,
+        convert.request_from_waypoints,
+        convert.waypoints_feedback,
+        convert.waypoints_result,
+    ),
+    ActionKind(
+        TAKEOFF_ACTION_NAME,
+        Takeoff,
+        convert.request_from_takeoff,
+        convert.takeoff_feedback,
+        convert.takeoff_result,
+    ),
+    ActionKind(
+        LAND_ACTION_NAME,
+        Land,
+        convert.request_from_land,
+        convert.land_feedback,
+        convert.land_result,
+    ),
+    ActionKind(
+        RETURN_ACTION_NAME,
+        ReturnToLaunch,
+        convert.request_from_return,
+        convert.return_feedback,
+        convert.return_result,
+    ),
+)
+
+
+@dataclass
+class _Session:
+    """One accepted goal: its rclpy handle and, later, how it ended."""
+
+    kind: ActionKind
+    handle: ServerGoalHandle
+    accepted_s: float
+    done: threading.Event = field(default_factory=threading.Event)
+    finished: GoalFinished | None = None
+
+
+class _CompleteCancelActionServer(ActionServer):
+    """An action server whose "cancel all" cancels all.
+
+    rclpy 7.1 removes refused goals from the list that it is iterating, so that the goal
+    after a refused one is skipped, still told to its client as being cancelled.
+    """
+
+    async def _execute_cancel_request(self, request_header_and_message: tuple[Any, Any]) -> None:
+        header, request = request_header_and_message
+        with self._lock:
+            response = self._handle.process_cancel_request(
+                request, self._action_type.Impl.CancelGoalService.Response
+            )
+        candidates = list(response.goals_canceling)
+        response.goals_canceling = [info for info in candidates if self._cancel(info)]
+        if candidates and not response.goals_canceling:
+            response.return_code = CancelGoal.Response.ERROR_REJECTED
+        try:
+            self._handle.send_cancel_response(header, response)
+        except rclpy_implementation.RCLError:
+            self._logger.warning("A client went away before its cancel was answered")
+
+    def _cancel(self, info: Any) -> bool:
+        handle = self._goal_handles.get(bytes(info.goal_id.uuid))
+        if handle is None or self._cancel_callback(handle) != CancelResponse.ACCEPT:
+            return False
+        try:
+            handle._update_state(GoalEvent.CANCEL_GOAL)
+        except rclpy_implementation.RCLError:
+            return False  # it ended in the meantime
+        return True
+
+
+class GoalServers:
+    """Serves all actions from a bridge that runs on a driver thread.
+
+    The vehicle has one goal at a time, whichever action it came by.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        bridge: Bridge,
+        driver: DriverThread,
+        clock: Clock,
+        frames: FrameNames = PLAIN,
+        presence: Presence | None = None,
+    ) -> None:
+        """Offer the actions on ``node``.
+
+        Args:
+            node: who offers them.
+            bridge: who flies.
+            driver: takes work for the bridge.
+            clock: the bridge's time.
+            frames: in which poses are told.
+            presence: knows of other servers of the same name.
+        """
+        self._presence = presence
+        self._frames = frames
+        self._closed = False
+        self._node = node
+        self._bridge = bridge
+        self._driver = driver
+        self._clock = clock
+        self._sessions: dict[str, _Session] = {}
+        self._lock = threading.Lock()
+        # Goal and cancel requests are taken in the order in which they came, of all actions;
+        # the parked execute callbacks are tasks of the executor, outside this group.
+        group = MutuallyExclusiveCallbackGroup()
+        self._servers = [self._serve(kind, group) for kind in ACTIONS]
+        # By action, made with the first goal of each: most of a fleet's are never needed.
+        self._cancellers: dict[str, Client] = {}
+
+    def _serve(self, kind: ActionKind, group: MutuallyExclusiveCallbackGroup) -> ActionServer:
+        return _CompleteCancelActionServer(
+            self._node,
+            kind.type,
+            kind.name,
+            execute_callback=self._execute,
+            goal_callback=lambda goal: self._on_goal(self._request(kind, goal)),
+            handle_accepted_callback=lambda handle: self._on_accepted(kind, handle),
+            cancel_callback=self._on_cancel,
+            callback_group=group,
+            result_timeout=RESULT_TIMEOUT_S,
+        )
+
+    # --- executor threads --------------------------------------------------------------
+
+    def _on_goal(self, request: Request) -> GoalResponse:
+        if self._closed:
+            self._node.get_logger().warning("Goal rejected: the server is being stopped")
+            return GoalResponse.REJECT
+        try:
+            rejection = None if self._presence is None else self._presence.rejection()
+            if rejection is not None:
+                refusal = rejection
+                self._driver.call(lambda: self._bridge.reject(refusal), _CALL_TIMEOUT_S)
+                return GoalResponse.REJECT
+            rejection = self._driver.call(
+                lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
+            )
+        except DriverError:
+            self._node.get_logger().error("Goal rejected: the driver thread does not answer")
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
+
+    def _request(self, kind: ActionKind, goal: Any) -> Request:
+        request = kind.request(goal)
+        if isinstance(request, NavigateRequest):
+            return replace(request, frame_id=self._frames.plain(request.frame_id))
+        return request
+
+    def _on_accepted(self, kind: ActionKind, handle: ServerGoalHandle) -> None:
+        goal_id = bytes(handle.goal_id.uuid).hex()
+        if kind.name not in self._cancellers:
+            service = f"{kind.name}/_action/cancel_goal"
+            self._cancellers[kind.name] = self._node.create_client(CancelGoal, service)
+        with self._lock:
+            self._sessions[goal_id] = _Session(kind, handle, self._clock.now())
+        request = self._request(kind, handle.request)
+        # EXECUTING before the bridge can end the goal: an end needs that state.
+        handle.execute()
+        self._driver.post(lambda: self._bridge.start_goal(goal_id, request, self._clock.now()))
+
+    def _on_cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        goal_id = bytes(handle.goal_id.uuid).hex()
+        try:
+            accepted = self._driver.call(
+                lambda: self._bridge.cancel_goal(goal_id, self._clock.now()), _CALL_TIMEOUT_S
+            )
+        except DriverError:
+            accepted = False
+        session = self._sessions.get(goal_id)
+        if session is not None and session.finished is not None:
+            # The vehicle may have stopped before this request came around.
+            accepted = accepted or session.finished.state is GoalState.CANCELED
+        return CancelResponse.ACCEPT if accepted else CancelResponse.REJECT
+
+    def _execute(self, handle: ServerGoalHandle) -> Any:
+        goal_id = bytes(handle.goal_id.uuid).hex()
+        session = self._sessions[goal_id]
+        session.done.wait()
+        finished = session.finished
+        assert finished is not None
+        if finished.state is GoalState.SUCCEEDED:
+            handle.succeed()
+        elif finished.state is GoalState.CANCELED:
+            _wait_until_canceling(handle)
+            handle.canceled()
+        else:
+            handle.abort()
+        with self._lock:
+            del self._sessions[goal_id]
+        result = session.kind.result(finished, self._node.get_clock().now().to_msg())
+        result.final_pose.header.frame_id = self._frames.map
+        return result
+
+    # --- driver thread -----------------------------------------------------------------
+
+    def publish_feedback(self, feedback: GoalFeedback) -> None:
+        """Publish to the goal's clients; nothing once the goal has ended."""
+        session = self._sessions.get(feedback.goal_id)
+        if session is None or session.finished is not None:
+            return
+        stamp = self._node.get_clock().now().to_msg()
+        message = session.kind.feedback(feedback, stamp)
+        message.current_pose.header.frame_id = self._frames.map
+        session.handle.publish_feedback(message)
+
+    def cancel(self, goal_id: str) -> None:
+        """Ask for a goal's cancel as a client does; whether it is answered is not waited for."""
+        session = self._sessions.get(goal_id)
+        if session is None or session.finished is not None:
+            return
+        request = CancelGoal.Request()
+        request.goal_info.goal_id = session.handle.goal_id
+        try:
+            self._cancellers[session.kind.name].call_async(request)
+        except rclpy_implementation.RCLError as error:
+            # The goal's end makes up for it; the vehicle is stopping already.
+            self._node.get_logger().warning(f"A cancel could not be sent: {error}")
+
+    def finish(self, finished: GoalFinished) -> None:
+        """Let the goal's execute callback return its result."""
+        session = self._sessions.get(finished.goal_id)
+        if session is None:
+            return
+        session.finished = finished
+        session.done.set()
+
+    # --- main thread --------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Take no more goals; those that were accepted go on."""
+        self._closed = True
+
+    def abandon(self, code: OutcomeCode, text: str) -> None:
+        """End every goal that is still open, without the bridge: it no longer runs."""
+        for goal_id, session in list(self._sessions.items()):
+            if not session.done.is_set():
+                self.finish(
+                    GoalFinished(
+                        goal_id=goal_id,
+                        state=GoalState.ABORTED,
+                        code=code,
+                        message=f"{code.value}: {text}",
+                        pose=None,
+                        elapsed_s=self._clock.now() - session.accepted_s,
+                        final_error_m=None,
+                    )
+                )
+
+    def is_idle(self) -> bool:
+        """Whether every accepted goal has been brought to its end."""
+        return not self._sessions
+
+
+def _wait_until_canceling(handle: ServerGoalHandle) -> None:
+    """Wait until rclpy has noted the cancel that the bridge has already carried out.
+
+    The bridge may end a goal before rclpy, in another thread, has put it into CANCELING, the
+    only state that leads to CANCELED. A request that never comes is made up for.
+    """
+    deadline = time.monotonic() + _CANCEL_STATE_TIMEOUT_S
+    pause = threading.Event()
+    while not handle.is_cancel_requested and time.monotonic() < deadline:
+        pause.wait(0.001)
+    if not handle.is_cancel_requested:
+        with contextlib.suppress(rclpy_implementation.RCLError):  # it has just come
+            handle._update_state(GoalEvent.CANCEL_GOAL)

@@ -1,0 +1,209 @@
+"""A recording in the place of a vehicle's link: who hears it, its time in ROS, its services."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import ROSClock
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_srvs.srv import Trigger
+
+from drone_navigation.qos import STREAM_QOS
+from drone_navigation.server.vehicle_application import VehicleApplication
+from drone_navigation.server.vehicle_node import VehicleNode
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import Clock, MonotonicClock
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.io.links import LinkKind, parse_url
+from navigation_bridge.configuration.make_config import ConfigurationError, ServerConfig
+from navigation_bridge.fleet import Fleet, Member
+from navigation_bridge.recording.replay_driver import Position, ReplayDriver
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+
+_CLOCK_PERIOD_S = 0.01
+_TELL_PERIOD_S = 10.0
+
+
+def recording_of(config: ServerConfig, vehicles: Sequence[ServerConfig]) -> str | None:
+    """Return the path of the recording that is the vehicles' link; None if their link is live.
+
+    Args:
+        config: settings of the server.
+        vehicles: settings of its vehicles.
+
+    Raises:
+        ConfigurationError: what cannot go together with a recording was configured.
+        LinkError: a link is badly written.
+    """
+    links = [parse_url(vehicle.link_url) for vehicle in vehicles]
+    if not any(link.kind is LinkKind.TLOG for link in links):
+        return None
+    if len(set(links)) > 1:
+        raise ConfigurationError(
+            "A recording is the link of all vehicles or of none: give each the same link_url."
+        )
+    if config.gcs_links:
+        raise ConfigurationError(
+            "Parameter gcs_links has no use with a recording: nothing is sent. Leave it empty."
+        )
+    if config.record_tlog is not None:
+        raise ConfigurationError(
+            "Parameter record_tlog has no use with a recording: it is one. Leave it empty."
+        )
+    return links[0].path
+
+
+class ReplayFleet(Fleet):
+    """Vehicles that hear a recording."""
+
+    def __init__(self, members: Sequence[Member], clock: Clock) -> None:
+        """Take the vehicles in, each run by a :class:`VehicleApplication`."""
+        super().__init__(members, clock)
+        self._heard_by = members
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Hand a note of the recorder to the vehicle that it is about."""
+        for member, application in self._applications():
+            self.work(member, partial(application.take_note, message, now))
+
+    def begin_again(self) -> None:
+        """Forget all that was heard."""
+        for member, application in self._applications():
+            self.work(member, application.begin_again)
+
+    def _applications(self) -> list[tuple[Member, VehicleApplication]]:
+        return [
+            (member, member.application)
+            for member in self._heard_by
+            if isinstance(member.application, VehicleApplication)
+        ]
+
+
+class ReplayNetwork:
+    """What a server with a recording has instead of links; see ``network.Network``."""
+
+    recorder = None
+
+    def __init__(self, driver: ReplayDriver) -> None:
+        """Take the recording."""
+        self.driver = driver
+
+    def is_open(self, _url: str) -> bool:
+        """A recording is there from the start."""
+        return True
+
+    def statistics_of(self, system_id: int) -> LinkStatistics:
+        """Return what was met in the recording, of one system; of all for 0."""
+        total = LinkStatistics.of(self.driver.codec.statistics)
+        if system_id:
+            total.lost = {who: n for who, n in total.lost.items() if who[0] == system_id}
+        return total
+
+    def station_links(self) -> list[tuple[str, LinkStatistics]]:
+        """There are none."""
+        return []
+
+
+class ReplayNode:
+    """Services, time and words of a replay, on the server's node."""
+
+    def __init__(self, root: Node, vehicles: Sequence[VehicleNode], driver: ReplayDriver) -> None:
+        """Offer ``~/replay/start``, ``stop``, ``pause`` and ``resume``; publish ``/clock``.
+
+        Args:
+            root: the server's node.
+            vehicles: their clocks are the recording's from now on, and they refuse goals.
+            driver: what plays.
+        """
+        self._logger = root.get_logger()
+        self._driver = driver
+        self._wall = MonotonicClock()
+        self._told_s = self._wall.now()
+        self._clock_unix_s = 0.0
+        self._clocks = [node.get_clock() for node in (root, *(own.node for own in vehicles))]
+        self._publisher = root.create_publisher(ClockMessage, "/clock", STREAM_QOS)
+        for clock in self._clocks:
+            assert isinstance(clock, ROSClock)
+            clock._set_ros_time_is_active(True)
+        self._set_time(driver.begin_unix_s)
+        text = f"{driver.path} is a recording, which can't be flown; goals need a vehicle."
+        for vehicle in vehicles:
+            vehicle.refuse(Rejection(OutcomeCode.NO_VEHICLE, text))
+        driver.on_time, driver.on_end = self._set_time, self._tell_end
+        deeds: dict[str, tuple[Callable[[], None], str]] = {
+            "start": (lambda: driver.rewind(play=True), "plays from its beginning"),
+            "stop": (lambda: driver.rewind(play=False), "waits at its beginning"),
+            "pause": (lambda: driver.pause(True), "stands still"),
+            "resume": (lambda: driver.pause(False), "goes on"),
+        }
+        self._services = [
+            root.create_service(Trigger, f"~/replay/{name}", partial(self._serve, deed, words))
+            for name, (deed, words) in deeds.items()
+        ]
+        root.add_on_set_parameters_callback(self._on_set)
+        self._logger.info(
+            f"Replaying {driver.path}: nothing is sent, and goals are refused. "
+            "~/replay/pause, resume, stop and start steer it."
+        )
+
+    # --- executor threads ----------------------------------------------------------------
+
+    def _serve(
+        self,
+        deed: Callable[[], None],
+        words: str,
+        _request: Trigger.Request,
+        response: Trigger.Response,
+    ) -> Trigger.Response:
+        deed()
+        try:
+            position = self._driver.call(self._driver.position)
+        except DriverError as error:
+            response.success, response.message = False, str(error)
+            return response
+        response.success = True
+        response.message = f"The recording {words} ({_where(position)})."
+        if position.ended:
+            response.message = f"The recording has ended ({_where(position)})."
+        return response
+
+    def _on_set(self, parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            if parameter.name == "replay_speed":
+                self._driver.set_speed(float(parameter.value))
+        return SetParametersResult(successful=True)
+
+    # --- the replay's thread -------------------------------------------------------------
+
+    def _set_time(self, unix_s: float) -> None:
+        time = Time(nanoseconds=int(unix_s * 1e9))
+        for clock in self._clocks:
+            clock.set_ros_time_override(time)
+        if not 0.0 <= unix_s - self._clock_unix_s < _CLOCK_PERIOD_S:
+            self._clock_unix_s = unix_s
+            self._publisher.publish(ClockMessage(clock=time.to_msg()))
+        now = self._wall.now()
+        if now - self._told_s >= _TELL_PERIOD_S:
+            self._told_s = now
+            self._logger.info(f"Replay: {_where(self._driver.position())}")
+
+    def _tell_end(self) -> None:
+        position = self._driver.position()
+        words = [f"The recording has ended after {position.recording_s:.1f} s."]
+        if position.stepped_back:
+            words.append(f"Its clock was set back {position.stepped_back} times.")
+        if position.shortened_s:
+            words.append(f"{position.shortened_s:.0f} s of silence were left out.")
+        words.append("Everything stays as it was last; ~/replay/start plays it again.")
+        self._logger.info(" ".join(words))
+
+
+def _where(position: Position) -> str:
+    return f"{position.recording_s:.1f} s, {100.0 * position.share:.0f} % of the file"

@@ -1,0 +1,237 @@
+"""A server with all its vehicles: their nodes, the links, and the thread that drives them."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from functools import partial
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from drone_navigation.presence import duplicate
+from drone_navigation.server.parameters import (
+    declare_parameters,
+    declare_vehicle_parameters,
+    refuse_changes,
+)
+from drone_navigation.server.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
+from drone_navigation.server.spinning import Spinner
+from drone_navigation.server.vehicle_node import VehicleNode
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import Driver
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from navigation_bridge.configuration.fleet_config import check_fleet, make_vehicle_config
+from navigation_bridge.configuration.make_config import ServerConfig, make_config
+from navigation_bridge.configuration.parameter_table import SERVER_WIDE, ParameterValue
+from navigation_bridge.fleet import Fleet, Member
+from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_bridge.network import Network, open_network
+from navigation_bridge.recording.replay_driver import ReplayDriver
+from navigation_bridge.search_thread import SearchThread
+from navigation_core.searches import AT_ONCE, Searcher
+
+_STOP_TIMEOUT_S = 3.0
+_RESULT_GRACE_S = 0.3
+_LINK_GRACE_S = 0.5
+_REMAPS = ("-r", "--remap")
+_NODE_REMAPS = ("__ns:=", "__node:=", "__name:=")
+
+
+class NavigationServer:
+    """The vehicles of a server, on one thread and its links; without ``vehicles``, one.
+
+    With one vehicle without a name, its node is the server's.
+    """
+
+    def __init__(
+        self,
+        root: Node,
+        given: list[Parameter],
+        argv: list[str],
+        simulator: bool,
+        clock: Clock,
+        on_exit: ExitStack,
+    ) -> None:
+        """Make nodes and open links; nothing is sent before :meth:`start`.
+
+        Args:
+            root: the server's node.
+            given: parameters that the command line sets for every vehicle.
+            argv: the command line, for the vehicles' nodes.
+            simulator: nothing but single parameters was configured.
+            clock: the time of all vehicles.
+            on_exit: destroys what was made.
+
+        Raises:
+            ConfigurationError: parameters cannot be used.
+            LinkError: a link cannot be opened, or the file of the signing key holds none.
+            OSError: the recording cannot be written.
+        """
+        values = declare_parameters(root, simulator)
+        config = make_config(values)
+        self._spinner: Spinner | None = None
+        settings = [(root, values, config)]
+        if config.vehicles:
+            settings = list(_vehicle_settings(root, values, config, given, argv, on_exit))
+            check_fleet(dict(zip(config.vehicles, (own for _, _, own in settings), strict=True)))
+            refuse_changes(root, settings[0][0].get_fully_qualified_name())
+            self._spinner = Spinner(root, SingleThreadedExecutor())
+        configs = [made for _, _, made in settings]
+        network: Network | ReplayNetwork
+        recording = recording_of(config, configs)
+        if recording is None:
+            logger = root.get_logger()
+            network = open_network(config, configs, logger.info, logger.warning)
+        else:
+            component = config.vehicle.source_component
+            network = ReplayNetwork(ReplayDriver(recording, config.replay_speed, component))
+            clock = network.driver.clock
+        self._clock = clock
+        searcher: Searcher = AT_ONCE
+        if recording is None:
+            searcher = searches = SearchThread()
+            on_exit.callback(searches.close)
+        self._network = network
+        self._vehicles = [
+            VehicleNode(node, own, made, network.recorder, clock, searcher)
+            for node, own, made in settings
+        ]
+        members = [vehicle.member for vehicle in self._vehicles]
+        self._driver: Driver | ReplayDriver
+        if isinstance(network, ReplayNetwork):
+            self._driver = network.driver
+            fleet = ReplayFleet(members, clock)
+            network.driver.play_to(fleet)
+            self._fleet: Fleet = fleet
+            self._replay = ReplayNode(root, self._vehicles, network.driver)
+        else:
+            self._fleet = Fleet(members, clock)
+            self._driver = network.drive(self._fleet, clock)
+        self._fleet.attach(self._driver)
+        for vehicle in self._vehicles:
+            statistics = partial(_statistics, network, vehicle.member)
+            first = vehicle is self._vehicles[0]
+            vehicle.serve(statistics, network.station_links if first else None)
+
+    @property
+    def running(self) -> bool:
+        """Whether any vehicle is still steered."""
+        return self._driver.running and not self._fleet.lost
+
+    @property
+    def duplicate(self) -> str:
+        """What to do about a server of the same name that was there before; empty without one."""
+        for vehicle in self._vehicles:
+            if vehicle.presence.is_second:
+                return duplicate(vehicle.node)
+        return ""
+
+    def start(self) -> None:
+        """Begin to talk to the vehicles and to take requests."""
+        self._driver.start()
+        # A peer or a device that is there is connected to by then.
+        deadline_s, pause = time.monotonic() + _LINK_GRACE_S, threading.Event()
+        while time.monotonic() < deadline_s and not all(map(self._is_open, self._vehicles)):
+            pause.wait(0.02)
+        for vehicle in self._vehicles:
+            vehicle.start(self._is_open(vehicle))
+        if self._spinner is not None:
+            self._spinner.start()
+
+    def look_at_links(self) -> None:
+        """Say which links were opened since; to be called now and then."""
+        for vehicle in self._vehicles:
+            if not vehicle.told_ready and self._is_open(vehicle):
+                vehicle.tell_ready()
+
+    def _is_open(self, vehicle: VehicleNode) -> bool:
+        return self._network.is_open(vehicle.config.link_url)
+
+    def stop(self) -> None:
+        """Bring the vehicles to a stop, end their goals, and close everything; bounded in time."""
+        self._stop_goals()
+        spinners: list[VehicleNode | Spinner] = [*self._vehicles]
+        if self._spinner is not None:
+            spinners.append(self._spinner)
+        with ThreadPoolExecutor(len(spinners)) as together:
+            for spinner in spinners:
+                together.submit(spinner.stop, _STOP_TIMEOUT_S)
+        self._driver.stop(_STOP_TIMEOUT_S)
+        for vehicle in self._vehicles:
+            vehicle.tell_what_is_left()
+
+    def _stop_goals(self) -> None:
+        for vehicle in self._vehicles:
+            vehicle.shut_down()
+        pause = threading.Event()
+        longest_s = max(vehicle.config.bridge.goto.cancel_timeout_s for vehicle in self._vehicles)
+        deadline = self._clock.now() + longest_s + 1.0
+        busy = [vehicle for vehicle in self._vehicles if not vehicle.is_idle()]
+        if not busy:
+            return
+        while (
+            not all(vehicle.is_idle() for vehicle in busy)
+            and self.running
+            and self._clock.now() < deadline
+        ):
+            pause.wait(0.05)
+        for vehicle in busy:
+            vehicle.abandon()
+        pause.wait(_RESULT_GRACE_S)  # for the results to reach the clients
+
+
+def _statistics(network: Network | ReplayNetwork, member: Member) -> LinkStatistics:
+    found = network.statistics_of(member.system_id)
+    found.throttled += member.throttled
+    return found
+
+
+def _vehicle_settings(
+    root: Node,
+    values: dict[str, ParameterValue],
+    config: ServerConfig,
+    given: list[Parameter],
+    argv: list[str],
+    on_exit: ExitStack,
+) -> Iterable[tuple[Node, dict[str, ParameterValue], ServerConfig]]:
+    """Make a node for each vehicle and yield it with its values and settings."""
+    own_given = [parameter for parameter in given if parameter.name not in SERVER_WIDE]
+    for name in config.vehicles:
+        node = Node(
+            SERVER_NODE_NAME,
+            namespace=f"{root.get_namespace().rstrip('/')}/{name}",
+            cli_args=vehicle_arguments(argv),
+            use_global_arguments=False,
+            parameter_overrides=own_given,
+            context=root.context,
+        )
+        on_exit.callback(node.destroy_node)
+        own = declare_vehicle_parameters(node, name, values)
+        yield node, own, make_vehicle_config(name, own)
+
+
+def vehicle_arguments(argv: list[str]) -> list[str]:
+    """Return a server's arguments for ROS without those that rename or move all its nodes.
+
+    Parameters and remapped topics are for the vehicles, too; a node name or a namespace, which
+    is the server's, would make them all one.
+    """
+    kept: list[str] = []
+    inside = False
+    words = iter(argv)
+    for word in words:
+        inside = (inside or word == "--ros-args") and word != "--"
+        if not inside:
+            continue
+        if word in _REMAPS:
+            rule = next(words, "")
+            if not rule.startswith(_NODE_REMAPS):
+                kept += [word, rule]
+        else:
+            kept.append(word)
+    return kept

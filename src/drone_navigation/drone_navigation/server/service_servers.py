@@ -1,0 +1,102 @@
+"""The services of the navigation server: pause, resume, hold, arm, disarm, set_mode."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from custom_interfaces.srv import SetMode
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import Clock
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.fleet import DriverThread
+from navigation_bridge.goals.goal import ServiceDone
+from navigation_bridge.services import Service
+
+_CALL_TIMEOUT_S = 2.0
+# Longer than a mode change and an arming may take (``VehicleConfig.operation_timeout_s`` each).
+_DONE_TIMEOUT_S = 25.0
+
+
+class ServiceServers:
+    """Offers ``~/pause``, ``~/resume``, ``~/hold``, ``~/arm``, ``~/disarm``, ``~/set_mode``."""
+
+    def __init__(self, node: Node, bridge: Bridge, driver: DriverThread, clock: Clock) -> None:
+        """Offer the services on ``node``: all are std_srvs/Trigger, but set_mode."""
+        self._bridge = bridge
+        self._driver = driver
+        self._clock = clock
+        self._numbers = itertools.count(1)
+        self._waiting: dict[int, threading.Event] = {}
+        self._answers: dict[int, ServiceDone] = {}
+        group = ReentrantCallbackGroup()
+        callbacks: dict[str, Callable[[Trigger.Request, Trigger.Response], Trigger.Response]] = {
+            "pause": partial(self._ask, bridge.pause),
+            "resume": partial(self._ask, bridge.resume),
+        }
+        callbacks |= {
+            service.value: partial(self._serve, service)
+            for service in Service
+            if service is not Service.SET_MODE
+        }
+        self._servers = [
+            node.create_service(Trigger, f"~/{name}", callback, callback_group=group)
+            for name, callback in callbacks.items()
+        ]
+        self._servers.append(
+            node.create_service(
+                SetMode,
+                f"~/{Service.SET_MODE.value}",
+                partial(self._serve, Service.SET_MODE),
+                callback_group=group,
+            )
+        )
+
+    # --- executor threads --------------------------------------------------------------
+
+    def _ask(
+        self,
+        question: Callable[[float], tuple[bool, str]],
+        _request: Trigger.Request,
+        response: Trigger.Response,
+    ) -> Trigger.Response:
+        try:
+            response.success, response.message = self._driver.call(
+                lambda: question(self._clock.now()), _CALL_TIMEOUT_S
+            )
+        except DriverError as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def _serve(self, service: Service, request: Any, response: Any) -> Any:
+        number = next(self._numbers)
+        mode = request.mode if service is Service.SET_MODE else ""
+        done = self._waiting[number] = threading.Event()
+        try:
+            self._driver.post(lambda: self._bridge.serve(number, service, self._clock.now(), mode))
+            done.wait(_DONE_TIMEOUT_S)
+        finally:
+            del self._waiting[number]
+        answer = self._answers.pop(number, None)
+        if answer is None:
+            response.success = False
+            response.message = f"No answer from the vehicle within {_DONE_TIMEOUT_S:g} s."
+        else:
+            response.success, response.message = answer.success, answer.message
+        return response
+
+    # --- driver thread -----------------------------------------------------------------
+
+    def finish(self, answer: ServiceDone) -> None:
+        """Let the service callback that waits for this answer return it."""
+        waiting = self._waiting.get(answer.number)
+        if waiting is not None:
+            self._answers[answer.number] = answer
+            waiting.set()

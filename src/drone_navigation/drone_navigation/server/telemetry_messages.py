@@ -1,0 +1,378 @@
+"""The vehicle's state as standard ROS messages.
+
+Frames are those of REP-103 and REP-105: positions in ``map`` (ENU), velocities of an odometry
+in ``base_link`` (FLU). What the vehicle does not say is NaN or the message's own "unknown",
+never a number that looks measured.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from nav_msgs.msg import Odometry, Path
+from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
+
+from custom_interfaces.msg import GoalRejected as GoalRejectedMessage
+from custom_interfaces.msg import HomePosition, VehicleStatus
+from drone_navigation.server.conversions import code_number, pose_stamped
+from drone_navigation.server.frame_names import PLAIN, FrameNames
+from mavlink_vehicle.positions import frames
+from mavlink_vehicle.state.health import battery_is_low, estimator_faults
+from mavlink_vehicle.state.reducer import VehicleState
+from mavlink_vehicle.state.telemetry import GpsFix
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.goals.goal import GoalRejected
+from navigation_bridge.vehicle.failsafes import failsafe_code
+from navigation_bridge.vehicle.link_health import LinkHealth
+from navigation_bridge.vehicle.map_frame import MapPose
+from navigation_bridge.vehicle.station_health import StationHealth
+from navigation_core.geometry import Vector3
+from navigation_core.safety.lateness import LATE_S, TOO_LATE_S, WINDOW_S
+
+# MAVLink's GPS_FIX_TYPE.
+_FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT, _FIX_RTK_FIXED = 3, 4, 5, 6
+# What is assumed where the vehicle says nothing of its accuracy, as standard deviations: a GPS
+# receiver without corrections, and the attitude and rates of a small autopilot.
+_POSITION_M, _HEIGHT_M, _VELOCITY_M_S = 2.5, 4.0, 0.3
+_TILT_RAD, _YAW_RAD, _RATE_RAD_S = math.radians(2.0), math.radians(5.0), math.radians(2.0)
+# Error of a receiver's range, by which its dilution of precision is multiplied.
+_RANGE_ERROR_M = 2.0
+
+
+def odometry(
+    pose: MapPose, state: VehicleState, stamp: Time, names: FrameNames = PLAIN
+) -> Odometry:
+    """Return pose in ``map`` and velocity in ``base_link``.
+
+    The position's covariance is what the GPS receiver says of its accuracy, which the
+    estimator is about as good as. Where the vehicle says nothing, it is an assumption on the safe
+    side, never zero, which filters take for certainty.
+    """
+    message = Odometry()
+    message.header.stamp = stamp
+    message.header.frame_id = names.map
+    message.child_frame_id = names.base_link
+    message.pose.pose = pose_stamped(pose, stamp).pose
+    horizontal_m, vertical_m, _ = _accuracy_m(state.gps)
+    deviations = (horizontal_m, horizontal_m, vertical_m, _TILT_RAD, _TILT_RAD, _YAW_RAD)
+    rates = (_VELOCITY_M_S,) * 3 + (_RATE_RAD_S,) * 3
+    for index in range(6):
+        message.pose.covariance[7 * index] = deviations[index] ** 2
+        message.twist.covariance[7 * index] = rates[index] ** 2
+    position = state.global_position
+    if position is not None:
+        linear = message.twist.twist.linear
+        linear.x, linear.y, linear.z = _into_body(
+            frames.ned_to_enu(position.velocity_ned_m_s), pose.orientation_xyzw
+        )
+    if state.attitude is not None:
+        rate = state.attitude.rates_frd_rad_s
+        angular = message.twist.twist.angular
+        angular.x, angular.y, angular.z = rate[0], -rate[1], -rate[2]
+    return message
+
+
+def _into_body(vector_enu: Vector3, orientation_xyzw: tuple[float, float, float, float]) -> Vector3:
+    """Turn a vector of the map frame into the body's axes (FLU)."""
+    x, y, z, w = orientation_xyzw
+    turned = frames.quaternion_multiply(
+        (w, -x, -y, -z), frames.quaternion_multiply((0.0, *vector_enu), (w, x, y, z))
+    )
+    return turned[1], turned[2], turned[3]
+
+
+def transform(pose: MapPose, stamp: Time, names: FrameNames = PLAIN) -> TransformStamped:
+    """Return the transform from ``map`` to ``base_link``."""
+    message = TransformStamped()
+    message.header.stamp = stamp
+    message.header.frame_id = names.map
+    message.child_frame_id = names.base_link
+    source = pose_stamped(pose, stamp).pose
+    translation = message.transform.translation
+    translation.x, translation.y, translation.z = pose.position_enu_m
+    message.transform.rotation = source.orientation
+    return message
+
+
+def nav_sat_fix(state: VehicleState, stamp: Time, names: FrameNames = PLAIN) -> NavSatFix:
+    """Return what the GPS receiver says; its altitude is above the ellipsoid, or NaN."""
+    message = NavSatFix()
+    message.header.stamp = stamp
+    message.header.frame_id = names.gps
+    message.status.service = NavSatStatus.SERVICE_GPS
+    gps = state.gps
+    fix_type = 0 if gps is None else gps.fix_type
+    if fix_type < _FIX_3D:
+        message.status.status = NavSatStatus.STATUS_NO_FIX
+    elif fix_type >= _FIX_RTK_FLOAT:
+        message.status.status = NavSatStatus.STATUS_GBAS_FIX
+    elif fix_type == _FIX_DGPS:
+        message.status.status = NavSatStatus.STATUS_SBAS_FIX
+    else:
+        message.status.status = NavSatStatus.STATUS_FIX
+    message.latitude = message.longitude = message.altitude = math.nan
+    if gps is None:
+        return message
+    message.latitude = _or_nan(gps.latitude_deg)
+    message.longitude = _or_nan(gps.longitude_deg)
+    message.altitude = _or_nan(gps.altitude_ellipsoid_m)
+    horizontal_m, vertical_m, measured = _accuracy_m(gps)
+    if fix_type < _FIX_3D and not measured:
+        return message
+    message.position_covariance[0] = message.position_covariance[4] = horizontal_m**2
+    message.position_covariance[8] = vertical_m**2
+    message.position_covariance_type = (
+        NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+        if measured
+        else NavSatFix.COVARIANCE_TYPE_APPROXIMATED
+    )
+    return message
+
+
+def _accuracy_m(gps: GpsFix | None) -> tuple[float, float, bool]:
+    """Return horizontal and vertical standard deviation, and whether the receiver says them."""
+    if gps is not None and gps.horizontal_accuracy_m is not None:
+        vertical_m = gps.vertical_accuracy_m or gps.horizontal_accuracy_m
+        return gps.horizontal_accuracy_m, vertical_m, True
+    if gps is None:
+        return _POSITION_M, _HEIGHT_M, False
+    horizontal_m = _POSITION_M if gps.hdop is None else max(gps.hdop, 0.1) * _RANGE_ERROR_M
+    vertical_m = _HEIGHT_M if gps.vdop is None else max(gps.vdop, 0.1) * _RANGE_ERROR_M
+    return horizontal_m, vertical_m, False
+
+
+def goal_rejected(rejected: GoalRejected, stamp: Time) -> GoalRejectedMessage:
+    """Return why a goal was rejected, in parts."""
+    message = GoalRejectedMessage()
+    message.header.stamp = stamp
+    message.error_code = code_number(rejected.rejection.code)
+    message.code = rejected.rejection.code.value
+    message.message = rejected.rejection.message
+    return message
+
+
+def home_position(
+    bridge: Bridge, state: VehicleState, stamp: Time, names: FrameNames = PLAIN
+) -> HomePosition:
+    """Return the launch point; the vehicle must have said it."""
+    assert state.home is not None
+    message = HomePosition()
+    message.header.stamp = stamp
+    message.header.frame_id = names.map
+    message.latitude, message.longitude = state.home.latitude_deg, state.home.longitude_deg
+    message.altitude_amsl = state.home.altitude_amsl_m
+    place = bridge.home_enu_m or (math.nan, math.nan, math.nan)
+    message.position.x, message.position.y, message.position.z = place
+    return message
+
+
+def is_same_home(before: HomePosition, now: HomePosition) -> bool:
+    """Whether two messages tell the same place; each that is sent has another stamp."""
+    return (
+        before.latitude == now.latitude
+        and before.longitude == now.longitude
+        and before.altitude_amsl == now.altitude_amsl
+        and math.isnan(before.position.x) == math.isnan(now.position.x)
+    )
+
+
+def battery_state(state: VehicleState, stamp: Time) -> BatteryState:
+    """Return the battery; current is negative while it discharges, as the message defines."""
+    message = BatteryState()
+    message.header.stamp = stamp
+    message.voltage = message.temperature = message.current = message.charge = math.nan
+    message.capacity = message.design_capacity = message.percentage = math.nan
+    message.power_supply_technology = BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN
+    battery = state.battery
+    if battery is None:
+        message.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
+        return message
+    message.present = True
+    message.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    message.voltage = _or_nan(battery.voltage_v)
+    message.current = math.nan if battery.current_a is None else -battery.current_a
+    message.percentage = _or_nan(battery.remaining)
+    return message
+
+
+def path(points_enu_m: Sequence[Vector3], stamp: Time, names: FrameNames = PLAIN) -> Path:
+    """Return the way that is planned, in ``map``."""
+    message = Path()
+    message.header.stamp = stamp
+    message.header.frame_id = names.map
+    for point in points_enu_m:
+        pose = PoseStamped()
+        pose.header = message.header
+        pose.pose.position.x, pose.pose.position.y, pose.pose.position.z = point
+        message.poses.append(pose)
+    return message
+
+
+def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
+    """Return what is known about the vehicle; nothing of the server that publishes it.
+
+    Args:
+        bridge: of the vehicle.
+        stamp: of the message.
+    """
+    vehicle, state = bridge.vehicle, bridge.vehicle.state
+    message = VehicleStatus()
+    message.header.stamp = stamp
+    message.connected = vehicle.connected
+    message.autopilot = "" if vehicle.profile is None else vehicle.profile.name
+    message.firmware_version = state.firmware_version or ""
+    message.mode = vehicle.mode_name
+    message.armed = state.armed
+    message.in_control = vehicle.in_control_mode
+    message.landed_state = int(state.landed_state)
+    message.position_valid = bridge.pose is not None
+    message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
+    message.active_goal = bridge.active_goal_id or ""
+    message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
+    return message
+
+
+def diagnostic(bridge: Bridge, health: LinkHealth, name: str, hardware_id: str) -> DiagnosticStatus:
+    """Return the state of the link to the vehicle."""
+    message = DiagnosticStatus()
+    message.name = f"{name}: vehicle link"
+    message.hardware_id = hardware_id
+    message.level, message.message = _level(bridge, health)
+    message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
+    return message
+
+
+def station_diagnostic(health: StationHealth, name: str, url: str) -> DiagnosticStatus:
+    """Return what comes by a link to ground stations."""
+    message = DiagnosticStatus()
+    message.name = f"{name}: ground station link {url}"
+    message.hardware_id = url
+    message.level = DiagnosticStatus.WARN if health.trouble else DiagnosticStatus.OK
+    message.message = health.message
+    message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
+    return message
+
+
+def obstacle_diagnostic(
+    bridge: Bridge, name: str, hardware_id: str, now: float
+) -> DiagnosticStatus:
+    """Return how well obstacles are seen."""
+    feed = bridge.obstacles
+    message = DiagnosticStatus()
+    message.name = f"{name}: obstacle sensors"
+    message.hardware_id = hardware_id
+    age_s = feed.age_s(now)
+    if not feed.has_sensor:
+        message.level, message.message = DiagnosticStatus.OK, "No obstacle sensor is heard"
+    elif age_s > feed.timeout_s:
+        message.level = DiagnosticStatus.STALE
+        message.message = f"An obstacle sensor has been silent for {age_s:.1f} s"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Obstacles are seen"
+    values = {f"{kind} age": f"{age_s:.1f} s" for kind, age_s in feed.ages_s(now).items()}
+    values["known obstacles"] = str(len(feed.standing.known))
+    values["sensed obstacles"] = str(len(feed.sensed))
+    values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
+    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return message
+
+
+def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
+    """Return how late setpoints are."""
+    lateness, recent_s = bridge.lateness, bridge.lateness.recent_s(now)
+    message = DiagnosticStatus()
+    message.name = f"{name}: control loop"
+    message.hardware_id = hardware_id
+    if recent_s >= TOO_LATE_S:
+        message.level, message.message = DiagnosticStatus.ERROR, "Too late: the vehicle is stopped"
+    elif recent_s >= LATE_S:
+        message.level, message.message = DiagnosticStatus.WARN, "Late: the vehicle is slowed down"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Setpoints are in time"
+    message.values = [
+        KeyValue(key=f"worst delay of the last {WINDOW_S:g} s", value=f"{recent_s:.3f} s"),
+        KeyValue(key="worst delay", value=f"{lateness.worst_s:.3f} s"),
+        KeyValue(key=f"delays of {LATE_S:g} s or more", value=str(lateness.count)),
+    ]
+    return message
+
+
+def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
+    """Return how good the GPS is."""
+    message = DiagnosticStatus(name=f"{name}: GPS", hardware_id=hardware_id)
+    gps = state.gps
+    if gps is None:
+        message.level, message.message = DiagnosticStatus.STALE, "No GPS_RAW_INT was heard"
+        return message
+    if gps.fix_type < _FIX_3D:
+        message.level, message.message = DiagnosticStatus.ERROR, "No 3D fix"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "3D fix"
+    horizontal_m, vertical_m, _ = _accuracy_m(gps)
+    values = {
+        "GPS_FIX_TYPE": str(gps.fix_type),
+        "satellites": "unknown" if gps.satellites is None else str(gps.satellites),
+        "HDOP": "unknown" if gps.hdop is None else f"{gps.hdop:.2f}",
+        "horizontal accuracy": f"{horizontal_m:.2f} m",
+        "vertical accuracy": f"{vertical_m:.2f} m",
+    }
+    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return message
+
+
+def estimator_diagnostic(bridge: Bridge, name: str, hardware_id: str) -> DiagnosticStatus:
+    """Return whether the vehicle knows where it is."""
+    message = DiagnosticStatus(name=f"{name}: estimator", hardware_id=hardware_id)
+    state = bridge.vehicle.state
+    faults = estimator_faults(state)
+    if state.estimator is None and bridge.pose is None:
+        message.level, message.message = DiagnosticStatus.STALE, "Nothing was heard of it"
+    elif faults:
+        message.level, message.message = DiagnosticStatus.ERROR, "; ".join(faults)
+    elif bridge.pose is None:
+        message.level, message.message = DiagnosticStatus.WARN, "No valid position yet"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Position valid"
+    flags = "unknown" if state.estimator is None else f"{state.estimator.flags:#06x}"
+    message.values = [KeyValue(key="flags", value=flags)]
+    return message
+
+
+def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
+    """Return how full the battery is, by what the autopilot thinks of it."""
+    message = DiagnosticStatus(name=f"{name}: battery", hardware_id=hardware_id)
+    battery = state.battery
+    if battery is None:
+        message.level, message.message = DiagnosticStatus.STALE, "Nothing was heard of it"
+        return message
+    if battery_is_low(battery):
+        message.level, message.message = DiagnosticStatus.WARN, "Low, as the autopilot says"
+    else:
+        message.level, message.message = DiagnosticStatus.OK, "Not low"
+    values = {
+        "remaining": "unknown" if battery.remaining is None else f"{100 * battery.remaining:.0f} %",
+        "voltage": "unknown" if battery.voltage_v is None else f"{battery.voltage_v:.2f} V",
+        "current": "unknown" if battery.current_a is None else f"{battery.current_a:.2f} A",
+        "consumed": "unknown" if battery.consumed_ah is None else f"{battery.consumed_ah:.2f} Ah",
+    }
+    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return message
+
+
+def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
+    if not bridge.vehicle.discovered:
+        return DiagnosticStatus.ERROR, "No autopilot was heard yet"
+    if not bridge.vehicle.connected:
+        return DiagnosticStatus.STALE, "No HEARTBEAT"
+    if health.loss_share > health.LOSS_WARNING:
+        return DiagnosticStatus.WARN, f"{100.0 * health.loss_share:.0f} % of the messages are lost"
+    return DiagnosticStatus.OK, "Connected"
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value

@@ -1,0 +1,230 @@
+"""Topics of the navigation server: the vehicle, the plan, and what happens to goals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol, TypeAlias
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import BatteryState, NavSatFix
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from custom_interfaces.msg import GoalEvent, HomePosition, VehicleStatus
+from custom_interfaces.msg import GoalRejected as GoalRejectedMessage
+from drone_navigation.presence import Presence
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
+from drone_navigation.server import telemetry_messages as messages
+from drone_navigation.server.conversions import pose_stamped
+from drone_navigation.server.frame_names import PLAIN, FrameNames
+from drone_navigation.server.obstacle_markers import ObstacleMarkers
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.state.reducer import VehicleState
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.goals.goal import GoalHappened, GoalRejected, PlanChanged
+from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_bridge.vehicle.link_health import LinkHealth
+from navigation_bridge.vehicle.station_health import StationHealth
+
+try:  # The wheels of ROS have no tf2_msgs; an installed ROS does.
+    from tf2_msgs.msg import TFMessage
+except ImportError:
+    TFMessage = None
+
+_PERIOD_S = 1.0
+
+StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]
+
+
+class PublishingNode(Protocol):
+    """What is needed of a ROS node; :mod:`drone_navigation.bag.topics` has another one."""
+
+    def create_publisher(self, message_type: Any, topic: str, qos: QoSProfile | int) -> Any:
+        """Return what has a method ``publish``."""
+
+    def get_fully_qualified_name(self) -> str:
+        """Return the node's name with its namespace."""
+
+    def get_clock(self) -> Any:
+        """Return what tells the time of stamps."""
+
+
+class Topics:
+    """Publishers of the server; used by the driver thread only."""
+
+    def __init__(
+        self,
+        node: PublishingNode,
+        bridge: Bridge,
+        statistics: Callable[[], LinkStatistics],
+        frames: FrameNames = PLAIN,
+        stations: StationLinks | None = None,
+        presence: Presence | None = None,
+    ) -> None:
+        """Advertise the topics, all but ``/diagnostics`` and ``/tf`` under the node's name.
+
+        Args:
+            node: who publishes.
+            bridge: what is told about.
+            statistics: returns what was met on the vehicle's link.
+            frames: names of the vehicle's frames.
+            stations: returns URL and counts of the links to ground stations, if this is the
+                one that tells of them.
+            presence: knows of other servers of the name; None in a bag.
+        """
+        self._presence = presence
+        self._node = node
+        self._bridge = bridge
+        self._statistics = statistics
+        self._frames = frames
+        self._name = node.get_fully_qualified_name().strip("/")
+        self._health = LinkHealth()
+        self._stations = stations
+        self._station_health: dict[str, StationHealth] = {}
+        self._seen: VehicleState | None = None
+        self._status: VehicleStatus | None = None
+        self._status_key: tuple[object, ...] = ()
+        self._known_home: HomePosition | None = None
+        self._next_s = 0.0
+        self._last_rejection = node.create_publisher(String, "~/last_rejection", LATCHED_QOS)
+        self._goal_rejected = node.create_publisher(
+            GoalRejectedMessage, "~/goal_rejected", LATCHED_QOS
+        )
+        self._home = node.create_publisher(HomePosition, "~/home", LATCHED_QOS)
+        self._pose = node.create_publisher(PoseStamped, "~/pose", STREAM_QOS)
+        self._odometry = node.create_publisher(Odometry, "~/odometry", STREAM_QOS)
+        self._fix = node.create_publisher(NavSatFix, "~/fix", STREAM_QOS)
+        self._battery = node.create_publisher(BatteryState, "~/battery", STREAM_QOS)
+        self._plan = node.create_publisher(Path, "~/plan", LATCHED_QOS)
+        self._vehicle_status = node.create_publisher(VehicleStatus, "~/vehicle_status", LATCHED_QOS)
+        self._goal_events = node.create_publisher(GoalEvent, "~/goal_events", STREAM_QOS)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", STREAM_QOS)
+        self._obstacles = ObstacleMarkers(
+            node.create_publisher(MarkerArray, "~/obstacles", LATCHED_QOS), bridge, frames.map
+        )
+        self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
+
+    def begin_again(self) -> None:
+        """Forget what was published: a recording is played from its beginning."""
+        self._health = LinkHealth()
+        self._seen = self._status = self._known_home = None
+        self._next_s = 0.0
+
+    def publish_rejection(self, rejected: GoalRejected) -> None:
+        """Publish why the last goal was rejected: as "CODE: sentence", and in parts."""
+        self._last_rejection.publish(String(data=rejected.text))
+        self._goal_rejected.publish(messages.goal_rejected(rejected, self._stamp()))
+
+    def publish_plan(self, plan: PlanChanged) -> None:
+        """Publish the way that is flown; an empty one when there is none."""
+        self._plan.publish(messages.path(plan.path_enu_m, self._stamp(), self._frames))
+
+    def publish_event(self, happened: GoalHappened) -> None:
+        """Publish what happened to a goal."""
+        message = GoalEvent(
+            goal_id=happened.goal_id,
+            event=happened.event,
+            what=happened.what,
+            message=happened.message,
+        )
+        message.header.stamp = self._stamp()
+        self._goal_events.publish(message)
+
+    def next_deadline(self) -> float:
+        """Return when :meth:`update` wants to be called at the latest."""
+        return self._next_s
+
+    def update(self, now: float) -> None:
+        """Publish what is new in the vehicle's state, and once a second the rest."""
+        before, state = self._seen, self._bridge.vehicle.state
+        periodic = now >= self._next_s
+        if state is before and not periodic:
+            return
+        self._seen = state
+        stamp = self._stamp()
+        self._obstacles.update(stamp, now)
+        if before is None or state.global_position is not before.global_position:
+            self._publish_pose(state, stamp)
+        if before is None or state.gps is not before.gps:
+            self._fix.publish(messages.nav_sat_fix(state, stamp, self._frames))
+        if before is None or state.battery is not before.battery:
+            self._battery.publish(messages.battery_state(state, stamp))
+        if state.home is not None and (before is None or state.home is not before.home):
+            self._publish_home(state, stamp)
+        key = _status_key(self._bridge, state)
+        if periodic or key != self._status_key:
+            self._status_key = key
+            self._publish_status(stamp, periodic)
+        if periodic:
+            self._next_s = now + _PERIOD_S
+            self._publish_diagnostics(stamp, now)
+
+    def _publish_pose(self, state: VehicleState, stamp: Any) -> None:
+        pose = self._bridge.pose
+        if pose is None:
+            return
+        self._pose.publish(pose_stamped(pose, stamp, self._frames.map))
+        self._odometry.publish(messages.odometry(pose, state, stamp, self._frames))
+        if self._tf is not None:
+            self._tf.publish(TFMessage(transforms=[messages.transform(pose, stamp, self._frames)]))
+
+    def _publish_home(self, state: VehicleState, stamp: Any) -> None:
+        home = messages.home_position(self._bridge, state, stamp, self._frames)
+        known = self._known_home
+        if known is None or not messages.is_same_home(known, home):
+            self._known_home = home
+            self._home.publish(home)
+
+    def _publish_status(self, stamp: Any, always: bool) -> None:
+        status = messages.vehicle_status(self._bridge, stamp)
+        if self._presence is not None:
+            status.server_id = self._presence.own_id
+            status.other_server = self._presence.rejection() is not None
+        if self._status is not None:
+            self._status.header.stamp = stamp
+        if always or status != self._status:
+            self._status = status
+            self._vehicle_status.publish(status)
+
+    def _publish_diagnostics(self, stamp: Any, now: float) -> None:
+        vehicle = self._bridge.vehicle
+        self._health.update(vehicle, self._statistics(), now)
+        message = DiagnosticArray()
+        message.header.stamp = stamp
+        system_id = vehicle.state.system_id
+        hardware = f"system {system_id}"
+        message.status = [
+            messages.diagnostic(self._bridge, self._health, self._name, hardware),
+            messages.obstacle_diagnostic(self._bridge, self._name, hardware, now),
+            messages.loop_diagnostic(self._bridge, self._name, hardware, now),
+            messages.gps_diagnostic(vehicle.state, self._name, hardware),
+            messages.estimator_diagnostic(self._bridge, self._name, hardware),
+            messages.battery_diagnostic(vehicle.state, self._name, hardware),
+        ]
+        for url, statistics in self._stations() if self._stations else ():
+            health = self._station_health.setdefault(url, StationHealth())
+            health.update(statistics)
+            message.status.append(messages.station_diagnostic(health, SERVER_NODE_NAME, url))
+        self._diagnostics.publish(message)
+
+    def _stamp(self) -> Any:
+        return self._node.get_clock().now().to_msg()
+
+
+def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
+    """Return all that the status tells, as far as it costs nothing to compare."""
+    vehicle = bridge.vehicle
+    return (
+        state.custom_mode,
+        state.armed,
+        state.landed_state,
+        state.failsafe,
+        state.texts,
+        bridge.pose is None,
+        vehicle.connected,
+        vehicle.in_control_mode,
+        bridge.active_goal_id,
+    )

@@ -1,0 +1,169 @@
+"""What a fleet runs for one vehicle: its bridge, and the way of its outputs to ROS and recorder."""
+
+from __future__ import annotations
+
+import traceback
+
+from rclpy.node import Node
+
+from drone_navigation.server.actions import GoalServers
+from drone_navigation.server.service_servers import ServiceServers
+from drone_navigation.server.topics import Topics
+from mavlink_vehicle.codec import Codec, Message, with_source
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.tlog import TlogWriter
+from navigation_bridge import notes
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.goals.goal import (
+    Annotation,
+    CancelWanted,
+    GoalFeedback,
+    GoalFinished,
+    GoalHappened,
+    GoalRejected,
+    LogLevel,
+    LogLine,
+    Output,
+    PlanChanged,
+    ServiceDone,
+)
+from navigation_bridge.recording.noted_outputs import NotedOutputs
+from navigation_core.outcomes import OutcomeCode
+
+
+class VehicleApplication:
+    """The bridge of one vehicle, and where what it puts out goes to."""
+
+    def __init__(self, bridge: Bridge, recorder: TlogWriter | None, clock: Clock) -> None:
+        """Compose; :meth:`attach` must follow before the driver starts."""
+        self._bridge = bridge
+        self._recorder = recorder
+        self._clock = clock
+        self._notes = Codec(source_system=1, source_component=notes.COMPONENT_ID)
+        self._noted = NotedOutputs(bridge)
+        self._server: GoalServers | None = None
+        self._services: ServiceServers | None = None
+        self._topics: Topics | None = None
+        self._node: Node | None = None
+
+    def attach(
+        self, node: Node, server: GoalServers, services: ServiceServers, topics: Topics
+    ) -> None:
+        """Say where outputs go."""
+        self._node, self._server, self._topics = node, server, topics
+        self._services = services
+
+    def start(self, now: float) -> None:
+        """Start the bridge."""
+        self._bridge.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Hand a message over and publish what follows from it at once."""
+        self._bridge.receive(message, now)
+        self._publish()
+        if self._topics is not None:
+            self._topics.update(now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Hand over what a ground station sent, and publish what follows from it at once."""
+        self._bridge.overhear(message, now)
+        self._publish()
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Put out again what a server noted into the recording that is played."""
+        system_id = self._bridge.vehicle.state.system_id
+        if system_id in (0, None, message.get_srcSystem()):
+            for output in self._noted.take(message, now):
+                self._put_out(output)
+
+    def begin_again(self) -> None:
+        """Forget all: a recording is played from its beginning."""
+        self._bridge.begin_again()
+        self._noted = NotedOutputs(self._bridge)
+        if self._topics is not None:
+            self._topics.begin_again()
+
+    def handle_timer(self, now: float) -> None:
+        """Let the bridge do what is due."""
+        self._bridge.handle_timer(now)
+        self._publish()
+        if self._topics is not None:
+            self._topics.update(now)
+
+    def next_deadline(self) -> float | None:
+        """Return when the bridge wants to be called."""
+        deadline = self._bridge.next_deadline()
+        if self._topics is None:
+            return deadline
+        own = self._topics.next_deadline()
+        return own if deadline is None else min(own, deadline)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return what is to be sent, after publishing what a request brought about."""
+        self._publish()
+        return self._bridge.messages_to_send()
+
+    def fail(self, error: Exception) -> None:
+        """End the active goal because of a defect, and tell it with its traceback."""
+        text = "".join(traceback.format_exception(type(error), error, error.__traceback__))
+        if self._node is not None:
+            self._node.get_logger().error(f"Internal error: {text}")
+        self._bridge.fail(
+            f"The server has a defect ({error}); the vehicle was told to hold.", self._clock.now()
+        )
+        self._publish()
+
+    def give_up(self, error: Exception) -> None:
+        """End all goals, without the bridge: it is not called again."""
+        if self._node is not None:
+            self._node.get_logger().fatal(str(error))
+        if self._server is not None:
+            self._server.abandon(OutcomeCode.INTERNAL_ERROR, str(error))
+
+    def _publish(self) -> None:
+        while (output := self._bridge.next_output()) is not None:
+            self._put_out(output)
+
+    def _put_out(self, output: Output) -> None:
+        if isinstance(output, GoalFeedback):
+            self._publish_feedback(output)
+        elif isinstance(output, GoalFinished) and self._server is not None:
+            self._server.finish(output)
+        elif isinstance(output, CancelWanted) and self._server is not None:
+            self._server.cancel(output.goal_id)
+        elif isinstance(output, (GoalRejected, GoalHappened, PlanChanged)):
+            self._publish_topic(output)
+        elif isinstance(output, ServiceDone) and self._services is not None:
+            self._services.finish(output)
+        elif isinstance(output, LogLine) and self._node is not None:
+            _log(self._node, output)
+        elif isinstance(output, Annotation) and self._recorder is not None:
+            system_id = self._bridge.vehicle.state.system_id or 1
+            note = with_source(output.message, system_id, notes.COMPONENT_ID)
+            self._recorder.write(self._notes.encode(note))
+
+    def _publish_topic(self, output: GoalRejected | GoalHappened | PlanChanged) -> None:
+        if self._topics is None:
+            return
+        if isinstance(output, GoalRejected):
+            self._topics.publish_rejection(output)
+        elif isinstance(output, GoalHappened):
+            self._topics.publish_event(output)
+        else:
+            self._topics.publish_plan(output)
+
+    def _publish_feedback(self, feedback: GoalFeedback) -> None:
+        if self._server is not None:
+            self._server.publish_feedback(feedback)
+
+
+def _log(node: Node, line: LogLine) -> None:
+    # rclpy keys its "once" and "throttle" filters by call site, so that one severity for
+    # each place is required.
+    logger = node.get_logger()
+    if line.level is LogLevel.ERROR:
+        logger.error(line.text)
+    elif line.level is LogLevel.WARN:
+        logger.warning(line.text)
+    else:
+        logger.info(line.text)

@@ -1,0 +1,166 @@
+"""One vehicle of a server: a ROS node with all that it offers, and the bridge behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+
+from drone_navigation.presence import SERVER_ID, Presence
+from drone_navigation.server.actions import GoalServers
+from drone_navigation.server.frame_names import FrameNames
+from drone_navigation.server.parameters import follow_changes
+from drone_navigation.server.sensor_topics import SensorTopics
+from drone_navigation.server.service_servers import ServiceServers
+from drone_navigation.server.spinning import Spinner
+from drone_navigation.server.topics import StationLinks, Topics
+from drone_navigation.server.vehicle_application import VehicleApplication
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import ServerConfig
+from navigation_bridge.configuration.parameter_table import ParameterValue
+from navigation_bridge.fleet import Member
+from navigation_bridge.vehicle.left_behind import what_is_left
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.searches import AT_ONCE, Searcher
+
+# One thread for each goal that is parked on its event, and some for goal, cancel and
+# result requests. A replaced goal leaves its thread within milliseconds. They are only
+# made when they are needed.
+_EXECUTOR_THREADS = 8
+
+
+class VehicleNode:
+    """One vehicle's node.
+
+    Its executor is its own, so that a client that keeps one vehicle's callbacks busy does not
+    keep the others waiting.
+
+    Attributes:
+        node: the ROS node, named ``navigation_server`` in the vehicle's namespace.
+        config: the settings at the start.
+        member: what a fleet runs; takes work for the bridge.
+        presence: knows of other servers of the vehicle's name; there from :meth:`serve` on.
+        told_ready: whether it was said that the vehicle's link is open.
+    """
+
+    presence: Presence
+
+    def __init__(
+        self,
+        node: Node,
+        values: dict[str, ParameterValue],
+        config: ServerConfig,
+        recorder: TlogWriter | None,
+        clock: Clock,
+        searcher: Searcher = AT_ONCE,
+    ) -> None:
+        """Make the vehicle's part on the driver's thread; :meth:`serve` makes the rest.
+
+        Args:
+            node: the vehicle's, on which its parameters are declared.
+            values: the parameters' values, which are kept up to date.
+            config: the settings that they make.
+            recorder: of all traffic of the server.
+            clock: the driver's.
+            searcher: who searches for paths.
+        """
+        self.node = node
+        self.config = config
+        self._values = values
+        self._clock = clock
+        self._bridge = Bridge(Vehicle(config.vehicle), config.bridge, searcher)
+        self._application = VehicleApplication(self._bridge, recorder, clock)
+        name = node.get_namespace().strip("/") or node.get_name()
+        self.member = Member(name, config.vehicle.target_system, self._application)
+        self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
+        self._server: GoalServers | None = None
+        self.told_ready = False
+
+    def serve(
+        self, statistics: Callable[[], LinkStatistics], stations: StationLinks | None = None
+    ) -> None:
+        """Offer actions, services and topics; the fleet has its driver by now.
+
+        Args:
+            statistics: returns what was met on the vehicle's link.
+            stations: returns URL and counts of the links to ground stations, if this node is
+                the one that tells of them.
+        """
+        node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
+        frames = FrameNames.of(node.get_namespace())
+        self.presence = Presence(node, SERVER_ID)
+        server = self._server = GoalServers(node, bridge, member, clock, frames, self.presence)
+        follow_changes(
+            node,
+            self._values,
+            lambda changed: member.post(lambda: bridge.configure(changed.bridge)),
+        )
+        services = ServiceServers(node, bridge, member, clock)
+        topics = Topics(node, bridge, statistics, frames, stations, self.presence)
+        self._application.attach(node, server, services, topics)
+        SensorTopics(node, bridge.obstacles, member, clock, self.config.bridge.obstacles, frames)
+
+    def start(self, is_open: bool) -> None:
+        """Begin to take requests.
+
+        Args:
+            is_open: whether bytes can pass the vehicle's link by now.
+        """
+        if is_open:
+            self.tell_ready()
+        else:
+            self.node.get_logger().warning(
+                f"Navigation server waiting for the link {self.config.link_url}"
+            )
+        self._spinner.start()
+
+    def tell_ready(self) -> None:
+        """Say that the vehicle's link is open."""
+        goto = self.config.bridge.goto
+        arming = "never arms"
+        if goto.may_leave_ground:
+            arming = "may arm and take off" if goto.may_arm else "may take off once it is armed"
+        self.node.get_logger().info(
+            f"Navigation server ready on {self.config.link_url}; it {arming}"
+        )
+        self.told_ready = True
+
+    def tell_what_is_left(self) -> None:
+        """Say in what state the vehicle is left, after the server has stopped."""
+        left = what_is_left(self._bridge.vehicle)
+        logger = self.node.get_logger()
+        if left.needs_attention:
+            logger.warning(left.sentence)
+        else:
+            logger.info(left.sentence)
+
+    def refuse(self, refusal: Rejection) -> None:
+        """Refuse all goals and services from now on."""
+        self._bridge.refuse(refusal)
+
+    def shut_down(self) -> None:
+        """Take no more goals, and have the vehicle brought to a stop and its goal ended."""
+        if self._server is not None:
+            self._server.close()
+        self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
+
+    def is_idle(self) -> bool:
+        """Whether no goal is open, or can end in order any more."""
+        return self._server is None or self._server.is_idle()
+
+    def abandon(self) -> None:
+        """End what goals are still open."""
+        if self._server is not None:
+            self._server.abandon(
+                OutcomeCode.INTERNAL_ERROR, "The server ended before the goal did."
+            )
+
+    def stop(self, timeout_s: float) -> None:
+        """Take no more requests."""
+        self._spinner.stop(timeout_s)

@@ -1,0 +1,1 @@
+"""Recorded flights explained: reports, plots and films. No ROS."""

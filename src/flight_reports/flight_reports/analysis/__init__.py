@@ -1,0 +1,1 @@
+"""What a recording tells about a flight, as figures and events."""

@@ -1,0 +1,172 @@
+"""What happened to a vehicle in a recording: modes, failsafes, restarts, words. No ROS."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from flight_reports.analysis.message_rates import Source
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import (
+    ArmedChanged,
+    FailsafeBegan,
+    FailsafeEnded,
+    ModeChanged,
+    StationActed,
+    StatusTextReceived,
+    VehicleEvent,
+    VehicleRebooted,
+)
+from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.vehicle import Vehicle
+from mavlink_vehicle.vehicle_config import VehicleConfig
+from navigation_bridge import notes
+from navigation_bridge.recording.recorded_notes import NotesReader
+
+# What an autopilot says with the same severity as of an accident, while it stands.
+_GROUNDED = ("prearm:", "arm:", "preflight")
+
+
+class Severity(enum.Enum):
+    """How much something deserves a look."""
+
+    BAD = "bad"
+    WARNING = "warning"
+    INFO = "info"
+
+
+class Moment(NamedTuple):
+    """Something that happened.
+
+    Attributes:
+        time_s: when.
+        kind: one word, for people.
+        text: a sentence or what was said; not to be trusted.
+        severity: how much it deserves a look.
+        by: the station that did it, if one did.
+    """
+
+    time_s: float
+    kind: str
+    text: str
+    severity: Severity
+    by: Source | None = None
+
+
+@dataclass
+class Retold:
+    """What the messages of a recording tell of one vehicle. Times are in s.
+
+    Attributes:
+        name: of the vehicle, "ArduPilot copter"; empty if there was no HEARTBEAT.
+        modes: (time, name) of each mode, the first included.
+        armed: (time, whether the motors are armed), the first included.
+        led: (time, whether it follows setpoints: armed, in the mode for them), the first included.
+        battery: (time, percent).
+        voltage: (time, V).
+        moments: what happened, in order.
+        noted: what the server noted about this vehicle.
+        state: at the end.
+    """
+
+    name: str = ""
+    modes: list[tuple[float, str]] = field(default_factory=list)
+    armed: list[tuple[float, bool]] = field(default_factory=list)
+    led: list[tuple[float, bool]] = field(default_factory=list)
+    battery: list[tuple[float, float]] = field(default_factory=list)
+    voltage: list[tuple[float, float]] = field(default_factory=list)
+    moments: list[Moment] = field(default_factory=list)
+    noted: NotesReader = field(default_factory=NotesReader)
+    state: VehicleState = field(default_factory=VehicleState)
+
+
+class Teller:
+    """Follows one vehicle through a recording by the code that flies."""
+
+    def __init__(self, source: Source, others: Iterable[int] = ()) -> None:
+        """Follow a vehicle.
+
+        Args:
+            source: its autopilot.
+            others: systems of the other vehicles in the recording, whose notes aren't taken.
+        """
+        self._source = source
+        self._others = frozenset(others) - {source[0]}
+        self._vehicle = Vehicle(VehicleConfig(target_system=source[0], target_component=source[1]))
+        self.retold = Retold()
+
+    def take(self, time_s: float, message: Message) -> None:
+        """Take in the next message of the recording, whoever sent it."""
+        if message.get_srcComponent() == notes.COMPONENT_ID:
+            if message.get_srcSystem() not in self._others:
+                self.retold.noted.take(time_s, message)
+            return
+        vehicle, before = self._vehicle, self._vehicle.state
+        deadline = vehicle.next_deadline()
+        if deadline is not None and deadline <= time_s:
+            vehicle.handle_timer(time_s)
+        vehicle.receive(message, time_s)
+        vehicle.messages_to_send()
+        while (event := vehicle.next_event()) is not None:
+            self._take_event(time_s, event)
+        self._take_state(time_s, before, vehicle.state)
+
+    def _take_state(self, time_s: float, before: VehicleState, state: VehicleState) -> None:
+        told = self.retold
+        if state is before:
+            return
+        told.state = state
+        if state.last_heartbeat_s is not None:
+            if not told.modes or told.modes[-1][1] != self._vehicle.mode_name:
+                told.modes.append((time_s, self._vehicle.mode_name))
+            if not told.armed or told.armed[-1][1] != state.armed:
+                told.armed.append((time_s, state.armed))
+            profile = self._vehicle.profile
+            modeless = profile is None or profile.control_mode is None
+            led = state.armed and (modeless or self._vehicle.in_control_mode)
+            if not told.led or told.led[-1][1] != led:
+                told.led.append((time_s, led))
+            if not told.name and profile is not None:
+                told.name = profile.name
+        battery = state.battery
+        if battery is not None and battery is not before.battery:
+            if battery.remaining is not None:
+                told.battery.append((time_s, 100.0 * battery.remaining))
+            if battery.voltage_v is not None:
+                told.voltage.append((time_s, battery.voltage_v))
+
+    def _take_event(self, time_s: float, event: VehicleEvent) -> None:
+        moment = _moment(time_s, event)
+        if moment is not None:
+            self.retold.moments.append(moment)
+
+
+def _moment(time_s: float, event: VehicleEvent) -> Moment | None:
+    if isinstance(event, ModeChanged):
+        return Moment(time_s, "mode", f"Mode {event.name}", Severity.INFO)
+    if isinstance(event, ArmedChanged):
+        text = "Motors armed" if event.armed else "Motors disarmed"
+        return Moment(time_s, "arming", text, Severity.INFO)
+    if isinstance(event, FailsafeBegan):
+        text = f"Failsafe ({event.kind.value}): {event.text}"
+        return Moment(time_s, "failsafe", text, Severity.BAD)
+    if isinstance(event, FailsafeEnded):
+        return Moment(time_s, "failsafe", f"Failsafe ({event.kind.value}) over", Severity.INFO)
+    if isinstance(event, VehicleRebooted):
+        return Moment(time_s, "restart", "The autopilot restarted", Severity.BAD)
+    if isinstance(event, StationActed):
+        who = "Somebody" if event.station is None else f"Station {named(event.station)}"
+        text = f"{who} {event.act.value} ({event.how})"
+        return Moment(time_s, "station", text, Severity.WARNING, event.station)
+    if isinstance(event, StatusTextReceived) and event.severity <= mavlink.MAV_SEVERITY_WARNING:
+        grounded = event.text.lower().startswith(_GROUNDED)
+        bad = event.severity <= mavlink.MAV_SEVERITY_CRITICAL and not grounded
+        return Moment(time_s, "text", event.text, Severity.BAD if bad else Severity.WARNING)
+    return None
+
+
+def named(source: Source) -> str:
+    """Return a sender as people write it."""
+    return f"{source[0]}/{source[1]}"

@@ -1,0 +1,84 @@
+"""What the sensors in a log told of obstacles, and how near they were. No ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight_reports.analysis.log_reader import Floats, LogContents
+from flight_reports.analysis.message_rates import Source
+from flight_reports.flight_recording import RecordingError, read_recording
+from navigation_core.mapping.obstacles import Obstacles
+
+LARGEST_LOG_BYTES = 8 << 20
+"""All of a log goes through the code that flies, which takes some three seconds for each MB."""
+_SENSORS = frozenset({"OBSTACLE_DISTANCE", "DISTANCE_SENSOR"})
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """Obstacles of the map that the sensors in a log make.
+
+    Attributes:
+        ever: all that were ever in the map.
+        at_end: those that were in it at the end.
+    """
+
+    ever: Obstacles
+    at_end: Obstacles
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """How near the nearest thing was that a scanner measured.
+
+    Attributes:
+        time_s: shape (n,), since the log's first packet.
+        distance_m: shape (n,), from the scanner; infinite where it saw nothing.
+    """
+
+    time_s: Floats
+    distance_m: Floats
+
+
+def read_clearance(contents: LogContents, vehicle: Source) -> Clearance:
+    """Return the shortest distance of each OBSTACLE_DISTANCE of a vehicle's system.
+
+    It is measured, and not reckoned from the map: there, what moves leaves places behind that are
+    still taken for occupied, and the vehicle may well be near those.
+    """
+    records = contents.records.get("OBSTACLE_DISTANCE")
+    if records is None:
+        return Clearance(np.zeros(0), np.zeros(0))
+    own = records[records["system"] == vehicle[0]]
+    # Above the sensor's reach means nothing was there; UINT16_MAX, that it was not looked
+    # (https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE).
+    there = own["distances"] <= own["max_distance"][:, None]
+    distance_m = np.where(there, own["distances"] * 0.01, np.inf).min(axis=1)
+    return Clearance(own["time_s"].astype(np.float64), distance_m)
+
+
+def obstacles_left_out(contents: LogContents) -> bool:
+    """Tell whether the log has what obstacles are seen from, but too much of it."""
+    return contents.counts.bytes > LARGEST_LOG_BYTES and bool(_SENSORS & contents.names)
+
+
+def read_sensed(contents: LogContents, vehicle: Source) -> Sensed | None:
+    """Return what the sensors of a vehicle saw.
+
+    Returns:
+        None if nothing was seen, the log is too long, or another vehicle was the one to see.
+    """
+    if obstacles_left_out(contents) or not _SENSORS & contents.names:
+        return None
+    try:
+        recording = read_recording(contents.path)
+    except RecordingError:
+        return None
+    if not recording.vehicle.endswith(f", system {vehicle[0]}") or not len(recording.obstacles):
+        return None
+    held = recording.obstacles.values
+    posts = np.unique(np.concatenate([one.posts for one in held]).round(3), axis=0)
+    boxes = np.unique(np.concatenate([one.boxes for one in held]).round(3), axis=0)
+    return Sensed(ever=Obstacles(posts, boxes), at_end=held[-1])

@@ -1,0 +1,251 @@
+"""Where a recorded vehicle was, and where it was told to be. No ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight_logs.records import Records
+from flight_reports.analysis.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
+from flight_reports.analysis.message_rates import Source
+from flight_reports.analysis.tracking import Samples
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
+from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
+from mavlink_vehicle.profiles import GENERIC, profile_for
+
+# Standing still, a position wanders; it has moved when it is this far from where it was.
+_MOVED_M = 0.3
+_POSITION_IGNORED = 0b111
+_VELOCITY_IGNORED = 0b111 << 3
+
+
+@dataclass(frozen=True)
+class Track:
+    """Where a vehicle was. Lengths in metres, times in seconds.
+
+    Attributes:
+        time_s: shape (n,); n is 0 without a position.
+        position_enu_m: shape (n, 3), in the map frame.
+        velocity_ned_m_s: shape (n, 3).
+        frame: the local frame that the map is made of; None where its origin is not known.
+        remark: a sentence on the frame where it isn't the server's map frame; else empty.
+    """
+
+    time_s: Floats
+    position_enu_m: Floats
+    velocity_ned_m_s: Floats
+    frame: LocalFrame | None = None
+    remark: str = ""
+
+    @property
+    def ground_speed_m_s(self) -> Floats:
+        """Speed over the ground, shape (n,)."""
+        speed: Floats = np.hypot(*self.velocity_ned_m_s[:, :2].T)
+        return speed
+
+    @property
+    def length_m(self) -> float:
+        """The way that was flown, in three dimensions; wandering while standing is left out."""
+        if not len(self.time_s):
+            return 0.0
+        total_m, here = 0.0, self.position_enu_m[0]
+        for place in self.position_enu_m:
+            step_m = float(np.linalg.norm(place - here))
+            if step_m >= _MOVED_M:
+                total_m, here = total_m + step_m, place
+        return total_m
+
+    def at(self, time_s: float) -> tuple[float, float, float] | None:
+        """Return the position (ENU, m) at a time, None before the first."""
+        index = int(np.searchsorted(self.time_s, time_s, side="right")) - 1
+        if index < 0:
+            return None
+        east_m, north_m, up_m = self.position_enu_m[index].tolist()
+        return east_m, north_m, up_m
+
+
+def read_track(contents: LogContents, vehicle: Source) -> Track:
+    """Return where a vehicle was, in the map frame if the log tells its origin."""
+    local = contents.of("LOCAL_POSITION_NED", vehicle)
+    places = contents.of("GLOBAL_POSITION_INT", vehicle)
+    if places is not None:
+        valid = (places["lat"] != 0) | (places["lon"] != 0)
+        if local is not None:
+            # An ArduCopter tells a place before its estimator has one, but no local position.
+            valid &= places["time_s"] >= local["time_s"][0] - PAIR_AGE_S
+        valid &= _stood_by(contents, vehicle, places["time_s"])
+        places = places[valid] if valid.any() else None
+    if places is None:
+        return _local_track(local)
+    frame, remark = _frame(contents, vehicle, places, local)
+    return Track(
+        places["time_s"],
+        enu_m(places["lat"] * 1e-7, places["lon"] * 1e-7, places["alt"] * 1e-3, frame),
+        np.stack([places[name] * 0.01 for name in ("vx", "vy", "vz")], axis=-1),
+        frame,
+        remark,
+    )
+
+
+def enu_m(
+    latitude_deg: Floats, longitude_deg: Floats, altitude_m: Floats, frame: LocalFrame
+) -> Floats:
+    """Return places in the map frame, shape (n, 3), as `MapFrame.enu` counts them."""
+    rows = zip(latitude_deg.tolist(), longitude_deg.tolist(), altitude_m.tolist(), strict=True)
+    ned = np.array([frame.ned_m(place) for place in rows]).reshape(-1, 3)
+    return ned[:, [1, 0, 2]] * (1.0, 1.0, -1.0)
+
+
+def laid_into(track: Track, frame: LocalFrame) -> Track:
+    """Return a track that knows its frame in another one, place by place."""
+    own = track.frame
+    if own is None or own == frame or not len(track.time_s):
+        return track
+    ned = track.position_enu_m[:, [1, 0, 2]] * (1.0, 1.0, -1.0)
+    places = np.array([own.geodetic((row[0], row[1], row[2])) for row in ned.tolist()])
+    moved = enu_m(places[:, 0], places[:, 1], places[:, 2], frame)
+    return replace(track, position_enu_m=moved, frame=frame)
+
+
+def read_setpoints(
+    contents: LogContents, vehicle: Source, frame: LocalFrame | None
+) -> tuple[Samples, Samples]:
+    """Return position setpoints (NED about the map's origin, m) and velocity setpoints (NED, m/s).
+
+    Those in frames that turn or move with the vehicle are left out.
+    """
+    positions, velocities = [], []
+    for name in SETPOINTS:
+        records = contents.records.get(name)
+        if records is None:
+            continue
+        chosen = records[records["target_system"] == vehicle[0]]
+        chosen = chosen[np.isin(chosen["coordinate_frame"], _FRAMES[name])]
+        placed = chosen[(chosen["type_mask"] & _POSITION_IGNORED) == 0]
+        if len(placed) and (ned := _setpoint_ned(name, placed, frame)) is not None:
+            positions.append((placed["time_s"], ned))
+        moving = chosen[(chosen["type_mask"] & _VELOCITY_IGNORED) == 0]
+        if len(moving):
+            velocities.append((moving["time_s"], _vectors(moving, "vx", "vy", "vz")))
+    return _joined(positions), _joined(velocities)
+
+
+def local_samples(contents: LogContents, vehicle: Source) -> tuple[Samples, Samples]:
+    """Return what LOCAL_POSITION_NED tells: positions (NED, m) and velocities (NED, m/s)."""
+    local = contents.of("LOCAL_POSITION_NED", vehicle)
+    if local is None:
+        return _joined([]), _joined([])
+    return (
+        Samples(local["time_s"], _vectors(local, "x", "y", "z")),
+        Samples(local["time_s"], _vectors(local, "vx", "vy", "vz")),
+    )
+
+
+_FRAMES = {
+    "SET_POSITION_TARGET_LOCAL_NED": (mavlink.MAV_FRAME_LOCAL_NED,),
+    "SET_POSITION_TARGET_GLOBAL_INT": (
+        mavlink.MAV_FRAME_GLOBAL,
+        mavlink.MAV_FRAME_GLOBAL_INT,
+    ),
+}
+
+
+def _setpoint_ned(name: str, records: Records, frame: LocalFrame | None) -> Floats | None:
+    if name == "SET_POSITION_TARGET_LOCAL_NED":
+        return _vectors(records, "x", "y", "z")
+    if frame is None:
+        return None
+    altitude_m = records["alt"].astype(np.float64)
+    enu = enu_m(records["lat_int"] * 1e-7, records["lon_int"] * 1e-7, altitude_m, frame)
+    return enu[:, [1, 0, 2]] * (1.0, 1.0, -1.0)
+
+
+def _vectors(records: Records, *names: str) -> Floats:
+    return np.stack([records[name].astype(np.float64) for name in names], axis=-1)
+
+
+def _joined(parts: list[tuple[Floats, Floats]]) -> Samples:
+    if not parts:
+        return Samples(np.zeros(0), np.zeros((0, 3)))
+    time_s = np.concatenate([part[0] for part in parts])
+    vectors = np.concatenate([part[1] for part in parts])
+    chosen = np.argsort(time_s, kind="stable")
+    chosen = chosen[np.isfinite(vectors[chosen]).all(axis=1)]
+    return Samples(time_s[chosen], vectors[chosen])
+
+
+def _local_track(local: Records | None) -> Track:
+    if local is None:
+        return Track(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)))
+    ned = _vectors(local, "x", "y", "z")
+    return Track(
+        local["time_s"],
+        ned[:, [1, 0, 2]] * (1.0, 1.0, -1.0),
+        _vectors(local, "vx", "vy", "vz"),
+        None,
+        "The log has no valid global position: the map is in the vehicle's own local frame.",
+    )
+
+
+def _stood_by(contents: LogContents, vehicle: Source, time_s: Floats) -> NDArray[np.bool_]:
+    """Tell at which times the estimator stood by its position, as far as it says anything."""
+    stood = np.ones(len(time_s), dtype=np.bool_)
+    for name in ESTIMATORS:
+        told = contents.of(name, vehicle)
+        if told is not None:
+            latest = np.searchsorted(told["time_s"], time_s, side="right") - 1
+            good = (told["flags"] & mavlink.ESTIMATOR_POS_HORIZ_ABS) != 0
+            stood &= (latest < 0) | good[np.maximum(latest, 0)]
+    return stood
+
+
+def _frame(
+    contents: LogContents, vehicle: Source, places: Records, local: Records | None
+) -> tuple[LocalFrame, str]:
+    """Return the local frame that the map is made of, and a sentence if it isn't the vehicle's."""
+    heartbeats = contents.of("HEARTBEAT", vehicle)
+    profile = GENERIC
+    if heartbeats is not None:
+        last = heartbeats[-1]
+        profile = profile_for(int(last["autopilot"]), int(last["type"]))
+    finder = FrameFinder(profile.projection)
+    told = contents.of("GPS_GLOBAL_ORIGIN", vehicle)
+    if told is not None:
+        told = told[(told["latitude"] != 0) | (told["longitude"] != 0)]
+    if told is not None and len(told):
+        finder.tell(_place(told[0], "latitude", "longitude", "altitude"))
+    if local is not None and finder.wants_pairs:
+        _take_pairs(finder, places, local)
+    remark = ""
+    if finder.frame is None:
+        finder.tell(_place(places[0], "lat", "lon", "alt"))
+        remark = "The log doesn't tell the map's origin: the map begins at the first position."
+    frame = finder.frame
+    assert frame is not None
+    return frame, remark
+
+
+def _place(record: Records, latitude: str, longitude: str, altitude: str) -> Geodetic:
+    return (
+        float(record[latitude]) * 1e-7,
+        float(record[longitude]) * 1e-7,
+        float(record[altitude]) * 1e-3,
+    )
+
+
+def _take_pairs(finder: FrameFinder, places: Records, local: Records) -> None:
+    """Give local and global positions of the same moments, until there is no more to learn."""
+    nearest = np.clip(np.searchsorted(local["time_s"], places["time_s"]), 0, len(local) - 1)
+    there = local[nearest]
+    boot_ms = places["time_boot_ms"].astype(np.int64) - there["time_boot_ms"].astype(np.int64)
+    heard_s = np.abs(there["time_s"] - places["time_s"])
+    later_s = boot_ms * 1e-3
+    moved = _vectors(there, "x", "y", "z") + later_s[:, None] * _vectors(there, "vx", "vy", "vz")
+    for index in np.flatnonzero(np.maximum(np.abs(later_s), heard_s) <= PAIR_AGE_S).tolist():
+        if not finder.wants_pairs:
+            return
+        north_m, east_m, down_m = moved[index].tolist()
+        finder.pair(_place(places[index], "lat", "lon", "alt"), (north_m, east_m, down_m))

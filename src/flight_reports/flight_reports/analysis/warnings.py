@@ -1,0 +1,204 @@
+"""What in a recorded flight is worth a look. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight_reports.analysis.causes import causes, shortly_before
+from flight_reports.analysis.commands import LATE_S, Command
+from flight_reports.analysis.events import Moment, Severity, named
+from flight_reports.analysis.flight import Flight, Speaker
+
+# Losing this share of the packets is worth a look, and this is bad.
+_LOSS, _LOSS_BAD = 0.01, 0.1
+_TOLD_MAX = 200
+# What the one who gave the goal wanted: that it be reached, or another one, or none.
+_WANTED_CODES = frozenset({"", "SUCCESS", "PREEMPTED", "CANCELED"})
+_ANSWERED_WELL = frozenset({"ACCEPTED", "IN_PROGRESS", ""})
+# Autopilots refuse these for the messages that they don't have, which harms nothing.
+_ASKING = ("SET_MESSAGE_INTERVAL", "REQUEST_")
+
+
+@dataclass(frozen=True)
+class Warned:
+    """Something worth a look, once for all the times that it happened.
+
+    Attributes:
+        first: when it happened first, and what.
+        times_s: of all times.
+    """
+
+    first: Moment
+    times_s: tuple[float, ...]
+
+
+def warnings(flight: Flight) -> list[Warned]:
+    """Return what is worth a look, by time; what happened again and again is there once."""
+    moments = [moment for moment in flight.retold.moments if _counts(moment, flight)]
+    led = _leader(flight)
+    moments += causes(flight, None if led is None else led.source)
+    moments += _of_goals(flight, moments)
+    moments += _of_link(flight) + _of_commands(flight) + _of_others(flight) + _of_recorder(flight)
+    together: dict[tuple[str, str], list[Moment]] = {}
+    for moment in sorted(moments, key=lambda moment: moment.time_s):
+        together.setdefault((moment.kind, moment.text), []).append(moment)
+    told = [Warned(same[0], tuple(moment.time_s for moment in same)) for same in together.values()]
+    return told[:_TOLD_MAX]
+
+
+def _counts(moment: Moment, flight: Flight) -> bool:
+    """Tell whether something deserves a look: not what the one that leads the vehicle does."""
+    if moment.kind == "station" and not flight.retold.noted.goals:
+        led = _leader(flight)
+        return led is None or moment.by != led.source
+    return moment.severity is not Severity.INFO
+
+
+def _leader(flight: Flight) -> Speaker | None:
+    """Return who led the vehicle: by setpoints, or else by most commands."""
+    commanders = [speaker for speaker in flight.speakers if speaker.requests + speaker.setpoints]
+    return max(commanders, key=lambda s: (s.setpoints, s.requests), default=None)
+
+
+def _of_goals(flight: Flight, happened: list[Moment]) -> list[Moment]:
+    noted = flight.retold.noted
+    told = []
+    for goal in noted.goals:
+        if goal.ended_s is not None and goal.code not in _WANTED_CODES:
+            text = f"Goal {goal.short_id} ended {goal.code}"
+            text = _with(text, reason(goal.message, goal.code))
+            if before := shortly_before(goal.ended_s, happened):
+                text += f" – {before}"
+            told.append(Moment(goal.ended_s, "goal", text, Severity.BAD))
+        elif goal.ended_s is None:
+            end_s = flight.contents.duration_s
+            text = f"The recording ends before goal {goal.short_id} does"
+            told.append(Moment(end_s, "goal", text, Severity.WARNING))
+    for time_s, event in noted.events:
+        if event.happened.event == "REJECTED":
+            text = _with("A goal was refused", event.happened.message)
+            told.append(Moment(time_s, "goal", text, Severity.WARNING))
+    return told
+
+
+def _of_link(flight: Flight) -> list[Moment]:
+    link = flight.link
+    told = [
+        Moment(
+            begin_s,
+            "silence",
+            f"Nothing was heard of the vehicle for {end_s - begin_s:.1f} s",
+            Severity.BAD,
+        )
+        for begin_s, end_s in link.gaps
+    ]
+    for speaker in flight.speakers:
+        quality = speaker.link
+        if speaker.is_recorder or not quality.lost:
+            continue
+        who = "the vehicle" if speaker.source == flight.source else named(speaker.source)
+        if not quality.numbers_follow:
+            text = (
+                f"The sequence numbers of {who} don't follow one another: "
+                "the log may hold several links, or leave messages out; its loss is not known"
+            )
+            told.append(Moment(0.0, "loss", text, Severity.WARNING))
+        elif quality.loss_share >= _LOSS:
+            severity = Severity.BAD if quality.loss_share >= _LOSS_BAD else Severity.WARNING
+            text = f"{quality.lost} packets of {who} are missing ({quality.loss_share:.1%})"
+            worst = int(np.argmax(np.nan_to_num(quality.loss)))
+            told.append(Moment(float(quality.intervals_s[worst]), "loss", text, severity))
+    return told
+
+
+def _of_commands(flight: Flight) -> list[Moment]:
+    answered = any(command.result for command in flight.commands)
+    told = []
+    for command in flight.commands:
+        text, severity = _about_command(command, answered)
+        if text:
+            text = f"{command.name} of {named(command.by)} {text}"
+            told.append(Moment(command.time_s, "command", text, severity))
+    return told
+
+
+def _about_command(command: Command, any_answered: bool) -> tuple[str, Severity]:
+    if command.answered_after_s is None:
+        # A recording of one direction only has no answers at all.
+        text = f"was never acknowledged (sent {command.sent} times)" if any_answered else ""
+        return text.replace("(sent 1 times)", "(sent once)"), Severity.WARNING
+    if command.result not in _ANSWERED_WELL and not command.name.startswith(_ASKING):
+        return f"was answered {command.result}", Severity.WARNING
+    if command.answered_after_s > LATE_S:
+        return f"was acknowledged only after {command.answered_after_s:.1f} s", Severity.WARNING
+    return "", Severity.INFO
+
+
+def _of_others(flight: Flight) -> list[Moment]:
+    """Tell of stations that commanded beside the one that led the vehicle."""
+    led = _leader(flight)
+    told = []
+    for speaker in flight.speakers:
+        if speaker.requests + speaker.setpoints and speaker is not led:
+            times_s = [c.time_s for c in flight.commands if c.by == speaker.source]
+            text = f"Station {named(speaker.source)} ({speaker.what}) sent commands, too"
+            told.append(Moment(min(times_s, default=0.0), "station", text, Severity.WARNING))
+    return told
+
+
+def _of_recorder(flight: Flight) -> list[Moment]:
+    counts = flight.contents.counts
+    told = []
+    if counts.steps_back > 0:
+        text = (
+            f"The recorder's clock went back {counts.steps_back} times; what was recorded "
+            "meanwhile is shown at one moment"
+        ).replace("back 1 times", "back once")
+        told.append(Moment(0.0, "clock", text, Severity.WARNING))
+    if flight.contents.times_mended:
+        text = f"{flight.contents.times_mended} packets have a time that can't be right"
+        told.append(Moment(0.0, "damage", text, Severity.WARNING))
+    if counts.bad_checksums:
+        text = f"{counts.bad_checksums} packets have a wrong checksum and were left out"
+        told.append(Moment(0.0, "damage", text, Severity.WARNING))
+    if counts.bytes_outside:
+        text = f"{counts.bytes_outside} bytes of the file belong to no packet"
+        told.append(Moment(0.0, "damage", text, Severity.WARNING))
+    return told
+
+
+def lacking(flight: Flight) -> list[str]:
+    """Return sentences on what the log doesn't contain."""
+    told = []
+    noted, retold = flight.retold.noted, flight.retold
+    if not len(flight.track.time_s):
+        told.append("The log has no position of this vehicle: there is no map and no altitude.")
+    if flight.track.remark:
+        told.append(flight.track.remark)
+    if not noted.goals:
+        told.append(
+            "The log has no goals, plans or replans: it was recorded by another program, or no "
+            "goal was given (navigation_server --tlog notes them)."
+        )
+    if not retold.battery and not retold.voltage:
+        told.append("The log has no battery level.")
+    elif not retold.battery:
+        told.append("The log has the battery's voltage, but not how much is left.")
+    if flight.position_tracking is None and flight.velocity_tracking is None:
+        told.append("The log has too few setpoints that can be compared with what the vehicle did.")
+    if not retold.name:
+        told.append("The log has no HEARTBEAT of this vehicle: its modes are not known.")
+    if retold.state.firmware_version is None:
+        told.append("The log does not tell the firmware's version.")
+    return told
+
+
+def reason(message: str, code: str) -> str:
+    """Return what the server said of an end, without the code before it."""
+    return message.removeprefix(f"{code}: ")
+
+
+def _with(text: str, message: str) -> str:
+    return f"{text}: {message}" if message else text

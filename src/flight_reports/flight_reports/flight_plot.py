@@ -1,0 +1,240 @@
+"""Draw a recorded flight: ``python -m flight_reports.flight_plot LOG -o PICTURE``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+
+from flight_reports.flight_recording import Recording, RecordingError, read_recording
+from flight_reports.pictures import labels, scene
+from flight_reports.pictures.scene import ABOVE, View
+from flight_reports.timeline import Timeline
+from navigation_core.mapping.obstacles import Obstacles
+
+mpl.use("Agg")
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+_MARGIN_M = 4.0
+_BELOW_GROUND_M = 1.0
+# Events that are nearer than this to each other (share of the flight) share a name.
+_APART = 0.05
+_TARGETS_NAMED_MAX = 12
+_PAUSE_S = 5.0
+
+
+def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recording:
+    """Draw the recording at ``path`` into the PNG ``picture``, and return what was drawn.
+
+    Of several vehicles it is that of ``system``, or the first.
+
+    Raises:
+        RecordingError: the recording tells no flight.
+    """
+    recording = read_recording(path, system)
+    figure = plt.figure(figsize=(14.0, 8.0), layout="constrained", facecolor=scene.PAPER)
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.25, 1.0), height_ratios=(1.0, 1.0, 1.0))
+    above = figure.add_subplot(grid[:2, 0])
+    _draw_view(above, ABOVE, recording)
+    _draw_view(figure.add_subplot(grid[2, 0]), scene.side_view(recording), recording)
+    altitude = figure.add_subplot(grid[0, 1])
+    distance = figure.add_subplot(grid[1, 1], sharex=altitude)
+    battery = figure.add_subplot(grid[2, 1], sharex=altitude)
+    heights = Timeline(tuple(recording.times_s), tuple(recording.positions_enu_m[:, 2]))
+    _draw_line(altitude, recording, "height (m)", heights)
+    _draw_line(distance, recording, "distance remaining (m)", recording.distance_m)
+    _draw_line(battery, recording, "battery (%)", recording.battery_percent)
+    middle = 0.5 * sum(altitude.get_ylim())
+    # What drives has no heights worth a magnifying glass.
+    altitude.set_ylim(
+        *(
+            edge(middle + side, limit)
+            for edge, side, limit in zip((min, max), (-0.5, 0.5), altitude.get_ylim(), strict=True)
+        )
+    )
+    if len(recording.battery_percent):
+        low = min(recording.battery_percent.values)
+        battery.set_ylim(max(0.0, min(low - 2.0, 90.0)), 101.0)
+    _name_events(altitude, recording)
+    battery.set_xlabel("time since the first position (s)")
+    figure.suptitle(f"Flight recorded in {path.name}: {_summary(recording)}", color=scene.INK)
+    if recording.remarks:
+        figure.supxlabel("\n".join(recording.remarks), fontsize=9, color=scene.GOAL)
+    # Where labels are free is known once everything else has its place.
+    figure.draw_without_rendering()
+    _name_goals(above, recording)
+    figure.savefig(picture, dpi=110)
+    plt.close(figure)
+    return recording
+
+
+def _summary(recording: Recording) -> str:
+    flown_m = np.hypot(*np.diff(recording.positions_enu_m[:, :2], axis=0).T).sum()
+    parts = [recording.vehicle, f"{recording.duration_s:.0f} s", f"{flown_m:.0f} m over ground"]
+    replans = len(scene.replan_times_s(recording))
+    if replans:
+        parts.append(f"planned anew {replans} times")
+    return ", ".join(parts)
+
+
+def _draw_view(axes: Axes, view: View, recording: Recording) -> None:
+    low, high = scene.bounds_m(recording, _MARGIN_M)
+    ground_m = scene.ground_m(recording)
+    low[2] = ground_m - _BELOW_GROUND_M
+    heights_m = (ground_m, float(high[2]))
+    if view is not ABOVE:
+        axes.axhline(ground_m, color=scene.FAINT, linewidth=1.0)
+    if len(recording.obstacles):
+        passed, now = _all_of(recording.obstacles), recording.obstacles.values[-1]
+        for obstacles, colour in ((passed, scene.GONE), (now, scene.OBSTACLE)):
+            scene.show_obstacles(
+                scene.draw_obstacles(axes), view, obstacles, heights_m,
+                np.array(to_rgb(colour)), recording.positions_enu_m,
+            )  # fmt: skip
+    _draw_plans(axes, view, recording)
+    places = view.points(recording.positions_enu_m)
+    axes.plot(*places, color=scene.TRACK, linewidth=2.0, label="flown")
+    axes.plot(*(part[:1] for part in places), "o", color=scene.TRACK, label="start")
+    _draw_goals(axes, view, recording)
+    view.label(axes)
+    if view is not ABOVE:
+        axes.set_title(view.name, color=scene.INK, fontsize=11, loc="left")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.update_datalim(np.stack(view.points(np.array([low, high])), axis=-1))
+    axes.margins(0.0)
+    axes.autoscale_view()
+    axes.grid(alpha=0.3)
+    if view is ABOVE:
+        # Beside the title, as within the picture it would hide something.
+        axes.set_title(view.name, color=scene.INK, fontsize=11, loc="left")
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8,
+                    frameon=False, borderaxespad=0.2)  # fmt: skip
+
+
+def _all_of(obstacles: Timeline[Obstacles]) -> Obstacles:
+    """Return everything that was ever in the map, once each."""
+    posts = np.concatenate([held.posts for held in obstacles.values])
+    boxes = np.concatenate([held.boxes for held in obstacles.values])
+    return Obstacles(np.unique(posts.round(2), axis=0), np.unique(boxes.round(2), axis=0))
+
+
+def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
+    plans = recording.plans.values
+    for number, plan in enumerate(plans):
+        newest = number == len(plans) - 1
+        label = "last plan" if newest else "earlier plans" if number == 0 else None
+        colour = scene.PLAN if newest else scene.OLD_PLAN
+        axes.plot(*view.points(plan), "--", color=colour, linewidth=1.4, label=label)
+    for number, time_s in enumerate(scene.replan_times_s(recording)):
+        index = np.searchsorted(recording.times_s, time_s).clip(0, len(recording.times_s) - 1)
+        place = view.points(recording.positions_enu_m[index])
+        axes.plot(*place, "D", color=scene.PLAN, markersize=5,
+                  label="planned anew" if number == 0 else None)  # fmt: skip
+
+
+def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
+    targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
+    for number, target in enumerate(targets):
+        x, y = (float(part[0]) for part in view.points((target,)))
+        axes.plot(x, y, "x", color=scene.GOAL, markersize=10, markeredgewidth=2.5,
+                  label="goals" if number == 0 else None)  # fmt: skip
+
+
+def _name_goals(axes: Axes, recording: Recording) -> None:
+    """Write the goals' numbers and places beside them, where nothing is drawn."""
+    targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
+    named = labels.names_of(targets)
+    if not named or len(named) > _TARGETS_NAMED_MAX:
+        return
+    seen = ABOVE.points
+    ways = [recording.positions_enu_m, *map(np.array, recording.plans.values)]
+    drawn = [np.stack(seen(labels.along(way)), axis=-1) for way in ways]
+    if len(recording.obstacles):
+        drawn += ABOVE.shapes(_all_of(recording.obstacles), (0.0, 0.0))
+    to_px = axes.transData.transform
+    texts = [axes.text(0.0, 0.0, name, fontsize=9, color=scene.GOAL) for _, name in named]
+    extents = [text.get_window_extent() for text in texts]
+    frame = axes.get_window_extent()
+    corners = labels.free_places(
+        to_px(np.stack(seen(tuple(place for place, _ in named)), axis=-1)),
+        np.array([(extent.width, extent.height) for extent in extents]),
+        to_px(np.concatenate(drawn)),
+        (frame.x0, frame.y0, frame.x1, frame.y1),
+    )
+    for text, corner in zip(texts, corners, strict=True):
+        text.set(position=axes.transData.inverted().transform(corner), va="bottom")
+
+
+def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[float]) -> None:
+    times_s, values = np.array(line.times_s), np.array(line.values, dtype=np.float64)
+    # Between two goals nothing is told.
+    pauses = np.flatnonzero(np.diff(times_s) > _PAUSE_S) + 1
+    axes.plot(np.insert(times_s, pauses, np.nan), np.insert(values, pauses, np.nan),
+              color=scene.TRACK)  # fmt: skip
+    for time_s, _ in recording.status:
+        axes.axvline(time_s, color=scene.FAINT, linewidth=0.8, linestyle=":")
+    for time_s in scene.replan_times_s(recording):
+        axes.axvline(time_s, color=scene.PLAN, linewidth=1.0)
+    axes.set_ylabel(label)
+    axes.set_xlim(0.0, max(recording.duration_s, 1.0))
+    axes.grid(alpha=0.3)
+    if not len(line):
+        axes.text(0.5, 0.5, "not in this recording", transform=axes.transAxes, ha="center")
+
+
+def _name_events(axes: Axes, recording: Recording) -> None:
+    # Replans are the orange lines, as on the map.
+    named = [*recording.status]
+    named += [(time_s, "goal") for time_s, _ in recording.goals]
+    last_s = -1e9
+    for time_s, text in sorted(named):
+        # Events of one moment would be printed over each other; the first names them.
+        if time_s - last_s < _APART * recording.duration_s:
+            continue
+        last_s = time_s
+        axes.annotate(
+            text, (time_s, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(0, 4), textcoords="offset points", rotation=35, fontsize=8, ha="left",
+        )  # fmt: skip
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the command line of the plot."""
+    parser = argparse.ArgumentParser(
+        prog="python -m flight_reports.flight_plot",
+        description="Draw the flight in a tlog: of navigation_server --tlog, QGroundControl, "
+        "MAVProxy or Mission Planner.",
+    )
+    parser.add_argument("log", type=Path, help="the tlog")
+    parser.add_argument("-o", "--output", type=Path, help="picture (default: beside the log)")
+    parser.add_argument("--system", type=int, metavar="ID", help="which vehicle (default: first)")
+    return parser
+
+
+def main(args: list[str] | None = None) -> int:
+    """Draw a recording; 0 on success."""
+    options = make_parser().parse_args(args)
+    picture: Path = options.output or options.log.with_suffix(".png")
+    try:
+        recording = plot_flight(options.log, picture, options.system)
+    except RecordingError as error:
+        print(f"flight_plot: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except OSError as error:
+        print(f"flight_plot: cannot write {picture}: {error.strerror}.", file=sys.stderr)
+        return EXIT_FAILED
+    for remark in recording.remarks:
+        print(remark)
+    print(f"Drawn in {picture}")
+    return EXIT_OK
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,270 @@
+"""What a tlog tells about a flight: the same for pictures and films, whoever recorded it.
+
+The messages go through the code that flies (the vehicle, the map frame, the obstacle
+map), so a recording shows what the server knew at the time. A recording of the server has
+notes, too (:mod:`navigation_bridge.notes`): goals, plans, progress. What a recording of
+another program lacks is said in :attr:`Recording.remarks`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flight_reports.timeline import Timeline
+from mavlink_vehicle.codec import Codec, Message, mavlink
+from mavlink_vehicle.errors import LinkError
+from mavlink_vehicle.io.tlog import TlogReader
+from mavlink_vehicle.ranges import RangesMeasured
+from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.vehicle import Vehicle
+from mavlink_vehicle.vehicle_config import VehicleConfig
+from navigation_bridge import notes
+from navigation_bridge.configuration.settings import ObstacleConfig
+from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
+from navigation_bridge.recording.recorded_frames import Frame, FromFirstPosition, LocalOnly
+from navigation_bridge.recording.recorded_notes import NotesReader, RecordedGoal
+from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
+from navigation_core.geometry import Vector3
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
+
+# How often what the map holds is kept: enough for a film.
+_LOOK_PERIOD_S = 0.2
+_POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
+# System and component of an autopilot.
+_Source = tuple[int, int]
+_Stamped = tuple[float, Message]
+
+
+class RecordingError(ValueError):
+    """The recording tells no flight; the sentence says why."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One vehicle's flight. Times are seconds since its first position; lengths metres.
+
+    Attributes:
+        vehicle: for people: "ArduPilot copter, system 1".
+        remarks: sentences: what is not in the recording, and what was chosen.
+        times_s: shape (N,), of the positions.
+        positions_enu_m: shape (N, 3), in the map frame.
+        yaws_enu_rad: shape (N,).
+        speeds_m_s: shape (N,), over the ground.
+        goals: those that lead to a place, as they were accepted.
+        all_goals: all of them, with what became of each.
+        plans: the way to be flown, as it was planned each time.
+        replans: how often the way was planned anew because of obstacles.
+        distance_m: way that remains.
+        time_left_s: estimated time that remains.
+        battery_percent: from 0 to 100.
+        status: what the server's goal does, or that it ended; without notes, the mode.
+        warnings: what the vehicle said, from warnings upwards.
+        obstacles: what the map held, as the sensors told.
+    """
+
+    vehicle: str
+    remarks: tuple[str, ...]
+    times_s: NDArray[np.float64]
+    positions_enu_m: NDArray[np.float64]
+    yaws_enu_rad: NDArray[np.float64]
+    speeds_m_s: NDArray[np.float64]
+    goals: Timeline[RecordedGoal]
+    all_goals: tuple[RecordedGoal, ...]
+    plans: Timeline[tuple[Vector3, ...]]
+    replans: Timeline[int]
+    distance_m: Timeline[float]
+    time_left_s: Timeline[float]
+    battery_percent: Timeline[float]
+    status: Timeline[str]
+    warnings: Timeline[str]
+    obstacles: Timeline[Obstacles]
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last position."""
+        return float(self.times_s[-1])
+
+
+def read_recording(path: Path, system: int | None = None) -> Recording:
+    """Read the flight of a vehicle in a tlog that tells a position: a system's, or the first.
+
+    Raises:
+        RecordingError: there is no such file, or no position in it.
+    """
+    try:
+        records = list(TlogReader(path))
+    except LinkError as error:
+        raise RecordingError(str(error)) from error
+    codec = Codec(source_system=255, source_component=190)
+    messages = [(time_s, message) for time_s, data in records for message in codec.decode(data)]
+    vehicle, candidates = _choose(messages, system)
+    systems = {number for number, _ in candidates}
+    if vehicle is None:
+        wanted = "a vehicle" if system is None else f"system {system}"
+        told = f"; it has system {_listed(systems)}" if systems else ""
+        raise RecordingError(f"{path} holds no position of {wanted}{told}.")
+    for frame, remark in (
+        (MapFrame(), ""),
+        (FromFirstPosition(), "The map's origin is not in it: drawn from the first position."),
+        (LocalOnly(), "No global position is in it: drawn in the vehicle's local frame."),
+    ):
+        reader = _Reader(vehicle, systems - {vehicle[0]}, frame)
+        for time_s, message in messages:
+            reader.take(time_s, message)
+        if reader.poses:
+            return reader.recording([_remark(vehicle, systems), remark])
+    raise RecordingError(f"{path} holds no position of system {vehicle[0]} that is valid.")
+
+
+def _choose(
+    messages: Sequence[_Stamped], system: int | None
+) -> tuple[_Source | None, list[_Source]]:
+    """Return the first autopilot (of a system) that tells a position, and all that do."""
+    autopilots: set[_Source] = set()
+    placed: dict[_Source, None] = {}
+    for _, message in messages:
+        source = (message.get_srcSystem(), message.get_srcComponent())
+        kind = message.get_type()
+        if kind == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+            autopilots.add(source)
+        elif kind == "LOCAL_POSITION_NED" or (
+            kind == "GLOBAL_POSITION_INT" and (message.lat or message.lon)
+        ):
+            placed.setdefault(source)
+    candidates = [source for source in placed if source in autopilots] or list(placed)
+    wanted = [source for source in candidates if system in (None, source[0])]
+    return (wanted[0] if wanted else None), candidates
+
+
+def _remark(chosen: _Source, systems: set[int]) -> str:
+    others = systems - {chosen[0]}
+    if not others:
+        return ""
+    return f"System {chosen[0]} is drawn; this recording has system {_listed(others)}, too."
+
+
+def _listed(systems: set[int]) -> str:
+    return ", ".join(str(system) for system in sorted(systems))
+
+
+class _Reader:
+    """Follows one vehicle through a recording."""
+
+    def __init__(self, vehicle: _Source, other_systems: set[int], frame: Frame) -> None:
+        self._other_systems = other_systems
+        self.poses: list[tuple[float, MapPose, float]] = []
+        self._vehicle = Vehicle(
+            VehicleConfig(target_system=vehicle[0], target_component=vehicle[1])
+        )
+        self._frame = frame
+        # What sensors see is placed in the server's own map frame.
+        self._feed: ObstacleFeed | None = None
+        if isinstance(frame, MapFrame):
+            self._feed = ObstacleFeed(self._vehicle, frame, ObstacleConfig())
+        self._obstacles: list[tuple[float, Obstacles]] = []
+        self._noted = NotesReader()
+        self._battery: list[tuple[float, float]] = []
+        self._modes: list[tuple[float, str]] = []
+        self._warnings: list[tuple[float, str]] = []
+        self._start_s: float | None = None
+        self._time_s = 0.0
+
+    def take(self, unix_s: float, message: Message) -> None:
+        """Take in the next message of the recording."""
+        if self._start_s is not None:
+            # A clock that was set while recording must not turn a picture round.
+            self._time_s = max(self._time_s, unix_s - self._start_s)
+        if message.get_srcComponent() == notes.COMPONENT_ID:
+            # Notes of a server with several vehicles are from the system that they are about.
+            if self._start_s is not None and message.get_srcSystem() not in self._other_systems:
+                self._noted.take(self._time_s, message)
+            return
+        before = self._vehicle.state
+        self._vehicle.receive(message, self._time_s)
+        state = self._vehicle.state
+        self._vehicle.messages_to_send()
+        self._take_events()
+        if state is before:
+            return
+        self._frame.update(state)
+        if message.get_type() in _POSITIONS:
+            self._take_position(unix_s, message.get_type())
+        self._take_rest(before, state)
+
+    def _take_position(self, unix_s: float, kind: str) -> None:
+        state = self._vehicle.state
+        if kind != _POSITIONS[0] and state.global_position is not None:
+            return
+        pose = self._frame.pose(state)
+        if pose is None:
+            return
+        if self._start_s is None:
+            self._start_s = unix_s
+        velocity_ned_m_s = (0.0, 0.0, 0.0)
+        if state.global_position is not None:
+            velocity_ned_m_s = state.global_position.velocity_ned_m_s
+        elif state.local_position is not None:
+            velocity_ned_m_s = state.local_position.velocity_ned_m_s
+        self.poses.append((self._time_s, pose, math.hypot(*velocity_ned_m_s[:2])))
+
+    def _take_events(self) -> None:
+        while (event := self._vehicle.next_event()) is not None:
+            if self._feed is not None and isinstance(event, RangesMeasured):
+                self._feed.take_ranges(event, self._time_s)
+        if self._feed is None or self._start_s is None:
+            return
+        seen, shown = self._feed.sensed, self._obstacles
+        latest = shown[-1] if shown else (-math.inf, NOTHING)
+        if seen is not latest[1] and self._time_s - latest[0] >= _LOOK_PERIOD_S:
+            shown.append((self._time_s, seen))
+
+    def _take_rest(self, before: VehicleState, state: VehicleState) -> None:
+        battery = state.battery
+        if battery is not None and battery is not before.battery and battery.remaining is not None:
+            self._battery.append((self._time_s, 100.0 * battery.remaining))
+        if state.last_heartbeat_s is not None and (
+            state.custom_mode != before.custom_mode or not self._modes
+        ):
+            self._modes.append((self._time_s, self._vehicle.mode_name))
+        if state.texts.count != before.texts.count and state.status_texts:
+            said = state.status_texts[-1]
+            if said.severity <= mavlink.MAV_SEVERITY_WARNING:
+                self._warnings.append((self._time_s, said.text))
+
+    def recording(self, remarks: Sequence[str]) -> Recording:
+        """Return what was read; there must be a pose."""
+        noted, profile = self._noted, self._vehicle.profile
+        name = "vehicle" if profile is None else profile.name
+        status = noted.status or [(time_s, f"mode {name}") for time_s, name in self._modes]
+        return Recording(
+            vehicle=f"{name}, system {self._vehicle.state.system_id}",
+            remarks=tuple(remark for remark in [*remarks, *self._lacking()] if remark),
+            times_s=np.array([time_s for time_s, _, _ in self.poses]),
+            positions_enu_m=np.array([pose.position_enu_m for _, pose, _ in self.poses]),
+            yaws_enu_rad=np.array([pose.yaw_enu_rad for _, pose, _ in self.poses]),
+            speeds_m_s=np.array([speed for _, _, speed in self.poses]),
+            goals=Timeline.of([(g.accepted_s, g) for g in noted.goals if g.targets_enu_m]),
+            all_goals=tuple(noted.goals),
+            plans=Timeline.of(noted.plans),
+            replans=Timeline.of(noted.replans),
+            distance_m=Timeline.of(noted.distance_m),
+            time_left_s=Timeline.of(noted.time_left_s),
+            battery_percent=Timeline.of(self._battery),
+            status=Timeline.of(status),
+            warnings=Timeline.of(self._warnings),
+            obstacles=Timeline.of(self._obstacles),
+        )
+
+    def _lacking(self) -> list[str]:
+        lacking = []
+        if not self._noted.status:
+            lacking.append("goals, plans and distances (navigation_server --tlog notes them)")
+        if not self._battery:
+            lacking.append("the battery")
+        return [f"Not in this recording: {', '.join(lacking)}."] if lacking else []

@@ -1,0 +1,121 @@
+"""The command `navigation_report`: explains a recorded flight on one HTML page."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from flight_logs.errors import LogError
+from flight_logs.progress import bytes_bar
+from flight_reports.analysis.flight import Flight, read_flights
+from flight_reports.analysis.log_reader import read_contents
+from flight_reports.page.comparison import comparison_page
+from flight_reports.page.page import report_page
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line."""
+    parser = argparse.ArgumentParser(
+        prog="navigation_report",
+        description="Explain a recorded flight on one HTML page that needs no network: map, plots "
+        "over time, goals, how setpoints were followed, and what is worth a look.",
+        epilog="Any tlog will do: of navigation_server --tlog, MAVProxy, QGroundControl, Mission "
+        "Planner. What a log doesn't contain is said on the page.",
+    )
+    parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="the tlog")
+    parser.add_argument(
+        "--compare", type=Path, nargs=2, metavar=("A", "B"), help="lay two flights over each other"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="the page (default: beside LOG, with .html)"
+    )
+    parser.add_argument(
+        "--system", type=int, metavar="N", help="only the vehicle with this MAVLink system id"
+    )
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the page; 0 when it is done, 1 when it can't be written, 2 for bad input."""
+    parser = make_parser()
+    options = parser.parse_args(arguments)
+    if (options.log is None) == (options.compare is None):
+        parser.error("give one LOG, or --compare A B")
+    logs: list[Path] = [options.log] if options.compare is None else options.compare
+    out: Path = options.out or logs[0].with_suffix(".html" if len(logs) == 1 else ".compare.html")
+    try:
+        if any(out.resolve() == log.resolve() for log in logs):
+            raise LogError(f"{out} is the log itself; give another file with --out.")
+        flights = [_read(log, options.system) for log in logs]
+        _write(out, report_page(flights[0]) if len(logs) == 1 else _comparison(*flights))
+    except LogError as error:
+        print(f"navigation_report: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except OSError as error:
+        print(f"navigation_report: cannot write {out}: {error.strerror or error}.", file=sys.stderr)
+        return EXIT_FAILED
+    print(f"The report is in {out}")
+    return EXIT_OK
+
+
+def _read(log: Path, system: int | None) -> list[Flight]:
+    """Return the flights of a log, or of one vehicle in it.
+
+    Raises:
+        LogError: it can't be read, or has no such vehicle.
+    """
+    with bytes_bar(f"Reading {log.name}") as progress:
+        contents = read_contents(log, progress)
+    vehicles = contents.vehicles()
+    if not vehicles:
+        raise LogError(
+            f"{log} tells of no vehicle: there is neither a HEARTBEAT of an autopilot nor a "
+            "position in it."
+        )
+    if system is not None and system not in {source[0] for source in vehicles}:
+        known = ", ".join(str(source[0]) for source in sorted(vehicles))
+        raise LogError(f"{log} has no vehicle with system id {system}; it has {known}.")
+    with bytes_bar(f"Following {log.name}") as progress:
+        return read_flights(contents, system, progress)
+
+
+def _comparison(first: list[Flight], second: list[Flight]) -> str:
+    """Return the page of two flights.
+
+    Raises:
+        LogError: a log has several vehicles, and none was chosen.
+    """
+    for flights in (first, second):
+        if len(flights) > 1:
+            systems = ", ".join(str(flight.source[0]) for flight in flights)
+            raise LogError(
+                f"{flights[0].path} has several vehicles ({systems}); choose one with --system."
+            )
+    return comparison_page(first[0], second[0])
+
+
+def _write(out: Path, text: str) -> None:
+    """Write the page whole or not at all."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=out.parent, prefix=f".{out.name}.")
+    draft = Path(name)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        draft.chmod(0o644)
+        draft.replace(out)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The page of a report: HTML, and the data of its plots."""

@@ -1,0 +1,196 @@
+"""How a flight looks in pictures and films: colours, views, and the shapes of obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from numpy.typing import NDArray
+
+from flight_reports.flight_recording import Recording
+from navigation_core.geometry import Vector3
+from navigation_core.mapping.obstacles import Obstacles
+
+Array = NDArray[np.float64]
+
+PAPER = "#fbfaf7"
+INK = "#2b2f36"
+FAINT = "#8b9099"
+TRACK = "#1f6fb2"
+PLAN = "#e07b00"
+OLD_PLAN = "#b9bcc2"
+GOAL = "#c0392b"
+OBSTACLE = "#56606e"
+GONE = "#d3d6db"
+NEW = "#e8452c"
+GOOD = "#3a9a5b"
+COLOURS = (INK, FAINT, TRACK, PLAN, GOAL, OBSTACLE, GONE, NEW, GOOD)
+_CORNERS = 24
+_COLUMN_MAX_M = 0.3
+# What is this near to the way is shown from the side, too; how finely the way is looked at.
+_BESIDE_M = 2.5
+_SIDE_SHARE = 0.45
+_WAY_POINTS = 200
+_AXES = ("east", "north", "height")
+
+
+@dataclass(frozen=True)
+class View:
+    """From where a flight is looked at.
+
+    Attributes:
+        name: for people.
+        across: axis of the map frame that is drawn to the right: 0 east, 1 north.
+        upward: axis that is drawn upwards: 1 north, 2 up.
+    """
+
+    name: str
+    across: int
+    upward: int
+
+    def points(self, points_enu_m: Array | tuple[Vector3, ...]) -> tuple[Array, Array]:
+        """Return what is drawn to the right and upwards, of points of shape (N, 3)."""
+        points = np.asarray(points_enu_m, dtype=np.float64).reshape(-1, 3)
+        return points[:, self.across], points[:, self.upward]
+
+    def shapes(self, obstacles: Obstacles, heights_m: tuple[float, float]) -> list[Array]:
+        """Return the outlines of obstacles, each of shape (K, 2).
+
+        Args:
+            obstacles: in the map frame.
+            heights_m: lowest and highest map z of the picture, for what has no end there.
+        """
+        if self.upward == 1:
+            return [*_round_ones(obstacles.posts), *_turned_boxes(obstacles.boxes)]
+        posts, boxes = obstacles.posts, obstacles.boxes
+        turn = np.abs(np.stack([np.cos(boxes[:, 4]), np.sin(boxes[:, 4])]))
+        along, aside = turn if self.across == 0 else turn[::-1]
+        reach = np.concatenate([posts[:, 2], along * boxes[:, 2] + aside * boxes[:, 3]])
+        middle = np.concatenate([posts[:, self.across], boxes[:, self.across]])
+        ends = np.clip(np.concatenate([posts[:, 3:], boxes[:, 5:]]), *heights_m)
+        left, right, (bottom, top) = middle - reach, middle + reach, ends.T
+        corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+        return list(np.stack([np.stack(corner, axis=-1) for corner in corners], axis=1))
+
+    def label(self, axes: Axes, **look: Any) -> None:
+        """Write what the axes are, with matplotlib's properties of text."""
+        axes.set_xlabel(f"{_AXES[self.across]} (m)", **look)
+        axes.set_ylabel(f"{_AXES[self.upward]} (m)", **look)
+
+
+ABOVE = View("Seen from above", 0, 1)
+
+
+def side_view(recording: Recording) -> View:
+    """Return the view from the side that shows the longer way."""
+    extent = np.ptp(recording.positions_enu_m[:, :2], axis=0)
+    return View("Seen from the side", int(extent[1] > extent[0]), 2)
+
+
+def bounds_m(recording: Recording, margin_m: float) -> tuple[Array, Array]:
+    """Return the corners (shape (3,)) of what a picture must show."""
+    points = [recording.positions_enu_m]
+    points += [np.array(goal.targets_enu_m) for _, goal in recording.goals]
+    points += [np.array(plan) for _, plan in recording.plans]
+    everything = np.concatenate([part.reshape(-1, 3) for part in points])
+    return everything.min(axis=0) - margin_m, everything.max(axis=0) + margin_m
+
+
+def ground_m(recording: Recording) -> float:
+    """Return the map z below which nothing is drawn: the map's ground, or the lowest of the way."""
+    return min(float(recording.positions_enu_m[:, 2].min()), 0.0)
+
+
+def fitted(low: Array, high: Array, view: View, ratio: float) -> tuple[float, float, float, float]:
+    """Return left, right, bottom and top so that a frame of a width-to-height ratio fits."""
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    x, y = half[view.across], half[view.upward]
+    x, y = max(x, y * ratio), max(y, x / ratio)
+    across, upward = middle[view.across], middle[view.upward]
+    # The ground stays at the lower edge: what is under it is of no interest.
+    bottom = low[2] if view.upward == 2 else upward - y
+    return across - x, across + x, bottom, bottom + 2.0 * y
+
+
+def draw_obstacles(axes: Axes) -> PolyCollection:
+    """Add room for obstacles to a picture; :func:`show_obstacles` fills it."""
+    shapes = PolyCollection([], edgecolors="none")
+    axes.add_collection(shapes, autolim=False)
+    return shapes
+
+
+def show_obstacles(
+    shapes: PolyCollection,
+    view: View,
+    obstacles: Obstacles,
+    heights_m: tuple[float, float],
+    colours: Array,
+    way_enu_m: Array,
+) -> None:
+    """Show obstacles.
+
+    Args:
+        shapes: of :func:`draw_obstacles`.
+        view: from where.
+        obstacles: in the map frame.
+        heights_m: lowest and highest map z of the picture.
+        colours: red, green and blue, shape (3,), or (N, 3) for one each.
+        way_enu_m: the way that is flown, shape (K, 3). From the side everything is seen at once,
+            so what is far from the way is left out.
+    """
+    rgb = np.broadcast_to(colours, (len(obstacles), 3))
+    outlines = view.shapes(obstacles, heights_m)
+    if view.upward != 1:
+        beside = np.flatnonzero(_far_m(obstacles, way_enu_m) < _BESIDE_M)
+        outlines = [outlines[index] for index in beside]
+        rgb = _SIDE_SHARE * rgb[beside] + (1.0 - _SIDE_SHARE)
+    # One table of outlines is much faster to draw than many.
+    alike = len({len(outline) for outline in outlines}) == 1
+    # matplotlib takes tables here and below; its stubs do not know.
+    shapes.set_verts(np.stack(outlines) if alike else outlines)  # type: ignore[arg-type]
+    shapes.set_facecolor(rgb)  # type: ignore[arg-type]
+
+
+def _far_m(obstacles: Obstacles, way_enu_m: Array) -> Array:
+    """Return how far obstacles are from a way, about."""
+    way = way_enu_m[:: max(len(way_enu_m) // _WAY_POINTS, 1), :2]
+    middles = np.concatenate([obstacles.posts[:, :2], obstacles.boxes[:, :2]])
+    reach = np.concatenate([obstacles.posts[:, 2], np.hypot(*obstacles.boxes[:, 2:4].T)])
+    offsets = middles[:, None] - way
+    return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1) - reach)
+
+
+def replan_times_s(recording: Recording) -> list[float]:
+    """Return when the count of replans rose; each goal counts from 0."""
+    rises, last = [], 0
+    for time_s, count in recording.replans:
+        if count > last:
+            rises.append(time_s)
+        last = count
+    return rises
+
+
+def _round_ones(posts: Array) -> list[Array]:
+    # The columns of the obstacle map come as the posts around them: drawn as the squares they are.
+    small = posts[:, 2] < _COLUMN_MAX_M
+    outlines: list[Array] = [np.empty(0)] * len(posts)
+    for chosen, corners, start in ((small, 4, 0.25 * np.pi), (~small, _CORNERS, 0.0)):
+        angle = start + np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        table = posts[chosen]
+        shapes = table[:, None, :2] + table[:, 2, None, None] * ring
+        for index, shape in zip(np.flatnonzero(chosen), shapes, strict=True):
+            outlines[index] = shape
+    return outlines
+
+
+def _turned_boxes(boxes: Array) -> list[Array]:
+    signs = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    own = signs * boxes[:, None, 2:4]
+    cosine, sine = np.cos(boxes[:, 4, None]), np.sin(boxes[:, 4, None])
+    x, y = own[..., 0], own[..., 1]
+    turned = np.stack([x * cosine - y * sine, x * sine + y * cosine], axis=-1)
+    return list(boxes[:, None, :2] + turned)

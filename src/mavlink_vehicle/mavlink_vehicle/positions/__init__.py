@@ -1,0 +1,1 @@
+"""Axes, local frames and projections, and whether a position can be trusted."""

@@ -1,0 +1,345 @@
+"""Writing, reading and clearing the stored mission, confirmed by what can be read back.
+
+An acknowledgement is not enough: an upload can be acknowledged and stored in another form. So a
+mission is written, read back and compared, and written again if it is another one, a few times.
+A transfer that the vehicle gave up, or that came to a silent end, is begun again, too.
+
+Where a new mission would go on at the number of the item that the old one had come to
+(ArduPilot), it is set back to its first item.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
+from mavlink_vehicle.mission_items import (
+    HOME_PLACEHOLDER,
+    MissionItem,
+    MissionRules,
+    first_difference,
+)
+from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.protocols.mission.mission_clear import ClearFinished, MissionClear
+from mavlink_vehicle.protocols.mission.mission_download import DownloadFinished, MissionDownload
+from mavlink_vehicle.protocols.mission.mission_parts import TransferResult, TransferTiming
+from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload, UploadFinished
+from mavlink_vehicle.protocols.operations.command import (
+    Address,
+    Command,
+    CommandFinished,
+    CommandRequest,
+    CommandTiming,
+    result_name,
+)
+from mavlink_vehicle.protocols.operations.operation_goals import StateGoal
+from mavlink_vehicle.protocols.operations.operations import quote_texts
+from mavlink_vehicle.state.reducer import VehicleState
+
+_WRITES = 3
+_REASONS_S = 0.5
+
+
+@dataclass(frozen=True)
+class MissionJob(StateGoal):
+    """What is wanted of the stored mission.
+
+    Attributes:
+        kind: UPLOAD_MISSION, DOWNLOAD_MISSION or CLEAR_MISSION.
+        items: what is to be stored, without home; empty unless it is an upload.
+        rules: what the firmware does with missions.
+        vehicle_name: for sentences.
+    """
+
+    kind: OperationKind
+    items: tuple[MissionItem, ...]
+    rules: MissionRules
+    vehicle_name: str
+
+
+@dataclass(frozen=True)
+class MissionTiming:
+    """How patient it is: in all, with each message, and with the command."""
+
+    timeout_s: float
+    transfer: TransferTiming
+    command: CommandTiming
+
+
+class MissionState(enum.Enum):
+    """Where it stands."""
+
+    IDLE = "not started"
+    WRITING = "the mission is sent, or cleared"
+    READING = "what is stored is read"
+    REWINDING = "it is set back to its first item"
+    REFUSING = "refused; waiting for reasons"
+    FINISHED = "ended"
+
+
+class MissionInput(enum.Enum):
+    """What moves it on."""
+
+    WRITE = "start, with something to write"
+    READ = "start, with nothing to write"
+    WRITTEN = "the writing is over, by its acknowledgement or not"
+    AGAIN = "it came to nothing, and attempts are left"
+    RIGHT = "what is stored is what is wanted"
+    REWIND = "the same, and it is to be set back"
+    FAILED = "refused, or no attempts are left"
+    WAITED = "reasons have had their time"
+    TIME_UP = "the operation's time is up"
+    CANCEL = "cancelled, or the link is lost"
+
+
+_Part = MissionUpload | MissionClear | MissionDownload | Command
+
+
+class MissionOperation(Machine[OperationFinished]):
+    """One operation on the stored mission; ends in exactly one `OperationFinished`."""
+
+    def __init__(
+        self, operation_id: int, goal: MissionJob, address: Address, timing: MissionTiming
+    ) -> None:
+        """Prepare; `begin` is the way in."""
+        super().__init__(MissionState.IDLE)
+        self.operation_id = operation_id
+        self.goal = goal
+        self.stored: tuple[MissionItem, ...] | None = None
+        """What was read, without home; None before."""
+        self._address = address
+        self._timing = timing
+        self._part: _Part | None = None
+        self._upload: MissionUpload | None = None
+        self._part_s: float | None = None
+        self._reasons_s: float | None = None
+        self._writes = 0
+        self._limit_s = 0.0
+        self._vehicle = VehicleState()
+        self._connected = True
+        self._texts_before = 0
+        self._result = OperationResult.CANCELLED
+        self._reason = ""
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has ended."""
+        return self.state is MissionState.FINISHED
+
+    def next_modes(self) -> tuple[int, ...]:
+        """No mode follows from it."""
+        return ()
+
+    def begin(self, state: VehicleState, connected: bool, now: float) -> None:
+        """Start in a vehicle's state; whether its HEARTBEAT is fresh says `connected`."""
+        self._vehicle, self._connected = state, connected
+        self._texts_before = state.texts.count
+        self.start(now)
+
+    def start(self, now: float) -> None:
+        """Write, or read if there is nothing to write."""
+        self._limit_s = now + self._timing.timeout_s
+        reads = self.goal.kind is OperationKind.DOWNLOAD_MISSION
+        self._fire(MissionInput.READ if reads else MissionInput.WRITE, now)
+
+    def observe(self, state: VehicleState, connected: bool, now: float) -> None:
+        """Take in the vehicle's new state, for its texts."""
+        self._vehicle, self._connected = state, connected
+
+    def settle(self) -> None:
+        """Nothing that was asked before matters to it."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take in a message of the mission service, or an acknowledgement of a command."""
+        if self.finished or self._part is None:
+            return
+        if self._upload is not None and self._upload is not self._part:
+            self._upload.receive(message, now)  # a transfer that a late MISSION_COUNT began anew
+            self._outbox += self._upload.messages_to_send()
+        self._part.receive(message, now)
+        self._step(now)
+
+    def cancel(self, reason: str, now: float) -> None:
+        """End it CANCELLED for this reason; the vehicle is told to forget a half-done transfer."""
+        self._result, self._reason = OperationResult.CANCELLED, reason
+        self._fire(MissionInput.CANCEL, now)
+
+    def lose(self, reason: str, now: float) -> None:
+        """End it LINK_LOST for this reason."""
+        self._result, self._reason = OperationResult.LINK_LOST, reason
+        self._fire(MissionInput.CANCEL, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Repeat, or end."""
+        if self.finished or self._deadline is None or now < self._deadline:
+            return
+        if self._reasons_s is not None:
+            if now >= self._reasons_s:
+                self._fire(MissionInput.WAITED, now)
+        elif now >= self._limit_s:
+            self._reason = "the time is up"
+            self._result = OperationResult.TIMED_OUT
+            self._fire(MissionInput.TIME_UP, now)
+        elif self._part is not None:
+            self._part.handle_timer(now)
+            self._step(now)
+
+    # What its parts say
+
+    def _step(self, now: float) -> None:
+        part = self._part
+        assert part is not None
+        self._outbox += part.messages_to_send()
+        end = part.next_event()
+        if end is None:
+            times = (self._limit_s, part.next_deadline())
+            self._deadline = min(time for time in times if time is not None)
+        elif isinstance(end, DownloadFinished):
+            self._read(end, now)
+        elif isinstance(end, CommandFinished):
+            self._rewound(end, now)
+        else:
+            self._written(end, now)
+
+    def _written(self, end: UploadFinished | ClearFinished, now: float) -> None:
+        if end.result in (TransferResult.DONE, TransferResult.UNSURE):
+            self._fire(MissionInput.WRITTEN, now)
+        elif end.result in (TransferResult.REFUSED, TransferResult.BUSY):
+            self._fail(OperationResult.REFUSED, end.reason, now)
+        else:
+            self._again(OperationResult.TIMED_OUT, end.reason, now)
+
+    def _read(self, end: DownloadFinished, now: float) -> None:
+        if end.result is not TransferResult.DONE:
+            refused = end.result in (TransferResult.REFUSED, TransferResult.BUSY)
+            kind = OperationResult.REFUSED if refused else OperationResult.TIMED_OUT
+            self._fail(kind, f"reading it back: {end.reason}", now)
+            return
+        rules = self.goal.rules
+        self.stored = end.items[rules.offset :]
+        if self.goal.kind is OperationKind.DOWNLOAD_MISSION:
+            self._fire(MissionInput.RIGHT, now)
+            return
+        difference = first_difference(self.goal.items, self.stored, rules)
+        if difference is not None:
+            reason = f"what was read back is not what was sent: {difference}"
+            self._again(OperationResult.REFUSED, reason, now)
+        elif self._is_rejected():
+            self._fail(OperationResult.REFUSED, "it is stored, but will not be flown", now)
+        elif rules.rewinds and self.goal.items:
+            self._fire(MissionInput.REWIND, now)
+        else:
+            self._fire(MissionInput.RIGHT, now)
+
+    def _is_rejected(self) -> bool:
+        """Whether the vehicle has judged what it stored (PX4 does so after the upload)."""
+        texts = self._vehicle.status_texts
+        fresh = min(self._vehicle.texts.count - self._texts_before, len(texts))
+        rejections = self.goal.rules.rejections
+        return any(text.text.startswith(rejections) for text in texts[len(texts) - fresh :])
+
+    def _rewound(self, end: CommandFinished, now: float) -> None:
+        if end.result == mavlink.MAV_RESULT_ACCEPTED:
+            self._fire(MissionInput.RIGHT, now)
+            return
+        answer = "not answered" if end.result is None else f"answered {result_name(end.result)}"
+        kind = OperationResult.TIMED_OUT if end.result is None else OperationResult.REFUSED
+        self._fail(kind, f"to begin at its first item (DO_SET_MISSION_CURRENT) was {answer}", now)
+
+    def _again(self, result: OperationResult, reason: str, now: float) -> None:
+        if self._writes < _WRITES:
+            self._fire(MissionInput.AGAIN, now)
+        else:
+            self._fail(result, reason, now)
+
+    def _fail(self, result: OperationResult, reason: str, now: float) -> None:
+        self._result, self._reason = result, reason
+        self._fire(MissionInput.FAILED, now)
+
+    # Actions
+
+    def _begin_part(self, part: _Part, now: float) -> None:
+        self._part = part
+        part.start(now)
+        self._step(now)
+
+    def _write(self, now: float) -> None:
+        self._writes += 1
+        timing = self._timing.transfer
+        if self.goal.kind is OperationKind.CLEAR_MISSION:
+            self._begin_part(MissionClear(self._address, timing), now)
+            return
+        home = (HOME_PLACEHOLDER,) if self.goal.rules.home_first else ()
+        items: Sequence[MissionItem] = (*home, *self.goal.items)
+        self._upload = MissionUpload(items, self._address, timing)
+        self._begin_part(self._upload, now)
+
+    def _begin_reading(self, now: float) -> None:
+        self._begin_part(MissionDownload(self._address, self._timing.transfer), now)
+
+    def _rewind(self, now: float) -> None:
+        request = CommandRequest(
+            mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, (float(self.goal.rules.offset),)
+        )
+        # Nothing in the state would show it if only the answers were lost: ask as often as for
+        # an item.
+        timing = replace(self._timing.command, retries=self._timing.transfer.retries)
+        self._begin_part(Command(request, self._address, timing), now)
+
+    def _wait_for_reasons(self, now: float) -> None:
+        self._part = None
+        self._reasons_s = self._deadline = now + _REASONS_S
+
+    def _achieve(self, now: float) -> None:
+        count = len(self.stored or ())
+        self._finish(OperationResult.ACHIEVED, f"{self._title()}: {count} items are stored.", now)
+
+    def _give_reasons(self, now: float) -> None:
+        if self._part is not None:
+            self._part.cancel(now)
+            self._outbox += self._part.messages_to_send()
+        result, reason = self._result, f"{self._title()} failed: {self._reason}"
+        if result is OperationResult.TIMED_OUT and not self._connected:
+            result, reason = OperationResult.LINK_LOST, f"{reason}, and no HEARTBEAT comes"
+        reason += quote_texts(self._vehicle, self._texts_before)
+        self._finish(result, reason if reason.endswith((".", "!", "?")) else f"{reason}.", now)
+
+    def _title(self) -> str:
+        title = self.goal.kind.value
+        return f"{title[0].upper()}{title[1:]}"
+
+    def _finish(self, result: OperationResult, reason: str, now: float) -> None:
+        self._deadline = None
+        self._part = self._upload = None
+        self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
+
+    _S = MissionState
+    _I = MissionInput
+    table: ClassVar[Table] = {
+        (_S.IDLE, _I.WRITE): (_S.WRITING, _write),
+        (_S.IDLE, _I.READ): (_S.READING, _begin_reading),
+        (_S.IDLE, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.WRITING, _I.WRITTEN): (_S.READING, _begin_reading),
+        (_S.WRITING, _I.AGAIN): (_S.WRITING, _write),
+        (_S.WRITING, _I.FAILED): (_S.REFUSING, _wait_for_reasons),
+        (_S.WRITING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
+        (_S.WRITING, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.READING, _I.RIGHT): (_S.FINISHED, _achieve),
+        (_S.READING, _I.REWIND): (_S.REWINDING, _rewind),
+        (_S.READING, _I.AGAIN): (_S.WRITING, _write),
+        (_S.READING, _I.FAILED): (_S.REFUSING, _wait_for_reasons),
+        (_S.READING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
+        (_S.READING, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.REWINDING, _I.RIGHT): (_S.FINISHED, _achieve),
+        (_S.REWINDING, _I.FAILED): (_S.REFUSING, _wait_for_reasons),
+        (_S.REWINDING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
+        (_S.REWINDING, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.REFUSING, _I.WAITED): (_S.FINISHED, _give_reasons),
+        (_S.REFUSING, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.FINISHED, _I.CANCEL): (_S.FINISHED, None),
+    }
+    del _S, _I

@@ -1,0 +1,227 @@
+"""Sends a list of items: MISSION_COUNT, then each item that is asked for, to MISSION_ACK.
+
+The vehicle drives: it asks for items, again if they don't come, and in whatever way its
+firmware does (ArduPilot with MISSION_REQUEST, which is answered with MISSION_ITEM_INT all the
+same; PX4 with MISSION_REQUEST_INT). Only the first message is ours to repeat.
+
+- Requests and acknowledgements for another ground station, or of another list, are ignored.
+- ACCEPTED before the last item was sent belongs to something earlier, and is ignored.
+- DENIED (ArduPilot) and ERROR (PX4) instead of the first request mean that another station's
+  transfer is under way: the offer is repeated until that is over.
+- INVALID_SEQUENCE only says that an item came twice or late; the vehicle asks on.
+- An error after the last item may be the answer to its repetition, when all is stored already
+  (ArduPilot): the result is UNSURE, and reading back tells.
+- Requests that come after the end are still answered: a repeated MISSION_COUNT may have begun
+  the transfer anew.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.mission_items import MissionItem, MissionType, opaque_id
+from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.protocols.mission.mission_parts import (
+    ACCEPTED,
+    BUSY_SENTENCE,
+    CANCELLED,
+    TransferResult,
+    TransferTiming,
+    ack_sentence,
+    concerns,
+)
+from mavlink_vehicle.protocols.operations.command import Address
+
+_REQUESTS = ("MISSION_REQUEST", "MISSION_REQUEST_INT")
+_BUSY = (mavlink.MAV_MISSION_DENIED, mavlink.MAV_MISSION_ERROR)
+_UNCLEAR = (mavlink.MAV_MISSION_ERROR, CANCELLED)
+
+
+@dataclass(frozen=True)
+class UploadFinished:
+    """The one end of an upload.
+
+    Attributes:
+        result: how it ended.
+        reason: why, to go into a sentence; empty when it is DONE.
+        opaque_id: the vehicle's number for what it has now, None where it gives none.
+    """
+
+    result: TransferResult
+    reason: str = ""
+    opaque_id: int | None = None
+
+
+class UploadState(enum.Enum):
+    """Where an upload stands."""
+
+    IDLE = "not started"
+    OFFERING = "the number of items is sent, none is asked for yet"
+    SENDING = "items are asked for"
+    FINISHED = "ended"
+
+
+class UploadInput(enum.Enum):
+    """What moves an upload on."""
+
+    START = "start"
+    REQUEST = "an item is asked for"
+    ACCEPTED = "MISSION_ACK: accepted"
+    REFUSED = "MISSION_ACK: anything else that ends it"
+    RETRY = "time is up, attempts are left"
+    EXHAUSTED = "time is up, no attempts are left"
+    CANCEL = "cancelled by us"
+
+
+class MissionUpload(Machine[UploadFinished]):
+    """Sends one list; ends in exactly one `UploadFinished`, unless it is cancelled."""
+
+    def __init__(
+        self,
+        items: Sequence[MissionItem],
+        address: Address,
+        timing: TransferTiming,
+        mission_type: MissionType = MissionType.MISSION,
+    ) -> None:
+        """Prepare; `start` sends. The items are all that is stored, with home where it counts."""
+        super().__init__(UploadState.IDLE)
+        self._items = tuple(items)
+        self._address = address
+        self._timing = timing
+        self._type = mission_type
+        self._left = timing.retries
+        self._wanted = 0
+        self._last_sent = not items
+        self._end = UploadFinished(TransferResult.UNANSWERED)
+
+    def start(self, now: float) -> None:
+        """Say how many items there are."""
+        self._fire(UploadInput.START, now)
+
+    def cancel(self, now: float) -> None:
+        """Tell the vehicle that no more will come; no event follows.
+
+        An ArduPilot has cut its stored mission to the new length by then.
+        """
+        self._fire(UploadInput.CANCEL, now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Look for requests and for the acknowledgement."""
+        name = message.get_type()
+        if self.state is UploadState.IDLE or name not in (*_REQUESTS, "MISSION_ACK"):
+            return
+        if not concerns(message, self._address, self._type):
+            return
+        if name == "MISSION_ACK":
+            self._acknowledged(message, now)
+        elif message.seq < len(self._items):
+            self._wanted = message.seq
+            self._fire(UploadInput.REQUEST, now)
+
+    def _acknowledged(self, message: Message, now: float) -> None:
+        result = int(message.type)
+        if self.state is UploadState.FINISHED or result == mavlink.MAV_MISSION_INVALID_SEQUENCE:
+            return
+        if result == ACCEPTED:
+            if self._last_sent:
+                self._end = UploadFinished(TransferResult.DONE, opaque_id=opaque_id(message))
+                self._fire(UploadInput.ACCEPTED, now)
+            return
+        if self.state is UploadState.OFFERING and self._items and result in _BUSY:
+            self._end = UploadFinished(TransferResult.BUSY, BUSY_SENTENCE)
+            return
+        kind = TransferResult.REFUSED
+        if result in _UNCLEAR and self._last_sent:
+            kind = TransferResult.UNSURE
+        elif result == CANCELLED:
+            kind = TransferResult.GIVEN_UP
+        self._end = UploadFinished(kind, ack_sentence(result))
+        self._fire(UploadInput.REFUSED, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Repeat or give up when it is time."""
+        if self._deadline is None or now < self._deadline:
+            return
+        if self.state is UploadState.OFFERING and self._left > 0:
+            self._left -= 1
+            self._fire(UploadInput.RETRY, now)
+            return
+        if self.state is UploadState.SENDING and self._last_sent:
+            reason = "it did not acknowledge the last item"
+            self._end = UploadFinished(TransferResult.UNSURE, reason)
+        elif self.state is UploadState.SENDING or self._end.result is not TransferResult.BUSY:
+            self._end = UploadFinished(TransferResult.UNANSWERED, "it does not answer")
+        self._fire(UploadInput.EXHAUSTED, now)
+
+    def _target(self) -> tuple[int, int]:
+        return self._address.target_system, self._address.target_component
+
+    def _offer(self, now: float) -> None:
+        system, component = self._target()
+        self._outbox.append(
+            make(
+                "MISSION_COUNT",
+                target_system=system,
+                target_component=component,
+                count=len(self._items),
+                mission_type=int(self._type),
+            )
+        )
+        self._deadline = now + self._timing.timeout_s
+
+    def _give(self, now: float) -> None:
+        self._send_wanted()
+        self._deadline = now + self._timing.silence_s
+
+    def _send_wanted(self) -> None:
+        item = self._items[self._wanted]
+        self._outbox.append(item.message(self._wanted, self._target(), self._type))
+        self._last_sent = self._last_sent or self._wanted == len(self._items) - 1
+
+    def _give_late(self, now: float) -> None:
+        if self._end.result in (TransferResult.DONE, TransferResult.UNSURE):
+            self._send_wanted()
+
+    def _finish(self, now: float) -> None:
+        self._deadline = None
+        self._outbox.clear()
+        self._events.append(self._end)
+
+    def _stop(self, now: float) -> None:
+        self._deadline = None
+        self._outbox.clear()
+        system, component = self._target()
+        self._outbox.append(
+            make(
+                "MISSION_ACK",
+                target_system=system,
+                target_component=component,
+                type=CANCELLED,
+                mission_type=int(self._type),
+            )
+        )
+
+    _S = UploadState
+    _I = UploadInput
+    table: ClassVar[Table] = {
+        (_S.IDLE, _I.START): (_S.OFFERING, _offer),
+        (_S.IDLE, _I.CANCEL): (_S.FINISHED, None),
+        (_S.OFFERING, _I.REQUEST): (_S.SENDING, _give),
+        (_S.OFFERING, _I.ACCEPTED): (_S.FINISHED, _finish),
+        (_S.OFFERING, _I.REFUSED): (_S.FINISHED, _finish),
+        (_S.OFFERING, _I.RETRY): (_S.OFFERING, _offer),
+        (_S.OFFERING, _I.EXHAUSTED): (_S.FINISHED, _finish),
+        (_S.OFFERING, _I.CANCEL): (_S.FINISHED, _stop),
+        (_S.SENDING, _I.REQUEST): (_S.SENDING, _give),
+        (_S.SENDING, _I.ACCEPTED): (_S.FINISHED, _finish),
+        (_S.SENDING, _I.REFUSED): (_S.FINISHED, _finish),
+        (_S.SENDING, _I.EXHAUSTED): (_S.FINISHED, _finish),
+        (_S.SENDING, _I.CANCEL): (_S.FINISHED, _stop),
+        (_S.FINISHED, _I.REQUEST): (_S.FINISHED, _give_late),
+        (_S.FINISHED, _I.CANCEL): (_S.FINISHED, None),
+    }
+    del _S, _I

@@ -1,0 +1,1 @@
+"""Operations: commands, confirmed by the state of the vehicle."""

@@ -1,0 +1,376 @@
+"""Mode change, arming, take-off and so on: a command, confirmed by the vehicle's own state.
+
+An acknowledgement alone is never success: ArduPilot accepts a take-off that then doesn't
+happen, PX4 accepts mode changes that it refuses a moment later, and an acknowledgement can be
+lost although the command was obeyed. So:
+
+- ACHIEVED means that the vehicle's own messages show it, acknowledged or not.
+- A refusal ends the operation, after a short wait for the STATUSTEXTs that explain it. When
+  the command was repeated, the refusal may be the answer to a repetition of a command already
+  obeyed ("already flying"); the state then has longer to show it.
+- Everything else ends when the time is up.
+- Where nothing in the state can show it (a speed), or something else could have the same look
+  (a place to go to), the acknowledgement must come, too.
+- A command may have to wait for a gate: PX4 enters OFFBOARD only while setpoints come.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import OperationFinished, OperationResult
+from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.protocols.operations.command import (
+    ACCEPTED,
+    IN_PROGRESS,
+    Address,
+    Command,
+    CommandTiming,
+    ack_result,
+    command_name,
+    result_name,
+)
+from mavlink_vehicle.protocols.operations.operation_parts import (
+    Gate,
+    Goal,
+    OperationInput,
+    OperationState,
+    OperationTiming,
+)
+from mavlink_vehicle.state.reducer import VehicleState
+
+_NOTHING_SENT = (OperationState.IDLE, OperationState.PREPARING, OperationState.FINISHED)
+_GATE_LOOK_S = 0.1
+_REJECTED_AGAIN_S = 0.2
+
+
+class Operation(Machine[OperationFinished]):
+    """One operation; ends in exactly one `OperationFinished`."""
+
+    def __init__(
+        self,
+        operation_id: int,
+        goal: Goal,
+        address: Address,
+        command_timing: CommandTiming,
+        timing: OperationTiming,
+        *,
+        first_ack_counts: bool = True,
+        gate: Gate | None = None,
+    ) -> None:
+        """Prepare; `start` looks at the state and sends.
+
+        Args:
+            operation_id: goes into the event.
+            goal: what is wanted.
+            address: who talks to whom.
+            command_timing: repetitions of the command.
+            timing: patience of the whole.
+            first_ack_counts: False where the autopilot acknowledges twice and only the second
+                one tells the truth.
+            gate: what the command has to wait for.
+        """
+        super().__init__(OperationState.IDLE)
+        self.operation_id = operation_id
+        self.goal = goal
+        self._address = address
+        self._timing = timing
+        self._first_ack_counts = first_ack_counts
+        self._gate = gate
+        self._gate_until_s = math.inf
+        self._command_timing = command_timing
+        self._command = Command(goal.request, address, command_timing)
+        self._again_s: float | None = None
+        self._vehicle = VehicleState()
+        self._connected = True
+        self._texts_before = 0
+        self._limit_s = 0.0
+        self._heartbeat_from_s = -math.inf
+        self._refused_until_s: float | None = None
+        self._rejected_until_s: float | None = None
+        self._answer: int | None = None
+        self._result = OperationResult.CANCELLED
+        self._reason = ""
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has ended."""
+        return self.state is OperationState.FINISHED
+
+    def next_modes(self) -> tuple[int, ...]:
+        """Return the modes that the vehicle still goes to by itself after this."""
+        return self.goal.next_modes(self._vehicle)
+
+    def start(self, now: float) -> None:
+        """Send the command; `begin` is the way in, as it brings the state along."""
+        self._limit_s = now + self._timing.timeout_s
+        self._fire(OperationInput.START if self._gate is None else OperationInput.PREPARE, now)
+
+    def begin(
+        self, state: VehicleState, connected: bool, now: float, settle_s: float = 0.0
+    ) -> None:
+        """Start, unless the vehicle is already as wanted and its word is fresh.
+
+        Args:
+            state: the vehicle's state.
+            connected: whether its HEARTBEAT is fresh.
+            now: time in seconds.
+            settle_s: an earlier request for something else may take effect for this long; what
+                a HEARTBEAT shows before that proves nothing, unless `settle` is called.
+        """
+        self._vehicle = state
+        self._connected = connected
+        self._texts_before = state.texts.count
+        if settle_s > 0.0:
+            self._heartbeat_from_s = now + settle_s
+        if self._reached():
+            self._reason = f"{self._title()}: already so."
+            self._fire(OperationInput.REACHED, now)
+        else:
+            self.start(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Look for the command's acknowledgements."""
+        if self.state in _NOTHING_SENT:
+            return
+        result = ack_result(message, self._command.request.command, self._address)
+        if result is None:
+            return
+        self._command.receive(message, now)
+        if result == IN_PROGRESS:
+            self._step_command(now)
+            return
+        if result == ACCEPTED:
+            self._answer = result
+            self._fire(OperationInput.ACCEPTED, now)
+            if self.goal.needs_ack and self._reached():
+                self._fire(OperationInput.REACHED, now)
+        elif self._answer != ACCEPTED or not self._first_ack_counts:
+            self._answer = result
+            self._fire(OperationInput.REFUSED, now)
+            self._contradict(now)
+        while self._command.next_event() is not None:  # what it says has been dealt with
+            pass
+
+    def observe(self, state: VehicleState, connected: bool, now: float) -> None:
+        """Take in the vehicle's new state."""
+        if self.finished or self.state is OperationState.IDLE:
+            return
+        self._vehicle = state
+        self._connected = connected
+        if self._reached():
+            self._fire(OperationInput.REACHED, now)
+            return
+        failure = self.goal.failure(state)
+        if failure is not None:
+            self._result, self._reason = OperationResult.REFUSED, failure
+            self._fire(OperationInput.FAILED, now)
+        else:
+            self._contradict(now)
+
+    def _contradict(self, now: float) -> None:
+        """Take back a refusal when the vehicle is visibly at it."""
+        if self.state is OperationState.REFUSING and self.goal.under_way(self._vehicle):
+            self._fire(OperationInput.UNDER_WAY, now)
+
+    def settle(self) -> None:
+        """The earlier request has taken effect; from here HEARTBEATs count."""
+        self._heartbeat_from_s = -math.inf
+
+    def _reached(self) -> bool:
+        heard_s = self._vehicle.last_heartbeat_s
+        return (
+            self._connected
+            and heard_s is not None
+            and heard_s >= self._heartbeat_from_s
+            and (self._answer == ACCEPTED or not self.goal.needs_ack)
+            and self.goal.reached(self._vehicle)
+        )
+
+    def cancel(self, reason: str, now: float) -> None:
+        """End it CANCELLED for this reason, if it hasn't ended."""
+        if not self.finished:
+            self._result = OperationResult.CANCELLED
+            self._reason = reason
+            self._fire(OperationInput.CANCEL, now)
+
+    def lose(self, reason: str, now: float) -> None:
+        """End it LINK_LOST for this reason, if it hasn't ended."""
+        if not self.finished:
+            self._result = OperationResult.LINK_LOST
+            self._reason = reason
+            self._fire(OperationInput.FAILED, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Repeat the command, or end."""
+        if self.finished or self._deadline is None or now < self._deadline:
+            return
+        if self.state is OperationState.PREPARING:
+            self._try_gate(now)
+        elif self._refused_until_s is not None and now >= self._refused_until_s:
+            self._fire(OperationInput.WAITED, now)
+        elif now >= self._limit_s:
+            self._fire(OperationInput.TIME_UP, now)
+        elif self._again_s is not None and now >= self._again_s:
+            self._again_s = None
+            if self.goal.under_way(self._vehicle):
+                self._set_deadline()
+            else:
+                self._fire(OperationInput.AGAIN, now)
+        else:
+            self._command.handle_timer(now)
+            self._step_command(now)
+
+    def _step_command(self, now: float) -> None:
+        self._outbox += self._command.messages_to_send()
+        end = self._command.next_event()
+        if end is not None and end.result is None:
+            self._fire(OperationInput.UNANSWERED, now)
+        else:
+            self._set_deadline()
+
+    def _set_deadline(self) -> None:
+        times = (
+            self._limit_s,
+            self._refused_until_s,
+            self._again_s,
+            self._command.next_deadline(),
+        )
+        self._deadline = min(time for time in times if time is not None)
+
+    def _prepare(self, now: float) -> None:
+        self._gate_until_s = min(now + self._timing.gate_s, self._limit_s)
+        self._try_gate(now)
+
+    def _try_gate(self, now: float) -> None:
+        open_s = now if self._gate is None else self._gate(now)
+        if open_s <= now:
+            self._fire(OperationInput.READY, now)
+        elif now >= self._gate_until_s:
+            self._result = OperationResult.REFUSED
+            self._reason = f"no setpoint stream came within {self._timing.gate_s:.1f} s"
+            self._fire(OperationInput.FAILED, now)
+        else:
+            self._deadline = min(open_s, now + _GATE_LOOK_S, self._gate_until_s)
+
+    def _send(self, now: float) -> None:
+        self._command.start(now)
+        self._step_command(now)
+
+    def _pause(self, now: float) -> None:
+        self._again_s = now + self._timing.pause_s
+        self._set_deadline()
+
+    def _send_again(self, now: float) -> None:
+        sent = self._command.attempts
+        self._refused_until_s = None
+        self._command = Command(
+            self.goal.request, self._address, self._command_timing, sent_before=sent
+        )
+        self._send(now)
+
+    def _confirm(self, now: float) -> None:
+        self._refused_until_s = None
+        self._again_s = None
+        self._set_deadline()
+
+    def _refuse(self, now: float) -> None:
+        self._again_s = None
+        repeated = self._command.attempts > 1 and self._rejected_until_s is None
+        wait_s = self._timing.doubt_s if repeated else self._timing.texts_s
+        self._refused_until_s = now + wait_s
+        if self._answer == mavlink.MAV_RESULT_TEMPORARILY_REJECTED:
+            if self._rejected_until_s is None:
+                self._rejected_until_s = now + self._timing.rejected_s
+            if now < self._rejected_until_s:
+                self._again_s = now + _REJECTED_AGAIN_S
+        self._set_deadline()
+
+    def _achieve(self, now: float) -> None:
+        self._finish(OperationResult.ACHIEVED, self._reason or f"{self._title()}: confirmed", now)
+
+    def _give_reasons(self, now: float) -> None:
+        name = command_name(self._command.request.command)
+        answer = result_name(self._answer) if self._answer is not None else "nothing"
+        what = f"{self._title()} refused: {name} was answered {answer}"
+        hint = self.goal.hint(self._vehicle)
+        self._finish(OperationResult.REFUSED, f"{what}; {hint}" if hint else what, now)
+
+    def _time_out(self, now: float) -> None:
+        name = command_name(self._command.request.command)
+        if self._answer == ACCEPTED:
+            hint = self.goal.hint(self._vehicle) or "the vehicle's state does not show it"
+            what = f"{name} was ACCEPTED, but {hint}"
+        else:
+            what = f"{name} was sent {self._command.attempts} times and not answered"
+        what = f"{self._title()} not confirmed within {self._timing.timeout_s:.1f} s: {what}"
+        if self._connected:
+            self._finish(OperationResult.TIMED_OUT, what, now)
+        else:
+            self._finish(OperationResult.LINK_LOST, f"{what}, and no HEARTBEAT comes", now)
+
+    def _fail(self, now: float) -> None:
+        self._finish(self._result, f"{self._title()} ended: {self._reason}", now)
+
+    def _title(self) -> str:
+        title = f"{self.goal.kind.value} {self.goal.wish}".strip()
+        return title[0].upper() + title[1:]
+
+    def _finish(self, result: OperationResult, reason: str, now: float) -> None:
+        self._command.cancel(now)
+        self._deadline = None
+        self._outbox.clear()
+        if result is not OperationResult.ACHIEVED:
+            reason += quote_texts(self._vehicle, self._texts_before)
+        if not reason.endswith((".", "!", "?")):
+            reason += "."
+        self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
+
+    _S = OperationState
+    _I = OperationInput
+    table: ClassVar[Table] = {
+        (_S.IDLE, _I.START): (_S.COMMANDING, _send),
+        (_S.IDLE, _I.PREPARE): (_S.PREPARING, _prepare),
+        (_S.IDLE, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.IDLE, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.IDLE, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.PREPARING, _I.READY): (_S.COMMANDING, _send),
+        (_S.PREPARING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.PREPARING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.PREPARING, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.COMMANDING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.COMMANDING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.COMMANDING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
+        (_S.COMMANDING, _I.REFUSED): (_S.REFUSING, _refuse),
+        (_S.COMMANDING, _I.UNANSWERED): (_S.CONFIRMING, _pause),
+        (_S.COMMANDING, _I.TIME_UP): (_S.FINISHED, _time_out),
+        (_S.COMMANDING, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.CONFIRMING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.CONFIRMING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.CONFIRMING, _I.ACCEPTED): (_S.CONFIRMING, None),
+        (_S.CONFIRMING, _I.REFUSED): (_S.REFUSING, _refuse),
+        (_S.CONFIRMING, _I.AGAIN): (_S.COMMANDING, _send_again),
+        (_S.CONFIRMING, _I.TIME_UP): (_S.FINISHED, _time_out),
+        (_S.CONFIRMING, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.REFUSING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.REFUSING, _I.UNDER_WAY): (_S.CONFIRMING, _confirm),
+        (_S.REFUSING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.REFUSING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
+        (_S.REFUSING, _I.REFUSED): (_S.REFUSING, None),
+        (_S.REFUSING, _I.AGAIN): (_S.COMMANDING, _send_again),
+        (_S.REFUSING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
+        (_S.REFUSING, _I.WAITED): (_S.FINISHED, _give_reasons),
+        (_S.REFUSING, _I.CANCEL): (_S.FINISHED, _fail),
+    }
+    del _S, _I
+
+
+def quote_texts(state: VehicleState, count_before: int) -> str:
+    """Return the STATUSTEXTs since then, each once, to be put behind a sentence."""
+    fresh = min(state.texts.count - count_before, len(state.status_texts))
+    texts: Sequence[str] = [text.text for text in state.status_texts[-fresh:]] if fresh else []
+    unique = list(dict.fromkeys(texts))
+    return "; autopilot: " + ", ".join(f'"{text}"' for text in unique) if unique else ""

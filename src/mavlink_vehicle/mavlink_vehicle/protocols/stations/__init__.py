@@ -1,0 +1,1 @@
+"""What other ground stations do to the vehicle."""

@@ -1,0 +1,1 @@
+"""What is known about the vehicle, reduced from its messages."""

@@ -1,0 +1,152 @@
+"""Whether the vehicle's own position can be relied on. Pure.
+
+An estimator that is misled by its GPS goes on to give a position. What shows it, on both
+firmwares' own simulators with a receiver that is 20 m off:
+
+- The estimate goes on by itself at first, and the GPS is elsewhere than it. The estimator says
+  that it rejects it: EKF3 after 1.3 s, for as long as that lasts and 10 s more; EKF2 at once.
+- After 10 s (EKF3) or 7 s (EKF2) the estimate jumps to the GPS, in one message to the next.
+  A vehicle that follows positions then flies the jump back, 20 m in truth; and from then on
+  (EKF2), or 10 s later (EKF3), all that is said is well again. Only the jump tells.
+
+So the two are followed apart. A jump is remembered until it has jumped back, or the vehicle is
+disarmed: which of the two places was the right one is not known here.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.positions.frames import normalize_angle
+from mavlink_vehicle.state.health import sees_glitch
+from mavlink_vehicle.state.telemetry import Estimator, GlobalPosition, GpsFix
+from mavlink_vehicle.state.vehicle_state import VehicleState
+
+JUMP_MAX_M = 2.0
+"""How far the position may have jumped, all jumps added up, before it is in doubt."""
+
+# What a change of the position may differ from the velocity over the same time: a velocity is
+# off by up to 0.7 m/s (PX4, see the tasks' `standstill`), and changes by 5 m/s2.
+_SLACK_M, _VELOCITY_ERROR_M_S, _ACCELERATION_M_S2 = 1.0, 0.7, 5.0
+# After a longer silence, nothing can be said of a jump.
+_SILENCE_MS = 2000
+# A bad word must hold this long: EKF_STATUS_REPORT and ESTIMATOR_STATUS come once a second.
+_CONFIRM_S = 0.9
+# How far the GPS may be from the estimate: its latency, and its own accuracy.
+_GPS_OFF_M, _GPS_LATENCY_S, _GPS_SIGMAS = 5.0, 0.5, 3.0
+_METRES_PER_DEGREE = 111_195.0
+
+
+class PositionTrust:
+    """Follows one vehicle's state.
+
+    Attributes:
+        jump_ned_m: north and east of all jumps since it was armed, added up.
+        jumped_s: when the last one came, or None.
+    """
+
+    def __init__(self) -> None:
+        """Begin with nothing seen."""
+        self.jump_ned_m = (0.0, 0.0)
+        self.jumped_s: float | None = None
+        self._agreed = False
+        # What is wrong, by the message that tells it, with the time of the first such message;
+        # and what of that has held for long enough.
+        self._since_s: dict[type, float] = {}
+        self._complaints: dict[type, str] = {}
+
+    @property
+    def complaint(self) -> str:
+        """What is wrong with the estimate by what is told; empty when all is well."""
+        return self._complaints.get(GpsFix) or self._complaints.get(Estimator) or ""
+
+    def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
+        """Take in what a message has changed."""
+        if state.boot_count != before.boot_count or not state.armed:
+            self.jump_ned_m, self.jumped_s = (0.0, 0.0), None
+            self._agreed = False
+        if state.global_position is not before.global_position:
+            self._follow(before.global_position, state, now)
+        if state.gps is not before.gps:
+            self._judge(GpsFix, self._of_gps(state, now), now)
+        if state.estimator is not before.estimator:
+            self._judge(Estimator, _of_estimator(state), now)
+
+    def jump_m(self, since_ned_m: tuple[float, float] = (0.0, 0.0)) -> float:
+        """Return how far the position has jumped since the jumps added up to another vector."""
+        north_m, east_m = self.jump_ned_m
+        return math.hypot(north_m - since_ned_m[0], east_m - since_ned_m[1])
+
+    def _follow(self, last: GlobalPosition | None, state: VehicleState, now: float) -> None:
+        here = state.global_position
+        if last is None or here is None or not _moves(state):
+            return
+        passed_ms = here.time_boot_ms - last.time_boot_ms
+        if not 0 < passed_ms <= _SILENCE_MS:
+            return
+        jump = _jump_ned_m(last, here, passed_ms / 1000.0)
+        if jump is not None:
+            self.jump_ned_m = (self.jump_ned_m[0] + jump[0], self.jump_ned_m[1] + jump[1])
+            self.jumped_s = now
+
+    def _of_gps(self, state: VehicleState, now: float) -> str:
+        """Say what is wrong with the GPS; it must have been right before."""
+        if state.signs.fix_s is not None:
+            return "the GPS has no 3D fix any more"
+        gps, here = state.gps, state.global_position
+        if gps is None or here is None or gps.fix_type < mavlink.GPS_FIX_TYPE_3D_FIX:
+            return ""
+        if gps.latitude_deg is None or gps.longitude_deg is None:
+            return ""
+        off_m = math.hypot(*_between_ned_m(here, gps.latitude_deg, gps.longitude_deg))
+        speed_m_s = math.hypot(*here.velocity_ned_m_s[:2])
+        bound_m = _GPS_OFF_M + (_GPS_LATENCY_S + max(now - here.time_s, 0.0)) * speed_m_s
+        bound_m += _GPS_SIGMAS * (gps.horizontal_accuracy_m or 0.0)
+        self._agreed = self._agreed or off_m <= bound_m
+        if off_m <= bound_m or not self._agreed:
+            return ""
+        return f"the GPS is {off_m:.0f} m from where the estimator is"
+
+    def _judge(self, source: type, words: str, now: float) -> None:
+        if not words:
+            self._since_s.pop(source, None)
+            self._complaints.pop(source, None)
+        elif now - self._since_s.setdefault(source, now) >= _CONFIRM_S:
+            self._complaints.setdefault(source, words)
+
+
+def _of_estimator(state: VehicleState) -> str:
+    if sees_glitch(state):
+        return "the estimator sees GPS glitches"
+    if state.estimator is not None and state.estimator.rejects_position:
+        return "the estimator rejects its GPS"
+    return ""
+
+
+def _moves(state: VehicleState) -> bool:
+    """Whether a change of the position counts: on the ground an estimator may be set anew."""
+    return state.armed and state.landed_state is not LandedState.ON_GROUND
+
+
+def _between_ned_m(
+    here: GlobalPosition, latitude_deg: float, longitude_deg: float
+) -> tuple[float, float]:
+    """Return the way from a position to a place near it, well enough for a check."""
+    east_m = math.degrees(normalize_angle(math.radians(longitude_deg - here.longitude_deg)))
+    return (
+        (latitude_deg - here.latitude_deg) * _METRES_PER_DEGREE,
+        east_m * _METRES_PER_DEGREE * math.cos(math.radians(here.latitude_deg)),
+    )
+
+
+def _jump_ned_m(
+    last: GlobalPosition, here: GlobalPosition, passed_s: float
+) -> tuple[float, float] | None:
+    """Return what of a change of the position its velocity does not explain; None: all of it is."""
+    north_m, east_m = _between_ned_m(last, here.latitude_deg, here.longitude_deg)
+    north_m -= 0.5 * (last.velocity_ned_m_s[0] + here.velocity_ned_m_s[0]) * passed_s
+    east_m -= 0.5 * (last.velocity_ned_m_s[1] + here.velocity_ned_m_s[1]) * passed_s
+    slack_m = _SLACK_M + _VELOCITY_ERROR_M_S * passed_s + 0.25 * _ACCELERATION_M_S2 * passed_s**2
+    return (north_m, east_m) if math.hypot(north_m, east_m) > slack_m else None

@@ -1,0 +1,287 @@
+"""What is known about the vehicle: a frozen state and a pure `reduce`.
+
+Only messages of the vehicle's own system and autopilot component are taken in; the
+HEARTBEATs of ground stations, gimbals and other vehicles on the same link change nothing.
+MAVLink's "unknown" markers (65535, -1, INT32_MAX, NaN) become None, never numbers. How old a
+value may be is the reader's decision: each part carries the time `time_s` at which it came.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.mission_items import mission_id
+from mavlink_vehicle.positions.frames import Vector3, normalize_angle
+from mavlink_vehicle.state.failsafe import assess
+from mavlink_vehicle.state.restarts import boot_changes, evolve, is_late
+from mavlink_vehicle.state.signs import follow
+from mavlink_vehicle.state.status_reducers import (
+    autopilot_version,
+    battery_status,
+    current_mode,
+    extended_sys_state,
+    fence_status,
+    heartbeat,
+    status_text,
+    sys_status,
+)
+from mavlink_vehicle.state.telemetry import (
+    Attitude,
+    Battery,
+    Estimator,
+    GlobalPosition,
+    GpsFix,
+    Home,
+    LocalPosition,
+    MissionProgress,
+    Origin,
+)
+from mavlink_vehicle.state.vehicle_state import VehicleState
+
+__all__ = [
+    "Attitude",
+    "Battery",
+    "Estimator",
+    "GlobalPosition",
+    "GpsFix",
+    "Home",
+    "LocalPosition",
+    "MissionProgress",
+    "Origin",
+    "VehicleState",
+    "reduce",
+]
+
+_UINT16_MAX = 0xFFFF
+_FIX_2D = 2
+_INT32_MAX = 0x7FFFFFFF
+_REACHED_MAX = 2000
+_CENTIDEGREE = math.radians(0.01)
+# The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
+_ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
+_ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
+
+
+def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Return the state after `message`; the same object when it says nothing about the vehicle.
+
+    Args:
+        state: what was known before.
+        message: anything that came over the link.
+        now: time in seconds; becomes the `time_s` of what the message brings.
+    """
+    reducer = _REDUCERS.get(message.__class__)
+    if reducer is None:
+        return state
+    header = message._header
+    if header.srcComponent != state.component_id:
+        return state
+    if header.srcSystem != state.system_id and not (state.system_id == 0 and reducer is heartbeat):
+        return state
+    after = reducer(state, message, now)
+    if reducer in _FAILSAFE_EVIDENCE and after is not state:
+        after = _judged(state, after, now)
+    return after
+
+
+def _judged(before: VehicleState, after: VehicleState, now: float) -> VehicleState:
+    """Return the state with what it says of failures."""
+    if after.boot_count == before.boot_count:
+        signs = follow(before, after, now)
+        if signs is not after.signs:
+            after = evolve(after, {"signs": signs})
+    failsafe = assess(after, now)
+    return after if failsafe is after.failsafe else evolve(after, {"failsafe": failsafe})
+
+
+def _on_ground(state: VehicleState) -> bool:
+    return state.landed_state is LandedState.ON_GROUND and not state.armed
+
+
+def _system_time(state: VehicleState, message: Message, now: float) -> VehicleState:
+    return evolve(state, boot_changes(state, message.time_boot_ms, now))
+
+
+def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+    time_boot_ms = message.time_boot_ms
+    if is_late(state.global_position, time_boot_ms):
+        return state
+    changes = boot_changes(state, time_boot_ms, now)
+    latitude, longitude, heading = message.lat, message.lon, message.hdg
+    if (latitude == 0 and longitude == 0) or _INT32_MAX in (latitude, longitude):
+        changes["global_position"] = None
+    else:
+        changes["global_position"] = GlobalPosition(
+            now,
+            time_boot_ms,
+            latitude * 1e-7,
+            longitude * 1e-7,
+            message.alt * 1e-3,
+            message.relative_alt * 1e-3,
+            (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01),
+            None if heading == _UINT16_MAX else normalize_angle(heading * _CENTIDEGREE),
+        )
+        if _on_ground(state):
+            changes["ground_altitude_amsl_m"] = message.alt * 1e-3
+    return evolve(state, changes)
+
+
+def _local_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+    time_boot_ms = message.time_boot_ms
+    if is_late(state.local_position, time_boot_ms):
+        return state
+    changes = boot_changes(state, time_boot_ms, now)
+    position = (message.x, message.y, message.z)
+    velocity = (message.vx, message.vy, message.vz)
+    if _finite(position) and _finite(velocity):
+        changes["local_position"] = LocalPosition(now, time_boot_ms, position, velocity)
+        if _on_ground(state):
+            changes["ground_down_m"] = message.z
+    else:
+        changes["local_position"] = None
+    return evolve(state, changes)
+
+
+def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState:
+    time_boot_ms = message.time_boot_ms
+    if is_late(state.attitude, time_boot_ms):
+        return state
+    changes = boot_changes(state, time_boot_ms, now)
+    roll, pitch, yaw = message.roll, message.pitch, message.yaw
+    rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
+    changes["attitude"] = (
+        Attitude(now, time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
+        if _finite((roll, pitch, yaw)) and _finite(rates)
+        else None
+    )
+    return evolve(state, changes)
+
+
+def _home_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+    if message.latitude == 0 and message.longitude == 0:
+        return state
+    position = (message.x, message.y, message.z)
+    home = Home(
+        now,
+        message.latitude * 1e-7,
+        message.longitude * 1e-7,
+        message.altitude * 1e-3,
+        position if _finite(position) else None,
+    )
+    return evolve(state, {"home": home})
+
+
+def _gps_global_origin(state: VehicleState, message: Message, now: float) -> VehicleState:
+    if message.latitude == 0 and message.longitude == 0:
+        return state
+    origin = Origin(now, message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
+    return evolve(state, {"origin": origin})
+
+
+def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
+    gps = GpsFix(
+        now,
+        message.fix_type,
+        None if message.satellites_visible == 255 else message.satellites_visible,
+        None if message.eph == _UINT16_MAX else message.eph / 100,
+        None if message.epv == _UINT16_MAX else message.epv / 100,
+        None if message.fix_type < _FIX_2D else message.lat / 1e7,
+        None if message.fix_type < _FIX_2D else message.lon / 1e7,
+        # Extensions of the message; 0 is what an autopilot without them sends.
+        message.alt_ellipsoid / 1000 if message.alt_ellipsoid else None,
+        message.h_acc / 1000 if message.h_acc else None,
+        message.v_acc / 1000 if message.v_acc else None,
+    )
+    return evolve(state, {"gps": gps})
+
+
+def _estimator(state: VehicleState, message: Message, now: float) -> VehicleState:
+    # The constant-position flag says nothing more: ArduPilot clears these two with it, PX4's
+    # simulator sets it at rest although its position is good.
+    flags = message.flags
+    # Of EKF_STATUS_REPORT (the root of the ratio) and of ESTIMATOR_STATUS.
+    ratio = getattr(message, "pos_horiz_variance", None)
+    ratio = message.pos_horiz_ratio if ratio is None else ratio
+    estimator = Estimator(
+        now,
+        flags,
+        bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
+        bool(flags & _ESTIMATOR_HORIZONTAL_RELATIVE),
+        ratio > 1.0,
+    )
+    return evolve(state, {"estimator": estimator, "estimator_told": True})
+
+
+def _mission_current(state: VehicleState, message: Message, now: float) -> VehicleState:
+    before = state.mission
+    # Before the extension of 2023 there is only `seq`, and the rest reads as 0.
+    told = message.total or message.mission_state
+    total = 0 if message.total == _UINT16_MAX else message.total  # PX4: there is no mission
+    mission = MissionProgress(
+        now,
+        message.seq,
+        total if told else None,
+        message.mission_state,
+        mission_id(message),
+        () if before is None else before.reached,
+    )
+    return evolve(state, {"mission": mission})
+
+
+def _mission_item_reached(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    before = state.mission
+    if before is None or before.reached[-1:] == (message.seq,):
+        return state
+    reached = (*before.reached, message.seq)[-_REACHED_MAX:]
+    return evolve(state, {"mission": before._replace(reached=reached)})
+
+
+def _finite(vector: Vector3) -> bool:
+    return math.isfinite(vector[0] + vector[1] + vector[2])
+
+
+def _terrain_report(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    # Heights above ground without terrain data are heights above nothing: an ArduCopter sinks
+    # until it hits the ground (observed on its own simulator).
+    ready = message.spacing > 0 and message.loaded > 0 and message.pending == 0
+    return state if ready == state.terrain_ready else evolve(state, {"terrain_ready": ready})
+
+
+_Reducer = Callable[[VehicleState, Message, float], VehicleState]
+_REDUCERS: dict[type, _Reducer] = {
+    mavlink.MAVLink_heartbeat_message: heartbeat,
+    mavlink.MAVLink_current_mode_message: current_mode,
+    mavlink.MAVLink_system_time_message: _system_time,
+    mavlink.MAVLink_global_position_int_message: _global_position,
+    mavlink.MAVLink_local_position_ned_message: _local_position,
+    mavlink.MAVLink_attitude_message: _attitude,
+    mavlink.MAVLink_battery_status_message: battery_status,
+    mavlink.MAVLink_sys_status_message: sys_status,
+    mavlink.MAVLink_extended_sys_state_message: extended_sys_state,
+    mavlink.MAVLink_fence_status_message: fence_status,
+    mavlink.MAVLink_home_position_message: _home_position,
+    mavlink.MAVLink_terrain_report_message: _terrain_report,
+    mavlink.MAVLink_gps_global_origin_message: _gps_global_origin,
+    mavlink.MAVLink_gps_raw_int_message: _gps_raw,
+    mavlink.MAVLink_ekf_status_report_message: _estimator,
+    mavlink.MAVLink_estimator_status_message: _estimator,
+    mavlink.MAVLink_mission_current_message: _mission_current,
+    mavlink.MAVLink_mission_item_reached_message: _mission_item_reached,
+    mavlink.MAVLink_autopilot_version_message: autopilot_version,
+    mavlink.MAVLink_statustext_message: status_text,
+}
+_FAILSAFE_EVIDENCE = frozenset(
+    {
+        heartbeat,
+        current_mode,
+        sys_status,
+        fence_status,
+        status_text,
+        battery_status,
+        _gps_raw,
+        _estimator,
+    }
+)

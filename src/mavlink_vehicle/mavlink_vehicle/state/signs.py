@@ -1,0 +1,92 @@
+"""Since when the vehicle shows that something is wrong. Pure.
+
+Each sign is a change for the worse while the vehicle was watched: what was never well, as a PX4
+without a radio says all the time of its receiver, is no sign of anything that has happened.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from mavlink_vehicle.codec import mavlink
+
+if TYPE_CHECKING:
+    from mavlink_vehicle.state.vehicle_state import VehicleState
+
+_FIX_3D = mavlink.GPS_FIX_TYPE_3D_FIX
+_RADIO = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+# MAV_BATTERY_CHARGE_STATE by how bad it is; of others nothing is known.
+_CHARGE_RANK = {
+    mavlink.MAV_BATTERY_CHARGE_STATE_LOW: 1,
+    mavlink.MAV_BATTERY_CHARGE_STATE_CRITICAL: 2,
+    mavlink.MAV_BATTERY_CHARGE_STATE_EMERGENCY: 3,
+    mavlink.MAV_BATTERY_CHARGE_STATE_FAILED: 4,
+}
+
+
+class Signs(NamedTuple):
+    """When each of them began; None while there is none.
+
+    Attributes:
+        fence_s: a fence is breached (FENCE_STATUS, SYS_STATUS).
+        battery_s: the charge state has become low, or worse than that (BATTERY_STATUS).
+        radio_s: the receiver of the pilot's radio has become unhealthy (SYS_STATUS). A PX4 shows
+            it 0.2 s after it has acted (observed).
+        fix_s: the GPS has no 3D fix any more (GPS_RAW_INT). PX4 acts 5 s later, ArduCopter 8 s.
+        estimator_s: the estimator has no horizontal position any more.
+        stream_s: when it was last seen that setpoints had not come to a PX4 in OFFBOARD for longer
+            than it waits: none went out, or nothing was heard of it either.
+    """
+
+    fence_s: float | None = None
+    battery_s: float | None = None
+    radio_s: float | None = None
+    fix_s: float | None = None
+    estimator_s: float | None = None
+    stream_s: float | None = None
+
+
+NO_SIGNS = Signs()
+
+
+def radio_ok(enabled: int, health: int) -> bool | None:
+    """Return what SYS_STATUS says of the radio's receiver; None: it is not looked at."""
+    return bool(health & _RADIO) if enabled & _RADIO else None
+
+
+def follow(before: VehicleState, after: VehicleState, now: float) -> Signs:
+    """Return the signs after a change of the state; the same object when none has changed."""
+    old = before.signs
+    new = Signs(
+        _since(old.fence_s, not before.fence_breached, not after.fence_breached, now),
+        _battery(before, after, now),
+        _since(old.radio_s, before.radio_ok, after.radio_ok, now),
+        _since(old.fix_s, _has_fix(before), _has_fix(after), now),
+        _since(old.estimator_s, _has_position(before), _has_position(after), now),
+        old.stream_s,
+    )
+    return old if new == old else new
+
+
+def _since(since_s: float | None, was_ok: bool | None, ok: bool | None, now: float) -> float | None:
+    if ok is not False:
+        return None
+    return now if since_s is None and was_ok else since_s
+
+
+def _battery(before: VehicleState, after: VehicleState, now: float) -> float | None:
+    was, rank = (
+        0 if state.battery is None else _CHARGE_RANK.get(state.battery.charge_state, 0)
+        for state in (before, after)
+    )
+    if rank == 0:
+        return None
+    return now if rank > was else before.signs.battery_s
+
+
+def _has_fix(state: VehicleState) -> bool | None:
+    return None if state.gps is None else state.gps.fix_type >= _FIX_3D
+
+
+def _has_position(state: VehicleState) -> bool | None:
+    return None if state.estimator is None else state.estimator.horizontal_position_ok

@@ -1,0 +1,165 @@
+"""How the vehicle is: what HEARTBEAT, the battery and other reports change in the state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.state.restarts import VOID_AFTER_RESTART, evolve
+from mavlink_vehicle.state.signs import radio_ok
+from mavlink_vehicle.state.status_text import add_chunk, expire
+from mavlink_vehicle.state.telemetry import Battery
+from mavlink_vehicle.state.vehicle_state import VehicleState
+
+_BOOT = mavlink.MAV_STATE_BOOT
+_UINT16_MAX = 0xFFFF
+_AUTOPILOT_INVALID = mavlink.MAV_AUTOPILOT_INVALID
+_ARMED_FLAG = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+_PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_GEOFENCE = mavlink.MAV_SYS_STATUS_GEOFENCE
+# Stations that want FENCE_STATUS ask for it at least once a second.
+_FENCE_SILENCE_S = 3.0
+_FIRMWARE_TYPES = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
+
+
+def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Take in mode, arming and status; a restart may be announced by it."""
+    if message.autopilot == _AUTOPILOT_INVALID:
+        return state
+    header = message._header
+    changes = {
+        "system_id": header.srcSystem,
+        "component_id": header.srcComponent,
+        "autopilot": message.autopilot,
+        "vehicle_type": message.type,
+        "last_heartbeat_s": now,
+        "armed": bool(message.base_mode & _ARMED_FLAG),
+        "base_mode": message.base_mode,
+        "custom_mode": message.custom_mode,
+        "heartbeat_mode": message.custom_mode,
+        "system_status": message.system_status,
+        "texts": expire(state.texts, now),
+    }
+    if message.custom_mode != state.custom_mode:
+        changes["intended_mode"] = 0  # what was intended is known for the mode before only
+    if message.system_status == _BOOT and state.system_status > _BOOT:
+        # An ArduCopter that restarts says so in its first second; its time since boot comes
+        # only when it has been asked for again.
+        changes |= VOID_AFTER_RESTART
+        changes |= {"boot_count": state.boot_count + 1, "boot_announced_s": now}
+    return evolve(state, changes)
+
+
+def current_mode(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    """PX4's HEARTBEAT comes once a second whatever happens; this one can be had more often."""
+    changes = {
+        "custom_mode": message.custom_mode,
+        "intended_mode": message.intended_custom_mode,
+    }
+    if changes["custom_mode"] == state.custom_mode and (
+        changes["intended_mode"] == state.intended_mode
+    ):
+        return state
+    return evolve(state, changes)
+
+
+def battery_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Take in the first battery."""
+    if message.id != 0:
+        return state
+    # ArduPilot and PX4 put the pack's voltage into the first cells when they don't know cells:
+    # in every case the sum of the valid entries is the pack's voltage.
+    cells = [mv for mv in message.voltages if mv != _UINT16_MAX]
+    cells += [mv for mv in message.voltages_ext if mv not in (0, _UINT16_MAX)]
+    current_ca, consumed_mah = message.current_battery, message.current_consumed
+    # PX4 also writes its own "unknown" of -1 A, as -100, and adds up the charge from it.
+    unknown_current = current_ca == -1 or (
+        current_ca == -100 and state.autopilot == mavlink.MAV_AUTOPILOT_PX4
+    )
+    battery = Battery(
+        now,
+        _fraction(message.battery_remaining),
+        sum(cells) / 1000 if cells else None,
+        None if unknown_current else current_ca / 100,
+        None if consumed_mah < 0 else consumed_mah / 1000,
+        message.charge_state,
+    )
+    return evolve(state, {"battery": battery})
+
+
+def sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Take in health and fence, and the battery until BATTERY_STATUS comes."""
+    health = message.onboard_control_sensors_health
+    # PX4 sets the health bit of a check that it does not list as present.
+    tells_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(
+        message.onboard_control_sensors_present & _PREARM_CHECK
+    )
+    changes: dict[str, Any] = {
+        "sensors_health": health,
+        "prearm_ok": bool(health & _PREARM_CHECK) if tells_prearm else None,
+    }
+    enabled = message.onboard_control_sensors_enabled
+    changes["radio_ok"] = radio_ok(enabled, health)
+    if enabled & _GEOFENCE:
+        changes["fence_breached"] = not health & _GEOFENCE
+    elif state.fence_told_s is None or now - state.fence_told_s > _FENCE_SILENCE_S:
+        # Switched off. An ArduPilot keeps the health bit of a breach then, and says no more of it;
+        # with FENCE_ACTION 0 the fence is not enabled here either, but FENCE_STATUS goes on.
+        changes["fence_breached"] = False
+    if state.battery is None or state.battery.from_summary:
+        voltage_mv = message.voltage_battery
+        changes["battery"] = Battery(
+            now,
+            _fraction(message.battery_remaining),
+            None if voltage_mv in (0, _UINT16_MAX) else voltage_mv * 1e-3,
+            None if message.current_battery == -1 else message.current_battery * 0.01,
+            from_summary=True,
+        )
+    return evolve(state, changes)
+
+
+def extended_sys_state(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    """Take in the landed state."""
+    try:
+        landed = LandedState(message.landed_state)
+    except ValueError:  # a state that a newer dialect may define
+        landed = LandedState.UNDEFINED
+    return state if landed is state.landed_state else evolve(state, {"landed_state": landed})
+
+
+def fence_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Take in whether a fence is breached; it comes only while a fence is enabled."""
+    changes = {"fence_breached": message.breach_status != 0, "fence_told_s": now}
+    return evolve(state, changes)
+
+
+def autopilot_version(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    """Take in the firmware's version and what it can do."""
+    version = message.flight_sw_version
+    changes: dict[str, Any] = {"capabilities": message.capabilities}
+    if not version:
+        return evolve(state, changes)
+    suffix = _FIRMWARE_TYPES.get(version & 0xFF, "-dev")
+    changes["firmware_version"] = (
+        f"{version >> 24 & 0xFF}.{version >> 16 & 0xFF}.{version >> 8 & 0xFF}{suffix}"
+    )
+    return evolve(state, changes)
+
+
+def status_text(state: VehicleState, message: Message, now: float) -> VehicleState:
+    """Take in a text, or a chunk of one."""
+    texts = add_chunk(
+        expire(state.texts, now),
+        severity=message.severity,
+        text=message.text,
+        text_id=message.id,
+        chunk=message.chunk_seq,
+        sequence=message._header.seq,
+        now=now,
+    )
+    return state if texts is state.texts else evolve(state, {"texts": texts})
+
+
+def _fraction(percent: int) -> float | None:
+    return percent / 100 if 0 <= percent <= 100 else None

@@ -1,0 +1,135 @@
+"""The frozen state of one vehicle; `state.reduce` makes the next one from a message."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.state.failsafe import Failsafe
+from mavlink_vehicle.state.signs import NO_SIGNS, Signs
+from mavlink_vehicle.state.status_text import StatusText, StatusTexts
+from mavlink_vehicle.state.telemetry import (
+    Attitude,
+    Battery,
+    Estimator,
+    GlobalPosition,
+    GpsFix,
+    Home,
+    LocalPosition,
+    MissionProgress,
+    Origin,
+)
+
+
+@dataclass(frozen=True)
+class VehicleState:
+    """All that is known about one vehicle; the parts are None until they came.
+
+    Attributes:
+        system_id: MAVLink system id; 0 until the vehicle is found, if any will do.
+        component_id: MAVLink component id of its autopilot.
+        autopilot: MAV_AUTOPILOT.
+        vehicle_type: MAV_TYPE.
+        last_heartbeat_s: when the last HEARTBEAT came.
+        armed: the armed flag of HEARTBEAT.
+        base_mode: as sent.
+        custom_mode: as sent; its meaning depends on the firmware.
+        intended_mode: the mode that was chosen, of CURRENT_MODE; 0 when not told.
+        system_status: MAV_STATE. Don't derive `armed` from it.
+        heartbeat_mode: the mode that HEARTBEAT showed last; `system_status` is about it.
+        landed_state: of EXTENDED_SYS_STATE.
+        failsafe: the failsafe in force, None when there is none.
+        fence_breached: of FENCE_STATUS, or of SYS_STATUS where a fence is enabled.
+        fence_told_s: when FENCE_STATUS came last.
+        radio_ok: whether SYS_STATUS calls the pilot's radio healthy; None when it does not say.
+        signs: since when the vehicle shows that something is wrong.
+        global_position: None also while the vehicle sends 0, 0.
+        ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
+        ground_down_m: the same in the local frame.
+        mission: how the stored mission stands.
+        terrain_ready: whether it has the terrain around it, by TERRAIN_REPORT; None when it does
+            not say.
+        sensors_health: SYS_STATUS.onboard_control_sensors_health.
+        prearm_ok: whether the autopilot would arm, None when it doesn't tell.
+        boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
+            showed MAV_STATE_BOOT after something later.
+        boot_time_ms: the newest time since boot.
+        boot_announced_s: when HEARTBEAT announced a restart that no time since boot has
+            shown yet.
+        capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
+        estimator_told: whether the vehicle has ever told how its estimator is; one that has is
+            waited for after a restart, when there is a position before a word about it.
+        texts: STATUSTEXTs; see `status_texts`.
+    """
+
+    system_id: int = 0
+    component_id: int = 1
+    autopilot: int = 0
+    vehicle_type: int = 0
+    last_heartbeat_s: float | None = None
+    armed: bool = False
+    base_mode: int = 0
+    custom_mode: int = 0
+    intended_mode: int = 0
+    system_status: int = 0
+    heartbeat_mode: int = 0
+    landed_state: LandedState = LandedState.UNDEFINED
+    failsafe: Failsafe | None = None
+    fence_breached: bool = False
+    fence_told_s: float | None = None
+    radio_ok: bool | None = None
+    signs: Signs = NO_SIGNS
+    global_position: GlobalPosition | None = None
+    local_position: LocalPosition | None = None
+    attitude: Attitude | None = None
+    battery: Battery | None = None
+    home: Home | None = None
+    origin: Origin | None = None
+    gps: GpsFix | None = None
+    estimator: Estimator | None = None
+    mission: MissionProgress | None = None
+    ground_altitude_amsl_m: float | None = None
+    ground_down_m: float | None = None
+    terrain_ready: bool | None = None
+    sensors_health: int | None = None
+    prearm_ok: bool | None = None
+    firmware_version: str | None = None
+    capabilities: int = 0
+    boot_count: int = 0
+    boot_time_ms: int | None = None
+    boot_announced_s: float | None = None
+    estimator_told: bool = False
+    texts: StatusTexts = field(default_factory=StatusTexts)
+
+    @property
+    def status_texts(self) -> tuple[StatusText, ...]:
+        """The last 20 texts, oldest first."""
+        return self.texts.texts
+
+    @property
+    def mode_may_not_run(self) -> bool:
+        """Whether the selected mode cannot run, or that isn't known yet (PX4).
+
+        Disarmed, a PX4 lets any mode be selected, and says with MAV_STATE_UNINIT (0) that it
+        cannot run there. In flight it refuses such modes.
+        """
+        unsure = not self.armed and self.heartbeat_mode != self.custom_mode
+        return self.system_status == 0 or unsure
+
+    @property
+    def position_valid(self) -> bool:
+        """Whether there is a global position that the vehicle's estimator stands by."""
+        if self.global_position is None:
+            return False
+        if self.estimator is None:
+            return not self.estimator_told
+        return self.estimator.horizontal_position_ok
+
+    @property
+    def local_position_valid(self) -> bool:
+        """Whether there is a local position that the vehicle's estimator stands by."""
+        if self.local_position is None:
+            return False
+        if self.estimator is None:
+            return not self.estimator_told
+        return self.estimator.horizontal_position_ok or self.estimator.horizontal_relative_ok

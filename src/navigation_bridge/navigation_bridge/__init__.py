@@ -1,0 +1,1 @@
+"""Vehicle and navigation joined, without ROS: goals in, MAVLink out, feedback back."""

@@ -1,0 +1,676 @@
+"""Goals in, MAVLink out, feedback back: the ROS-free composition of task and vehicle.
+
+The bridge owns at most one goal. Its task decides what should happen
+(:mod:`navigation_core.tasks`), the vehicle does it (:mod:`mavlink_vehicle.vehicle`), and
+the bridge watches over both: it ends the goal when the pilot takes over, when the link
+is lost, when the autopilot restarts or when a failsafe takes the vehicle away. It does no
+I/O and reads no clock; the driver thread calls it with ``now`` and collects
+:meth:`Bridge.messages_to_send` and :meth:`Bridge.next_output`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.events import (
+    ModeChanged,
+    OperationFinished,
+    OperationResult,
+    StationActed,
+    VehicleEvent,
+    VehicleRebooted,
+)
+from mavlink_vehicle.ranges import RangesMeasured
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge import notes
+from navigation_bridge.configuration.settings import BridgeConfig
+from navigation_bridge.goals.admission import admit
+from navigation_bridge.goals.admitted import Admitted, Handover
+from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
+from navigation_bridge.goals.lifecycle import GoalEvent
+from navigation_bridge.goals.observation import (
+    hold_setpoint_ned,
+    observe,
+    setpoint_ned,
+    vehicle_mode,
+    velocity_only,
+)
+from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
+from navigation_bridge.goals.requests import Request, action_name
+from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
+from navigation_bridge.reporting import Reporter
+from navigation_bridge.services import Service, ServiceDesk
+from navigation_bridge.supervision.guard import Guard
+from navigation_bridge.supervision.parking import Parking
+from navigation_bridge.supervision.position_watch import PositionWatch
+from navigation_bridge.supervision.stations import Stations
+from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
+from navigation_core.geometry import Vector3, norm
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.lateness import TOO_LATE_S, Lateness
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.searches import AT_ONCE, Searcher
+from navigation_core.tasks.base import (
+    Fly,
+    Observation,
+    OperationKind,
+    OperationReport,
+    OperationState,
+    Outcome,
+    Perform,
+    Progress,
+    Status,
+)
+
+__all__ = ["Bridge", "BridgeConfig"]
+
+# MAV_STATE (common.xml): what a restarted autopilot says first.
+_MAV_STATE_BOOT = 1
+# Who is late for long is told so not more often than this.
+_LATE_TOLD_S = 2.0
+_OF_ONE_MISSION = frozenset(
+    {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
+)
+
+
+class Bridge:
+    """Works one goal at a time with one vehicle.
+
+    Attributes:
+        recorded_goal_id: in a replay, the goal of the server that was recorded, or None.
+    """
+
+    def __init__(
+        self, vehicle: Vehicle, config: BridgeConfig, searcher: Searcher = AT_ONCE
+    ) -> None:
+        """Compose; nothing happens before :meth:`start`.
+
+        Args:
+            vehicle: what is flown.
+            config: how goals are treated.
+            searcher: who searches for paths around obstacles.
+        """
+        self._refusal: Rejection | None = None
+        self._searcher = searcher
+        self._compose(vehicle, config)
+
+    def _compose(self, vehicle: Vehicle, config: BridgeConfig) -> None:
+        self._vehicle = vehicle
+        self._config = config
+        self._map_frame = MapFrame()
+        self._obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
+        self._report = Reporter(vehicle, self._map_frame)
+        self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
+        self._positions = PositionWatch(self._report, config.safety.position_doubt_timeout_s)
+        self._goal: ActiveGoal | None = None
+        self._lateness = Lateness()
+        self._late_told_s = -math.inf
+        self.recorded_goal_id: str | None = None
+        self._close_when_sent = False
+        self._parking = Parking(vehicle, config.setpoint_period_s)
+        self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
+        self._stations = Stations(vehicle, self._report, self._parking)
+
+    @property
+    def active_goal_id(self) -> str | None:
+        """UUID of the goal that is worked on, or was while recorded, as hexadecimal digits."""
+        return self.recorded_goal_id if self._goal is None else self._goal.goal_id
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle; to be looked at only."""
+        return self._vehicle
+
+    @property
+    def pose(self) -> MapPose | None:
+        """The vehicle's pose in the map frame, or None."""
+        return self._map_frame.pose(self._vehicle.state)
+
+    @property
+    def lateness(self) -> Lateness:
+        """How late setpoints were; to be looked at only."""
+        return self._lateness
+
+    @property
+    def home_enu_m(self) -> Vector3 | None:
+        """The launch point in the map frame, or None."""
+        return self._map_frame.home_enu_m(self._vehicle.state)
+
+    @property
+    def height_m(self) -> float | None:
+        """The vehicle's height above the ground, or None."""
+        return self._report.height_m
+
+    @property
+    def obstacles(self) -> ObstacleFeed:
+        """What is in the way; takes what sensors of ROS see."""
+        return self._obstacles
+
+    def begin_again(self) -> None:
+        """Forget everything, as before :meth:`start`: a recording is played once more."""
+        self._compose(Vehicle(self._vehicle.config), self._config)
+
+    def refuse(self, refusal: Rejection) -> None:
+        """Refuse all goals and services from now on: there is nobody who could do them."""
+        self._refusal = refusal
+
+    # --- requests from clients -------------------------------------------------------
+
+    def check(self, request: Request, now: float) -> Rejection | None:
+        """Say whether a goal would be accepted now; a refusal is also put out for people."""
+        result = self._admit(request, now)
+        if not isinstance(result, Rejection):
+            return None
+        self._report.rejected(result)
+        return result
+
+    def reject(self, rejection: Rejection) -> None:
+        """Tell that a goal was rejected by somebody before the bridge."""
+        self._report.rejected(rejection)
+
+    def start_goal(self, goal_id: str, request: Request, now: float) -> None:
+        """Begin an accepted goal; it replaces the active one.
+
+        The moment between :meth:`check` and this call is short but not nothing: what no
+        longer holds ends the goal at once, with the same code.
+        """
+        admitted = self._admit(request, now)
+        if isinstance(admitted, Rejection):
+            self._report.stillborn(goal_id, admitted)
+            return
+        previous = self._goal
+        goal = self._goal = self._new_goal(goal_id, admitted, now)
+        self._desk.give_up("A new goal was started.", now)
+        if previous is not None:
+            replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
+            self._report.ended(previous, replaced, now)
+        goal.apply(GoalEvent.EXECUTE)
+        goal.kind = action_name(request)
+        self._positions.begin(goal)
+        self._report.accepted(goal)
+        if goal.plan is not None:
+            self._stations.free(now)
+        goal.task.start(self._observe(goal, now), now)
+
+    def cancel_goal(self, goal_id: str, now: float) -> bool:
+        """Ask a goal to stop; True if it is active and will end."""
+        goal = self._goal
+        if goal is None or goal.goal_id != goal_id:
+            return False
+        if goal.cancel_requested_s is None:
+            goal.begin_cancel(now)
+            self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
+        return True
+
+    def pause(self, now: float) -> tuple[bool, str]:
+        """Stop the active goal until :meth:`resume`; returns whether it will, and a sentence."""
+        goal = self._goal
+        if goal is None:
+            return False, "No goal is active."
+        if goal.cancel_requested_s is not None:
+            return False, f"Goal {goal.goal_id} is being cancelled."
+        rejection = goal.task.pause(now)
+        if rejection is not None:
+            return False, rejection.message
+        goal.paused_by_client = True
+        goal.next_step_s = min(goal.next_step_s, now)
+        self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: paused")
+        return True, f"Goal {goal.goal_id} is paused."
+
+    def resume(self, now: float) -> tuple[bool, str]:
+        """Go on with a paused goal; returns whether there is one, and a sentence."""
+        goal = self._goal
+        if goal is None:
+            return False, "No goal is active."
+        if goal.cancel_requested_s is not None:
+            return False, f"Goal {goal.goal_id} is being cancelled."
+        goal.paused_by_client = False
+        if goal.paused_by:
+            # Who has stopped it may stand beside it.
+            text = f"{goal.paused_by} Only a station lets the goal go on; or cancel it."
+            return False, text
+        goal.task.unpause(now)
+        goal.next_step_s = min(goal.next_step_s, now)
+        self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed")
+        return True, f"Goal {goal.goal_id} goes on."
+
+    def serve(self, number: int, service: Service, now: float, mode: str = "") -> None:
+        """Do what a service asks of the vehicle; a ``ServiceDone`` with the number answers.
+
+        Args:
+            number: of the request.
+            service: what is asked.
+            now: time in seconds.
+            mode: for SET_MODE, the firmware's name of the mode.
+        """
+        if self._refusal is not None:
+            self._report.served(number, False, self._refusal.message)
+            return
+        goal = self._goal
+        if goal is not None and service is not Service.HOLD:
+            text = f"Goal {goal.goal_id} is active; cancel it first."
+            self._report.served(number, False, text)
+            return
+        if service is Service.ARM and not self._config.goto.may_leave_ground:
+            text = (
+                "The parameter arming is 'never'; arm it yourself, or set arming to 'pilot' or "
+                "'auto'."
+            )
+            self._report.served(number, False, text)
+            return
+        if goal is not None:
+            text = "The hold service was called."
+            self._end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)
+        if service is Service.HOLD and self._parking.operation_id is not None:
+            self._desk.wait_for(number, self._parking.operation_id)
+        else:
+            self._parking.give_up()
+            self._desk.begin(number, service, now, mode)
+
+    def shut_down(self, now: float) -> None:
+        """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
+        goal = self._goal
+        if goal is None or goal.closing is not None:
+            return
+        text = "The navigation server was stopped."
+        self._stop_for(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
+
+    def fail(self, text: str, now: float) -> None:
+        """End the active goal because the server has a defect; the vehicle is left to hold."""
+        if self._goal is not None:
+            self._end(self._goal, Outcome(OutcomeCode.INTERNAL_ERROR, text, None), now)
+
+    # --- what the driver calls -------------------------------------------------------
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Treat goals that come from now on by other settings; the active one keeps its own."""
+        self._config = config
+        self._guard.configure(config)
+        self._positions.configure(config.safety.position_doubt_timeout_s)
+        self._obstacles.configure(config.obstacles)
+
+    def start(self, now: float) -> None:
+        """Begin to look for the vehicle."""
+        self._vehicle.start(now)
+        self._obstacles.start(now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Take note of what a ground station sends by another link; it is never telemetry."""
+        self._vehicle.overhear(message, now)
+        self._handle_events(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take one MAVLink message."""
+        before = self._vehicle.state
+        self._vehicle.receive(message, now)
+        state = self._vehicle.state
+        moved = state.global_position is not before.global_position
+        if moved or state.origin is not before.origin:
+            self._map_frame.update(state)
+            self._report.position()
+        if state is not before:
+            self._positions.observe(before, state, now)
+        if state.battery is not before.battery:
+            self._guard.observe_battery(now)
+        self._handle_events(now)
+        goal = self._goal
+        # A position that comes a little early still counts, or 20 Hz of positions would
+        # make 6.7 Hz of feedback instead of 10.
+        early_s = 0.25 * self._config.feedback_period_s
+        if goal is not None and moved and now >= goal.feedback_due_s - early_s:
+            self._give_feedback(goal, now)
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        self._vehicle.handle_timer(now)
+        self._handle_events(now)
+        self._parking.handle_timer(now)
+        goal = self._goal
+        if goal is not None and now >= goal.think_s:
+            goal.think_s = math.inf
+            goal.task.think(self._observe(goal, now), now)
+        if goal is not None and now >= goal.next_step_s:
+            self._note_lateness(now - goal.next_step_s, now)
+            goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
+            self._step(goal, now)
+        goal = self._goal
+        if goal is not None and now >= self._feedback_deadline(goal):
+            self._give_feedback(goal, now)
+
+    def _note_lateness(self, late_s: float, now: float) -> None:
+        if self._lateness.note(late_s, now) and now - self._late_told_s >= _LATE_TOLD_S:
+            self._late_told_s = now
+            self._report.log(
+                LogLevel.WARN,
+                f"The control loop is {late_s:.2f} s late; the vehicle is slowed down, and stops "
+                f"from {TOO_LATE_S:g} s on. Give this machine less to do.",
+            )
+
+    def next_deadline(self) -> float | None:
+        """Return when :meth:`handle_timer` wants to be called."""
+        goal = self._goal
+        own = None if goal is None else self._goal_deadline(goal)
+        deadlines = (self._vehicle.next_deadline(), self._parking.next_deadline(), own)
+        return min((time for time in deadlines if time is not None), default=None)
+
+    def _goal_deadline(self, goal: ActiveGoal) -> float:
+        # A task thinks as soon as its setpoint has been sent, and in time before the next.
+        return min(goal.next_step_s, goal.think_s, self._feedback_deadline(goal))
+
+    def messages_to_send(self) -> list[Message]:
+        """Return the MAVLink messages that are to go out now."""
+        messages = self._vehicle.messages_to_send()
+        if self._close_when_sent:
+            self._close_when_sent = False
+            self._vehicle.close_stream()
+        return messages
+
+    def next_output(self) -> Output | None:
+        """Return the next thing to tell ROS, the log or the recording."""
+        return self._report.next_output()
+
+    # --- goals -------------------------------------------------------------------------
+
+    def _admit(self, request: Request, now: float) -> Admitted | Rejection:
+        if self._refusal is not None:
+            return self._refusal
+        self._guard.tell_fence()
+        admitted = admit(
+            request,
+            self._vehicle,
+            self._map_frame,
+            self._config,
+            self._obstacles,
+            self._searcher,
+            self.active_goal_id,
+            now,
+        )
+        if isinstance(admitted, Rejection):
+            return admitted
+        checked = self._guard.check(admitted, now)
+        if isinstance(checked, Rejection) or checked.plan is None:
+            return checked
+        doubt, note = self._positions.check(now)
+        if doubt is not None:
+            return doubt
+        return replace(checked, warnings=(*checked.warnings, note)) if note else checked
+
+    def _new_goal(self, goal_id: str, admitted: Admitted, now: float) -> ActiveGoal:
+        """Make a goal that goes on from where the active one, if any, has got to."""
+        previous = self._goal
+        handover, next_step_s = Handover(), now
+        if previous is not None and (
+            previous.takeover is not None
+            or previous.yielded is not None
+            or self._stations.ignores_setpoints
+        ):
+            previous = None  # what it had sent is of no use any more
+        if previous is not None:
+            handover = Handover(
+                previous.task.commanded, previous.task.commanded_yaw_enu_rad, previous.setpoint_s
+            )
+            next_step_s = previous.next_step_s
+        goal = ActiveGoal(
+            goal_id,
+            admitted.description,
+            admitted.target_enu_m,
+            admitted.make_task(handover),
+            now,
+            next_step_s,
+            now,
+            notes=list(admitted.warnings),
+            plan=admitted.plan,
+        )
+        if previous is None:
+            return goal
+        # An arming or a take-off under way is what the new goal needs, too; another mission not.
+        if previous.operation is not None and previous.operation.kind not in _OF_ONE_MISSION:
+            goal.operation, goal.operation_id = previous.operation, previous.operation_id
+            goal.asked = previous.asked
+        return goal
+
+    def _step(self, goal: ActiveGoal, now: float) -> None:
+        if goal.takeover is not None:
+            goal.takeover = goal.takeover.watched(self._vehicle.state)
+            judged = goal.takeover.judge(self._vehicle.state, now)
+            if judged is not None:
+                code, text = judged
+                if code is OutcomeCode.PILOT_OVERRIDE and goal.cancelled_by:
+                    code = OutcomeCode.CANCELED  # it was over already
+                self._abandon(code, text, now)
+        elif not self._vehicle.connected:
+            self._step_without_link(goal, now)
+        elif self._vehicle.mode_unseen:
+            self._report.status(goal, self._progress(goal, now))
+        elif self._parking.operation_id is None:  # else the mode is about to change, for us
+            self._watch(goal, now)
+            observation = self._observe(goal, now)
+            if self._stations.yields(goal, observation, self._config.goto, now):
+                self._step_yielded(goal, observation, now)
+            else:
+                self._step_task(goal, observation, now)
+
+    def _step_yielded(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
+        outcome = self._stations.step(goal, observation, self._config.goto, now)
+        if outcome is not None:
+            self._end(goal, outcome, now)
+        else:
+            self._report.status(goal, self._progress(goal, now))
+
+    def _step_task(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
+        intent = goal.task.step(observation, now)
+        if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
+            goal.operation = None  # the task has seen how it ended
+        if isinstance(intent, Outcome):
+            self._end(goal, intent, now)
+            return
+        if isinstance(intent, Perform):
+            self._perform(goal, intent, now)
+            if intent.kind in STREAMED:
+                self._parking.keep_streaming(now)
+        elif isinstance(intent, Fly):
+            self._fly(goal, intent, now)
+        if self._goal is goal:
+            self._report.status(goal, self._progress(goal, now))
+            self._report.plan(goal, goal.task.path_enu_m)
+
+    def _stop_for(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """Have the task stop the vehicle; the goal then ends with this outcome."""
+        goal.closing = outcome
+        goal.task.cancel(now)
+        goal.next_step_s = min(goal.next_step_s, now)
+
+    def _watch(self, goal: ActiveGoal, now: float) -> None:
+        outcome = self._positions.watch(goal, now)
+        known = len(goal.notes)
+        outcome = outcome or self._guard.watch(goal, now)
+        if outcome is not None:
+            self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {outcome.message}")
+            self._stop_for(goal, outcome, now)
+        for note in goal.notes[known:]:
+            self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {note}")
+
+    def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
+        elsewhere = goal.asked is None or goal.asked.target_enu_m != intent.target_enu_m
+        if goal.operation is not None and goal.operation.kind is intent.kind and not elsewhere:
+            return
+        goal.asked = intent
+        if intent.kind is OperationKind.UPLOAD_MISSION:
+            goal.operation_id, goal.mission = begin_upload(
+                self._vehicle, self._map_frame, intent, now
+            )
+        else:
+            goal.operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
+        goal.operation = OperationReport(intent.kind, OperationState.PENDING, "")
+
+    def _fly(self, goal: ActiveGoal, intent: Fly, now: float) -> None:
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+            goal.operation = goal.operation_id = None
+        try:
+            self._close_when_sent = False
+            if not self._vehicle.stream_open:
+                self._vehicle.open_stream(now)
+            setpoint = setpoint_ned(intent.setpoint, intent.by_velocity)
+            self._vehicle.send_setpoint(setpoint, now)
+            goal.setpoint_s = goal.think_s = now
+        except SetpointError as error:
+            self._end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None), now)
+
+    def _step_without_link(self, goal: ActiveGoal, now: float) -> None:
+        """Wait for the vehicle, up to a limit; nothing is sent that moves it."""
+        heard_s = self._vehicle.state.last_heartbeat_s
+        silence_s = math.inf if heard_s is None else now - heard_s
+        asked_s = goal.cancel_requested_s
+        if asked_s is not None and now - asked_s >= self._config.goto.cancel_timeout_s:
+            text = (
+                f"The vehicle has been silent for {silence_s:.1f} s; whether it stopped is "
+                "not known."
+            )
+            self._abandon(OutcomeCode.CANCELED, text, now)
+        elif silence_s >= self._config.link_lost_abort_s:
+            text = (
+                f"No HEARTBEAT for {silence_s:.1f} s; the vehicle's own failsafe decides what "
+                "it does. The goal is not taken up again."
+            )
+            self._abandon(OutcomeCode.LINK_LOST, text, now)
+        else:
+            self._report.status(goal, self._progress(goal, now))
+
+    def _end(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """End the active goal, leaving a vehicle that still obeys us standing still."""
+        self._goal = None
+        outcome = self._stations.name(outcome, now)
+        vehicle = self._vehicle
+        if goal.operation is not None:
+            vehicle.cancel_operation(now)
+        commanded = goal.task.commanded
+        moving = commanded is not None and norm(commanded.velocity_enu_m_s) > 0.0
+        still = hold_setpoint_ned(vehicle, goal.task.commanded_yaw_enu_rad)
+        if (moving or velocity_only(vehicle.profile)) and vehicle.stream_open:
+            # The last setpoint still carries a velocity, which an autopilot would follow
+            # for seconds (ArduCopter: GUID_TIMEOUT).
+            try:
+                vehicle.send_setpoint(still, now)
+            except SetpointError as error:
+                self._report.log(LogLevel.WARN, f"The vehicle could not be told to hold: {error}")
+        if not self._parking.begin(still, now):
+            self._close_when_sent = True  # closing now would drop that setpoint
+        goal.progress = goal.task.progress(self._observe(goal, now), now)
+        self._positions.conclude(goal, now)
+        self._report.ended(goal, outcome, now)
+
+    def _abandon(self, code: OutcomeCode, text: str, now: float) -> None:
+        """End the active goal because the vehicle is no longer ours; send nothing at all."""
+        goal = self._goal
+        if goal is None:
+            return
+        self._goal = None
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+        self._vehicle.close_stream()
+        self._positions.conclude(goal, now)
+        self._report.ended(goal, Outcome(code, text, None), now)
+
+    # --- events from the vehicle -------------------------------------------------------
+
+    def _handle_events(self, now: float) -> None:
+        events: list[VehicleEvent] = []
+        while (event := self._vehicle.next_event()) is not None:
+            events.append(event)
+        if len(events) > 1:
+            # A restart also shows as a mode change and a disarming; its own name comes first.
+            events.sort(key=lambda event: not isinstance(event, VehicleRebooted))
+        for event in events:
+            if isinstance(event, OperationFinished):
+                self._finish_operation(event, now)
+            elif isinstance(event, RangesMeasured):
+                self._obstacles.take_ranges(event, now)
+            elif isinstance(event, ModeChanged):
+                self._change_mode(event, now)
+            elif isinstance(event, StationActed):
+                self._stations.take(event, self._goal, self._config.on_station_pause, now)
+            elif isinstance(event, VehicleRebooted):
+                self._report.log(LogLevel.WARN, "The autopilot restarted")
+                self._give_up_restarted(now)
+            else:
+                self._report.vehicle(event)
+
+    def _finish_operation(self, event: OperationFinished, now: float) -> None:
+        self._report.operation(event)
+        parked, served = self._parking.finish(event), self._desk.finish(event)
+        if parked or served:
+            return
+        goal = self._goal
+        if goal is None or goal.operation is None or goal.operation_id != event.operation_id:
+            return
+        state = OperationState[event.result.name]
+        goal.operation = OperationReport(goal.operation.kind, state, event.reason)
+        goal.next_step_s = min(goal.next_step_s, now)
+        if event.result is not OperationResult.ACHIEVED:
+            self._report.log(LogLevel.WARN, event.reason)
+
+    def _change_mode(self, event: ModeChanged, now: float) -> None:
+        self._report.note(notes.text(f"mode {event.name}"))
+        self._report.log(LogLevel.INFO, f"Vehicle mode: {event.name}")
+        self._stations.leave_mode()
+        if event.requested:
+            return
+        goal = self._goal
+        mode = vehicle_mode(self._vehicle.profile, event.name)
+        if self._stations.change_mode(event, goal, now):
+            return
+        if goal is not None and goal.task.accepts_mode(mode):
+            return
+        if self._vehicle.state.system_status == _MAV_STATE_BOOT:
+            self._give_up_restarted(now)
+        elif goal is not None and goal.takeover is None:
+            self._stations.take_away(goal, event, now)
+
+    def _give_up_restarted(self, now: float) -> None:
+        text = "The autopilot restarted while the goal was active; look at the vehicle."
+        self._abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)
+
+    # --- progress ------------------------------------------------------------------------
+
+    def _observe(self, goal: ActiveGoal, now: float) -> Observation:
+        return observe(
+            self._vehicle,
+            self._map_frame,
+            self._obstacles,
+            goal.operation,
+            now,
+            goal.mission,
+            self._lateness.recent_s(now),
+            self._positions.reason(goal),
+        )
+
+    def _progress(self, goal: ActiveGoal, now: float) -> Progress:
+        progress = goal.progress = goal.task.progress(self._observe(goal, now), now)
+        if not self._vehicle.connected:
+            return replace(progress, status=Status.LINK_LOST)
+        if goal.yielded is None:
+            return progress
+        status = Status.CANCELLING if goal.ending else Status.PAUSED
+        return replace(progress, status=status)
+
+    def _feedback_deadline(self, goal: ActiveGoal) -> float:
+        # Positions trigger feedback; without one for half a period, a timer does.
+        return goal.feedback_due_s + 0.5 * self._config.feedback_period_s
+
+    def _give_feedback(self, goal: ActiveGoal, now: float) -> None:
+        # From now on, not on a grid: so feedback falls into step with the positions.
+        goal.feedback_due_s = now + self._config.feedback_period_s
+        progress = self._progress(goal, now)
+        self._report.feedback(goal, progress, self._lateness.recent_s(now), now)
+
+
+def _next_on_grid(due_s: float, period_s: float, now: float) -> float:
+    """Return the first time after ``now`` on the grid of ``period_s`` through ``due_s``."""
+    following = due_s + period_s
+    if following > now:
+        return following
+    return due_s + (math.floor((now - due_s) / period_s) + 1) * period_s

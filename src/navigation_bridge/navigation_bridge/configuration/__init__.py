@@ -1,0 +1,1 @@
+"""Parameters and settings: read, checked, explained."""

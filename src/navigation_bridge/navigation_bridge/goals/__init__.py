@@ -1,0 +1,1 @@
+"""Goals as they are sent, checked and admitted, and their life cycle."""

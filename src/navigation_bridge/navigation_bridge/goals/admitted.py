@@ -1,0 +1,128 @@
+"""What a goal has become once it is admitted, and what admission looks at. No ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import BridgeConfig
+from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
+from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
+from navigation_bridge.vehicle.traits import limits_of, traits_of
+from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.searches import Searcher
+from navigation_core.tasks.base import Task, Traits
+from navigation_core.tasks.flying.goto_config import GotoConfig
+
+__all__ = ["Admitted", "Handover", "Situation"]
+
+
+class Handover(NamedTuple):
+    """The setpoint that the replaced goal sent last; all None when there was none."""
+
+    commanded: KinematicState | None = None
+    yaw_enu_rad: float | None = None
+    time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """A request that can be worked on.
+
+    Attributes:
+        description: what it aims at, for the log.
+        target_enu_m: where it ends, in the map frame; None when the vehicle decides that.
+        make_task: makes the task, which goes on from a replaced goal's last setpoint.
+        warnings: sentences to tell people, and to add to the final message.
+        plan: the straight ways that are flown; None when the vehicle decides.
+    """
+
+    description: str
+    target_enu_m: Vector3 | None
+    make_task: Callable[[Handover], Task]
+    warnings: tuple[str, ...] = ()
+    plan: FlightPlan | None = None
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What admission looks at, gathered once.
+
+    Attributes:
+        vehicle: the vehicle, which is connected and has a profile.
+        profile: that profile.
+        map_frame: its map frame.
+        pose: its pose in it; None only for what needs no position.
+        config: how goals are treated.
+        obstacles: what is in the way.
+        searcher: who searches for paths.
+    """
+
+    vehicle: Vehicle
+    profile: Profile
+    map_frame: MapFrame
+    pose: MapPose | None
+    config: BridgeConfig
+    obstacles: ObstacleFeed
+    searcher: Searcher
+
+    @property
+    def traits(self) -> Traits:
+        """What this vehicle can do, by its kind and its parameters."""
+        return traits_of(self.profile, self.vehicle.parameters)
+
+    @property
+    def goto(self) -> GotoConfig:
+        """How its goals are flown: no faster than its autopilot drives."""
+        goto = self.config.goto
+        return replace(goto, limits=limits_of(self.traits, goto.limits))
+
+    @property
+    def speed_max_m_s(self) -> float:
+        """The highest speed that may be asked for; a plane must fly faster than others."""
+        if not self.traits.hovers:
+            return math.inf
+        return min(self.config.speed_max_m_s, self.traits.speed_max_m_s)
+
+    @property
+    def ground_enu_m(self) -> float:
+        """Height of the ground in the map frame."""
+        return self.map_frame.ground_enu_m(self.vehicle.state)
+
+    @property
+    def flies(self) -> bool:
+        """Whether it is armed and in the air, as far as it says."""
+        state = self.vehicle.state
+        return state.armed and state.landed_state not in (
+            LandedState.ON_GROUND,
+            LandedState.UNDEFINED,
+        )
+
+    def may_move(self) -> Rejection | None:
+        """Return why a goal may not set the vehicle off, or None."""
+        goto = self.config.goto
+        if not self.vehicle.state.armed and not goto.may_arm:
+            word = "pilot" if goto.may_take_off else "never"
+            by_hand = "arm and take off" if self.traits.flies and word == "never" else "arm it"
+            return Rejection(
+                OutcomeCode.ARMING_NOT_ALLOWED,
+                f"The vehicle is disarmed and the parameter arming is '{word}'; {by_hand} "
+                "yourself, or set arming to 'auto'.",
+            )
+        if self.traits.flies and not self.flies and not goto.may_leave_ground:
+            told = self.vehicle.state.landed_state is LandedState.ON_GROUND
+            where = "is on the ground" if told else "does not say that it flies"
+            return Rejection(
+                OutcomeCode.TAKEOFF_NOT_ALLOWED,
+                f"The vehicle {where} and the parameter arming is 'never'; take off yourself, or "
+                "set arming to 'pilot', so that goals take off with a vehicle that you have armed.",
+            )
+        return None

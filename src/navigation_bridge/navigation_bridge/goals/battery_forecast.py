@@ -1,0 +1,109 @@
+"""Whether the battery will do for a goal and the way back. No ROS."""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.state.health import battery_is_low
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import BridgeConfig
+from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.vehicle.traits import traits_of
+from navigation_core.geometry import Vector3, horizontal_norm
+from navigation_core.safety.energy import ConsumptionEstimator
+
+_DRIVING_M_S = 0.3
+# Time to take control, arm and take off, and to settle at the end.
+_BEGIN_S, _SETTLE_S = 10.0, 3.0
+# The vehicle's own failsafe comes first: it acts within this time.
+_FAILSAFE_ACTS_S = 2.0
+_SAID_LOW = "The autopilot says that its battery is low."
+
+
+class BatteryReckoning:
+    """Measures consumption, and reckons with it."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig) -> None:
+        """Begin with the configured endurance."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._config = config
+        self._consumption = ConsumptionEstimator(config.safety.battery_endurance_s)
+        self._low_since_s: float | None = None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the vehicle tells what is left."""
+        return self._consumption.remaining is not None
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Go on with other settings."""
+        self._config = config
+        self._consumption.endurance_s = config.safety.battery_endurance_s
+
+    def observe(self, now: float) -> None:
+        """Take in what the battery says now."""
+        state, profile = self._vehicle.state, self._vehicle.profile
+        under_way = state.armed and state.landed_state in (
+            LandedState.TAKEOFF,
+            LandedState.IN_AIR,
+            LandedState.LANDING,
+        )
+        position = state.global_position
+        if profile is not None and not traits_of(profile).flies and position is not None:
+            under_way = state.armed and horizontal_norm(position.velocity_ned_m_s) > _DRIVING_M_S
+        remaining = None if state.battery is None else state.battery.remaining
+        self._consumption.observe(now, remaining, under_way)
+
+    def _return_speed_m_s(self, plan: FlightPlan) -> float:
+        """Return the speed of the vehicle's own return; that of the goal while it is not known."""
+        profile, parameters = self._vehicle.profile, self._vehicle.parameters
+        for name, scale in () if profile is None else profile.return_speeds:
+            if parameters.get(name, 0.0) > 0.0:
+                return parameters[name] * scale
+        return plan.speeds_m_s[-1]
+
+    def _back_s(self, start_enu_m: Vector3, plan: FlightPlan) -> float:
+        """Return the time of the way from a place to the launch point, landing included."""
+        home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
+        limits = self._config.goto.limits
+        way_m = math.dist(start_enu_m[:2], home[:2])
+        height_m = max(start_enu_m[2] - home[2], 0.0)
+        return way_m / self._return_speed_m_s(plan) + height_m / limits.speed_down_m_s
+
+    def problem(self, plan: FlightPlan, start_enu_m: Vector3) -> str | None:
+        """Say why the battery will not do for a plan from a place, and the way back."""
+        if battery_is_low(self._vehicle.state.battery):
+            return _SAID_LOW
+        goal_s = _BEGIN_S + plan.duration_s(start_enu_m) + _SETTLE_S
+        back_s = self._back_s(plan.targets_enu_m[-1], plan)
+        prediction = self._consumption.predict(goal_s, back_s)
+        reserve = self._config.safety.battery_reserve
+        if prediction is None or prediction.back >= reserve:
+            return None
+        words = prediction.describe()
+        return f"{words[0].upper()}{words[1:]}; battery_reserve is {100 * reserve:g} %."
+
+    def says_low(self, now: float) -> str | None:
+        """Say that the autopilot calls the battery low, and has not acted on it."""
+        if not battery_is_low(self._vehicle.state.battery):
+            self._low_since_s = None
+        elif self._low_since_s is None:
+            self._low_since_s = now
+        if self._low_since_s is not None and now - self._low_since_s > _FAILSAFE_ACTS_S:
+            return _SAID_LOW
+        return None
+
+    def runs_low(self, plan: FlightPlan, here_enu_m: Vector3) -> str | None:
+        """Say why it is time to turn back from a place on the way of a plan."""
+        prediction = self._consumption.predict(0.0, self._back_s(here_enu_m, plan))
+        reserve = self._config.safety.battery_reserve
+        if prediction is None or prediction.back >= reserve:
+            return None
+        return (
+            f"The battery is at {100 * prediction.now:.0f} %; the way back takes "
+            f"{prediction.back_s:.0f} s and would leave {100 * max(prediction.back, 0.0):.0f} %, "
+            f"below battery_reserve ({100 * reserve:g} %)."
+        )

@@ -1,0 +1,153 @@
+"""What obstacles mean for a goal before it begins. No ROS."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from navigation_bridge.goals.admitted import Situation
+from navigation_core.geometry import Vector3
+from navigation_core.mapping.obstacles import KnownObstacle, Obstacles
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+
+__all__ = ["avoidance_of", "check_obstacles"]
+
+_NO_SENSOR = "No obstacle sensor is heard, so only the known obstacles are avoided."
+_MISSION = "The autopilot flies the mission by itself, so that obstacles are not avoided."
+_PLANE = "The autopilot of a plane leads it by itself, so that obstacles are not avoided."
+_ROUNDING_M = 0.01
+_NAMED_MAX = 4
+
+
+def check_obstacles(
+    targets_enu_m: tuple[Vector3, ...], avoid: bool, by_mission: bool, situation: Situation
+) -> tuple[str, ...] | Rejection:
+    """Return what to tell about a goal and obstacles, or why it cannot be.
+
+    What sensors have seen may have moved until the vehicle is there, so only known obstacles
+    speak against a target.
+
+    Args:
+        targets_enu_m: where it leads, in the map frame.
+        avoid: whether obstacles are to be avoided.
+        by_mission: whether the autopilot flies it as a mission.
+        situation: what admission looks at.
+    """
+    known = situation.obstacles.standing.known_by_name
+    led_by_autopilot = by_mission or not situation.traits.hovers
+    if avoid and not led_by_autopilot:
+        rejection = _check_targets(targets_enu_m, known, situation)
+        if rejection is not None:
+            return rejection
+        return () if situation.obstacles.has_sensor else (_NO_SENSOR,)
+    notes = (_PLANE if not situation.traits.hovers else _MISSION,) if avoid else ()
+    return notes + _straight(targets_enu_m, known, situation)
+
+
+def _check_targets(
+    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
+) -> Rejection | None:
+    config = situation.config.obstacles
+    kept_m = config.vehicle_radius_m + config.margin_m
+    for target, obstacle in itertools.product(targets_enu_m, known):
+        (away_m,) = Obstacles.of((obstacle,)).clearance_m(np.array([_level(target, situation)]))
+        if away_m < kept_m:
+            where = "inside of" if away_m <= 0.0 else f"{away_m:.2f} m from"
+            return Rejection(
+                OutcomeCode.NO_PATH,
+                f"The target {_told(target)} is {where} the known obstacle {_named(obstacle)}; "
+                f"{kept_m:.2f} m are to be kept (vehicle_radius_m and obstacle_margin_m).",
+            )
+    return None
+
+
+def _straight(
+    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
+) -> tuple[str, ...]:
+    """Return one sentence about all known obstacles that the straight ways hit, if any."""
+    if situation.pose is None or not known or not targets_enu_m:
+        return ()
+    x, y, z = situation.pose.position_enu_m
+    if situation.traits.flies and not situation.flies:
+        # It climbs where it stands, at least to where it takes off to.
+        rise_m = min(situation.config.goto.takeoff_height_m, targets_enu_m[0][2])
+        z = max(z, situation.ground_enu_m + rise_m)
+    radius_m = situation.config.obstacles.vehicle_radius_m
+    hits: dict[str, list[str]] = {}
+    for start, end in dict.fromkeys(itertools.pairwise([(x, y, z), *targets_enu_m])):
+        for obstacle in known:
+            if not Obstacles.of((obstacle,)).is_clear(
+                _level(start, situation), _level(end, situation), radius_m
+            ):
+                hits.setdefault(_named(obstacle), []).append(_told(end))
+    if not hits:
+        return ()
+    named = [
+        f"{name} on the way to {_listed(list(dict.fromkeys(ends)))}" for name, ends in hits.items()
+    ]
+    return (f"Obstacles are not avoided, and straight ways hit known ones: {_listed(named)}.",)
+
+
+def _listed(words: list[str]) -> str:
+    """Return the first few, and how many more there are."""
+    left = len(words) - _NAMED_MAX
+    return ", ".join(words[:_NAMED_MAX]) + (f" and {left} more" if left > 0 else "")
+
+
+def _level(point: Vector3, situation: Situation) -> Vector3:
+    """Return a point at the height at which known obstacles are for this vehicle."""
+    return point if situation.traits.flies else (point[0], point[1], 0.0)
+
+
+def avoidance_of(avoid: bool, situation: Situation) -> AvoidanceConfig | None:
+    """Return how a task that flies by setpoints keeps away from obstacles.
+
+    Args:
+        avoid: whether obstacles are to be avoided; if not, there is nothing to return.
+        situation: what admission looks at.
+    """
+    if not avoid:
+        return None
+    config = situation.config.obstacles
+    return AvoidanceConfig(
+        vehicle_radius_m=config.vehicle_radius_m,
+        margin_m=config.margin_m,
+        blocked_timeout_s=config.blocked_timeout_s,
+        sensor_timeout_s=config.sensor_timeout_s,
+        heights_m=_heights_m(situation),
+        searcher=situation.searcher,
+    )
+
+
+def _heights_m(situation: Situation) -> tuple[float, float] | None:
+    """Return the lowest and highest map z of ways; None for what drives."""
+    if not situation.traits.flies:
+        return None
+    config, ground_m, fence = (
+        situation.config,
+        situation.ground_enu_m,
+        situation.obstacles.standing.fence,
+    )
+    low_m, high_m = config.volume.altitude_min_m, config.volume.altitude_max_m
+    if fence is not None:
+        margin_m = config.safety.fence_margin_m
+        if fence.altitude_min_m is not None:
+            low_m = max(low_m, fence.altitude_min_m + margin_m)
+        if fence.altitude_max_m is not None:
+            high_m = min(high_m, fence.altitude_max_m - margin_m)
+    low_m, high_m = low_m - _ROUNDING_M, max(high_m, low_m) + _ROUNDING_M
+    return ground_m + low_m, ground_m + high_m
+
+
+def _named(obstacle: KnownObstacle) -> str:
+    x, y = obstacle.centre_enu_m
+    top = "" if math.isinf(obstacle.top_m) else f", {obstacle.top_m:.1f} m high"
+    return f"'{obstacle.name}' at ({x:.1f}, {y:.1f}) m{top}"
+
+
+def _told(point: Vector3) -> str:
+    return f"({point[0]:.1f}, {point[1]:.1f}, {point[2]:.1f}) m"

@@ -1,0 +1,81 @@
+"""What a task or a service wants done, asked of the vehicle. No ROS."""
+
+from __future__ import annotations
+
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.goals.mission_plan import MissionTracker, plan_items
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.tasks.base import OperationKind, Perform
+
+# What a stream runs on for, where the vehicle needs one.
+STREAMED = frozenset(
+    {
+        OperationKind.TAKE_CONTROL,
+        OperationKind.HOLD,
+        OperationKind.LAND,
+        OperationKind.RETURN,
+    }
+)
+
+
+def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now: float) -> int:
+    """Begin an operation; returns its id, which comes back in one ``OperationFinished``.
+
+    Setpoints stop for it, except that a PX4 gives control only to whoever streams already, and
+    takes the end of the stream for a failure until it is in another mode.
+    """
+    profile = vehicle.profile
+    kind = intent.kind
+    needs_stream = profile is not None and profile.prestream_s > 0.0
+    if not needs_stream or kind not in STREAMED:
+        vehicle.close_stream()
+    elif kind is OperationKind.TAKE_CONTROL and not vehicle.stream_open:
+        vehicle.open_stream(now)
+    if kind is OperationKind.TAKE_OFF:
+        assert intent.height_m is not None
+        return vehicle.take_off(intent.height_m, now)
+    if kind is OperationKind.REPOSITION:
+        assert intent.target_enu_m is not None
+        return vehicle.reposition(*map_frame.geodetic(intent.target_enu_m), now)
+    pose = map_frame.pose(vehicle.state)
+    if kind is OperationKind.HOLD and _circles_elsewhere(vehicle) and pose is not None:
+        return vehicle.reposition(*map_frame.geodetic(pose.position_enu_m), now)
+    if kind is OperationKind.CHANGE_SPEED:
+        assert intent.speed_m_s is not None
+        return vehicle.change_speed(intent.speed_m_s, now)
+    simple = {
+        OperationKind.TAKE_CONTROL: vehicle.take_control,
+        OperationKind.ARM: vehicle.arm,
+        OperationKind.DISARM: vehicle.disarm,
+        OperationKind.HOLD: vehicle.hold,
+        OperationKind.LAND: vehicle.land,
+        OperationKind.RETURN: vehicle.return_to_launch,
+        OperationKind.START_MISSION: vehicle.start_mission,
+        OperationKind.CLEAR_MISSION: vehicle.clear_mission,
+    }
+    return simple[kind](now)
+
+
+def begin_upload(
+    vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now: float
+) -> tuple[int, MissionTracker]:
+    """Begin to store a mission; returns the operation's id, and who will follow the mission."""
+    profile, plan = vehicle.profile, intent.mission
+    assert profile is not None
+    assert profile.missions is not None
+    assert plan is not None
+    vehicle.close_stream()
+    items = plan_items(plan, profile, map_frame, vehicle.state)
+    operation_id = vehicle.upload_mission([planned.item for planned in items], now)
+    return operation_id, MissionTracker(items, profile.missions)
+
+
+def _circles_elsewhere(vehicle: Vehicle) -> bool:
+    """Whether its hold mode is the one in which it flies to a place: it would fly on to that.
+
+    So it is with a PX4 plane: selecting AUTO.LOITER once more changes nothing in it.
+    """
+    profile = vehicle.profile
+    if profile is None or not profile.reposition or not vehicle.in_control_mode:
+        return False
+    return profile.hold_mode == profile.control_mode

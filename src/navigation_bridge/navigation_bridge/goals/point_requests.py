@@ -1,0 +1,178 @@
+"""Goals to a point: checked, and resolved into the map frame. No ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from mavlink_vehicle.positions import frames
+from navigation_bridge.goals.requests import NavigateRequest
+from navigation_bridge.names import FRAME_BASE_LINK, FRAME_MAP, FRAME_WGS84
+from navigation_bridge.vehicle.map_frame import MapPose
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import FlightVolume, Rejection, check_target
+from navigation_core.tasks.base import COPTER, Traits
+from navigation_core.tasks.flying.goto import GotoGoal
+
+# A quaternion whose norm is this near to 1 has suffered from rounding (float32, YAML
+# typed by hand); one further off was not meant as an orientation.
+_NORM_TOLERANCE = 0.1
+_ZERO_QUATERNION = 1e-6
+# A slower flight than this would be lost in the noise of any position estimate.
+SPEED_MIN_M_S = 0.05
+_POSITION_FIELDS = tuple(f"target_pose.pose.position.{axis}" for axis in "xyz")
+_ORIENTATION_FIELDS = tuple(f"target_pose.pose.orientation.{axis}" for axis in "xyzw")
+
+
+def check_request(request: NavigateRequest) -> Rejection | None:
+    """Check all that can be judged without a vehicle: numbers, frame, speed, orientation."""
+    numbers = {
+        **dict(zip(_POSITION_FIELDS, request.position, strict=True)),
+        **dict(zip(_ORIENTATION_FIELDS, request.orientation_xyzw, strict=True)),
+        "max_speed": request.max_speed_m_s,
+    }
+    bad = [f"{name} is {number}" for name, number in numbers.items() if not math.isfinite(number)]
+    if bad:
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER, f"{', '.join(bad)}; every number must be finite."
+        )
+    if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84):
+        return Rejection(
+            OutcomeCode.UNKNOWN_FRAME,
+            f"Frame '{request.frame_id}' is not known; use '{FRAME_MAP}' (ENU metres from the "
+            f"vehicle's local origin), '{FRAME_BASE_LINK}' (FLU metres from the vehicle) or "
+            f"'{FRAME_WGS84}' (latitude, longitude, altitude above mean sea level).",
+        )
+    if request.frame_id == FRAME_WGS84:
+        rejection = check_geodetic(request.position)
+        if rejection is not None:
+            return rejection
+    if request.max_speed_m_s < 0.0:
+        return Rejection(
+            OutcomeCode.NEGATIVE_SPEED,
+            f"max_speed is {request.max_speed_m_s:g} m/s; it must be positive, or 0 for the "
+            "configured default.",
+        )
+    if 0.0 < request.max_speed_m_s < SPEED_MIN_M_S:
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            f"max_speed is {request.max_speed_m_s:g} m/s; the least speed that can be flown is "
+            f"{SPEED_MIN_M_S:g} m/s.",
+        )
+    norm = math.sqrt(math.fsum(part * part for part in request.orientation_xyzw))
+    if norm > _ZERO_QUATERNION and abs(norm - 1.0) > _NORM_TOLERANCE:
+        return Rejection(
+            OutcomeCode.INVALID_ORIENTATION,
+            f"The orientation's norm is {norm:.3f}; send a unit quaternion, or all zeros to face "
+            "the direction of travel.",
+        )
+    if norm > _ZERO_QUATERNION and _yaw_enu_rad(request.orientation_xyzw) is None:
+        return Rejection(
+            OutcomeCode.INVALID_ORIENTATION,
+            "The orientation points straight up or down, so that it has no yaw; send one that "
+            "turns about z, or all zeros to face the direction of travel.",
+        )
+    return None
+
+
+def check_geodetic(position: Vector3) -> Rejection | None:
+    """Say why latitude and longitude (degrees) are no place on earth, or None."""
+    latitude_deg, longitude_deg, _ = position
+    if abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0:
+        return None
+    return Rejection(
+        OutcomeCode.INVALID_NUMBER,
+        f"({latitude_deg:g}, {longitude_deg:g}) is no place on earth; give the latitude (-90 to "
+        "90 degrees) first, then the longitude (-180 to 180 degrees).",
+    )
+
+
+# A target this near to the ground is meant to be on it.
+GROUND_TOLERANCE_M = 2.0
+
+
+def on_ground(position_enu_m: Vector3, ground_enu_m: float, traits: Traits) -> Vector3 | Rejection:
+    """Return the target of a vehicle that drives, on the ground; refuse one in the air.
+
+    Targets of vehicles that fly are returned as they are.
+    """
+    if traits.flies:
+        return position_enu_m
+    height_m = position_enu_m[2] - ground_enu_m
+    if abs(height_m) > GROUND_TOLERANCE_M:
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"A {traits.name} cannot climb: the target is {height_m:.1f} m above the ground; give "
+            f"the height of the ground, to {GROUND_TOLERANCE_M:g} m.",
+        )
+    return (position_enu_m[0], position_enu_m[1], ground_enu_m)
+
+
+def volume_for(volume: FlightVolume, traits: Traits) -> FlightVolume:
+    """Return the volume for a kind of vehicle: one that drives is always at height 0."""
+    if traits.flies:
+        return volume
+    return replace(volume, altitude_min_m=-GROUND_TOLERANCE_M)
+
+
+def resolve(
+    request: NavigateRequest,
+    pose: MapPose,
+    geodetic_to_enu: Callable[[Vector3], Vector3],
+    ground_enu_m: float,
+    volume: FlightVolume,
+    speed_max_m_s: float,
+    traits: Traits = COPTER,
+) -> GotoGoal | Rejection:
+    """Turn a request that passed :func:`check_request` into a target in the map frame.
+
+    Args:
+        request: what the client sent.
+        pose: the vehicle's pose now; a base_link target is relative to its position and yaw
+            (the level body frame: roll and pitch of the moment do not tilt the target).
+        geodetic_to_enu: turns (latitude, longitude, altitude AMSL) into the map frame.
+        ground_enu_m: height of the ground in the map frame.
+        volume: where targets are accepted.
+        speed_max_m_s: highest ground speed the server is configured to fly.
+        traits: what the vehicle can do.
+
+    Returns:
+        The goal, or why it is refused.
+    """
+    yaw = _yaw_enu_rad(request.orientation_xyzw)
+    position = request.position
+    if request.frame_id == FRAME_WGS84:
+        position = geodetic_to_enu(position)
+    elif request.frame_id == FRAME_BASE_LINK:
+        offset = frames.body_flu_to_enu(request.position, pose.yaw_enu_rad)
+        position = (
+            pose.position_enu_m[0] + offset[0],
+            pose.position_enu_m[1] + offset[1],
+            pose.position_enu_m[2] + offset[2],
+        )
+        if yaw is not None:
+            yaw = frames.normalize_angle(pose.yaw_enu_rad + yaw)
+    speed = None
+    if request.max_speed_m_s > 0.0:
+        speed = min(request.max_speed_m_s, speed_max_m_s)
+    placed = on_ground(position, ground_enu_m, traits)
+    if isinstance(placed, Rejection):
+        return placed
+    position = placed
+    rejection = check_target(position, speed, ground_enu_m, volume_for(volume, traits))
+    if rejection is not None:
+        return rejection
+    return GotoGoal(position_enu_m=position, yaw_enu_rad=yaw, max_speed_m_s=speed)
+
+
+def _yaw_enu_rad(orientation_xyzw: tuple[float, float, float, float]) -> float | None:
+    """Return the yaw of a quaternion; None if it is all zero or has no heading."""
+    x, y, z, w = orientation_xyzw
+    # Direction of the body's x axis in the horizontal plane, unnormalised.
+    east = w * w + x * x - y * y - z * z
+    north = 2.0 * (x * y + w * z)
+    if math.hypot(east, north) < 1e-3:
+        return None
+    return math.atan2(north, east)

@@ -1,0 +1,124 @@
+"""What clients ask for, as it was sent. No ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+from navigation_bridge.names import (
+    ACTION_NAME,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+    TAKEOFF_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
+from navigation_core.geometry import Vector3
+
+# More laps than this are a mistake.
+LAPS_MAX = 1000
+
+
+@dataclass(frozen=True)
+class NavigateRequest:
+    """A goal of ``custom_interfaces/action/Navigate`` as it was sent.
+
+    Attributes:
+        frame_id: "map", "" (which means map), "base_link" or "wgs84".
+        position: target in that frame: ENU or FLU metres, or latitude and longitude in degrees
+            and altitude above mean sea level in metres.
+        orientation_xyzw: target orientation; all zero = face the direction of travel.
+        avoid_obstacles: whether the client asked for obstacle avoidance.
+        max_speed_m_s: highest ground speed; 0 = the configured default.
+    """
+
+    frame_id: str
+    position: Vector3
+    orientation_xyzw: tuple[float, float, float, float]
+    avoid_obstacles: bool
+    max_speed_m_s: float
+
+
+class AltitudeReference(Enum):
+    """What the third number of a geodetic waypoint is counted from."""
+
+    AMSL = "above mean sea level"
+    HOME = "above home"
+    GROUND = "above the ground below the vehicle"
+
+
+@dataclass(frozen=True)
+class WaypointRequest:
+    """One waypoint as it was sent.
+
+    Attributes:
+        position: ENU metres, or latitude and longitude in degrees and a height in metres.
+        altitude_reference: for a geodetic position, what the height is counted from; None for
+            a position in the map frame.
+        acceptance_radius_m: reached when this near; 0 = the configured default.
+        hold_time_s: how long to stay; 0 = fly through.
+        yaw_enu_rad: heading, or None for the direction of travel.
+        max_speed_m_s: highest ground speed on the way to it; 0 = the goal's.
+    """
+
+    position: Vector3
+    altitude_reference: AltitudeReference | None = None
+    acceptance_radius_m: float = 0.0
+    hold_time_s: float = 0.0
+    yaw_enu_rad: float | None = None
+    max_speed_m_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class WaypointsRequest:
+    """A goal of ``custom_interfaces/action/NavigateWaypoints`` as it was sent.
+
+    Attributes:
+        waypoints: the route.
+        by_mission: whether the autopilot flies it as a mission; otherwise the bridge does.
+        laps: how often the route is flown; 0 = once.
+        max_speed_m_s: highest ground speed; 0 = the configured default.
+        avoid_obstacles: whether the client asked for obstacle avoidance.
+    """
+
+    waypoints: tuple[WaypointRequest, ...]
+    by_mission: bool = False
+    laps: int = 0
+    max_speed_m_s: float = 0.0
+    avoid_obstacles: bool = False
+
+
+@dataclass(frozen=True)
+class TakeoffRequest:
+    """A goal of ``custom_interfaces/action/Takeoff``; height 0 = the configured default."""
+
+    height_m: float
+
+
+@dataclass(frozen=True)
+class LandRequest:
+    """A goal of ``custom_interfaces/action/Land``."""
+
+
+@dataclass(frozen=True)
+class ReturnRequest:
+    """A goal of ``custom_interfaces/action/ReturnToLaunch``."""
+
+
+Request: TypeAlias = (
+    NavigateRequest | WaypointsRequest | TakeoffRequest | LandRequest | ReturnRequest
+)
+
+
+_ACTIONS: dict[type[Request], str] = {
+    NavigateRequest: ACTION_NAME,
+    WaypointsRequest: WAYPOINTS_ACTION_NAME,
+    TakeoffRequest: TAKEOFF_ACTION_NAME,
+    LandRequest: LAND_ACTION_NAME,
+    ReturnRequest: RETURN_ACTION_NAME,
+}
+
+
+def action_name(request: Request) -> str:
+    """Return the name of the action that a request comes by."""
+    return _ACTIONS[type(request)]

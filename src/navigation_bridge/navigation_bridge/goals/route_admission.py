@@ -1,0 +1,185 @@
+"""Whether a route can be flown now: by setpoints, as a mission, or by a plane. No ROS."""
+
+from __future__ import annotations
+
+from navigation_bridge.configuration.settings import MissedWaypoint
+from navigation_bridge.goals.admitted import Admitted, Handover, Situation
+from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
+from navigation_bridge.goals.requests import WaypointsRequest
+from navigation_bridge.goals.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
+from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_core.geometry import horizontal_norm
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.tasks.base import Task
+from navigation_core.tasks.flying.route import FlyRoute, RouteWaypoint
+from navigation_core.tasks.watching.mission import FlyMission
+from navigation_core.tasks.watching.plane import FlyPlane
+from navigation_core.tasks.watching.plane_route import circle_max_m
+
+__all__ = ["admit_plane", "admit_route"]
+
+# Assumed speed of a plane that none is asked of (FW_AIRSPD_TRIM; ArduPlane's is more).
+_PLANE_M_S = 15.0
+_NO_YAW = "The orientation was ignored: a plane circles its target."
+_AIRSPEED = "A plane's max_speed is an airspeed; its ground speed differs by the wind."
+_NO_SPEED = "max_speed was ignored: this plane's speed is not changed by command."
+
+
+def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | Rejection:
+    """Return what a route means for this vehicle, or the first reason against it."""
+    rejection = situation.may_move()
+    if rejection is not None:
+        return rejection
+    config, traits = situation.config, situation.traits
+    rules = situation.profile.missions
+    if request.by_mission and rules is None:
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"How {situation.profile.name} takes missions is not known; use setpoints.",
+        )
+    waypoints = resolve_waypoints(
+        request,
+        situation.map_frame,
+        situation.vehicle.state,
+        config.volume,
+        situation.speed_max_m_s,
+        config.goto.arrival_radius_m,
+        traits,
+        follows_terrain=(
+            request.by_mission
+            and rules is not None
+            and rules.terrain
+            and situation.vehicle.state.terrain_ready is True
+        ),
+    )
+    if isinstance(waypoints, Rejection):
+        return waypoints
+    laps = max(request.laps, 1)
+    targets = tuple(waypoint.position_enu_m for waypoint in waypoints)
+    warnings = check_obstacles(targets, request.avoid_obstacles, request.by_mission, situation)
+    if isinstance(warnings, Rejection):
+        return warnings
+    if request.by_mission:
+        return _mission(request, waypoints, laps, situation, warnings)
+    if not traits.hovers:
+        return admit_plane(waypoints, laps, situation, warnings)
+
+    avoidance = avoidance_of(request.avoid_obstacles, situation)
+
+    def make_task(handover: Handover) -> Task:
+        return FlyRoute(
+            waypoints,
+            laps,
+            situation.goto,
+            predecessor=handover.commanded,
+            predecessor_yaw=handover.yaw_enu_rad,
+            predecessor_time_s=handover.time_s,
+            traits=traits,
+            avoidance=avoidance,
+            turns_back=config.on_missed_waypoint is MissedWaypoint.TURN_BACK,
+        )
+
+    return Admitted(
+        f"route of {len(waypoints)} waypoints, {laps} x",
+        waypoints[-1].position_enu_m,
+        make_task,
+        warnings,
+        _plan(waypoints, laps, situation.goto.limits.speed_horizontal_m_s, avoidance is None),
+    )
+
+
+def _plan(
+    waypoints: tuple[RouteWaypoint, ...], laps: int, speed_m_s: float, straight: bool = True
+) -> FlightPlan:
+    return FlightPlan(
+        tuple(waypoint.position_enu_m for waypoint in waypoints),
+        tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in waypoints),
+        laps,
+        sum(waypoint.hold_time_s for waypoint in waypoints),
+        straight,
+    )
+
+
+def _mission(
+    request: WaypointsRequest,
+    waypoints: tuple[RouteWaypoint, ...],
+    laps: int,
+    situation: Situation,
+    warnings: tuple[str, ...],
+) -> Admitted | Rejection:
+    count = len(waypoints) * laps
+    if count > MISSION_WAYPOINTS_MAX:
+        return Rejection(
+            OutcomeCode.INVALID_WAYPOINTS,
+            f"The mission has {count} waypoints over all laps; at most {MISSION_WAYPOINTS_MAX} are "
+            "stored in a vehicle. Use setpoints.",
+        )
+    config, traits = situation.config.goto, situation.traits
+    rejection = None if traits.hovers else _check_circles(waypoints, situation)
+    if rejection is not None:
+        return rejection
+    # A plane keeps to its own airspeeds unless it is asked for another.
+    speed_m_s = config.limits.speed_horizontal_m_s if traits.hovers else None
+    if request.max_speed_m_s > 0.0:
+        speed_m_s = min(request.max_speed_m_s, situation.speed_max_m_s)
+    return Admitted(
+        f"mission of {len(waypoints)} waypoints, {laps} x",
+        waypoints[-1].position_enu_m,
+        lambda _handover: FlyMission(waypoints, laps, config, traits, speed_m_s),
+        warnings,
+        _plan(waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s),
+    )
+
+
+def _check_circles(waypoints: tuple[RouteWaypoint, ...], situation: Situation) -> Rejection | None:
+    """Say which waypoint a plane cannot circle: too low, or too near to the volume's edge."""
+    traits, ground_m = situation.traits, situation.ground_enu_m
+    radius_m, volume = traits.circle_radius_m, situation.config.volume
+    for index, waypoint in enumerate(waypoints):
+        height_m = waypoint.position_enu_m[2] - ground_m
+        if height_m < traits.height_min_m:
+            name = f"Waypoint {index}" if len(waypoints) > 1 else "The target"
+            return Rejection(
+                OutcomeCode.UNSUPPORTED_VEHICLE,
+                f"{name} is {height_m:.1f} m above the ground; a {traits.name} cannot hover and "
+                f"circles its targets, so give at least {traits.height_min_m:g} m.",
+            )
+        away_m, circle_m = horizontal_norm(waypoint.position_enu_m), circle_max_m(radius_m)
+        if away_m + circle_m > volume.radius_max_m:
+            return Rejection(
+                OutcomeCode.OUTSIDE_VOLUME,
+                f"Waypoint {index} is {away_m:.0f} m from the map origin and a plane's circle "
+                f"reaches {circle_m:.0f} m further, but the flight volume ends at "
+                f"{volume.radius_max_m:g} m.",
+            )
+    return None
+
+
+def admit_plane(
+    waypoints: tuple[RouteWaypoint, ...],
+    laps: int,
+    situation: Situation,
+    warnings: tuple[str, ...],
+) -> Admitted | Rejection:
+    """Return what a goal means for a plane, which is sent to places and circles the last."""
+    traits, ground_m = situation.traits, situation.ground_enu_m
+    rejection = _check_circles(waypoints, situation)
+    if rejection is not None:
+        return rejection
+    if any(waypoint.yaw_enu_rad is not None for waypoint in waypoints):
+        warnings += (_NO_YAW,)
+    if any(waypoint.max_speed_m_s is not None for waypoint in waypoints):
+        known = situation.profile.speed_command is not None
+        warnings += (_AIRSPEED if known else _NO_SPEED,)
+    config = situation.config.goto
+    # It turns back only from a safe height, and climbs on to the target's on its way.
+    first_m = waypoints[0].position_enu_m[2] - ground_m
+    takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))
+    return Admitted(
+        f"circle about the last of {len(waypoints)} waypoints, {laps} x",
+        waypoints[-1].position_enu_m,
+        lambda _handover: FlyPlane(waypoints, laps, config, traits, takeoff_m),
+        warnings,
+        _plan(waypoints, laps, _PLANE_M_S),
+    )

@@ -1,0 +1,163 @@
+"""The waypoints that a client asks for, checked and resolved into the map frame. No ROS."""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_vehicle.state.reducer import VehicleState
+from navigation_bridge.goals.point_requests import (
+    SPEED_MIN_M_S,
+    check_geodetic,
+    on_ground,
+    volume_for,
+)
+from navigation_bridge.goals.requests import (
+    LAPS_MAX,
+    AltitudeReference,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import FlightVolume, Rejection, check_target
+from navigation_core.tasks.base import Traits
+from navigation_core.tasks.flying.route import RouteWaypoint
+
+WAYPOINTS_MAX = 1000
+# An ArduPilot stores 650 items or more, and a waypoint may come with a speed and a heading.
+MISSION_WAYPOINTS_MAX = 500
+# Nearer than this, arrival could not be told from the noise of a position estimate.
+RADIUS_MIN_M = 0.05
+HOLD_TIME_MAX_S = 3600.0
+_NO_TERRAIN = (
+    "heights above the ground need a mission, and a vehicle that says by TERRAIN_REPORT that it "
+    "has the terrain around it; give "
+    "them above home or above mean sea level."
+)
+
+
+def resolve_waypoints(
+    request: WaypointsRequest,
+    map_frame: MapFrame,
+    state: VehicleState,
+    volume: FlightVolume,
+    speed_max_m_s: float,
+    radius_default_m: float,
+    traits: Traits,
+    *,
+    follows_terrain: bool = False,
+) -> tuple[RouteWaypoint, ...] | Rejection:
+    """Turn a route into waypoints of the map frame.
+
+    Args:
+        request: what the client sent.
+        map_frame: knows its origin.
+        state: the vehicle's, for the height of home.
+        volume: where waypoints are accepted.
+        speed_max_m_s: highest ground speed the server is configured to fly.
+        radius_default_m: acceptance radius of a waypoint that says 0.
+        traits: what the vehicle can do.
+        follows_terrain: whether heights above the ground are taken.
+
+    Returns:
+        The waypoints, or why the first bad one is refused, with its number from 0.
+    """
+    problem = _problem_of_route(request)
+    if problem is not None:
+        return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
+    ground_enu_m = map_frame.ground_enu_m(state)
+    waypoints = []
+    for index, waypoint in enumerate(request.waypoints):
+        above_ground = waypoint.altitude_reference is AltitudeReference.GROUND
+        if above_ground and not follows_terrain:
+            return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {index}: {_NO_TERRAIN}")
+        position = _place(waypoint, map_frame, ground_enu_m, volume, traits)
+        if isinstance(position, Rejection):
+            return Rejection(position.code, f"Waypoint {index}: {position.message}")
+        speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
+        waypoints.append(
+            RouteWaypoint(
+                position_enu_m=position,
+                acceptance_radius_m=waypoint.acceptance_radius_m or radius_default_m,
+                hold_time_s=waypoint.hold_time_s,
+                yaw_enu_rad=waypoint.yaw_enu_rad,
+                max_speed_m_s=min(speed_m_s, speed_max_m_s) if speed_m_s > 0.0 else None,
+                height_above_ground_m=waypoint.position[2] if above_ground else None,
+            )
+        )
+    return tuple(waypoints)
+
+
+def _place(
+    waypoint: WaypointRequest,
+    map_frame: MapFrame,
+    ground_enu_m: float,
+    volume: FlightVolume,
+    traits: Traits,
+) -> Vector3 | Rejection:
+    rejection = check_waypoint(waypoint)
+    if rejection is not None:
+        return rejection
+    position = on_ground(_position(waypoint, map_frame, ground_enu_m), ground_enu_m, traits)
+    if isinstance(position, Rejection):
+        return position
+    return check_target(position, None, ground_enu_m, volume_for(volume, traits)) or position
+
+
+def _problem_of_route(request: WaypointsRequest) -> str | None:
+    count = len(request.waypoints)
+    if count == 0:
+        return "The route has no waypoint; send at least one."
+    if count > WAYPOINTS_MAX:
+        return f"The route has {count} waypoints; send at most {WAYPOINTS_MAX}."
+    if request.laps > LAPS_MAX:
+        return f"The route is to be flown {request.laps} times; ask for at most {LAPS_MAX}."
+    return _problem_of_speed(request.max_speed_m_s)
+
+
+def _problem_of_speed(speed_m_s: float) -> str | None:
+    if not math.isfinite(speed_m_s) or speed_m_s < 0.0 or 0.0 < speed_m_s < SPEED_MIN_M_S:
+        return (
+            f"max_speed is {speed_m_s:g} m/s; give at least {SPEED_MIN_M_S:g} m/s, or 0 for the "
+            "default."
+        )
+    return None
+
+
+def check_waypoint(waypoint: WaypointRequest) -> Rejection | None:
+    """Check what can be judged without a vehicle: numbers, speed, radius, hold time."""
+    numbers = {
+        **{f"position.{axis}": part for axis, part in zip("xyz", waypoint.position, strict=True)},
+        "acceptance_radius": waypoint.acceptance_radius_m,
+        "hold_time": waypoint.hold_time_s,
+        "yaw": waypoint.yaw_enu_rad or 0.0,
+        "max_speed": waypoint.max_speed_m_s,
+    }
+    for name, number in numbers.items():
+        if not math.isfinite(number):
+            text = f"{name} is {number}; every number must be finite."
+            return Rejection(OutcomeCode.INVALID_NUMBER, text)
+    problem = _problem_of_speed(waypoint.max_speed_m_s)
+    radius_m = waypoint.acceptance_radius_m
+    if radius_m < 0.0 or 0.0 < radius_m < RADIUS_MIN_M:
+        problem = (
+            f"acceptance_radius is {radius_m:g} m; give at least {RADIUS_MIN_M:g} m, or 0 for the "
+            "default."
+        )
+    elif not 0.0 <= waypoint.hold_time_s <= HOLD_TIME_MAX_S:
+        problem = f"hold_time is {waypoint.hold_time_s:g} s; give 0 to {HOLD_TIME_MAX_S:g} s."
+    if problem is not None:
+        return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
+    if waypoint.altitude_reference is None:
+        return None
+    return check_geodetic(waypoint.position)
+
+
+def _position(waypoint: WaypointRequest, map_frame: MapFrame, ground_enu_m: float) -> Vector3:
+    if waypoint.altitude_reference is None:
+        return waypoint.position
+    position = map_frame.enu(waypoint.position)
+    if waypoint.altitude_reference is not AltitudeReference.AMSL:
+        return (position[0], position[1], ground_enu_m + waypoint.position[2])
+    return position

@@ -1,0 +1,13 @@
+"""Names that the server and its clients share: actions, the node, frames of goals."""
+
+from __future__ import annotations
+
+ACTION_NAME = "navigate_to_waypoint"
+WAYPOINTS_ACTION_NAME = "navigate_waypoints"
+TAKEOFF_ACTION_NAME = "takeoff"
+LAND_ACTION_NAME = "land"
+RETURN_ACTION_NAME = "return_to_launch"
+SERVER_NODE_NAME = "navigation_server"
+FRAME_MAP = "map"
+FRAME_BASE_LINK = "base_link"
+FRAME_WGS84 = "wgs84"

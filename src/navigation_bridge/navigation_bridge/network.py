@@ -1,0 +1,78 @@
+"""Opens what a server and its ``--check`` talk through: links, signing, recording. No ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from mavlink_vehicle.codec import Codec
+from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.driver import Application, Driver
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from mavlink_vehicle.io.links import Link, LinkUrl, Report, open_link, parse_url
+from mavlink_vehicle.io.router import Router
+from mavlink_vehicle.io.signing_key import open_signing
+from mavlink_vehicle.io.tlog import TlogWriter
+from navigation_bridge.configuration.make_config import ServerConfig
+
+__all__ = ["Network", "open_network"]
+
+
+class Network:
+    """The open links of a server, and its recording."""
+
+    def __init__(
+        self, router: Router, recorder: TlogWriter | None, links: Mapping[LinkUrl, Link]
+    ) -> None:
+        """Put them together; :func:`open_network` does."""
+        self._router = router
+        self._links = links
+        self.recorder = recorder
+
+    def drive(self, application: Application, clock: Clock) -> Driver:
+        """Return a driver that runs an application on the links, and closes them."""
+        return Driver(application, self._router, clock)
+
+    def is_open(self, url: str) -> bool:
+        """Return whether bytes can pass a vehicle's link now."""
+        return self._links[parse_url(url)].is_open
+
+    def statistics_of(self, system_id: int) -> LinkStatistics:
+        """Return what was met on the way from a system; from all vehicles for 0."""
+        return self._router.statistics.of_system(system_id)
+
+    def station_links(self) -> list[tuple[str, LinkStatistics]]:
+        """Return URL and counts of each link to ground stations."""
+        return self._router.statistics.station_links()
+
+
+def open_network(
+    config: ServerConfig,
+    vehicles: Sequence[ServerConfig],
+    report: Report,
+    warn: Report | None = None,
+) -> Network:
+    """Open every link once.
+
+    Args:
+        config: settings of the server.
+        vehicles: settings of its vehicles, which may share links.
+        report: takes sentences for people, among them where each link listens.
+        warn: takes those about links that are lost or cannot be opened yet; ``report`` if None.
+
+    Raises:
+        LinkError: a link cannot be opened, or the file of the signing key holds none.
+        OSError: the recording cannot be written.
+    """
+    signing = open_signing(config.signing_key_file, report)
+    urls = dict.fromkeys(parse_url(vehicle.link_url) for vehicle in vehicles)
+    links = {url: open_link(str(url), report, warn) for url in urls}
+    stations = [open_link(url, report, warn) for url in config.gcs_links]
+    for link in (*links.values(), *stations):
+        if link.note is not None:
+            report(link.note)
+    recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
+    source = (config.vehicle.source_system or 1, config.vehicle.source_component)
+    router = Router(
+        list(links.values()), lambda: Codec(*source, signing), stations, recorder, len(vehicles)
+    )
+    return Network(router, recorder, links)

@@ -1,0 +1,1 @@
+"""What tells about obstacles, brought together in the map frame."""

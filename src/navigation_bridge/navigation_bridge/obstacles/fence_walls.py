@@ -1,0 +1,117 @@
+"""The boundary of the vehicle's own fence as walls that ways are planned around. No ROS.
+
+A way may come as near to the fence as its targets may (``fence_margin_m``), which is another
+distance than that to an obstacle. So each wall is moved outwards, by the difference.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
+from navigation_core.safety.fences import Area, Circle, Fence, Point2
+
+__all__ = ["fence_walls"]
+
+# How far the corners of a polygon may be from the circle that it stands for.
+_SAGITTA_M = 0.25
+_SIDES_MAX = 180
+_LONGER_MAX = 3.0
+_NAME = "fence"
+_SHORTEST_M = 1e-3
+
+
+def fence_walls(fence: Fence, shift_m: float) -> tuple[KnownObstacle, ...]:
+    """Return what bounds the places that a fence allows, without end upwards and downwards.
+
+    Args:
+        fence: the vehicle's.
+        shift_m: how far each wall is moved away from the side that is allowed.
+    """
+    walls: list[KnownObstacle] = []
+    for area in fence.areas:
+        if isinstance(area, Circle) and not area.inclusion:
+            radius_m = max(area.radius_m - shift_m, 0.1)
+            walls.append(Cylinder(_NAME, area.centre_enu_m, radius_m))
+        else:
+            walls += _walls(_corners(area), area.inclusion, shift_m, ())
+    for index, area in enumerate(fence.alternatives):
+        others = fence.alternatives[:index] + fence.alternatives[index + 1 :]
+        walls += _walls(_corners(area), True, shift_m, others)
+    return tuple(walls)
+
+
+def _corners(area: Area) -> tuple[Point2, ...]:
+    """Return corners in counter-clockwise order; the sides of a circle touch it from outside."""
+    if isinstance(area, Circle):
+        sides = _SIDES_MAX
+        if area.radius_m > _SAGITTA_M:
+            sides = math.ceil(math.pi / math.acos(1.0 - _SAGITTA_M / area.radius_m))
+        sides = min(max(sides, 8), _SIDES_MAX)
+        radius_m = area.radius_m / math.cos(math.pi / sides)
+        angles = [math.tau * i / sides for i in range(sides)]
+        x, y = area.centre_enu_m
+        return tuple((x + radius_m * math.cos(a), y + radius_m * math.sin(a)) for a in angles)
+    corners = area.corners_enu_m
+    turned = corners[1:] + corners[:1]
+    twice = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(corners, turned, strict=True))
+    return corners if twice >= 0.0 else corners[::-1]
+
+
+def _walls(
+    corners: tuple[Point2, ...], inclusion: bool, shift_m: float, others: tuple[Area, ...]
+) -> Iterator[Box]:
+    outwards_m = shift_m if inclusion else -shift_m
+    count = len(corners)
+    for i, start in enumerate(corners):
+        before, end, after = corners[i - 1], corners[(i + 1) % count], corners[(i + 2) % count]
+        # Moved apart, two sides meet elsewhere: later at a corner that points outwards.
+        longer_m = {
+            start: outwards_m * _half_turn(before, start, end),
+            end: outwards_m * _half_turn(start, end, after),
+        }
+        for a, b in _outside_of(start, end, others):
+            yield from _wall(a, b, outwards_m, longer_m.get(a, 0.0), longer_m.get(b, 0.0))
+
+
+def _wall(a: Point2, b: Point2, right_m: float, before_m: float, after_m: float) -> Iterator[Box]:
+    """Yield a side moved to its right, longer at both ends; none if nothing is left of it."""
+    length_m = math.dist(a, b)
+    if length_m < _SHORTEST_M or length_m + before_m + after_m < _SHORTEST_M:
+        return
+    along = (b[0] - a[0]) / length_m, (b[1] - a[1]) / length_m
+    middle_m = 0.5 * (length_m + after_m - before_m)
+    middle = (
+        a[0] + along[0] * middle_m + along[1] * right_m,
+        a[1] + along[1] * middle_m - along[0] * right_m,
+    )
+    size_m = (length_m + before_m + after_m, 0.0)
+    yield Box(_NAME, middle, size_m, math.atan2(along[1], along[0]))
+
+
+def _half_turn(before: Point2, corner: Point2, after: Point2) -> float:
+    """Return the tangent of half the turn to the left at a corner, at most 3 in size."""
+    first = math.atan2(corner[1] - before[1], corner[0] - before[0])
+    second = math.atan2(after[1] - corner[1], after[0] - corner[0])
+    turn = math.remainder(second - first, math.tau)
+    return min(max(math.tan(0.5 * turn), -_LONGER_MAX), _LONGER_MAX)
+
+
+def _outside_of(
+    start: Point2, end: Point2, others: tuple[Area, ...]
+) -> Iterator[tuple[Point2, Point2]]:
+    """Yield the pieces of a side that are in none of the other areas of which one is enough."""
+    cuts = {0.0, 1.0}
+    for other in others:
+        cuts |= {share for share in other.crossings(start, end) if 0.0 < share < 1.0}
+
+    def at(share: float) -> Point2:
+        if share == 1.0:
+            return end
+        return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+
+    for first, last in itertools.pairwise(sorted(cuts)):
+        if not any(other.contains(at((first + last) / 2.0)) for other in others):
+            yield at(first), at(last)

@@ -1,0 +1,276 @@
+"""Everything that tells about obstacles, brought together in the map frame. No ROS.
+
+Sensors of the vehicle (MAVLink) and of ROS feed an obstacle map; known obstacles and the
+boundary of the vehicle's fence are joined to what it holds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.sensor_poses import Carrier, carrier_at
+from navigation_bridge.configuration.settings import ObstacleConfig
+from navigation_bridge.obstacles.standing_obstacles import HEADROOM_M, StandingObstacles, drives
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.geometry import Vector3
+from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
+
+__all__ = ["LASER_SCAN", "POINT_CLOUD", "ObstacleFeed", "SensorPoints", "SensorScan"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+LASER_SCAN, POINT_CLOUD = "LaserScan", "PointCloud2"
+# A beam that looks further down than this is meant for the ground (sine of 30 degrees).
+_DOWNWARDS = 0.5
+_ORIGIN_MOVED_M = 0.1
+# A cloud takes up to 20 ms; setpoints go out every 50 ms on the same thread.
+_LEAST_PERIOD_S = 0.08
+
+
+@dataclass(frozen=True)
+class SensorScan:
+    """A scan in the axes of its sensor: forward, left, up; or in the map frame, from its origin.
+
+    Attributes:
+        in_map: whether directions are those of the map frame, seen from the map origin.
+        directions: unit vectors, shape (N, 3).
+        ranges_m: shape (N,); infinity: nothing within reach; NaN: no reading.
+        range_min_m: the least that it can measure.
+        range_max_m: its reach.
+        half_angle_rad: half of what each reading is wide.
+    """
+
+    in_map: bool
+    directions: Array
+    ranges_m: Array
+    range_min_m: float
+    range_max_m: float
+    half_angle_rad: float
+
+
+@dataclass(frozen=True)
+class SensorPoints:
+    """A cloud of points in the axes of its sensor (forward, left, up), or in the map frame.
+
+    Attributes:
+        in_map: whether points are in the map frame.
+        points_m: shape (N, 3), finite.
+    """
+
+    in_map: bool
+    points_m: Array
+
+
+class ObstacleFeed:
+    """Knows what is in the way of one vehicle; see the module."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
+        """Start knowing only what is configured."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._config = config
+        self._standing = StandingObstacles(vehicle, map_frame, config)
+        self._map = ObstacleMap(config.map_size_m, config.cell_m, config.vehicle_radius_m)
+        self._origin: Geodetic | None = None
+        self._stood_m: float | None = None
+        self._heard_s: dict[str, float] = {}
+        self._taken_s: dict[str, float] = {}
+        self._scans_until_s = -math.inf
+        self._reach_m = math.inf
+        self._sensed_from = self._sensed_table = NOTHING
+        self._joined_from: tuple[Obstacles, ...] = ()
+        self._joined = NOTHING
+
+    def start(self, now: float) -> None:
+        """Count the silence of what is configured from now on."""
+        for topic, kind in (
+            (self._config.scan_topic, LASER_SCAN),
+            (self._config.points_topic, POINT_CLOUD),
+        ):
+            if topic:
+                self._heard_s.setdefault(kind, now)
+
+    def configure(self, config: ObstacleConfig) -> None:
+        """Go on with other settings; the size and the cells of the map stay as they are."""
+        self._config = config
+        self._standing.configure(config)
+
+    # --- what is known ---------------------------------------------------------------
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Everything in the way: the same object until something about it is new."""
+        parts = (self._standing.known, self.sensed, self._standing.walls)
+        if len(self._joined_from) != len(parts) or any(
+            old is not new for old, new in zip(self._joined_from, parts, strict=True)
+        ):
+            self._joined_from = parts
+            self._joined = parts[0].joined(parts[1]).joined(parts[2])
+        return self._joined
+
+    @property
+    def standing(self) -> StandingObstacles:
+        """What does not move: what is known, and what bounds the flight."""
+        return self._standing
+
+    @property
+    def sensed(self) -> Obstacles:
+        """Those that sensors have seen."""
+        sensed = self._map.obstacles()
+        if sensed is not self._sensed_from:
+            self._sensed_from = sensed
+            self._sensed_table = _endless(sensed) if drives(self._vehicle) else sensed
+        return self._sensed_table
+
+    @property
+    def has_sensor(self) -> bool:
+        """Whether one was ever heard, or is configured."""
+        return bool(self._heard_s)
+
+    @property
+    def reach_m(self) -> float:
+        """How far the sensor sees that told something last; infinite if none says."""
+        return self._reach_m
+
+    @property
+    def timeout_s(self) -> float:
+        """Silence from which on a sensor counts as lost."""
+        return self._config.sensor_timeout_s
+
+    def ages_s(self, now: float) -> dict[str, float]:
+        """Return how long ago each kind of sensor told something, by its name."""
+        return {kind: now - heard_s for kind, heard_s in self._heard_s.items()}
+
+    def age_s(self, now: float) -> float:
+        """Return how long the most silent kind of sensor has been silent; 0 without any."""
+        return max(self.ages_s(now).values(), default=0.0)
+
+    # --- what sensors tell -----------------------------------------------------------
+
+    def take_ranges(self, measured: RangesMeasured, now: float) -> None:
+        """Take what a sensor of the vehicle measured."""
+        directions = np.array(measured.directions, dtype=np.float64)
+        beam = measured.source is RangeSource.DISTANCE_SENSOR
+        if beam and abs(directions[0, 2]) > _DOWNWARDS:
+            return
+        carrier = self._hear(measured.source.value, now)
+        if carrier is None:
+            return
+        if not beam:
+            self._scans_until_s = now + self._config.sensor_timeout_s
+        elif now < self._scans_until_s:
+            return  # a scan says the same, and finer: beams are often the nearest of many sectors
+        turned = {
+            RangeAxes.BODY: carrier.from_body,
+            RangeAxes.LEVEL: carrier.from_level,
+            RangeAxes.NORTH: carrier.from_north,
+        }[measured.axes]
+        scan = RayScan(
+            carrier.position_enu_m,
+            directions @ turned.T,
+            np.array(measured.ranges_m, dtype=np.float64),
+            measured.range_min_m,
+            measured.range_max_m,
+            0.5 * measured.width_rad,
+        )
+        self._reach_m = measured.range_max_m
+        self._map.integrate(scan, self._ground_m(), now)
+
+    def take_scan(self, scan: SensorScan, now: float) -> None:
+        """Take a scan from ROS, unless it follows another within 0.08 s."""
+        carrier = None if self._is_soon(LASER_SCAN, now) else self._hear(LASER_SCAN, now)
+        if carrier is None:
+            return
+        origin, turned = self._mounted(carrier)
+        if scan.in_map:
+            origin, turned = (0.0, 0.0, 0.0), np.eye(3)
+        rays = RayScan(
+            origin,
+            scan.directions @ turned.T,
+            scan.ranges_m,
+            scan.range_min_m,
+            scan.range_max_m,
+            scan.half_angle_rad,
+        )
+        self._reach_m = scan.range_max_m
+        self._map.integrate(rays, self._ground_m(), now)
+
+    def take_points(self, cloud: SensorPoints, now: float) -> None:
+        """Take a cloud of points from ROS, unless it follows another within 0.08 s."""
+        carrier = None if self._is_soon(POINT_CLOUD, now) else self._hear(POINT_CLOUD, now)
+        if carrier is None:
+            return
+        origin, turned = self._mounted(carrier)
+        if cloud.in_map:
+            points = cloud.points_m - (0.0, 0.0, carrier.height_m - carrier.position_enu_m[2])
+        else:
+            points = cloud.points_m @ turned.T + np.array(origin)
+        ground_m = self._ground_m()
+        if ground_m is None:
+            ground_m = carrier.position_enu_m[2]
+            points = points[points[:, 2] < ground_m + HEADROOM_M]
+        self._map.integrate_points(origin, points, ground_m, now)
+
+    def _is_soon(self, kind: str, now: float) -> bool:
+        taken_s = self._taken_s.get(kind, -math.inf)
+        if now - taken_s < _LEAST_PERIOD_S:
+            return True
+        self._taken_s[kind] = now
+        return False
+
+    def _hear(self, kind: str, now: float) -> Carrier | None:
+        """Return where the vehicle is, if that is known, with the map about it.
+
+        From the first reading on, only what can be placed counts as heard.
+        """
+        self._heard_s.setdefault(kind, now)
+        state, origin = self._vehicle.state, self._map_frame.origin
+        carrier = carrier_at(state, self._map_frame, drives(self._vehicle), now)
+        if carrier is None or origin is None:
+            return None
+        before = self._origin or origin
+        if origin != before and math.hypot(*self._map_frame.enu(before)) > _ORIGIN_MOVED_M:
+            self._map.clear()
+            self._stood_m = None
+        self._origin = origin
+        self._heard_s[kind] = now
+        if state.landed_state is LandedState.ON_GROUND:
+            self._stood_m = carrier.height_m
+        self._map.recentre(carrier.position_enu_m)
+        return carrier
+
+    def _mounted(self, carrier: Carrier) -> tuple[Vector3, Array]:
+        """Return where the sensor of the topics is, and what turns its axes into the map's."""
+        pose = self._config.sensor_pose
+        offset = carrier.from_flu @ np.array(pose.position_flu_m)
+        x, y, z = (carrier.position_enu_m + offset).tolist()
+        return (x, y, z), np.asarray(carrier.from_flu @ pose.to_body())
+
+    def _ground_m(self) -> float | None:
+        """Return the map z of the ground, None for what drives.
+
+        It is where the vehicle stood last. The home of a PX4 moves, by a metre in a minute
+        (observed), so that it is the second choice.
+        """
+        if drives(self._vehicle):
+            return None
+        if self._stood_m is not None:
+            return self._stood_m
+        return self._map_frame.ground_enu_m(self._vehicle.state)
+
+
+def _endless(obstacles: Obstacles) -> Obstacles:
+    posts, boxes = obstacles.posts.copy(), obstacles.boxes.copy()
+    for table in (posts, boxes):
+        table[:, -2], table[:, -1] = -math.inf, math.inf
+    return Obstacles(posts, boxes)

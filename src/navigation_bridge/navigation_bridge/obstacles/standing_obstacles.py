@@ -1,0 +1,135 @@
+"""Obstacles that do not move: those of a file, and the bounds of the flight. No ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import ObstacleConfig
+from navigation_bridge.obstacles.fence_walls import fence_walls
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.vehicle.traits import traits_of
+from navigation_core.mapping.obstacles import NOTHING, KnownObstacle, Obstacles
+from navigation_core.safety.fences import Circle, Fence
+from navigation_core.safety.target_checks import FlightVolume
+
+__all__ = ["HEADROOM_M", "StandingObstacles", "drives"]
+
+HEADROOM_M = 2.0
+"""What drives passes below what begins this high above its base."""
+
+# A target right at its limit keeps the clearance to the wall there, whatever is rounded.
+_ROUNDING_M = 0.01
+# Walls farther away bound no way around what a sensor sees; planning would only take longer.
+_WALLS_REACH_M = 60.0
+_WALLS_STEP_M = 10.0
+
+
+def drives(vehicle: Vehicle) -> bool:
+    """Whether a vehicle is known to stay on the ground."""
+    return vehicle.profile is not None and not traits_of(vehicle.profile).flies
+
+
+class StandingObstacles:
+    """Puts into the map what the sensors need not see."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
+        """Start with what the configuration knows."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._config = config
+        self._placed: tuple[KnownObstacle, ...] = ()
+        self._placed_key: object = None
+        self._known = NOTHING
+        self._fence: Fence | None = None
+        self._all_walls = self._walls = NOTHING
+        self._walls_key: object = None
+        self._walls_about: tuple[int, int] | None = None
+
+    def configure(self, config: ObstacleConfig) -> None:
+        """Go on with other settings."""
+        self._config = config
+
+    @property
+    def known(self) -> Obstacles:
+        """Those of the file, as tables: the same object until something about them is new."""
+        self._place()
+        return self._known
+
+    @property
+    def known_by_name(self) -> tuple[KnownObstacle, ...]:
+        """Those of the file."""
+        self._place()
+        return self._placed
+
+    def _place(self) -> None:
+        """Put the file's obstacles where the map frame and the kind of vehicle want them."""
+        known, frame = self._config.known, self._map_frame.frame
+        on_ground = drives(self._vehicle)
+        key = (known, frame if known.needs_origin else None, on_ground)
+        if key == self._placed_key:
+            return
+        self._placed_key = key
+        placed: tuple[KnownObstacle, ...] = ()
+        if frame is not None or not known.needs_origin:
+            placed = known.placed(self._map_frame.enu)
+        if on_ground:
+            # Its height is that of the ground, which a map of heights above the origin has not.
+            placed = tuple(
+                replace(obstacle, bottom_m=-math.inf, top_m=math.inf)
+                for obstacle in placed
+                if obstacle.bottom_m < HEADROOM_M
+            )
+        self._placed, self._known = placed, Obstacles.of(placed)
+
+    @property
+    def fence(self) -> Fence | None:
+        """The vehicle's own fence, as far as it is known."""
+        return self._fence
+
+    @property
+    def walls(self) -> Obstacles:
+        """Walls around where the vehicle may be, as far as they are near it."""
+        return self._walls
+
+    def bound(
+        self,
+        fence: Fence | None,
+        fence_margin_m: float,
+        volume: FlightVolume,
+        place: tuple[float, float] | None,
+    ) -> None:
+        """Take the boundaries of the vehicle's fence and of the flight volume for walls.
+
+        Ways may come as near to them as targets may. Who is outside must be able to come back
+        in, so then there is no wall.
+
+        Args:
+            fence: the vehicle's own, or None while it is not known.
+            fence_margin_m: how far inside of it targets must be.
+            volume: where targets are accepted.
+            place: where the vehicle is, east and north.
+        """
+        fence_holds = fence is not None and (place is None or fence.allows(place))
+        volume_holds = place is None or math.hypot(*place) <= volume.radius_max_m
+        clearance_m = self._config.vehicle_radius_m + self._config.margin_m + _ROUNDING_M
+        key = (fence, fence_margin_m, volume, fence_holds, volume_holds, clearance_m)
+        if key != self._walls_key:
+            self._fence, self._walls_key, self._walls_about = fence, key, None
+            walls: tuple[KnownObstacle, ...] = ()
+            if fence is not None and fence_holds:
+                walls += fence_walls(fence, clearance_m - fence_margin_m)
+            if volume_holds:
+                rim = Fence(areas=(Circle((0.0, 0.0), volume.radius_max_m),))
+                walls += fence_walls(rim, clearance_m)
+            self._all_walls = Obstacles.of(walls)
+        self._see_walls(place or (0.0, 0.0))
+
+    def _see_walls(self, place: tuple[float, float]) -> None:
+        """Choose the walls that are near; the same object until the vehicle is elsewhere."""
+        about = round(place[0] / _WALLS_STEP_M), round(place[1] / _WALLS_STEP_M)
+        if about != self._walls_about:
+            self._walls_about = about
+            centre = about[0] * _WALLS_STEP_M, about[1] * _WALLS_STEP_M, 0.0
+            self._walls = self._all_walls.near(centre, centre, _WALLS_REACH_M)

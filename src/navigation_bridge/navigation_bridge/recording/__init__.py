@@ -1,0 +1,1 @@
+"""Notes in recordings, recordings played again, goals worked on against them."""

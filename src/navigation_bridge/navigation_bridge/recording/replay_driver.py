@@ -1,0 +1,268 @@
+"""Plays a recording to a fleet in a thread of its own, in the place of a driver. No ROS.
+
+What happens, and in which order, is the same at any speed: only the waiting is different.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from mavlink_vehicle.codec import Codec, Message
+from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.clock import ManualClock, MonotonicClock
+from mavlink_vehicle.io.driver import Application
+from navigation_bridge.recording.replay import (
+    OWN_COMPONENT,
+    Played,
+    Player,
+    RecordedTime,
+    open_recording,
+)
+
+_ResultT = TypeVar("_ResultT")
+_LONGEST_WAIT_S = 0.5
+# A year of replay before the seconds of builtin_interfaces/Time end.
+_LATEST_UNIX_S = 2.0**31 - 366 * 86_400
+
+
+class ReplayedApplication(Application, Protocol):
+    """What a recording is played to."""
+
+    def take_note(self, message: Message, now: float) -> None:
+        """Take in a note of the recorder."""
+
+    def begin_again(self) -> None:
+        """Forget all that was heard: the recording is played from its beginning."""
+
+
+@dataclass(frozen=True)
+class Position:
+    """How far a recording is played.
+
+    Attributes:
+        recording_s: seconds since its beginning.
+        unix_s: the recorder's clock, which never goes back here.
+        share: from 0 to 1.
+        ended: whether nothing is left.
+        playing: whether it goes on.
+        stepped_back: how often the recorder's clock was set back.
+        shortened_s: what was left out of long silences.
+    """
+
+    recording_s: float
+    unix_s: float
+    share: float
+    ended: bool
+    playing: bool
+    stepped_back: int
+    shortened_s: float
+
+
+class ReplayDriver:
+    """Plays a recording; takes work from other threads as a driver does.
+
+    Attributes:
+        clock: the time that the application is told; it stands still between two packets.
+        codec: counts what was met.
+        on_time: called on the thread with the recorder's clock (s since 1970) when it goes on.
+        on_end: called on the thread when nothing is left.
+        path: the recording.
+        begin_unix_s: when the recording began.
+    """
+
+    def __init__(self, path: str, speed: float, own_component: int = OWN_COMPONENT) -> None:
+        """Read the recording; :meth:`play_to` must follow before :meth:`start`.
+
+        Args:
+            path: the tlog.
+            speed: seconds of the recording in a second; 0 is as fast as possible.
+            own_component: the component that the server spoke as.
+
+        Raises:
+            LinkError: it can't be read, or holds nothing.
+        """
+        self.path = Path(path)
+        self.clock = ManualClock()
+        self.on_time: Callable[[float], None] = lambda _unix_s: None
+        self.on_end: Callable[[], None] = lambda: None
+        self._reader, begin_unix_s = open_recording(path)
+        # What ROS cannot express is damage.
+        self.begin_unix_s = begin_unix_s if begin_unix_s < _LATEST_UNIX_S else 0.0
+        self._own_component = own_component
+        self._speed = speed
+        self._wall = MonotonicClock()
+        self._thread = threading.Thread(target=self._run, name="replay", daemon=True)
+        self._wake = threading.Event()
+        self._mailbox: deque[tuple[Callable[[], object], Future[Any] | None]] = deque()
+        self._stopping = False
+        self._paused = False
+        self._application: ReplayedApplication | None = None
+        self.codec = Codec(1, own_component)
+        self._begin_s = 0.0
+        self._player: Player | None = None
+        self._anchor = (0.0, 0.0)
+
+    def play_to(self, application: ReplayedApplication) -> None:
+        """Say what the recording is played to; before :meth:`start`."""
+        self._application = application
+        self._make_player()
+
+    @property
+    def running(self) -> bool:
+        """Whether the thread is alive."""
+        return self._thread.is_alive()
+
+    def start(self) -> None:
+        """Begin to play."""
+        self._set_anchor()
+        self._thread.start()
+
+    def stop(self, timeout_s: float = 5.0) -> None:
+        """End the thread; stopping twice is harmless."""
+        self._stopping = True
+        self._wake.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+
+    # --- from any thread -----------------------------------------------------------------
+
+    def post(self, work: Callable[[], object]) -> None:
+        """Run ``work`` on the thread, soon."""
+        self._mailbox.append((work, None))
+        self._wake.set()
+
+    def call(self, work: Callable[[], _ResultT], timeout_s: float = 5.0) -> _ResultT:
+        """Run ``work`` on the thread and return its result; raises what it raises.
+
+        Raises:
+            DriverError: the thread isn't running, or did not get to it in time.
+        """
+        if threading.current_thread() is self._thread:
+            return work()
+        future: Future[Any] = Future()
+        self._mailbox.append((work, future))
+        self._wake.set()
+        if not self.running:
+            raise DriverError("The replay is not running; start it first.")
+        done, _ = wait([future], timeout_s)
+        if not done:
+            future.cancel()
+            raise DriverError(f"The replay did not answer within {timeout_s} s.")
+        result: _ResultT = future.result()
+        return result
+
+    def set_speed(self, speed: float) -> None:
+        """Play faster or slower from now on; 0 is as fast as possible."""
+        self.post(lambda: self._change(speed, self._paused))
+
+    def pause(self, paused: bool) -> None:
+        """Stand still, or go on."""
+        self.post(lambda: self._change(self._speed, paused))
+
+    def rewind(self, play: bool) -> None:
+        """Go back to the beginning, and play from there or wait."""
+        self.post(lambda: self._rewind(play))
+
+    def position(self) -> Position:
+        """Say how far it is; on the thread, or by :meth:`call`."""
+        player = self._playing()
+        time = player.time
+        recording_s = player.now - self._begin_s
+        return Position(
+            recording_s=recording_s,
+            unix_s=self.begin_unix_s + recording_s,
+            share=self._reader.position / self._reader.size,
+            ended=player.ended,
+            playing=not self._paused and not player.ended,
+            stepped_back=time.stepped_back,
+            shortened_s=time.shortened_s,
+        )
+
+    # --- on the thread -------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while not self._stopping:
+            try:
+                self._turn()
+            except Exception as error:
+                logging.getLogger(__name__).error("The replay has failed.", exc_info=error)
+                self._paused = True
+
+    def _turn(self) -> None:
+        application = self._application
+        assert application is not None
+        while self._mailbox:
+            work, future = self._mailbox.popleft()
+            _do(work, future)
+            application.messages_to_send()  # what a request brought about is told by it
+        player = self._playing()
+        wait_s = self._wait_s(player)
+        if wait_s > 0.0:
+            self._wake.wait(min(wait_s, _LONGEST_WAIT_S))
+            self._wake.clear()
+            return
+        due_s = player.due_s()
+        if due_s is not None:
+            self.clock.advance_to(due_s)
+        self.on_time(self.begin_unix_s + self.clock.now() - self._begin_s)
+        for played in player.step():
+            self._take_note(application, played)
+        application.messages_to_send()
+        if player.ended:
+            self.on_end()
+
+    @staticmethod
+    def _take_note(application: ReplayedApplication, played: Played) -> None:
+        if played.is_note and played.message is not None:
+            application.take_note(played.message, played.now)
+
+    def _wait_s(self, player: Player) -> float:
+        due_s = player.due_s()
+        if self._paused or due_s is None:
+            return _LONGEST_WAIT_S
+        if self._speed == 0.0:
+            return 0.0
+        began_s, played_s = self._anchor
+        return began_s + (due_s - played_s) / self._speed - self._wall.now()
+
+    def _change(self, speed: float, paused: bool) -> None:
+        self._speed, self._paused = speed, paused
+        self._set_anchor()
+
+    def _rewind(self, play: bool) -> None:
+        assert self._application is not None
+        self._application.begin_again()
+        self._begin_s = self.clock.now()
+        self._make_player()
+        self._change(self._speed, not play)
+
+    def _make_player(self) -> None:
+        assert self._application is not None
+        self.codec = Codec(1, self._own_component)
+        records: Iterable[tuple[float, bytes]] = self._reader
+        time = RecordedTime(now=self._begin_s)
+        self._player = Player(records, self._application, self.codec, time, self._own_component)
+
+    def _playing(self) -> Player:
+        assert self._player is not None, "play_to comes first"
+        return self._player
+
+    def _set_anchor(self) -> None:
+        self._anchor = (self._wall.now(), self._playing().now)
+
+
+def _do(work: Callable[[], object], future: Future[Any] | None) -> None:
+    if future is None:
+        work()
+    elif future.set_running_or_notify_cancel():
+        try:
+            future.set_result(work())
+        except Exception as error:  # it is raised in the caller
+            future.set_exception(error)

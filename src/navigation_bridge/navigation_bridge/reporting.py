@@ -1,0 +1,226 @@
+"""What the bridge tells: feedback, ends, rejections, log lines and notes. No ROS."""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.events import (
+    HeartbeatLost,
+    HeartbeatRegained,
+    OperationFinished,
+    StatusTextReceived,
+    StoodStill,
+    VehicleDiscovered,
+    VehicleEvent,
+)
+from mavlink_vehicle.ranges import RangesRefused
+from mavlink_vehicle.state.status_text import StatusText
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge import notes
+from navigation_bridge.goals.goal import (
+    ActiveGoal,
+    Annotation,
+    CancelWanted,
+    GoalFeedback,
+    GoalFinished,
+    GoalHappened,
+    GoalRejected,
+    LogLevel,
+    LogLine,
+    Output,
+    PlanChanged,
+    ServiceDone,
+)
+from navigation_bridge.goals.lifecycle import GoalState
+from navigation_bridge.vehicle.autopilot_words import answers_in, worst_text
+from navigation_bridge.vehicle.failsafes import FAILSAFE_CODES
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.tasks.base import Outcome, Progress
+
+_MAV_SEVERITY_WARNING = 4
+
+
+class Reporter:
+    """Collects outputs until the driver thread fetches them."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame) -> None:
+        """Report about ``vehicle`` in ``map_frame``."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._outputs: deque[Output] = deque()
+        self._position_known = False
+        self._text_ids = itertools.count()
+        self._answers: frozenset[StatusText] = frozenset()
+
+    def next_output(self) -> Output | None:
+        """Return the next thing to tell, or None."""
+        return self._outputs.popleft() if self._outputs else None
+
+    def log(self, level: LogLevel, text: str) -> None:
+        """Tell people."""
+        self._outputs.append(LogLine(level, text))
+
+    def note(self, message: Message) -> None:
+        """Write into the recording."""
+        self._outputs.append(Annotation(message))
+
+    def rejected(self, rejection: Rejection) -> None:
+        """Tell that a goal was refused."""
+        output = GoalRejected(rejection)
+        self._outputs.append(output)
+        self._happened("", "REJECTED", rejection.code.value, output.text)
+        self.log(LogLevel.WARN, f"Goal rejected: {output.text}")
+
+    def accepted(self, goal: ActiveGoal) -> None:
+        """Tell that a goal begins."""
+        self.log(LogLevel.INFO, f"Goal {goal.short_id} accepted: {goal.description}")
+        self._happened(goal.goal_id, "ACCEPTED", "", goal.description, goal.kind)
+        if goal.target_enu_m is not None:
+            route = (goal.target_enu_m,) if goal.plan is None else goal.plan.targets_enu_m
+            for target in route:
+                self.note(notes.goal_accepted(goal.short_id, target))
+        for warning in goal.notes:
+            self.log(LogLevel.WARN, f"Goal {goal.short_id}: {warning}")
+
+    def status(self, goal: ActiveGoal, progress: Progress) -> None:
+        """Tell when a goal's status is another one than before."""
+        if progress.status is goal.status:
+            return
+        goal.status = progress.status
+        self._happened(goal.goal_id, "STATUS", progress.status.value, progress.blocked)
+        text = f"{goal.short_id} {progress.status.value}"
+        why = f": {progress.blocked}" if progress.blocked else ""
+        self.log(LogLevel.INFO, f"Goal {text}{why}")
+
+    def feedback(self, goal: ActiveGoal, progress: Progress, late_s: float, now: float) -> None:
+        """Tell how far a goal is."""
+        state = self._vehicle.state
+        self._outputs.append(
+            GoalFeedback(
+                goal_id=goal.goal_id,
+                pose=self._map_frame.pose(state),
+                distance_remaining_m=progress.distance_remaining_m,
+                time_remaining_s=progress.time_remaining_s,
+                battery_remaining=None if state.battery is None else state.battery.remaining,
+                status=progress.status,
+                height_m=self.height_m,
+                route=progress.route,
+                replans=progress.replans,
+                late_s=late_s,
+            )
+        )
+        for message in notes.progress(progress, now):
+            self.note(message)
+
+    def plan(self, goal: ActiveGoal, path_enu_m: tuple[Vector3, ...]) -> None:
+        """Tell where the vehicle is about to go, when that is another way than before."""
+        if path_enu_m is not goal.path_enu_m:
+            goal.path_enu_m = path_enu_m
+            self._outputs.append(PlanChanged(path_enu_m))
+            for message in notes.plan(path_enu_m):
+                self.note(message)
+
+    def _happened(
+        self,
+        goal_id: str,
+        event: str,
+        what: str,
+        message: str,
+        kind: str = "",
+        finished: GoalFinished | None = None,
+    ) -> None:
+        happened = GoalHappened(goal_id, event, what, message)
+        self._outputs.append(happened)
+        for note in notes.long_text(notes.event(happened, kind, finished), next(self._text_ids)):
+            self.note(note)
+
+    def remark(self, goal: ActiveGoal, text: str) -> None:
+        """Tell those who watch what happened to a goal whose status is the same as before."""
+        self._happened(goal.goal_id, "STATUS", goal.status.value, text)
+
+    def cancel_wanted(self, goal: ActiveGoal) -> None:
+        """Have the action cancelled that the goal came by."""
+        self._outputs.append(CancelWanted(goal.goal_id))
+
+    def stillborn(self, goal_id: str, rejection: Rejection) -> None:
+        """Tell that a goal, accepted a moment ago, can no longer begin."""
+        text = f"{rejection.code.value}: {rejection.message}"
+        pose = self._map_frame.pose(self._vehicle.state)
+        self._outputs.append(
+            GoalFinished(goal_id, GoalState.ABORTED, rejection.code, text, pose, 0.0, None)
+        )
+        self.log(LogLevel.WARN, f"Goal {goal_id[:8]} ended: {text}")
+
+    def served(self, number: int, success: bool, message: str) -> None:
+        """Answer a service."""
+        self._outputs.append(ServiceDone(number, success, message))
+
+    @property
+    def height_m(self) -> float | None:
+        """The vehicle's height above the ground, or None while it is not known."""
+        state = self._vehicle.state
+        pose = self._map_frame.pose(state)
+        if pose is None:
+            return None
+        return pose.position_enu_m[2] - self._map_frame.ground_enu_m(state)
+
+    def ended(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """Move a goal to its end and tell it."""
+        state = self._vehicle.state
+        heard_s = now if state.last_heartbeat_s is None else state.last_heartbeat_s
+        code = goal.end_of(outcome).code
+        said = worst_text(state.status_texts, code, goal.accepted_s, heard_s, self._answers)
+        if outcome.code in FAILSAFE_CODES:
+            said = ""  # what belongs to it is quoted, and the rest does not
+        finished = goal.finish(outcome, self._map_frame.pose(state), now, said)
+        self._outputs.append(finished)
+        self._happened(
+            goal.goal_id, "ENDED", finished.code.value, finished.message, finished=finished
+        )
+        if goal.path_enu_m:
+            self._outputs.append(PlanChanged(()))
+        self.log(
+            LogLevel.INFO if finished.code is OutcomeCode.SUCCESS else LogLevel.WARN,
+            f"Goal {goal.short_id} ended: {finished.message}",
+        )
+
+    def operation(self, event: OperationFinished) -> None:
+        """Remember which texts answered a request of this server: they explain no other end."""
+        texts = self._vehicle.state.status_texts
+        self._answers = self._answers.intersection(texts) | answers_in(event, texts)
+
+    def position(self) -> None:
+        """Tell when the position has become valid, or is no longer."""
+        valid = self._map_frame.pose(self._vehicle.state) is not None
+        if valid is self._position_known:
+            return
+        self._position_known = valid
+        if valid:
+            self.log(LogLevel.INFO, "Position valid: goals can be taken")
+        else:
+            self.log(LogLevel.WARN, "The vehicle's position is no longer valid")
+
+    def vehicle(self, event: VehicleEvent) -> None:
+        """Tell what happened to the vehicle, as far as people want to know."""
+        if isinstance(event, StatusTextReceived):
+            severe = event.severity <= _MAV_SEVERITY_WARNING
+            self.log(LogLevel.WARN if severe else LogLevel.INFO, f"Vehicle says: {event.text}")
+        elif isinstance(event, VehicleDiscovered):
+            self.log(LogLevel.INFO, f"Found vehicle {event.system_id}, {event.profile_name}")
+        elif isinstance(event, RangesRefused):
+            self.log(LogLevel.WARN, event.reason)
+        elif isinstance(event, StoodStill):
+            self.log(
+                LogLevel.WARN,
+                f"The server stood still for {event.gap_s:.1f} s; nothing that moves the vehicle "
+                "is sent before its mode has been seen again",
+            )
+        elif isinstance(event, HeartbeatLost):
+            self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
+        elif isinstance(event, HeartbeatRegained):
+            self.log(LogLevel.INFO, "HEARTBEAT is back")

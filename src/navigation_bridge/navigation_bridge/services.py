@@ -1,0 +1,95 @@
+"""Services that ask something of the vehicle beside any goal. No ROS."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from mavlink_vehicle.events import LandedState, OperationFinished, OperationResult
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.goals.operations import begin_operation
+from navigation_bridge.reporting import Reporter
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.tasks.base import OperationKind, Perform
+
+
+class Service(Enum):
+    """What can be asked."""
+
+    HOLD = "hold"
+    ARM = "arm"
+    DISARM = "disarm"
+    SET_MODE = "set_mode"
+
+
+_OPERATIONS = {
+    Service.HOLD: OperationKind.HOLD,
+    Service.ARM: OperationKind.ARM,
+    Service.DISARM: OperationKind.DISARM,
+}
+
+
+class ServiceDesk:
+    """Works one service request at a time; a later one replaces it."""
+
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, report: Reporter) -> None:
+        """Prepare."""
+        self._map_frame = map_frame
+        self._vehicle = vehicle
+        self._report = report
+        self._number: int | None = None
+        self._operation_id: int | None = None
+
+    def begin(self, number: int, service: Service, now: float, mode: str = "") -> None:
+        """Ask the vehicle.
+
+        Args:
+            number: of the request.
+            service: what is asked.
+            now: time in seconds.
+            mode: for SET_MODE, the firmware's name of the mode.
+        """
+        self.give_up("Another request came.", now)
+        self._number = number
+        if service is Service.SET_MODE:
+            self._set_mode(mode, now)
+            return
+        intent = Perform(_OPERATIONS[service])
+        self._operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
+
+    def _set_mode(self, mode: str, now: float) -> None:
+        vehicle, profile = self._vehicle, self._vehicle.profile
+        name = mode.strip().upper()
+        if profile is not None and name in (profile.mission_mode, profile.takeoff_mode):
+            state = vehicle.state
+            if state.armed and state.landed_state is not LandedState.IN_AIR:
+                number, self._number = self._number, None
+                assert number is not None
+                text = (
+                    f"{name} was not set: the vehicle is armed on the ground and would move at "
+                    "once. Send a goal."
+                )
+                self._report.served(number, False, text)
+                return
+        vehicle.close_stream()
+        self._operation_id = vehicle.change_mode(name, now)
+
+    def wait_for(self, number: int, operation_id: int) -> None:
+        """Answer when an operation ends that is under way already."""
+        self._number, self._operation_id = number, operation_id
+
+    def give_up(self, why: str, now: float) -> None:
+        """End the request under way, if any, as not done."""
+        if self._number is None:
+            return
+        number, self._number, self._operation_id = self._number, None, None
+        self._vehicle.cancel_operation(now)
+        self._report.served(number, False, why)
+
+    def finish(self, event: OperationFinished) -> bool:
+        """Take note of an operation's end; True if it was this one's."""
+        if self._operation_id is None or event.operation_id != self._operation_id:
+            return False
+        assert self._number is not None
+        number, self._number, self._operation_id = self._number, None, None
+        self._report.served(number, event.result is OperationResult.ACHIEVED, event.reason)
+        return True

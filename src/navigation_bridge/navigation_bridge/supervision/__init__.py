@@ -1,0 +1,1 @@
+"""What is watched beside the flight itself: health, position, pilots, other stations."""

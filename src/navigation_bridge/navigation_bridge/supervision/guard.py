@@ -1,0 +1,296 @@
+"""What is watched beside the flight itself, before a goal and during it. No ROS.
+
+Fence and volume, battery, health of the vehicle, and failsafes that leave it in the mode in
+which it follows us. Failsafes that change the mode are judged in
+:mod:`navigation_bridge.vehicle.takeover`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from mavlink_vehicle.events import FailsafeKind
+from mavlink_vehicle.mission_items import MissionItem
+from mavlink_vehicle.positions.projections import LocalFrame
+from mavlink_vehicle.state.health import arming_faults, estimator_faults
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import BatteryPolicy, BridgeConfig
+from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.goals.battery_forecast import BatteryReckoning
+from navigation_bridge.goals.goal import ActiveGoal
+from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.obstacles.standing_obstacles import StandingObstacles
+from navigation_bridge.vehicle.failsafes import failsafe_code
+from navigation_bridge.vehicle.fence import areas_of, fence_of, has_areas
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.vehicle.traits import circle_radius_m
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.safety.fences import Area, Fence, check_route, check_targets
+from navigation_core.tasks.base import Outcome
+from navigation_core.tasks.watching.plane_route import circle_max_m
+
+_PERIOD_S = 0.5
+# A vehicle overshoots a little, and a position errs: only beyond this it has left.
+_LEFT_M = 3.0
+# A failsafe that changes the mode does so within this time of its first sign.
+_FAILSAFE_ACTS_S = 2.0
+# To stop what a vehicle does against these makes them worse. Others leave it fit to be held: a
+# server that died, and is there again, lets it return for nothing.
+_NOT_TO_STOP = frozenset({FailsafeKind.BATTERY, FailsafeKind.FENCE, FailsafeKind.GPS})
+_UNKNOWN_FENCE = "The vehicle's own fence is not known yet, so it was not checked."
+_UNKNOWN_AREAS = "The areas of the vehicle's own fence are not known yet, so were not checked."
+_UNKNOWN_BATTERY = "The vehicle does not tell what is left in its battery."
+
+
+@dataclass
+class _Memory:
+    """What is remembered about the goal that is being worked on.
+
+    Attributes:
+        goal_id: whose it is.
+        inside: whether the vehicle was inside the volume since it began.
+        fence: the fence that its ways were checked against last.
+        failsafe: the kind of failsafe that was judged last.
+        warned: whether it was told that the battery runs low.
+    """
+
+    goal_id: str
+    inside: bool = False
+    fence: Fence | None = None
+    failsafe: FailsafeKind | None = None
+    warned: bool = False
+
+
+class Guard:
+    """Checks goals before they begin, and the vehicle while they run."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        map_frame: MapFrame,
+        config: BridgeConfig,
+        standing: StandingObstacles,
+    ) -> None:
+        """Begin to watch ``vehicle``; its fence is told to ``standing``."""
+        self._standing = standing
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._config = config
+        self._battery = BatteryReckoning(vehicle, map_frame, config)
+        self._memory = _Memory("")
+        self._next_s = -math.inf
+        self._items: tuple[MissionItem, ...] = ()
+        self._items_frame: LocalFrame | None = None
+        self._known_areas: tuple[Area, ...] = ()
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Go on with other settings."""
+        self._config = config
+        self._battery.configure(config)
+
+    def observe_battery(self, now: float) -> None:
+        """Take in what the battery says now."""
+        self._battery.observe(now)
+
+    # --- before acceptance -------------------------------------------------------------
+
+    def check(self, admitted: Admitted, now: float) -> Admitted | Rejection:
+        """Say what is against a goal that is sound in itself, or add what is to be told."""
+        if admitted.plan is None:
+            return admitted  # what brings it down and home is never refused
+        rejection = self._check_health(now)
+        if rejection is not None:
+            return rejection
+        notes = list(admitted.warnings)
+        fence = self.fence()
+        if fence is None:
+            notes.append(_UNKNOWN_FENCE)
+        else:
+            plan, margin_m = admitted.plan, self._config.safety.fence_margin_m
+            profile = self._vehicle.profile
+            if profile is not None:
+                margin_m += circle_max_m(circle_radius_m(profile, self._vehicle.parameters))
+            rejection = self._check_fence(fence, plan, 0, margin_m, plan.laps > 1)
+            if rejection is not None:
+                return rejection
+            if self._areas_unknown():
+                notes.append(_UNKNOWN_AREAS)
+        here = self._here()
+        text = None if here is None else self._battery.problem(admitted.plan, here)
+        policy = self._config.safety.battery_policy
+        if text is not None and policy is BatteryPolicy.REJECT:
+            return Rejection(OutcomeCode.LOW_BATTERY, text)
+        if text is not None and policy is BatteryPolicy.WARN:
+            notes.append(text)
+        if not self._battery.is_known and policy is not BatteryPolicy.IGNORE:
+            notes.append(_UNKNOWN_BATTERY)
+        return replace(admitted, warnings=tuple(notes))
+
+    def _check_health(self, now: float) -> Rejection | None:
+        vehicle, state = self._vehicle, self._vehicle.state
+        faults = estimator_faults(state)
+        if faults:
+            text = f"The vehicle is not fit to fly: {'; '.join(faults)}."
+            return Rejection(OutcomeCode.UNHEALTHY, text)
+        if not state.armed:
+            words = arming_faults(state, now)
+            if words:
+                text = f"The autopilot would not arm. It says: {'; '.join(words)}."
+                return Rejection(OutcomeCode.UNHEALTHY, text)
+        elif state.failsafe is not None and not vehicle.in_control_mode:
+            hold = "" if state.failsafe.kind in _NOT_TO_STOP else " call the hold service,"
+            text = (
+                f"The vehicle is in a failsafe ({state.failsafe.text}) and acts by itself in "
+                f"{vehicle.mode_name}; wait until it is over,{hold} or take the vehicle back by "
+                "hand."
+            )
+            return Rejection(failsafe_code(state.failsafe), text)
+        return None
+
+    def fence(self) -> Fence | None:
+        """Return what the vehicle keeps to by itself, None while that is not known."""
+        vehicle = self._vehicle
+        if vehicle.profile is None:
+            return None
+        home = self._map_frame.home_enu_m(vehicle.state)
+        return fence_of(vehicle.profile, vehicle.parameters, home, self._areas())
+
+    def tell_fence(self) -> None:
+        """Let ways be planned inside of the fence as it is known now, and of the volume."""
+        here, margin_m = self._here(), self._config.safety.fence_margin_m
+        place = None if here is None else here[:2]
+        self._standing.bound(self.fence(), margin_m, self._config.volume, place)
+
+    def _areas(self) -> tuple[Area, ...]:
+        items, frame = self._vehicle.fence_items, self._map_frame.frame
+        if not items or frame is None:
+            return ()
+        if self._items is not items or self._items_frame != frame:
+            self._items, self._items_frame = items, frame
+            self._known_areas = areas_of(items, self._map_frame.enu)
+        return self._known_areas
+
+    def _areas_unknown(self) -> bool:
+        vehicle = self._vehicle
+        if vehicle.profile is None or vehicle.fence_items is not None:
+            return False
+        return has_areas(vehicle.profile, vehicle.parameters)
+
+    def _check_fence(
+        self, fence: Fence, plan: FlightPlan, first: int, margin_m: float, closed: bool
+    ) -> Rejection | None:
+        """Check the ways from the vehicle through the targets from the ``first`` on.
+
+        ``closed`` leads back to the first of these. Where ways are found around obstacles, they
+        are found inside of the fence, too, so that only the targets are checked.
+        """
+        here = self._here()
+        if here is None:
+            return None
+        ground_enu_m = self._map_frame.ground_enu_m(self._vehicle.state)
+        targets = plan.targets_enu_m[first:]
+        if plan.straight:
+            return check_route(fence, here, targets, ground_enu_m, margin_m, closed)
+        return check_targets(fence, targets, ground_enu_m, margin_m)
+
+    def _here(self) -> Vector3 | None:
+        pose = self._map_frame.pose(self._vehicle.state)
+        return None if pose is None else pose.position_enu_m
+
+    # --- while flying ------------------------------------------------------------------
+
+    def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
+        """Say why a goal must end with the vehicle holding; notes what is only to be told."""
+        memory = self._memory
+        if memory.goal_id != goal.goal_id:
+            memory = self._memory = _Memory(goal.goal_id)
+        elif now < self._next_s:
+            return None
+        if goal.cancel_requested_s is not None or goal.closing is not None:
+            return None
+        self._next_s = now + _PERIOD_S
+        self.tell_fence()
+        outcome = self._watch_failsafe(goal, memory, now)
+        if outcome is not None or goal.plan is None:
+            return outcome
+        here = self._here()
+        if here is None:
+            return None
+        rejection = self._watch_place(goal, goal.plan, memory, here)
+        if rejection is not None:
+            return Outcome(rejection.code, rejection.message, None)
+        return self._watch_battery(goal, goal.plan, here, now)
+
+    def _watch_failsafe(self, goal: ActiveGoal, memory: _Memory, now: float) -> Outcome | None:
+        """Judge a failsafe that has had the time to change the mode and did not."""
+        failsafe = self._vehicle.state.failsafe
+        if failsafe is None or failsafe.kind is memory.failsafe:
+            return None
+        if now - failsafe.since_s < _FAILSAFE_ACTS_S:
+            return None
+        began_before = failsafe.since_s < goal.accepted_s  # so the goal was meant all the same
+        memory.failsafe = failsafe.kind
+        if goal.plan is None:
+            # It lands or returns, perhaps because of it: that is no failsafe that did not act.
+            if not began_before:
+                goal.notes.append(f"The vehicle reported a failsafe meanwhile ({failsafe.text}).")
+            return None
+        policy = self._config.safety.battery_policy
+        ends = failsafe.kind in (FailsafeKind.FENCE, FailsafeKind.GPS) or (
+            failsafe.kind is FailsafeKind.BATTERY and policy is BatteryPolicy.REJECT
+        )
+        if ends and not began_before:
+            text = f"The vehicle is in a failsafe and left in our control: {failsafe.text}."
+            return Outcome(failsafe_code(failsafe), text, None)
+        if began_before:
+            goal.notes.append(
+                f"The vehicle was in a failsafe already when the goal came ({failsafe.text})."
+            )
+            return None
+        goal.notes.append(
+            f"The vehicle reported a failsafe ({failsafe.text}) and did not act on it, so the goal "
+            "went on."
+        )
+        return None
+
+    def _watch_place(
+        self, goal: ActiveGoal, plan: FlightPlan, memory: _Memory, here: Vector3
+    ) -> Rejection | None:
+        volume = self._config.volume
+        left_m = volume.left_by_m(here, self._map_frame.ground_enu_m(self._vehicle.state))
+        memory.inside = memory.inside or left_m <= 0.0
+        if memory.inside and left_m > _LEFT_M:
+            text = f"The vehicle is {left_m:.1f} m outside the flight volume."
+            return Rejection(OutcomeCode.OUTSIDE_VOLUME, text)
+        fence = self.fence()
+        if fence is None or fence == memory.fence:
+            return None
+        memory.fence = fence
+        route = None if goal.progress is None else goal.progress.route
+        again = plan.laps > 1 and (route is None or route.lap < plan.laps - 1)
+        first = 0 if route is None or again else route.current
+        rejection = self._check_fence(fence, plan, first, 0.0, again)
+        if rejection is None:
+            return None
+        return Rejection(rejection.code, f"The vehicle's fence was changed: {rejection.message}")
+
+    def _watch_battery(
+        self, goal: ActiveGoal, plan: FlightPlan, here: Vector3, now: float
+    ) -> Outcome | None:
+        policy = self._config.safety.battery_policy
+        if policy is BatteryPolicy.IGNORE:
+            return None
+        # A PX4 whose failsafe only warns says so by the charge state alone (observed).
+        code, text = OutcomeCode.FAILSAFE_BATTERY, self._battery.says_low(now)
+        if text is None:
+            code, text = OutcomeCode.LOW_BATTERY, self._battery.runs_low(plan, here)
+        if text is None:
+            return None
+        if policy is BatteryPolicy.REJECT:
+            return Outcome(code, text, None)
+        if not self._memory.warned:
+            self._memory.warned = True
+            goal.notes.append(text)
+        return None

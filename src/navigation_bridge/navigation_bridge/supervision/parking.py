@@ -1,0 +1,91 @@
+"""The time after a goal, and before one, on autopilots that obey only a running stream.
+
+A PX4 gives control only to whoever has streamed setpoints for a while, and takes the end of
+the stream for a failure: it would return to launch. So the stream runs before control is
+taken, and at a goal's end it goes on until the vehicle holds by itself; then it stops for
+good, because a stream that comes back would take control again.
+"""
+
+from __future__ import annotations
+
+from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.events import OperationFinished
+from mavlink_vehicle.vehicle import SetpointNed, Vehicle
+from navigation_bridge.goals.observation import hold_setpoint_ned
+
+
+class Parking:
+    """Hands the vehicle over to its own hold mode while the stream still runs."""
+
+    def __init__(self, vehicle: Vehicle, period_s: float) -> None:
+        """Prepare; nothing is sent before :meth:`begin` or :meth:`keep_streaming`."""
+        self._vehicle = vehicle
+        self._period_s = period_s
+        self._setpoint: SetpointNed | None = None
+        self._operation_id: int | None = None
+        self._next_s = 0.0
+
+    @property
+    def needed(self) -> bool:
+        """Whether this vehicle takes the end of the stream for a failure."""
+        profile = self._vehicle.profile
+        return profile is not None and profile.prestream_s > 0.0
+
+    @property
+    def operation_id(self) -> int | None:
+        """The request to hold that the vehicle has not fulfilled yet, or None."""
+        return self._operation_id
+
+    def begin(self, setpoint: SetpointNed, now: float) -> bool:
+        """Have the vehicle hold by itself; False if it does not need that."""
+        vehicle = self._vehicle
+        if not (self.needed and vehicle.stream_open and vehicle.in_control_mode):
+            return False
+        self._setpoint = setpoint
+        self._next_s = now
+        self._operation_id = vehicle.hold(now)
+        return True
+
+    def change_over(self, now: float) -> None:
+        """Have the vehicle change to its hold mode before anything else; no stream runs on."""
+        self._vehicle.close_stream()
+        self._setpoint = None
+        self._operation_id = self._vehicle.hold(now)
+
+    def keep_streaming(self, now: float) -> None:
+        """Send a setpoint that holds, so that control will be given."""
+        if not (self.needed and self._vehicle.stream_open):
+            return
+        self._send(hold_setpoint_ned(self._vehicle, None), now)
+
+    def give_up(self) -> None:
+        """Somebody else takes the vehicle from here; the stream is left as it is."""
+        self._setpoint = self._operation_id = None
+
+    def finish(self, event: OperationFinished) -> bool:
+        """Take note of an operation's end; True if it was this one's."""
+        if self._operation_id is None or event.operation_id != self._operation_id:
+            return False
+        self.give_up()
+        self._vehicle.close_stream()
+        return True
+
+    def next_deadline(self) -> float | None:
+        """Return when :meth:`handle_timer` wants to be called."""
+        return None if self._setpoint is None else self._next_s
+
+    def handle_timer(self, now: float) -> None:
+        """Send the setpoint that is due."""
+        if self._setpoint is None or now < self._next_s:
+            return
+        self._next_s = max(self._next_s + self._period_s, now)
+        if not self._vehicle.stream_open:
+            self.give_up()  # the vehicle has left the mode
+            return
+        self._send(self._setpoint, now)
+
+    def _send(self, setpoint: SetpointNed, now: float) -> None:
+        try:
+            self._vehicle.send_setpoint(setpoint, now)
+        except SetpointError:
+            self._setpoint = None

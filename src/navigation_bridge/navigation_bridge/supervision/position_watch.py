@@ -1,0 +1,105 @@
+"""A position that is given, but not to be relied on: what becomes of goals then. No ROS.
+
+A goal that has begun is held, by velocity, and goes on when all is well again, or ends with
+NO_POSITION when that takes too long. Its result says for how long the doubt lasted, and why.
+:mod:`mavlink_vehicle.state.position_trust` says what shows it.
+"""
+
+from __future__ import annotations
+
+from mavlink_vehicle.state.position_trust import JUMP_MAX_M, PositionTrust
+from mavlink_vehicle.state.vehicle_state import VehicleState
+from navigation_bridge.goals.goal import ActiveGoal, LogLevel
+from navigation_bridge.reporting import Reporter
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.base import Outcome
+
+# Who sends a goal again at once, because the last one ended by a jump, has not looked.
+_JUMP_RECENT_S = 60.0
+
+
+class PositionWatch:
+    """Follows one vehicle's position, and what its doubts are to the active goal."""
+
+    def __init__(self, report: Reporter, timeout_s: float) -> None:
+        """Begin with nothing seen.
+
+        Args:
+            report: where a doubt is told.
+            timeout_s: how long a goal is held because of one.
+        """
+        self._report = report
+        self._timeout_s = timeout_s
+        self._trust = PositionTrust()
+
+    def configure(self, timeout_s: float) -> None:
+        """Go on with another limit."""
+        self._timeout_s = timeout_s
+
+    def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
+        """Take in what a message has changed."""
+        self._trust.observe(before, state, now)
+
+    def check(self, now: float) -> tuple[Rejection | None, str]:
+        """Say what is against a goal before it begins, and else what is to be told with it."""
+        trust = self._trust
+        if trust.complaint:
+            text = f"The position is in doubt: {trust.complaint}."
+            return Rejection(OutcomeCode.NO_POSITION, text), ""
+        jumped_s, jump_m = trust.jumped_s, trust.jump_m()
+        if jumped_s is None or jump_m <= JUMP_MAX_M:
+            return None, ""
+        text = (
+            f"The position jumped by {jump_m:.1f} m, {now - jumped_s:.0f} s ago, and has not "
+            "jumped back: places may be so far off."
+        )
+        if now - jumped_s > _JUMP_RECENT_S:
+            return None, text
+        wait_s = _JUMP_RECENT_S - (now - jumped_s)
+        hint = f"Look where the vehicle is; goals are taken again in {wait_s:.0f} s."
+        return Rejection(OutcomeCode.NO_POSITION, f"{text} {hint}"), ""
+
+    def begin(self, goal: ActiveGoal) -> None:
+        """Take what has jumped by now for the goal's own frame."""
+        goal.doubt.jumps_ned_m = self._trust.jump_ned_m
+
+    def reason(self, goal: ActiveGoal) -> str:
+        """Say why the position is in doubt for a goal; empty while it is not."""
+        jump_m = self._trust.jump_m(goal.doubt.jumps_ned_m)
+        if jump_m > JUMP_MAX_M:
+            return f"the position has jumped by {jump_m:.1f} m"
+        return self._trust.complaint
+
+    def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
+        """Follow the doubt about the active goal's position; the outcome once it is too long."""
+        doubt, reason = goal.doubt, self.reason(goal)
+        if not reason:
+            if doubt.since_s is not None:
+                self.conclude(goal, now)
+                self._tell(goal, "The position is good again.")
+            return None
+        if doubt.since_s is None:
+            doubt.since_s = now
+            self._tell(goal, f"The position is in doubt: {reason}.")
+        elif reason not in doubt.reasons:
+            self._tell(goal, f"The position is still in doubt: {reason}.")
+        doubt.reasons = tuple(dict.fromkeys((*doubt.reasons, reason)))
+        if goal.plan is None or goal.ending or now - doubt.since_s <= self._timeout_s:
+            return None  # a landing and a return go on: the vehicle knows best
+        text = f"The position is still in doubt after {self._timeout_s:g} s: {reason}."
+        return Outcome(OutcomeCode.NO_POSITION, text, None)
+
+    def conclude(self, goal: ActiveGoal, now: float) -> None:
+        """Add to the goal's result what there was of a doubt."""
+        doubt = goal.doubt
+        if doubt.since_s is None:
+            return
+        goal.notes.append(
+            f"The position was in doubt for {now - doubt.since_s:.1f} s, from "
+            f"{doubt.since_s - goal.accepted_s:.0f} s on ({'; '.join(doubt.reasons)})."
+        )
+        doubt.since_s, doubt.reasons = None, ()
+
+    def _tell(self, goal: ActiveGoal, text: str) -> None:
+        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {text}")
+        self._report.remark(goal, text)

@@ -1,0 +1,114 @@
+"""What an act of another station is to a goal: the rules, as pure functions. No ROS."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.events import LandedState, StationAct, StationActed
+from mavlink_vehicle.profiles import ModePacking, Profile
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import StationPause
+from navigation_bridge.goals.goal import ActiveGoal
+from navigation_bridge.vehicle.traits import traits_of
+from navigation_core.tasks.base import VehicleMode
+
+STOPS = frozenset({StationAct.CLEARED_MISSION, StationAct.REPLACED_MISSION, StationAct.PAUSED})
+"""What makes a vehicle stop."""
+
+
+class Consequence(Enum):
+    """What an act is to a goal."""
+
+    NOTE = auto()
+    """It is told, and names who did it if the mode changes."""
+    CANCEL = auto()
+    PAUSE = auto()
+    GO_ON = auto()
+
+
+def consequence(
+    acted: StationActed, goal: ActiveGoal, on_pause: StationPause, vehicle: Vehicle
+) -> Consequence:
+    """Say what an act is to a goal.
+
+    A landing and a return go on whatever becomes of the mission, and through a pause that the
+    vehicle does not follow: with an empty battery they are what keeps it safe. What has
+    not left the ground has nothing to pause: it must not take off.
+    """
+    act = acted.act
+    if goal.ending:
+        return Consequence.NOTE
+    if act is StationAct.CONTINUED:
+        goes_on = goal.paused_by and not starts_mission(acted, goal, vehicle.profile)
+        return Consequence.GO_ON if goes_on else Consequence.NOTE
+    if goal.plan is None or act not in STOPS:
+        return Consequence.NOTE
+    if act is StationAct.REPLACED_MISSION:
+        return Consequence.NOTE if goal.mission is None else Consequence.CANCEL
+    if act is StationAct.PAUSED and on_pause is StationPause.PAUSE and is_under_way(goal, vehicle):
+        return Consequence.PAUSE
+    return Consequence.CANCEL
+
+
+def told(acted: StationActed) -> str:
+    """Return a sentence: which system did what, and how."""
+    who = "A station that was not seen"
+    if acted.station is not None:
+        who = f"Station {acted.station[0]}/{acted.station[1]}"
+    return f"{who} {acted.act.value} ({acted.how})."
+
+
+def starts_mission(acted: StationActed, goal: ActiveGoal, profile: Profile | None) -> bool:
+    """Whether it starts the stored mission, where the goal flies none."""
+    if goal.mission is not None:
+        return False
+    if acted.command == mavlink.MAV_CMD_MISSION_START:
+        return True
+    mode = None if profile is None else profile.mode_number(profile.mission_mode)
+    return mode is not None and acted.mode == mode
+
+
+def sends_elsewhere(acted: StationActed, goal: ActiveGoal, vehicle: Vehicle) -> bool:
+    """Whether it sends the vehicle to another place in the mode that it is in already.
+
+    MAVSDK's `goto_location` has a PX4 hold first, and then sends it to the place. That stop alone
+    is a pause; but who pauses a vehicle and then sends it somewhere flies it, whatever mode has
+    been seen of it by now.
+    """
+    if acted.act is not StationAct.CHANGED_MODE or acted.command != mavlink.MAV_CMD_DO_REPOSITION:
+        return False
+    if goal.paused_by or goal.cancelled_by_pause:
+        return True
+    if acted.mode is not None:
+        return acted.mode == vehicle.state.custom_mode
+    # An ArduPilot goes there without a change of mode; a PX4 refuses to.
+    profile = vehicle.profile
+    whole = profile is not None and profile.mode_packing is ModePacking.WHOLE
+    return whole and vehicle.in_control_mode
+
+
+def is_under_way(goal: ActiveGoal, vehicle: Vehicle) -> bool:
+    """Whether it drives, or is in the air, after the take-off if that is not part of a mission."""
+    if vehicle.profile is None or not traits_of(vehicle.profile).flies:
+        return True
+    state = vehicle.state.landed_state
+    return state is not LandedState.ON_GROUND and (
+        goal.mission is not None or state is not LandedState.TAKEOFF
+    )
+
+
+def stays_paused(goal: ActiveGoal) -> bool:
+    """Whether the pause service keeps it from the mode in which the vehicle flies by itself."""
+    return goal.paused_by_client and goal.mission is not None
+
+
+def working_mode(goal: ActiveGoal) -> VehicleMode:
+    """Return the mode in which a goal is flown."""
+    return VehicleMode.CONTROL if goal.mission is None else VehicleMode.MISSION
+
+
+def note_text(acted: StationActed) -> str:
+    """Return the words for the recording."""
+    who = "?" if acted.station is None else f"{acted.station[0]}/{acted.station[1]}"
+    return f"station {who} {acted.how}"

@@ -1,0 +1,270 @@
+"""What other stations do to the vehicle, and what that means for the goal. No ROS.
+
+Cancelling a MAVLink mission and cancelling a goal are one thing: whoever removes the mission,
+replaces it or stops the vehicle has cancelled the goal, which then ends CANCELED. A pause may be
+a pause instead (:class:`~navigation_bridge.configuration.settings.StationPause`).
+
+A command is seen before or after the change of mode that it brings, up to a second apart, so
+both orders lead to the same end. A vehicle that a station has put into its hold mode is left
+alone: nothing is sent that moves it, until the station lets it go on or another goal comes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.events import ModeChanged, StationAct, StationActed
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge import notes
+from navigation_bridge.configuration.settings import StationPause
+from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Yielded
+from navigation_bridge.goals.observation import vehicle_mode
+from navigation_bridge.reporting import Reporter
+from navigation_bridge.supervision.parking import Parking
+from navigation_bridge.supervision.station_rules import (
+    STOPS,
+    Consequence,
+    consequence,
+    note_text,
+    sends_elsewhere,
+    stays_paused,
+    told,
+    working_mode,
+)
+from navigation_bridge.vehicle.takeover import Takeover
+from navigation_bridge.vehicle.traits import traits_of
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.base import Observation, Outcome, VehicleMode
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.measurement import is_airborne
+from navigation_core.tasks.standstill import Standstill
+
+# A change of mode that a command brings is seen within this time of it: HEARTBEAT comes once a
+# second, and a link has its delay.
+_BRINGS_S = 2.0
+_PAUSE_CONTINUE = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
+
+
+class Stations:
+    """Follows what stations do, and lets the goal end, pause or go on by it."""
+
+    def __init__(self, vehicle: Vehicle, report: Reporter, parking: Parking) -> None:
+        """Begin with nothing seen."""
+        self._vehicle = vehicle
+        self._report = report
+        self._parking = parking
+        self._last: tuple[StationActed, float] | None = None
+        self._stands_in_mode = False
+
+    @property
+    def ignores_setpoints(self) -> bool:
+        """Whether it was paused in the mode in which it follows setpoints, and ignores them.
+
+        An ArduCopter does so until it is told to go on, or has been in another mode (its
+        mode_guided.cpp). Selecting the same mode again changes nothing in it.
+        """
+        return self._stands_in_mode and self._vehicle.in_control_mode
+
+    # --- what is seen ------------------------------------------------------------------
+
+    def take(
+        self, acted: StationActed, goal: ActiveGoal | None, on_pause: StationPause, now: float
+    ) -> None:
+        """Draw the consequence of an act."""
+        self._last = (acted, now)
+        self._follow_pause(acted)
+        sentence = told(acted)
+        self._report.log(LogLevel.WARN if goal is not None else LogLevel.INFO, sentence)
+        self._report.note(notes.text(note_text(acted)))
+        if goal is None:
+            return
+        self._report.remark(goal, sentence)
+        what = consequence(acted, goal, on_pause, self._vehicle)
+        if goal.takeover is None and sends_elsewhere(acted, goal, self._vehicle):
+            self._give_away(goal, sentence, now)
+            return
+        if goal.takeover is not None:
+            if not self._brought(goal, acted, goal.takeover):
+                goal.takeover = replace(goal.takeover, by=sentence)
+                return
+            goal.takeover = None
+            if goal.plan is None and not goal.ending:
+                what = Consequence.CANCEL
+        if acted.act is StationAct.REPLACED_MISSION and goal.mission is not None:
+            goal.mission.disown()
+        if what is Consequence.CANCEL:
+            self._cancel(goal, acted, now)
+        elif what is Consequence.PAUSE:
+            self._pause(goal, sentence, now)
+        elif what is Consequence.GO_ON:
+            self._go_on(goal, now)
+        goal.next_step_s = min(goal.next_step_s, now)
+
+    def change_mode(self, event: ModeChanged, goal: ActiveGoal | None, now: float) -> bool:
+        """Take a change of mode that we did not ask for; True if a station's act explains it."""
+        if goal is None:
+            return False
+        acted = self._recent(now)
+        if self._holds_in(event.name):
+            if acted is None or acted.act not in STOPS:
+                return bool(goal.cancelled_by)
+            if goal.plan is None and not goal.ending:
+                self._cancel(goal, acted, now)
+            return bool(goal.cancelled_by or goal.paused_by)
+        mode = vehicle_mode(self._vehicle.profile, event.name)
+        if mode is not working_mode(goal) or goal.ending or stays_paused(goal):
+            return False
+        if goal.paused_by:
+            self._go_on(goal, now)
+            return True
+        return acted is not None and acted.act is StationAct.CONTINUED
+
+    def leave_mode(self) -> None:
+        """Take note of any change of mode: what was paused in the old one is so no more."""
+        self._stands_in_mode = False
+
+    def take_away(self, goal: ActiveGoal, event: ModeChanged, now: float) -> None:
+        """Fall silent: the mode was changed, and whose change it was may show a moment later."""
+        acted = self._recent(now)
+        by = "" if acted is None else told(acted)
+        goal.takeover = Takeover(event.name, now, by).watched(self._vehicle.state)
+        self._let_go(goal, now)
+
+    def name(self, outcome: Outcome, now: float) -> Outcome:
+        """Add who was seen to take the vehicle away, to an end that comes of that."""
+        acted = self._recent(now)
+        taken = outcome.code in (OutcomeCode.DISARMED, OutcomeCode.PILOT_OVERRIDE)
+        if acted is None or not taken or acted.act is not StationAct.CHANGED_MODE:
+            return outcome
+        return replace(outcome, message=f"{outcome.message} {told(acted)}")
+
+    # --- a vehicle that is left alone -----------------------------------------------------
+
+    def yields(
+        self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
+    ) -> bool:
+        """Say whether the vehicle holds because a station made it, so that it is left alone."""
+        if goal.yielded is None and self._is_taken(goal, observation, config):
+            still = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
+            goal.yielded = Yielded(now, still)
+            self._let_go(goal, now)
+        return goal.yielded is not None
+
+    def step(
+        self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
+    ) -> Outcome | None:
+        """Watch a vehicle that is left alone; the outcome once the goal is over."""
+        assert goal.yielded is not None
+        if not observation.armed and not goal.ending:
+            text = "The vehicle was disarmed while a station had it paused."
+            return Outcome(OutcomeCode.DISARMED, text, None)
+        if not goal.ending:
+            return None
+        how = self._stopped(goal, goal.yielded, observation, config, now)
+        return None if how is None else Outcome(OutcomeCode.CANCELED, how, None)
+
+    def free(self, now: float) -> bool:
+        """Make a vehicle that ignores setpoints follow them again: through its hold mode."""
+        if not self.ignores_setpoints:
+            return False
+        self._parking.change_over(now)
+        return True
+
+    # --- inside ------------------------------------------------------------------------
+
+    def _give_away(self, goal: ActiveGoal, sentence: str, now: float) -> None:
+        """The station flies it now; a stop of its own before was a part of that."""
+        goal.takeover = Takeover("", now, sentence)
+        if goal.cancelled_by_pause:
+            goal.cancelled_by, goal.cancelled_by_pause = "", False
+        self._let_go(goal, now)
+
+    def _let_go(self, goal: ActiveGoal, now: float) -> None:
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+            goal.operation = goal.operation_id = None
+        self._vehicle.close_stream()
+        goal.next_step_s = min(goal.next_step_s, now)
+
+    def _stopped(
+        self,
+        goal: ActiveGoal,
+        yielded: Yielded,
+        observation: Observation,
+        config: GotoConfig,
+        now: float,
+    ) -> str | None:
+        text = "The goal was cancelled."
+        profile = self._vehicle.profile
+        if profile is not None and not traits_of(profile).hovers:
+            return f"{text} It circles."
+        if not observation.armed:
+            return f"{text} Its motors are off."
+        if yielded.stopped.holds(observation, config.position_stale_s):
+            return f"{text} The vehicle stands still."
+        asked_s = yielded.since_s
+        if goal.cancel_requested_s is not None:
+            asked_s = max(asked_s, goal.cancel_requested_s)
+        if now - asked_s <= config.cancel_timeout_s:
+            return None
+        return f"{text} {yielded.stopped.failure(config.cancel_timeout_s)}"
+
+    def _is_taken(self, goal: ActiveGoal, observation: Observation, config: GotoConfig) -> bool:
+        profile = self._vehicle.profile
+        if not (goal.cancelled_by or goal.paused_by) or goal.mission is not None or profile is None:
+            return False  # the task of a mission waits in the hold mode by itself
+        if observation.mode is not VehicleMode.HOLD or observation.in_control:
+            return False
+        if not observation.armed:
+            return False
+        if traits_of(profile).flies:
+            return is_airborne(observation, config.airborne_height_m)
+        return goal.plan is None or goal.task.commanded is not None
+
+    def _cancel(self, goal: ActiveGoal, acted: StationActed, now: float) -> None:
+        goal.cancelled_by = told(acted)
+        goal.cancelled_by_pause = acted.act is StationAct.PAUSED
+        goal.begin_cancel(now)
+        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: cancelled by a station")
+        self._report.cancel_wanted(goal)
+
+    def _pause(self, goal: ActiveGoal, sentence: str, now: float) -> None:
+        goal.paused_by = sentence
+        goal.task.pause(now)
+        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: paused by a station")
+
+    def _go_on(self, goal: ActiveGoal, now: float) -> None:
+        goal.paused_by = ""
+        if not goal.paused_by_client:
+            goal.task.unpause(now)
+        if self.free(now) or goal.yielded is not None:
+            goal.yielded = None
+            goal.task.take_up(now)
+        goal.next_step_s = min(goal.next_step_s, now)
+        self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: a station lets it go on")
+
+    def _follow_pause(self, acted: StationActed) -> None:
+        profile = self._vehicle.profile
+        if acted.act is StationAct.PAUSED:
+            self._stands_in_mode = profile is not None and profile.pauses_in_mode
+        elif acted.act is StationAct.CONTINUED and acted.command == _PAUSE_CONTINUE:
+            self._stands_in_mode = False
+
+    def _recent(self, now: float) -> StationActed | None:
+        if self._last is None or now - self._last[1] > _BRINGS_S:
+            return None
+        return self._last[0]
+
+    def _brought(self, goal: ActiveGoal, acted: StationActed, takeover: Takeover) -> bool:
+        """Whether the change of mode that was seen before it is what this act brings."""
+        mode = vehicle_mode(self._vehicle.profile, takeover.mode_name)
+        if acted.act is StationAct.CONTINUED:
+            goes_on = goal.paused_by and not stays_paused(goal)
+            return bool(goes_on) and mode is working_mode(goal)
+        return acted.act in STOPS and self._holds_in(takeover.mode_name)
+
+    def _holds_in(self, mode_name: str) -> bool:
+        """Whether it holds in this mode; a PX4 plane is flown by us in the same one."""
+        profile = self._vehicle.profile
+        return profile is not None and mode_name == profile.hold_mode

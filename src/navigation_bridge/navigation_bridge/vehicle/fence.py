@@ -1,0 +1,128 @@
+"""The vehicle's own fence, from its parameters, in the map frame. No ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from mavlink_vehicle.mission_items import MissionItem
+from mavlink_vehicle.profiles import Profile
+from navigation_core.geometry import Vector3
+from navigation_core.safety.fences import Area, Circle, Fence, Point2, Polygon
+
+# Bits of FENCE_TYPE (AC_Fence.h).
+_ALTITUDE_MAX, _CIRCLE, _POLYGON, _ALTITUDE_MIN = 1, 2, 4, 8
+# FENCE_OPTIONS bit 1: one of the inclusions is enough.
+_UNION = 2
+# MAV_CMD_NAV_FENCE_* (common.xml), and whether the vehicle must be inside.
+_POLYGONS = {5001: True, 5002: False}
+_CIRCLES = {5003: True, 5004: False}
+NO_FENCE = Fence()
+
+
+def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) -> tuple[Area, ...]:
+    """Return the areas of an uploaded fence; ``enu`` turns geodetic places into the map frame.
+
+    Each corner of a polygon says how many corners it has (mavlink.io, "Geofence" of the
+    mission protocol).
+    """
+
+    def place(item: MissionItem) -> Point2:
+        east_m, north_m, _ = enu((item.x * 1e-7, item.y * 1e-7, 0.0))
+        return east_m, north_m
+
+    areas: list[Area] = []
+    left = list(items)
+    while left:
+        item = left[0]
+        count = max(int(item.params[0]), 1) if item.command in _POLYGONS else 1
+        group, left = left[:count], left[count:]
+        if item.command in _CIRCLES:
+            areas.append(Circle(place(item), item.params[0], _CIRCLES[item.command]))
+        elif item.command in _POLYGONS and len(group) >= 3:
+            corners = tuple(place(corner) for corner in group)
+            areas.append(Polygon(corners, _POLYGONS[item.command]))
+    return tuple(areas)
+
+
+def has_areas(profile: Profile, parameters: Mapping[str, float]) -> bool:
+    """Whether areas that were uploaded count, as far as the parameters say."""
+    if "GF_ACTION" in profile.wanted_parameters:
+        return bool(parameters.get("GF_ACTION", 1.0))
+    enabled = parameters.get("FENCE_ENABLE", 1.0) or parameters.get("FENCE_AUTOENABLE")
+    return bool(enabled) and bool(int(parameters.get("FENCE_TYPE", _POLYGON)) & _POLYGON)
+
+
+def fence_of(
+    profile: Profile,
+    parameters: Mapping[str, float],
+    home_enu_m: Vector3 | None,
+    areas: tuple[Area, ...] = (),
+) -> Fence | None:
+    """Return the fence that the vehicle keeps to, or None while it is not known.
+
+    Args:
+        profile: the vehicle's.
+        parameters: what was read of its `wanted_parameters`.
+        home_enu_m: the launch point, from which the fence's circle and heights count.
+        areas: circles and polygons that were uploaded to it.
+    """
+    if "GF_ACTION" in profile.wanted_parameters:
+        return _px4(parameters, home_enu_m, areas)
+    if "FENCE_ENABLE" in profile.wanted_parameters:
+        return _ardupilot(parameters, home_enu_m, areas)
+    return NO_FENCE
+
+
+def _circle(home_enu_m: Vector3, radius_m: float) -> Circle:
+    return Circle((home_enu_m[0], home_enu_m[1]), radius_m, name="circle about home")
+
+
+def _sorted(areas: Sequence[Area], union: bool) -> tuple[list[Area], tuple[Area, ...]]:
+    """Part uploaded areas into those that all count and those of which one is enough."""
+    alternatives = [area for area in areas if union and area.inclusion]
+    return [area for area in areas if area not in alternatives], tuple(alternatives)
+
+
+def _ardupilot(
+    parameters: Mapping[str, float], home_enu_m: Vector3 | None, areas: tuple[Area, ...]
+) -> Fence | None:
+    if "FENCE_ENABLE" not in parameters:
+        return None
+    # With FENCE_AUTOENABLE it comes into force by itself with arming or the take-off.
+    if not parameters["FENCE_ENABLE"] and not parameters.get("FENCE_AUTOENABLE"):
+        return NO_FENCE
+    if home_enu_m is None:
+        return None
+    kinds = int(parameters.get("FENCE_TYPE", 0))
+    union = bool(int(parameters.get("FENCE_OPTIONS", 0)) & _UNION)
+    found, alternatives = _sorted(areas if kinds & _POLYGON else (), union)
+    radius_m = parameters.get("FENCE_RADIUS")
+    if kinds & _CIRCLE and radius_m is not None:
+        found.append(_circle(home_enu_m, radius_m))
+    return Fence(
+        areas=tuple(found),
+        alternatives=alternatives,
+        altitude_min_m=parameters.get("FENCE_ALT_MIN") if kinds & _ALTITUDE_MIN else None,
+        altitude_max_m=parameters.get("FENCE_ALT_MAX") if kinds & _ALTITUDE_MAX else None,
+    )
+
+
+def _px4(
+    parameters: Mapping[str, float], home_enu_m: Vector3 | None, areas: tuple[Area, ...]
+) -> Fence | None:
+    if "GF_ACTION" not in parameters:
+        return None
+    if not parameters["GF_ACTION"]:  # a breach has no consequence
+        return NO_FENCE
+    radius_m = parameters.get("GF_MAX_HOR_DIST", 0.0)
+    height_m = parameters.get("GF_MAX_VER_DIST", 0.0)
+    if (radius_m > 0.0 or height_m > 0.0) and home_enu_m is None:
+        return None
+    found, alternatives = _sorted(areas, union=True)
+    if radius_m > 0.0 and home_enu_m is not None:
+        found.append(_circle(home_enu_m, radius_m))
+    return Fence(
+        areas=tuple(found),
+        alternatives=alternatives,
+        altitude_max_m=height_m if height_m > 0.0 else None,
+    )

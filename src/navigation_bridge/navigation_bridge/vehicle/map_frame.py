@@ -1,0 +1,142 @@
+"""The map frame: the vehicle's local (EKF) frame with the axes of ROS, east, north, up. No ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mavlink_vehicle.positions import frames
+from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
+from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
+from mavlink_vehicle.profiles import profile_for
+from mavlink_vehicle.state.reducer import VehicleState
+from navigation_core.geometry import Vector3
+
+# MAV_TYPE_GROUND_ROVER and MAV_TYPE_SURFACE_BOAT (minimal.xml).
+_DRIVING = frozenset({10, 11})
+
+
+@dataclass(frozen=True)
+class MapPose:
+    """Where the vehicle is: ENU metres from the map origin, yaw ENU in radians."""
+
+    position_enu_m: Vector3
+    yaw_enu_rad: float
+    orientation_xyzw: tuple[float, float, float, float]
+
+
+class MapFrame:
+    """Finds the vehicle's local frame and converts its telemetry into the map frame.
+
+    The origin is what the autopilot says (GPS_GLOBAL_ORIGIN). One that does not say it
+    gets an origin computed from a pair of GLOBAL_POSITION_INT and LOCAL_POSITION_NED; that
+    one is kept until the autopilot restarts, so that the frame does not wander. Places on earth
+    are turned into the frame and back by the firmware's own projection.
+    """
+
+    def __init__(self) -> None:
+        """Start without an origin."""
+        self._finder = FrameFinder(None)
+        self._vehicle: tuple[int, int] | None = None
+
+    @property
+    def frame(self) -> LocalFrame | None:
+        """The vehicle's local frame, None until its origin is known."""
+        return self._finder.frame
+
+    @property
+    def origin(self) -> Geodetic | None:
+        """Latitude, longitude and altitude (above mean sea level) of the map origin."""
+        frame = self._finder.frame
+        return None if frame is None else frame.origin
+
+    def update(self, state: VehicleState) -> None:
+        """Learn from a new state; begin anew when the autopilot restarted or shows what it is."""
+        vehicle = state.boot_count, state.autopilot
+        if vehicle != self._vehicle:
+            self._vehicle = vehicle
+            self._finder = FrameFinder(profile_for(state.autopilot, state.vehicle_type).projection)
+        if state.origin is not None:
+            origin = state.origin
+            self._finder.tell((origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m))
+        if self._finder.wants_pairs:
+            self._take_pair(state)
+
+    def _take_pair(self, state: VehicleState) -> None:
+        place, local = state.global_position, state.local_position
+        if place is None or local is None or not state.position_valid:
+            return
+        later_s = 1e-3 * (place.time_boot_ms - local.time_boot_ms)
+        if max(abs(later_s), abs(place.time_s - local.time_s)) > PAIR_AGE_S:
+            return
+        (north_m, east_m, down_m), velocity = local.position_ned_m, local.velocity_ned_m_s
+        moved = (
+            north_m + later_s * velocity[0],
+            east_m + later_s * velocity[1],
+            down_m + later_s * velocity[2],
+        )
+        self._finder.pair((place.latitude_deg, place.longitude_deg, place.altitude_amsl_m), moved)
+
+    def pose(self, state: VehicleState) -> MapPose | None:
+        """Return the pose that GLOBAL_POSITION_INT and ATTITUDE give, or None.
+
+        None means that there is no valid position, no origin or no heading yet. A local
+        position must be there, too: an ArduCopter sends GLOBAL_POSITION_INT before its
+        estimator uses the GPS, but LOCAL_POSITION_NED only from then on.
+        """
+        position = state.global_position
+        if self.frame is None or position is None or not state.position_valid:
+            return None
+        if state.local_position is None:
+            return None
+        yaw_ned_rad = (
+            state.attitude.yaw_ned_rad if state.attitude is not None else position.heading_ned_rad
+        )
+        if yaw_ned_rad is None:
+            return None
+        roll_rad, pitch_rad = 0.0, 0.0
+        if state.attitude is not None:
+            roll_rad, pitch_rad = state.attitude.roll_rad, state.attitude.pitch_rad
+        attitude = frames.quaternion_ned_frd_to_enu_flu(
+            frames.quaternion_from_euler(roll_rad, pitch_rad, yaw_ned_rad)
+        )
+        # Of the two quaternions of an attitude, the one that people expect to read.
+        w, x, y, z = (-part for part in attitude) if attitude[0] < 0.0 else attitude
+        return MapPose(
+            position_enu_m=self.enu(
+                (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
+            ),
+            yaw_enu_rad=frames.yaw_ned_to_enu(yaw_ned_rad),
+            orientation_xyzw=(x, y, z, w),
+        )
+
+    def home_enu_m(self, state: VehicleState) -> Vector3 | None:
+        """Return the launch point, or None while it or the origin is not known."""
+        home = state.home
+        if self.frame is None or home is None:
+            return None
+        return self.enu((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
+
+    def ground_enu_m(self, state: VehicleState) -> float:
+        """Return the map height of the ground: home's altitude, or the origin's.
+
+        What drives is on the ground, whatever it says of its home: an ArduRover that has found
+        its place still gives a home at sea level until it is armed (observed). A home without
+        a local position is from before the origin, and as wrong.
+        """
+        if self.origin is None:
+            return 0.0
+        if state.vehicle_type in _DRIVING and state.global_position is not None:
+            return state.global_position.altitude_amsl_m - self.origin[2]
+        if state.home is None or state.home.position_ned_m is None:
+            return 0.0
+        return state.home.altitude_amsl_m - self.origin[2]
+
+    def geodetic(self, position_enu_m: Vector3) -> Geodetic:
+        """Return the place of a position in the map frame; the origin must be known."""
+        assert self.frame is not None
+        return self.frame.geodetic(frames.enu_to_ned(position_enu_m))
+
+    def enu(self, place: Geodetic) -> Vector3:
+        """Return a place in the map frame; the origin must be known."""
+        assert self.frame is not None
+        return frames.ned_to_enu(self.frame.ned_m(place))

@@ -1,0 +1,60 @@
+"""Who changed the mode, when nobody here did: a pilot, or a failsafe of which kind. No ROS.
+
+The mode, the state and the words that tell a failsafe's kind come in any order, up to a second
+apart. So the server falls silent at once, and judges when the time is up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from mavlink_vehicle.state.failsafe import Failsafe, failsafe_words
+from mavlink_vehicle.state.vehicle_state import VehicleState
+from navigation_bridge.vehicle.failsafes import failsafe_code
+from navigation_core.outcomes import OutcomeCode
+
+# FENCE_STATUS and SYS_STATUS come every half second, HEARTBEAT every second.
+_JUDGE_S = 1.0
+# MAV_STATE (common.xml): what a vehicle in a failsafe says.
+_MAV_STATE_CRITICAL = 5
+
+
+@dataclass(frozen=True)
+class Takeover:
+    """A change of mode that nobody here asked for.
+
+    Attributes:
+        mode_name: the mode; empty when it is the same, but the vehicle was sent elsewhere.
+        seen_s: when it was seen.
+        by: a sentence that says which station asked for it; empty if none was seen to.
+        failsafe: the last that was in force since. A PX4 whose stream comes back is out of it at
+            once (observed).
+    """
+
+    mode_name: str
+    seen_s: float
+    by: str = ""
+    failsafe: Failsafe | None = None
+
+    def watched(self, state: VehicleState) -> Takeover:
+        """Return it with the failsafe that is in force now."""
+        return self if state.failsafe is None else replace(self, failsafe=state.failsafe)
+
+    def judge(self, state: VehicleState, now: float) -> tuple[OutcomeCode, str] | None:
+        """Say whose change it was, as a code and a sentence; None while it is not clear yet."""
+        if now - self.seen_s < _JUDGE_S:
+            return None  # an older sign may be known before the one that this is about
+        failsafe = state.failsafe or self.failsafe
+        if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
+            left = "control is left to the pilot until a new goal comes."
+            changed = f"The mode became {self.mode_name}, which this server did not ask for;"
+            words = [changed if self.mode_name else "The vehicle was sent elsewhere;", left]
+            return OutcomeCode.PILOT_OVERRIDE, " ".join([*words, *filter(None, [self.by])])
+        said = failsafe_words(state, failsafe, self.seen_s)
+        mode = self.mode_name
+        text = f"A failsafe of the vehicle changed the mode to {mode}; control is left to it."
+        if failsafe is not None and failsafe.text not in said:
+            text += f" It is known by this: {failsafe.text}."
+        if said:
+            text += f" It said: {'; '.join(dict.fromkeys(said))}."
+        return failsafe_code(failsafe), text

@@ -1,0 +1,112 @@
+"""What a vehicle can do, by its profile. No ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from mavlink_vehicle.profiles import Profile, SetpointField, VehicleKind
+from navigation_bridge.vehicle.driving import driving_of
+from navigation_core.limits import Limits
+from navigation_core.tasks.base import Traits
+
+_NONE: Mapping[str, float] = MappingProxyType({})
+# Lower than this a plane's circle is not safe; and the height of a take-off that none asks for.
+_PLANE_HEIGHT_MIN_M, _PLANE_TAKEOFF_M = 20.0, 40.0
+# TURN_RADIUS of ArduRover is 0.9 m if nobody has measured it; a boat needs more. What the
+# parameters say counts where it is more: tyres and hulls slide.
+_ROVER_TURN_M, _BOAT_TURN_M = 0.9, 4.0
+_ROVER_TURN_RAD_S, _BOAT_TURN_RAD_S = 1.0, 0.6
+# A firmware keeps to its limits of the rate of turn and of the deceleration, but the vehicle
+# comes later; so much of them is counted on.
+_TURN_SHARE, _BRAKING_SHARE = 0.8, 0.6
+_BOAT_ARRIVAL_M = 2.0
+# Where the parameters do not say it, and of a boat at most: it has no brakes but its drag.
+_ROVER_BRAKING_M_S2, _BOAT_BRAKING_M_S2 = 0.6, 0.4
+# ArduRover's PI controller on a ramp, recorded; and what a hull adds to it in the simulator.
+_ROVER_LAG_S, _BOAT_LAG_S = 0.3, 1.0
+
+
+def circle_radius_m(
+    profile: Profile, parameters: Mapping[str, float], about_launch: bool = False
+) -> float:
+    """Return the radius of a plane's circles, by its own parameters as far as they are known.
+
+    It flies wider than that when it is fast (``circle_max_m`` of the core).
+    """
+    names = profile.return_circle_parameters if about_launch else profile.circle_parameters
+    return next(
+        (abs(parameters[name]) for name in names if parameters.get(name)), profile.circle_radius_m
+    )
+
+
+def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Traits:
+    """Return what navigation has to know about a kind of vehicle, and about this one.
+
+    Args:
+        profile: its kind and firmware.
+        parameters: what was read of the profile's `wanted_parameters`.
+    """
+    lands_itself = profile.land_mode is not None
+    before = profile.control_before_takeoff
+    if profile.kind is VehicleKind.PLANE:
+        return Traits(
+            name="plane",
+            hovers=False,
+            control_before_takeoff=before,
+            lands_itself=lands_itself,
+            circle_radius_m=circle_radius_m(profile, parameters),
+            height_min_m=_PLANE_HEIGHT_MIN_M,
+            takeoff_height_m=_PLANE_TAKEOFF_M,
+        )
+    if profile.kind in (VehicleKind.ROVER, VehicleKind.BOAT):
+        boat = profile.kind is VehicleKind.BOAT
+        driving = driving_of(parameters)
+        braking_m_s2, turn_rad_s = _ROVER_BRAKING_M_S2, _ROVER_TURN_RAD_S
+        if driving.braking_m_s2 is not None:
+            braking_m_s2 = _BRAKING_SHARE * driving.braking_m_s2
+        if driving.turn_rate_rad_s is not None:
+            turn_rad_s = _TURN_SHARE * driving.turn_rate_rad_s
+        return Traits(
+            name="boat" if boat else "rover",
+            flies=False,
+            control_before_takeoff=before,
+            lands_itself=False,
+            turning_radius_m=max(
+                _BOAT_TURN_M if boat else _ROVER_TURN_M, driving.turning_radius_m or 0.0
+            ),
+            turn_rate_rad_s=min(turn_rad_s, _BOAT_TURN_RAD_S if boat else math.inf),
+            arrival_radius_m=_BOAT_ARRIVAL_M if boat else 0.0,
+            speed_max_m_s=driving.speed_m_s or math.inf,
+            acceleration_m_s2=driving.acceleration_m_s2 or math.inf,
+            brake_lag_s=_BOAT_LAG_S if boat else _ROVER_LAG_S,
+            braking_m_s2=min(braking_m_s2, _BOAT_BRAKING_M_S2 if boat else math.inf),
+            setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
+        )
+    accelerates = SetpointField.ACCELERATION in profile.setpoint_form
+    return Traits(
+        control_before_takeoff=before,
+        lands_itself=lands_itself,
+        setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
+        # ArduCopter's; a PX4 takes it for a push, which its velocity loop works against.
+        accelerates_on=accelerates and not profile.acceleration_is_push,
+    )
+
+
+def _setpoint_timeout_s(profile: Profile, parameters: Mapping[str, float]) -> float:
+    """Return for how long it goes on with the last setpoint when none follows."""
+    told = parameters.get(profile.setpoint_timeout_parameter)
+    return profile.setpoint_timeout_s if told is None else max(told, 0.0)
+
+
+def limits_of(traits: Traits, limits: Limits) -> Limits:
+    """Return the limits of the server, no higher than what the vehicle's autopilot drives at."""
+    return replace(
+        limits,
+        speed_horizontal_m_s=min(limits.speed_horizontal_m_s, traits.speed_max_m_s),
+        acceleration_horizontal_m_s2=min(
+            limits.acceleration_horizontal_m_s2, traits.acceleration_m_s2
+        ),
+    )

@@ -1,0 +1,220 @@
+"""What moves, and where it will be: told by hits in places that were seen to be free before.
+
+What stands still is never hit where a ray went through a moment ago, however the vehicle moves:
+it comes into view, or was hidden, but nobody has seen its place free. So the hits of a scan are
+held against the rays of some scans before. Those whose places were free follow one another
+where something moves; a line through them in space and time is its velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from navigation_core.geometry import Vector3
+from navigation_core.mapping.sensor_rays import Fan
+
+__all__ = ["Movers", "Moving"]
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+# All scans are made as coarse as a usual OBSTACLE_DISTANCE. A single beam tells nothing about
+# what moves: nobody looks at where it comes from.
+_SECTORS, _RAYS_MIN = 72, 16
+_HALF_RAD = math.pi / _SECTORS
+# How long ago a place must have been seen free, and how long scans are kept for that. Something
+# at 1 m/s leaves its own place within 2 s.
+_RECENT_S, _KEPT_S, _KEPT_EACH_S = 0.4, 2.0, 0.2
+# How far beyond a place a ray must have gone: what the pose and the sector may be wrong by.
+_BEYOND_M, _BEYOND_PER_M = 0.4, 1.2 * _HALF_RAD
+# From much nearer a sector was much narrower than what is asked for now.
+_NEARER_MAX = 1.6
+# Rays this far above or below tell nothing: they may have gone over a wall.
+_SAME_HEIGHT_M = 1.0
+# Hits that follow one another so near in space, with time as a way at so many m/s, are of one
+# thing. So long, and so many, they are kept.
+_LINK_M, _LINK_M_S, _TRACK_S, _HITS_MAX = 1.5, 3.0, 1.2, 400
+# Hits so near to one in a place that was free are of the same thing, unless something was hit
+# there, so near and so long ago.
+_REST_M, _STOOD_M, _STOOD_S = 0.8, 0.5, 1.2
+# When a line through them is believed.
+_SCANS_MIN, _SPAN_MIN_S, _ERROR_MAX_M_S = 5, 0.4, 0.35
+_SPEED_MIN_M_S, _SPEED_MAX_M_S = 0.3, 4.0
+# What was not hit for so long is not foretold any more.
+_FRESH_S = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """Something that moves.
+
+    Attributes:
+        points_enu_m: where it was hit last, shape (N, 3).
+        hit_s: when.
+        velocity_enu_m_s: east and north.
+    """
+
+    points_enu_m: Array
+    hit_s: float
+    velocity_enu_m_s: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class _Ring:
+    """A scan, made coarse: the nearest in each sector."""
+
+    time_s: float
+    origin: Array
+    bearings_rad: Array
+    slopes: Array
+    free_m: Array
+    has_hit: Mask
+
+    def hits(self) -> Array:
+        """Return where something was hit, shape (N, 3)."""
+        away, bearing = self.free_m[self.has_hit], self.bearings_rad[self.has_hit]
+        rises = away * self.slopes[self.has_hit]
+        offsets = [away * np.cos(bearing), away * np.sin(bearing), rises]
+        return np.asarray(np.stack(offsets, axis=1) + self.origin)
+
+    def saw_free(self, points: Array, origin: Array) -> Mask:
+        """Whether rays went through places (N, 3) that were hit later, from another origin."""
+        offsets = points - self.origin
+        away = np.hypot(offsets[:, 0], offsets[:, 1])
+        later = np.hypot(*(points - origin)[:, :2].T)
+        bearing = np.arctan2(offsets[:, 1], offsets[:, 0])
+        aside = np.abs(bearing[:, None] - self.bearings_rad)
+        aside = np.minimum(aside, math.tau - aside)
+        # The hit may be anywhere in its sector, and so may what this scan has hit.
+        wider = later / np.maximum(away, 0.1)
+        beside = aside <= (_HALF_RAD * (1.1 + wider))[:, None]
+        beyond = away + _BEYOND_M + _BEYOND_PER_M * np.maximum(later, away)
+        height = np.abs(away[:, None] * self.slopes - offsets[:, 2:3])
+        free = (self.free_m > beyond[:, None]) & (height < _SAME_HEIGHT_M)
+        seen = (aside <= 1.5 * _HALF_RAD).any(axis=1) & (wider < _NEARER_MAX)
+        return np.asarray(seen & (free | ~beside).all(axis=1))
+
+
+class Movers:
+    """Finds what moves in the scans of one vehicle; see the module."""
+
+    def __init__(self) -> None:
+        """Start knowing nothing."""
+        self._rings: deque[_Ring] = deque()
+        self._hits = np.empty((0, 6))
+        self.moving: tuple[Moving, ...] = ()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._rings.clear()
+        self._hits = np.empty((0, 6))
+        self.moving = ()
+
+    def take(self, fan: Fan, has_hit: Mask, origin_enu_m: Vector3, now: float) -> None:
+        """Take in a scan.
+
+        Args:
+            fan: its rays.
+            has_hit: which of them end at something that stands, shape (B, K).
+            origin_enu_m: where the sensor is in the map frame.
+            now: time of the scan in seconds.
+        """
+        if len(fan.bearings_rad) < _RAYS_MIN:
+            return
+        ring = _coarse(fan, has_hit, np.array(origin_enu_m), now)
+        if self._rings and now < self._rings[-1].time_s:
+            self.clear()
+        while self._rings and now - self._rings[0].time_s > _KEPT_S:
+            self._rings.popleft()
+        hits = ring.hits()
+        was_free, stood = np.zeros((2, len(hits)), dtype=np.bool_)
+        for old in self._rings:
+            if now - old.time_s >= _RECENT_S:
+                was_free |= old.saw_free(hits, ring.origin)
+            if now - old.time_s >= _STOOD_S:
+                stood |= _near(hits, old.hits(), _STOOD_M)
+        # The rest of it, so that it does not seem to grow.
+        moves = was_free | (_near(hits, hits[was_free], _REST_M) & ~stood)
+        self._track(hits[moves], ring.origin, now)
+        if not self._rings or now - self._rings[-1].time_s >= _KEPT_EACH_S:
+            self._rings.append(ring)
+
+    def _track(self, hits: Array, origin: Array, now: float) -> None:
+        rays = (hits - origin)[:, :2]
+        rays /= np.maximum(np.hypot(rays[:, 0], rays[:, 1]), 1e-9)[:, None]
+        new = np.column_stack([hits, np.full(len(hits), now), rays])
+        kept = self._hits[self._hits[:, 3] >= now - _TRACK_S]
+        self._hits = np.concatenate([kept, new])[-_HITS_MAX:]
+        found = (_fitted(hits, now) for hits in _things(self._hits))
+        self.moving = tuple(one for one in found if one is not None)
+
+
+def _coarse(fan: Fan, has_hit: Mask, origin: Array, now: float) -> _Ring:
+    # Of rays above each other the one that hit nearest, or else the longest: in clouds others
+    # end on the ground.
+    rows = np.arange(len(fan.bearings_rad))
+    nearest = np.where(has_hit, fan.free_m, np.inf).argmin(axis=1)
+    layer = np.where(has_hit.any(axis=1), nearest, fan.free_m.argmax(axis=1))
+    free = fan.free_m[rows, layer]
+    known = np.flatnonzero(free > 0.0)
+    if len(known) > _SECTORS:
+        # By sector, the nearest first, of which the first is taken.
+        sector = np.floor(fan.bearings_rad[known] / (2.0 * _HALF_RAD))
+        order = np.lexsort([free[known], sector])
+        known = known[order[np.unique(sector[order], return_index=True)[1]]]
+    layer = layer[known]
+    slopes, hit = fan.slopes[known, layer], has_hit[known, layer]
+    return _Ring(now, origin, fan.bearings_rad[known], slopes, free[known], hit)
+
+
+def _near(places: Array, others: Array, within_m: float) -> Mask:
+    """Whether there is one of some others near places; shapes (N, 3), (M, 3)."""
+    apart = places[:, None, :2] - others[:, :2]
+    return np.asarray(((apart * apart).sum(axis=2) < within_m * within_m).any(axis=1))
+
+
+def _things(hits: Array) -> list[Array]:
+    """Return hits (N, 6: place, time and ray), parted into those that belong together."""
+    if not len(hits):
+        return []
+    places = np.column_stack([hits[:, :2], _LINK_M_S * hits[:, 3]])
+    pairs = cKDTree(places).query_pairs(_LINK_M, output_type="ndarray")
+    ones = np.ones(len(pairs))
+    links = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(hits), len(hits)))
+    count, label = connected_components(links, directed=False)
+    return [hits[label == one] for one in range(count)]
+
+
+def _fitted(hits: Array, now: float) -> Moving | None:
+    """Return the motion of hits (N, 6), None if they do not tell it."""
+    times, scan = np.unique(hits[:, 3], return_inverse=True)
+    if len(times) < _SCANS_MIN or np.ptp(times) < _SPAN_MIN_S or now - times[-1] > _FRESH_S:
+        return None
+    counts = np.bincount(scan)
+    middles = np.stack([np.bincount(scan, hits[:, k]) / counts for k in (0, 1)], axis=1)
+    # The side that is seen turns as it goes by, so the middle of what is round is followed.
+    rays = np.stack([np.bincount(scan, hits[:, k]) / counts for k in (4, 5)], axis=1)
+    aside = hits[:, 1] * rays[scan, 0] - hits[:, 0] * rays[scan, 1]
+    least, most = np.full(len(times), np.inf), np.full(len(times), -np.inf)
+    np.minimum.at(least, scan, aside)
+    np.maximum.at(most, scan, aside)
+    middles += 0.25 * math.pi * 0.5 * (most - least)[:, None] * rays
+    since = times - times.mean()
+    spread = float(since @ since)
+    velocity = since @ middles / spread
+    rest = middles - middles.mean(axis=0) - since[:, None] * velocity
+    error = math.sqrt(float((rest * rest).sum()) / max(len(times) - 2, 1) / spread)
+    speed = math.hypot(*velocity)
+    if not _SPEED_MIN_M_S <= speed <= _SPEED_MAX_M_S or error > _ERROR_MAX_M_S:
+        return None
+    last = hits[hits[:, 3] == times[-1]]
+    return Moving(last[:, :3], float(times[-1]), (float(velocity[0]), float(velocity[1])))

@@ -1,0 +1,239 @@
+r"""When a way is planned anew, and when there is none.
+
+    KEEPING --CONFLICT--> REPLANNING --FOUND--> KEEPING
+       |                      |    ^
+       |            NOT_FOUND, STOP| RETRY
+     LOOK                     v    |
+       v                   BLOCKED ----TIME_OUT--> GIVEN_UP
+    COMPARING --FOUND, NOT_FOUND--> KEEPING
+    COMPARING --CONFLICT--> REPLANNING
+
+A way that is flown is kept until it is in conflict with an obstacle, however far ahead. One
+that is sound is left for a better one only now and then, and only if that is clearly shorter:
+so between two sides of an obstacle that are about equally good the vehicle never hesitates.
+The state, the counts and the times are all there is to remember.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from navigation_core.geometry import Vector3, distance
+from navigation_core.mapping.obstacles import Obstacles
+from navigation_core.planning.conflicts import Samples, first_conflict
+
+# Less than this is not worth another way: all ways are about as short shortly before the end.
+_GAIN_MIN_M = 1.0
+# A vehicle that has come so far from where it was blocked has had a way meanwhile.
+_AWAY_M = 2.0
+
+
+class State(Enum):
+    """How the way stands."""
+
+    KEEPING = auto()
+    REPLANNING = auto()
+    COMPARING = auto()
+    BLOCKED = auto()
+    GIVEN_UP = auto()
+
+
+class Event(Enum):
+    """What makes that change."""
+
+    CONFLICT = auto()
+    LOOK = auto()
+    FOUND = auto()
+    NOT_FOUND = auto()
+    STOP = auto()
+    RETRY = auto()
+    TIME_OUT = auto()
+
+
+class ReplannerError(RuntimeError):
+    """An event came in a state in which it cannot happen: a programming error."""
+
+
+TRANSITIONS: dict[tuple[State, Event], State] = {
+    (State.KEEPING, Event.CONFLICT): State.REPLANNING,
+    (State.KEEPING, Event.LOOK): State.COMPARING,
+    # A flight that begins or goes on is planned without anybody asking here.
+    (State.KEEPING, Event.FOUND): State.KEEPING,
+    (State.KEEPING, Event.NOT_FOUND): State.BLOCKED,
+    (State.KEEPING, Event.STOP): State.BLOCKED,
+    (State.REPLANNING, Event.FOUND): State.KEEPING,
+    (State.REPLANNING, Event.NOT_FOUND): State.BLOCKED,
+    # A search takes some steps, in which the vehicle goes on.
+    (State.REPLANNING, Event.STOP): State.BLOCKED,
+    (State.COMPARING, Event.FOUND): State.KEEPING,
+    (State.COMPARING, Event.NOT_FOUND): State.KEEPING,
+    # What is flown may come into conflict, or have to stop, while a shorter one is looked for.
+    (State.COMPARING, Event.CONFLICT): State.REPLANNING,
+    (State.COMPARING, Event.STOP): State.BLOCKED,
+    (State.BLOCKED, Event.RETRY): State.REPLANNING,
+    (State.BLOCKED, Event.STOP): State.BLOCKED,
+    (State.BLOCKED, Event.FOUND): State.KEEPING,
+    (State.BLOCKED, Event.NOT_FOUND): State.BLOCKED,
+    (State.BLOCKED, Event.TIME_OUT): State.GIVEN_UP,
+}
+
+
+class Decision(Enum):
+    """What is to be done about the way now."""
+
+    KEEP = auto()
+    REPLAN = auto()
+    COMPARE = auto()
+    WAIT = auto()
+    GIVE_UP = auto()
+
+
+@dataclass(frozen=True)
+class ReplanRules:
+    """When to plan anew.
+
+    Attributes:
+        conflict_clearance_m: nearer than this to an obstacle, a way is in conflict.
+        blocked_timeout_s: longest time without a way.
+        retry_s: time between two searches while there is none.
+        elective_s: least time between two looks for a shorter way.
+        elective_gain: share by which a shorter way must be shorter.
+    """
+
+    conflict_clearance_m: float
+    blocked_timeout_s: float
+    retry_s: float
+    elective_s: float
+    elective_gain: float
+
+
+class Replanner:
+    """Decides about one way; see the module."""
+
+    def __init__(self, rules: ReplanRules) -> None:
+        """Begin with a way that nobody has looked at yet."""
+        self._rules = rules
+        self.state = State.KEEPING
+        self.replans = 0
+        self._way: Samples | None = None
+        self._obstacles: Obstacles | None = None
+        self._planned_s = float("-inf")
+        self._blocked_s: float | None = None
+        self._blocked_at: Vector3 | None = None
+
+    def blocked_for_s(self, now: float) -> float:
+        """Return for how long there has been no way; 0 while there is one."""
+        return 0.0 if self._blocked_s is None else now - self._blocked_s
+
+    def check(
+        self,
+        way: Samples,
+        time_s: float,
+        place_enu_m: Vector3,
+        least_m: float,
+        left_m: float,
+        obstacles: Obstacles,
+        now: float,
+    ) -> Decision:
+        """Decide about a way that is flown.
+
+        Nothing is calculated unless way or obstacles are other objects than the last time.
+
+        Args:
+            way: what is flown.
+            time_s: up to when, in its own time.
+            place_enu_m: the place on it at that time.
+            least_m: the length that no way can be shorter than.
+            left_m: length that is left of this one.
+            obstacles: what is known now.
+            now: time in seconds.
+        """
+        if self.state is State.REPLANNING:
+            return Decision.REPLAN
+        comparing = self.state is State.COMPARING
+        if way is self._way and obstacles is self._obstacles:
+            return Decision.COMPARE if comparing else Decision.KEEP
+        known = self._obstacles
+        self._way, self._obstacles = way, obstacles
+        clearance_m = self._rules.conflict_clearance_m
+        rest = way.ahead(time_s, place_enu_m)
+        if first_conflict(rest, obstacles, clearance_m) is not None:
+            self._go(Event.CONFLICT)
+            return Decision.REPLAN
+        if comparing:
+            return Decision.COMPARE
+        waited = now - self._planned_s >= self._rules.elective_s
+        if obstacles is not known and waited and self.is_clearly_shorter(least_m, left_m):
+            self._go(Event.LOOK)
+            return Decision.COMPARE
+        return Decision.KEEP
+
+    def is_clearly_shorter(self, length_m: float, left_m: float) -> bool:
+        """Whether a way is so much shorter than another that it is worth taking."""
+        gain_m = max(self._rules.elective_gain * left_m, _GAIN_MIN_M)
+        return length_m < left_m - gain_m
+
+    def found(self, place_enu_m: Vector3, now: float) -> None:
+        """Take note that another way is flown from now on."""
+        if self.state is not State.KEEPING:
+            self.replans += 1
+        self._go(Event.FOUND)
+        self._planned_s = now
+        self._way = None
+        self.moved_on(place_enu_m)
+
+    def not_found(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:
+        """Take note that there is no way, or none that is better.
+
+        Args:
+            place_enu_m: where the vehicle is.
+            now: time in seconds.
+            is_undecided: whether the search is to go on at once.
+        """
+        comparing = self.state is State.COMPARING
+        self._go(Event.NOT_FOUND)
+        self._planned_s = float("-inf") if is_undecided else now
+        if not comparing:
+            self._block(place_enu_m, now)
+
+    def stop(self, place_enu_m: Vector3, now: float) -> None:
+        """Take note that the vehicle is stopped, whatever was planned."""
+        self._go(Event.STOP)
+        self._block(place_enu_m, now)
+
+    def wait(self, now: float, may_plan: bool) -> Decision:
+        """Decide what to do while there is no way.
+
+        Args:
+            now: time in seconds.
+            may_plan: whether a way may be looked for at all.
+        """
+        if self.blocked_for_s(now) > self._rules.blocked_timeout_s:
+            self._go(Event.TIME_OUT)
+            return Decision.GIVE_UP
+        if may_plan and now - self._planned_s >= self._rules.retry_s:
+            self._go(Event.RETRY)
+            return Decision.REPLAN
+        return Decision.WAIT
+
+    def restart_clock(self) -> None:
+        """Count the time without a way from its next moment on."""
+        self._blocked_at = self._blocked_s = None
+
+    def moved_on(self, place_enu_m: Vector3) -> None:
+        """Forget where the vehicle was blocked once it has got away from there."""
+        if self._blocked_at is not None and distance(place_enu_m, self._blocked_at) > _AWAY_M:
+            self._blocked_at = self._blocked_s = None
+
+    def _block(self, place_enu_m: Vector3, now: float) -> None:
+        if self._blocked_s is None or self._blocked_at is None:
+            self._blocked_s, self._blocked_at = now, place_enu_m
+
+    def _go(self, event: Event) -> None:
+        try:
+            self.state = TRANSITIONS[self.state, event]
+        except KeyError:
+            raise ReplannerError(
+                f"{event.name} cannot happen in state {self.state.name}."
+            ) from None

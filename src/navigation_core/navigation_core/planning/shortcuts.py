@@ -1,0 +1,167 @@
+"""Pull a way tight: fewer corners, and each as near to the direct line as is clear."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from navigation_core.mapping.obstacles import Array, Obstacles
+from navigation_core.planning.path_search import cost_m, way_cost_m
+
+__all__ = ["pulled_tight", "with_fewer_corners"]
+
+_ROUNDS = 6
+# How far a corner is drawn towards the line between its neighbours, as shares.
+_SHARES = np.array([0.9, 0.6, 0.35, 0.2, 0.1, 0.04, 0.015])
+# Where a corner is cut off, as shares of the lines beside it; less than half of both.
+_CUTS = np.array([0.49, 0.35, 0.2, 0.1, 0.05])
+# A corner that can't be drawn by more than this stays.
+_TINY_M = 0.005
+_POINTS_MAX = 24
+# Two corners become one if it turns by no more than this, and it takes no more than this share
+# of the clearance longer.
+_TURN_MAX_RAD = math.radians(50.0)
+_LONGER_SHARE = 0.06
+
+
+def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    """Return a shorter way on the same side of each obstacle, or on a better one.
+
+    Args:
+        way: points, shape (N, 3); its lines are clear.
+        obstacles: all that count.
+        clearance_m: that each line keeps.
+    """
+    low, high = way.min(axis=0), way.max(axis=0)
+    nearby = obstacles.near(tuple(low), tuple(high), clearance_m)
+    way = _skipped(way, nearby, clearance_m)
+    for number in range(_ROUNDS):
+        if len(way) == 2:
+            break
+        drawn = _drawn(_split(way, nearby, clearance_m), nearby, clearance_m)
+        # From the other end each time: both are worth their time only for the first, long way.
+        turn = -1 if number % 2 else 1
+        shorter = _skipped_forward(drawn[::turn], nearby, clearance_m)[::turn]
+        before, after = way_cost_m(way), way_cost_m(shorter)
+        way = shorter
+        if before - after < 0.001 * before:
+            break
+    return way
+
+
+def _skipped(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    """Leave out points, from either end, as far as lines are clear; the shorter result."""
+    if len(way) == 2:
+        return way
+    ways = (
+        _skipped_forward(way, obstacles, clearance_m),
+        _skipped_forward(way[::-1], obstacles, clearance_m)[::-1],
+    )
+    return min(ways, key=way_cost_m)
+
+
+def _skipped_forward(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    kept, here = [0], 0
+    while here < len(way) - 1:
+        there = np.arange(here + 2, min(len(way), here + _POINTS_MAX))
+        starts = np.broadcast_to(way[here], (len(there), 3))
+        clear = np.flatnonzero(obstacles.are_clear(starts, way[there], clearance_m))
+        here = int(there[clear[-1]]) if len(clear) else here + 1
+        kept.append(here)
+    return way[kept]
+
+
+def _drawn(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    """Draw each corner towards the line between its neighbours, every second one at a time."""
+    way = way.copy()
+    for first in (1, 2):
+        corners = np.arange(first, len(way) - 1, 2)
+        if not len(corners):
+            continue
+        before, corner, after = way[corners - 1], way[corners], way[corners + 1]
+        candidates = _candidates(before, corner, after)
+        times = candidates.shape[1]
+        flat = candidates.reshape(-1, 3)
+        starts, ends = np.repeat(before, times, axis=0), np.repeat(after, times, axis=0)
+        costs = cost_m(flat - starts) + cost_m(ends - flat)
+        better = (
+            costs < np.repeat(cost_m(corner - before) + cost_m(after - corner), times) - _TINY_M
+        )
+        better[better] = obstacles.are_clear(starts[better], flat[better], clearance_m)
+        better[better] = obstacles.are_clear(flat[better], ends[better], clearance_m)
+        costs = np.where(better, costs, np.inf).reshape(-1, times)
+        best = costs.argmin(axis=1)
+        moved = np.isfinite(costs.min(axis=1))
+        way[corners[moved]] = candidates[moved, best[moved]]
+    return way
+
+
+def _split(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    """Cut corners off: two points on the lines beside a corner take its place where it can be."""
+    corner = way[1:-1]
+    shares = _CUTS[:, None]
+    before = corner[:, None] + shares * (way[:-2] - corner)[:, None]
+    after = corner[:, None] + shares * (way[2:] - corner)[:, None]
+    flat = obstacles.are_clear(before.reshape(-1, 3), after.reshape(-1, 3), clearance_m)
+    clear = flat.reshape(-1, len(_CUTS))
+    best = np.where(clear.any(axis=1), clear.argmax(axis=1), -1)
+    parts = [way[:1]]
+    for row, column in enumerate(best):
+        cut = column >= 0
+        here = (before[row, column], after[row, column]) if cut else (corner[row],)
+        parts.append(np.array(here))
+    return np.concatenate([*parts, way[-1:]])
+
+
+def _candidates(before: Array, corner: Array, after: Array) -> Array:
+    """Return places for corners nearer to the lines between their neighbours, shape (N, C, 3).
+
+    They are on the way to the nearest point of that line, and to both neighbours.
+    """
+    chord = after - before
+    length2 = np.maximum((chord * chord).sum(axis=1), 1e-12)
+    share = np.clip(((corner - before) * chord).sum(axis=1) / length2, 0.0, 1.0)
+    nearest = before + share[:, None] * chord
+    return np.concatenate(
+        [
+            corner[:, None] + _SHARES[:, None] * (to - corner)[:, None]
+            for to in (nearest, before, after)
+        ],
+        axis=1,
+    )
+
+
+def with_fewer_corners(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+    """Join corners that follow each other closely, as about the end of a wall.
+
+    A vehicle is slower on many short lines than on few longer ones.
+    """
+    row = 1
+    while row < len(way) - 2:
+        joined = _joined(way[row - 1 : row + 3])
+        if joined is not None:
+            starts = np.array([way[row - 1], joined])
+            ends = np.array([joined, way[row + 2]])
+            if obstacles.are_clear(starts, ends, clearance_m).all() and (
+                way_cost_m(np.array([way[row - 1], joined, way[row + 2]]))
+                < way_cost_m(way[row - 1 : row + 3]) + _LONGER_SHARE * clearance_m
+            ):
+                way = np.concatenate([way[:row], joined[None], way[row + 2 :]])
+                continue
+        row += 1
+    return way
+
+
+def _joined(points: Array) -> Array | None:
+    """Return where the first and the last of three lines meet, seen from above."""
+    before, after = points[1] - points[0], points[2] - points[3]
+    cross = before[0] * after[1] - before[1] * after[0]
+    turn = math.atan2(cross, -(before[0] * after[0] + before[1] * after[1]))
+    if not 1e-6 < abs(turn) <= _TURN_MAX_RAD:
+        return None
+    gap = points[3] - points[0]
+    share = (gap[0] * after[1] - gap[1] * after[0]) / cross
+    meeting = points[0] + share * before
+    meeting[2] = 0.5 * (points[1, 2] + points[2, 2])
+    return meeting if share >= 1.0 else None

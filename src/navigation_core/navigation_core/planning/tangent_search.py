@@ -1,0 +1,177 @@
+"""The shortest way around few obstacles, found by looking only at those it meets.
+
+The shortest way in the plane is made of lines that touch the outlines they go round. So begin
+with the straight line; where the shortest way so far hits something, take that in, and
+look for the shortest way around all that was taken in. A way that hits nothing any more is
+the shortest there is: what was never taken in could only have made it longer.
+
+Outlines are taken as polygons about them, which makes a way longer by up to 2 % of its bends.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from navigation_core.mapping.obstacles import Array, Obstacles
+from navigation_core.planning.planar_shapes import Indices, Shapes
+
+__all__ = ["tangent_way"]
+
+_CORNERS = 16
+# Beyond these numbers the net of ways is quicker: of obstacles, of times that some are taken
+# in, and of lines.
+_SHAPES_MAX = 70
+_ROUNDS_MAX = 40
+_LINES_MAX = 7500
+# A line along a polygon must not be nearer than the clearance by rounding.
+_ROOM = 1.0 + 1e-6
+
+
+def tangent_way(
+    start_enu_m: Array,
+    goal_enu_m: Array,
+    level: Obstacles,
+    clearance_m: float,
+    longest_m: float = math.inf,
+) -> Array | None:
+    """Return the points of the shortest way in the plane of the start, shape (N, 3).
+
+    Args:
+        start_enu_m: clear of all obstacles.
+        goal_enu_m: clear of all obstacles, at the same height.
+        level: what is in the way at this height.
+        clearance_m: that every line of the way keeps.
+        longest_m: no way of this length or more is wanted.
+
+    Returns:
+        None if there is none, or if that is not clear with few obstacles.
+    """
+    search = _Search(start_enu_m, goal_enu_m, level, clearance_m)
+    for _ in range(_ROUNDS_MAX):
+        way = search.shortest()
+        if way is None or np.hypot(*np.diff(way[:, :2], axis=0).T).sum() >= longest_m:
+            return None
+        _, obstacles = level.hits(way[:-1], way[1:], clearance_m)
+        if not len(obstacles):
+            return way
+        new = np.unique(obstacles)
+        if len(new) + search.taken > _SHAPES_MAX or search.looked_at > _LINES_MAX:
+            return None
+        search.take(new)
+    return None
+
+
+class _Search:
+    """The obstacles taken in, and the lines between their corners."""
+
+    def __init__(self, start: Array, goal: Array, level: Obstacles, clearance_m: float) -> None:
+        self._level = level
+        self._shapes = Shapes(level)
+        self._clearance_m = clearance_m
+        self._height = start[2]
+        self._rows = np.empty(0, dtype=np.intp)
+        self.looked_at = 0
+        # For each point: where it is, and where its neighbours on its polygon are. The start
+        # and the goal are polygons of one point.
+        self._points = np.array([start[:2], goal[:2]])
+        self._before, self._after = self._points, self._points
+        self._sound = np.ones(2, dtype=np.bool_)
+        self._begins = np.array([0], dtype=np.intp)
+        self._ends = np.array([1], dtype=np.intp)
+
+    @property
+    def taken(self) -> int:
+        """How many obstacles are taken in."""
+        return len(self._rows)
+
+    def shortest(self) -> Array | None:
+        """Return the shortest way around what is taken in."""
+        count = len(self._points)
+        lengths = np.hypot(*(self._points[self._ends] - self._points[self._begins]).T)
+        graph = csr_array((lengths, (self._begins, self._ends)), shape=(count, count))
+        indices = np.array([0])
+        _, before = dijkstra(graph, directed=False, indices=indices, return_predecessors=True)
+        way = [1]
+        while way[-1] != 0:
+            way.append(int(before[0, way[-1]]))
+            if way[-1] < 0:
+                return None
+        return self._in_space(np.array(way[::-1]))
+
+    def take(self, rows: Indices) -> None:
+        """Take in obstacles of the level."""
+        new = _of(self._level, rows)
+        clear = new.are_clear(
+            self._in_space(self._begins), self._in_space(self._ends), self._clearance_m
+        )
+        self._begins, self._ends = self._begins[clear], self._ends[clear]
+        self._rows = np.concatenate([self._rows, rows])
+        taken = _of(self._level, self._rows)
+        first = self._add_points(rows)
+        places = self._in_space(np.arange(len(self._points)))
+        self._sound[:first] &= self._are_sound(new, places[:first])
+        self._sound[first:] = self._are_sound(taken, places[first:])
+        begins, ends = self._touching(first)
+        self.looked_at += len(begins)
+        clear = taken.are_clear(places[begins], places[ends], self._clearance_m)
+        self._begins = np.concatenate([self._begins, begins[clear]])
+        self._ends = np.concatenate([self._ends, ends[clear]])
+
+    def _add_points(self, rows: Indices) -> int:
+        """Add the polygons about outlines; returns the first new point."""
+        first = len(self._points)
+        polygons = self._polygons(rows)
+        places = (polygons, np.roll(polygons, 1, axis=1), np.roll(polygons, -1, axis=1))
+        new, before, after = (place.reshape(-1, 2) for place in places)
+        self._points = np.concatenate([self._points, new])
+        self._before = np.concatenate([self._before, before])
+        self._after = np.concatenate([self._after, after])
+        self._sound = np.concatenate([self._sound, np.ones(len(new), dtype=np.bool_)])
+        return first
+
+    def _are_sound(self, obstacles: Obstacles, places: Array) -> NDArray[np.bool_]:
+        return obstacles.are_clear(places, places, self._clearance_m)
+
+    def _polygons(self, rows: Indices) -> Array:
+        """Return polygons about outlines with the clearance, shape (N, _CORNERS, 2)."""
+        shapes = self._shapes
+        angle = math.tau * (np.arange(_CORNERS) + 0.5) / _CORNERS
+        circle = np.column_stack([np.cos(angle), np.sin(angle)])
+        reach = (shapes.radius_m[rows] + self._clearance_m) * _ROOM / math.cos(math.pi / _CORNERS)
+        own = np.sign(circle) * shapes.half_m[rows, None] + circle * reach[:, None, None]
+        axis = shapes.axis[rows, None]
+        east = own[..., 0] * axis[..., 0] - own[..., 1] * axis[..., 1]
+        north = own[..., 0] * axis[..., 1] + own[..., 1] * axis[..., 0]
+        return np.asarray(shapes.middle_m[rows, None] + np.stack([east, north], axis=-1))
+
+    def _touching(self, first: int) -> tuple[Indices, Indices]:
+        """Return the lines between new points and all before that enter no own polygon."""
+        new = first + np.flatnonzero(self._sound[first:])
+        every = np.flatnonzero(self._sound)
+        line = self._points[every] - self._points[new][:, None]
+        rows, columns = np.nonzero(self._passes(new[:, None], line))
+        line, begins, ends = line[rows, columns], new[rows], every[columns]
+        touches = self._passes(ends, line) & (begins > ends)
+        return begins[touches], ends[touches]
+
+    def _passes(self, points: Indices, line: Array) -> NDArray[np.bool_]:
+        """Whether lines leave both neighbours of a point on one side of them, or touch them."""
+        before = self._before[points] - self._points[points]
+        after = self._after[points] - self._points[points]
+        one = line[..., 0] * before[..., 1] - line[..., 1] * before[..., 0]
+        other = line[..., 0] * after[..., 1] - line[..., 1] * after[..., 0]
+        return np.asarray(one * other >= -1e-9)
+
+    def _in_space(self, points: Indices) -> Array:
+        heights = np.full(len(points), self._height)
+        return np.column_stack([self._points[points], heights])
+
+
+def _of(level: Obstacles, rows: Indices) -> Obstacles:
+    count = len(level.posts)
+    return Obstacles(level.posts[rows[rows < count]], level.boxes[rows[rows >= count] - count])

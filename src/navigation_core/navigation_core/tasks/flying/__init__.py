@@ -1,0 +1,1 @@
+"""Tasks that lead the vehicle themselves, to a point or along a route."""

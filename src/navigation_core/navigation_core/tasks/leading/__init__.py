@@ -1,0 +1,1 @@
+"""How a vehicle is led along its path: trajectories, setpoints, obstacles."""

@@ -1,0 +1,280 @@
+"""What a flight does about obstacles: keep on, go another way, stop, wait, give way.
+
+It joins three pure parts: the checked path (:mod:`.checked_path`), the decision to replan it
+(:mod:`navigation_core.planning.replanner`) and the brake (:mod:`navigation_core.safety.braking`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from navigation_core.geometry import Vector3, distance, norm
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.planning.conflicts import Samples, clearance_at_m, first_conflict
+from navigation_core.planning.replanner import Decision, Replanner, ReplanRules, State
+from navigation_core.safety.braking import must_brake
+from navigation_core.tasks.base import Observation
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.checked_path import NoWay, Way
+from navigation_core.tasks.leading.flight import Flight
+from navigation_core.tasks.measurement import measured_state
+
+# Time until a long way is tried to be planned on once more, how far from the next point that is
+# done, and for how long a good moment is waited for.
+_PLAN_ON_S, _AHEAD_S, _PATIENCE_S = 1.0, 2.5, 6.0
+_TURNS_M_S2 = 0.05
+
+
+class Avoider:
+    """Keeps one flight away from obstacles."""
+
+    def __init__(self, config: AvoidanceConfig, flight: Flight) -> None:
+        """Prepare.
+
+        Args:
+            config: how to keep away.
+            flight: which flight; it must have been made with the same.
+        """
+        assert flight.ways is not None
+        self._config = config
+        self._flight = flight
+        self._ways = flight.ways
+        self._replanner = Replanner(
+            ReplanRules(
+                config.conflict_clearance_m,
+                config.blocked_timeout_s,
+                config.retry_s,
+                config.elective_s,
+                config.elective_gain,
+            )
+        )
+        self._is_silent = False
+        self._gave_way_s = -math.inf
+        # Why there is no path; empty while one is flown, or searched for for the first time.
+        self.reason = ""
+
+    @property
+    def replans(self) -> int:
+        """How often the way was planned anew because of obstacles."""
+        return self._replanner.replans
+
+    def may_begin(self, observation: Observation, now: float) -> bool:
+        """Take note of a flight that was planned just now.
+
+        Returns:
+            Whether it may be flown; if not, the vehicle is to be stopped.
+        """
+        if self._flight.carrot is None:
+            return True
+        here = measured_state(observation).position_enu_m
+        if self._hears_nothing(observation):
+            self._stop(observation, now, self.reason)
+            return False
+        if self._flight.undecided:
+            self._replanner.not_found(here, now, is_undecided=True)
+            return False
+        if self._flight.no_way:
+            self.reason = self._flight.no_way
+            self._replanner.not_found(here, now)
+            return False
+        self.reason = ""
+        self._replanner.found(here, now)
+        return True
+
+    def keeps_going(self, observation: Observation, now: float) -> bool:
+        """Look whether the way may be flown on.
+
+        Returns:
+            Whether the flight goes on; if not, the vehicle is being stopped.
+        """
+        if self._replanner.state is State.BLOCKED:
+            return False
+        here = measured_state(observation).position_enu_m
+        self._replanner.moved_on(here)
+        if self._hears_nothing(observation):
+            self._stop(observation, now, self.reason)
+            return False
+        if self._must_brake(observation):
+            limit_m = self._config.brake_clearance_m
+            text = f"An obstacle would come within {limit_m:g} m before the vehicle could stop."
+            self._stop(observation, now, text)
+            return False
+        return True
+
+    def think(self, observation: Observation, now: float) -> None:
+        """Look for another way if need be, and go over to it; without one, stop.
+
+        While a search goes on, the old way is flown, and the brake watches.
+        """
+        if self._replanner.state is State.BLOCKED:
+            return
+        decision = self._check(observation, now)
+        if decision is Decision.REPLAN:
+            self._replan(observation, now)
+        elif decision is Decision.COMPARE:
+            self._compare(observation, now)
+        else:
+            self._plan_on(observation, now)
+
+    def wait(self, observation: Observation, now: float, may_plan: bool) -> Decision:
+        """Decide what to do while there is no way, which may be looked for or not."""
+        may_plan = not self._hears_nothing(observation) and may_plan
+        return self._replanner.wait(now, may_plan and not self._must_brake(observation))
+
+    def failure(self) -> tuple[OutcomeCode, str]:
+        """Return how a goal ends whose way has been blocked for too long."""
+        waited_s = self._config.blocked_timeout_s
+        if self._is_silent:
+            text = f"There was nothing to tell about obstacles for {waited_s:g} s. {self.reason}"
+            return OutcomeCode.NO_OBSTACLE_DATA, text
+        return OutcomeCode.NO_PATH, f"There was no way for {waited_s:g} s. {self.reason}"
+
+    def restart_clock(self) -> None:
+        """Count the time without a way from now on: the vehicle was to stand meanwhile."""
+        self._replanner.restart_clock()
+
+    def is_too_near(self, observation: Observation, now: float) -> bool:
+        """Whether something has come so near to where the vehicle is to stay that it must go."""
+        limit_m = self._config.conflict_clearance_m
+        here = measured_state(observation).position_enu_m
+        near_m = clearance_at_m(here, observation.obstacles, limit_m)
+        if near_m >= limit_m:
+            return False
+        text = f"An obstacle has come as near as {near_m:.2f} m, where {limit_m:g} m are kept."
+        self._stop(observation, now, text)
+        return True
+
+    def give_way(self, observation: Observation, now: float) -> None:
+        """While the vehicle stands, go out of the way of what comes near."""
+        flight, limit_m = self._flight, self._config.conflict_clearance_m
+        carrot = flight.carrot
+        if carrot is None:
+            return
+        if flight.way is not None and not carrot.ended:
+            conflict = self._is_in_conflict(flight.way, carrot, observation)
+            leads_away = bool(flight.way.passed_s)
+            # What drives begins each plan as fast as it is: a brake that is under way would
+            # never get slower if it were planned anew in every step.
+            brakes = not leads_away and flight.starts_here
+            if (conflict and not brakes) or (leads_away and self._must_brake(observation)):
+                flight.plan_stop(observation)
+            return
+        here = measured_state(observation).position_enu_m
+        if clearance_at_m(here, observation.obstacles, limit_m) >= limit_m:
+            return
+        if now - self._gave_way_s < self._config.retry_s:
+            return
+        self._gave_way_s = now
+        assert flight.commanded is not None
+        assert flight.way_out is not None
+        away = flight.way_out.plan_away(flight.start(observation), observation.obstacles)
+        if away is not None:
+            flight.take(away, leads_to_goal=False)
+
+    # --- what it looks at ----------------------------------------------------------------
+
+    def _hears_nothing(self, observation: Observation) -> bool:
+        age_s = observation.obstacles_age_s
+        self._is_silent = not age_s <= self._config.sensor_timeout_s
+        if self._is_silent:
+            since = f"been silent for {age_s:.1f} s" if math.isfinite(age_s) else "not been heard"
+            self.reason = f"The sensor that tells about obstacles has {since}."
+        return self._is_silent
+
+    def _must_brake(self, observation: Observation) -> bool:
+        """Ask the layer that knows nothing of ways."""
+        here, commanded = measured_state(observation), self._flight.commanded
+        if commanded is not None:
+            here = replace(here, acceleration_enu_m_s2=commanded.acceleration_enu_m_s2)
+        acts = must_brake(
+            Samples.at(here),
+            observation.obstacles,
+            self._ways.braking_limits,
+            self._config.brake_clearance_m,
+            self._config.reaction_s,
+        )
+        return bool(acts[0])
+
+    def _is_in_conflict(self, way: Way, carrot: Carrot, observation: Observation) -> bool:
+        rest = way.samples.ahead(carrot.time_s, carrot.state.position_enu_m)
+        limit_m = self._config.conflict_clearance_m
+        return first_conflict(rest, observation.obstacles, limit_m) is not None
+
+    def _check(self, observation: Observation, now: float) -> Decision:
+        way, carrot = self._flight.way, self._flight.carrot
+        if way is None or carrot is None:
+            return Decision.KEEP
+        place = carrot.state.position_enu_m
+        return self._replanner.check(
+            way.samples,
+            carrot.time_s,
+            place,
+            self._least_m(place),
+            carrot.distance_remaining_m,
+            observation.obstacles,
+            now,
+        )
+
+    def _plan_on(self, observation: Observation, now: float) -> None:
+        """Plan the rest of a long way before it gets there, or stop where its plan ends."""
+        way, carrot = self._flight.way, self._flight.carrot
+        if way is None or carrot is None or carrot.time_s < way.extend_s:
+            return
+        # In a corner, or right before one, it could not be done without a stop.
+        next_m = distance(carrot.state.position_enu_m, self._flight.points[0].position_enu_m)
+        turns = norm(carrot.state.acceleration_enu_m_s2) > _TURNS_M_S2
+        near = next_m < _AHEAD_S * norm(carrot.state.velocity_enu_m_s)
+        if (turns or near) and carrot.time_s < way.extend_s + _PATIENCE_S:
+            return
+        last_moment = carrot.time_s > float(way.samples.times_s[-1]) - _PLAN_ON_S
+        onward = self._flight.find_way(observation, under_way=True)
+        if isinstance(onward, Way):
+            self._flight.take(onward)
+        elif last_moment and isinstance(onward, NoWay):
+            self._stop(observation, now, onward.reason)
+        elif onward is not None:
+            self._flight.way = replace(way, extend_s=carrot.time_s + _PLAN_ON_S)
+
+    def _least_m(self, place_enu_m: Vector3) -> float:
+        """Return the length of the straight way through what is left of the points."""
+        length_m = 0.0
+        for point in self._flight.points:
+            length_m += distance(place_enu_m, point.position_enu_m)
+            place_enu_m = point.position_enu_m
+        return length_m
+
+    # --- what it does --------------------------------------------------------------------
+
+    def _stop(self, observation: Observation, now: float, reason: str) -> None:
+        self.reason = reason
+        self._flight.plan_stop(observation)
+        self._replanner.stop(measured_state(observation).position_enu_m, now)
+
+    def _replan(self, observation: Observation, now: float) -> None:
+        place = measured_state(observation).position_enu_m
+        way = self._flight.find_way(observation, under_way=True)
+        if way is None:
+            return
+        if isinstance(way, NoWay):
+            self.reason = way.reason
+            self._flight.plan_stop(observation)
+            self._replanner.not_found(place, now)
+        else:
+            self._flight.take(way)
+            self._replanner.found(place, now)
+
+    def _compare(self, observation: Observation, now: float) -> None:
+        """Go over to a way that is clearly shorter, if there is one."""
+        place, carrot = measured_state(observation).position_enu_m, self._flight.carrot
+        assert carrot is not None
+        way = self._flight.find_way(observation, under_way=True)
+        if way is None:
+            return
+        left_m = carrot.distance_remaining_m
+        if isinstance(way, Way) and self._replanner.is_clearly_shorter(way.length_m, left_m):
+            self._flight.take(way)
+            self._replanner.found(place, now)
+        else:
+            self._replanner.not_found(place, now)

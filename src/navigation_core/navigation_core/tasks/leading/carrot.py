@@ -1,0 +1,282 @@
+"""The setpoint that runs ahead of the vehicle along a trajectory, and waits for it."""
+
+from __future__ import annotations
+
+import math
+
+from navigation_core.geometry import (
+    ZERO,
+    KinematicState,
+    Vector3,
+    across,
+    add,
+    dot,
+    limit_norm,
+    norm,
+    scale,
+    slew_angle,
+    subtract,
+    unit_between,
+    wrap_angle,
+)
+from navigation_core.tasks.base import Setpoint
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.leading.driven_path import DrivenPath
+from navigation_core.trajectories.trajectory import Trajectory
+
+# The carrot runs freely until the vehicle lags this share of the greatest tracking error.
+_FREE_SHARE = 0.5
+# Fastest change of the rate at which trajectory time passes, per second. At speed the
+# acceleration limit is stricter.
+_RATE_CHANGE_PER_S = 2.0
+# So much faster than planned the vehicle may be told to fly where it is late; see cruise_limits.
+_HURRY_SHARE = 1.03
+# Smoothing of the rate that the time remaining is divided by, and its floor.
+_RATE_AVERAGE_S = 2.0
+_RATE_FLOOR = 0.1
+# Trajectory time that counts as progress.
+_PROGRESS_S = 0.5
+
+
+class Carrot:
+    """Walks along one trajectory.
+
+    Trajectory time passes at a rate between 0 and 1. The rate is 1 while the vehicle is
+    close; it falls to 0 as the measured position lags the setpoint by the greatest
+    tracking error. So neither wind nor a slow vehicle lets the setpoint run away, which
+    the vehicle would race after. The feed-forward scales with the rate and so stays the
+    true derivative of the position.
+
+    An autopilot flies the feed-forward, and as much faster as it is behind. So the rate also
+    falls where the two together would exceed the speed: what the vehicle is late by is not made
+    up for by flying too fast.
+    """
+
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        config: GotoConfig,
+        yaw_enu_rad: float,
+        yaw_goal_enu_rad: float,
+        time_s: float = 0.0,
+    ) -> None:
+        """Stand at the beginning, or further on.
+
+        Args:
+            trajectory: where to walk.
+            config: its ``tracking_error_max_m``, ``tracking_lag_s``, ``following_gain_per_s``
+                and ``response_s``.
+            yaw_enu_rad: yaw to begin with.
+            yaw_goal_enu_rad: yaw to turn to, the shortest way.
+            time_s: where to stand, in trajectory time.
+        """
+        self.trajectory = trajectory
+        self._config = config
+        self._yaw = wrap_angle(yaw_enu_rad)
+        self._yaw_goal = wrap_angle(yaw_goal_enu_rad)
+        self._time_s = time_s
+        self._stalled_s = 0.0
+        self._stalled_at_s = time_s
+        self._rate = 1.0
+        self._rate_average = 1.0
+        self._state = trajectory.sample(time_s)
+        self._driven: DrivenPath | None = None
+
+    @property
+    def state(self) -> KinematicState:
+        """The setpoint's position and its true derivatives."""
+        return self._state
+
+    @property
+    def time_s(self) -> float:
+        """How far along the trajectory it stands, in trajectory time."""
+        return self._time_s
+
+    def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
+        """Return where it will stand after a while at its present pace, and in which state.
+
+        Args:
+            lead_s: the time to look ahead.
+
+        Returns:
+            Trajectory time and state.
+        """
+        if lead_s <= 0.0:
+            return self._time_s, self._state
+        time_s = self._time_s + self._rate * lead_s
+        return time_s, self._scaled(self.trajectory.sample(time_s), 0.0)
+
+    def turn_to(self, yaw_enu_rad: float) -> None:
+        """Turn to another yaw from now on, the shortest way."""
+        self._yaw_goal = wrap_angle(yaw_enu_rad)
+
+    @property
+    def yaw_enu_rad(self) -> float:
+        """The setpoint's yaw."""
+        return self._yaw
+
+    @property
+    def setpoint(self) -> Setpoint:
+        """What to send now."""
+        return Setpoint(
+            self._state.position_enu_m,
+            self._state.velocity_enu_m_s,
+            self._leading_acceleration(),
+            self._yaw,
+        )
+
+    @property
+    def stalled_s(self) -> float:
+        """Time since the carrot last made progress; 0 once it has come to its end."""
+        return 0.0 if self.ended else self._stalled_s
+
+    @property
+    def ended(self) -> bool:
+        """Whether the trajectory has come to its end."""
+        return self._time_s >= self.trajectory.duration_s
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the trajectory and the turn have come to their end."""
+        return self.ended and self._yaw == self._yaw_goal
+
+    @property
+    def distance_remaining_m(self) -> float:
+        """Length of the path that is left."""
+        return self.trajectory.remaining_distance_m(self._time_s)
+
+    @property
+    def time_remaining_s(self) -> float:
+        """Time that is left at the pace of the last seconds."""
+        left_s = max(self.trajectory.duration_s - self._time_s, 0.0)
+        turn_s = abs(wrap_angle(self._yaw_goal - self._yaw)) / self._yaw_rate
+        return max(left_s / max(self._rate_average, _RATE_FLOOR), turn_s)
+
+    @property
+    def _yaw_rate(self) -> float:
+        return self.trajectory.limits.yaw_rate_rad_s
+
+    def advance(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
+        """Walk on.
+
+        Args:
+            dt_s: time since the last call.
+            position_enu_m: measured position of this moment; None to walk without waiting.
+            rate_max: share of the planned speed that it may have.
+        """
+        if dt_s <= 0.0:
+            return
+        before = self._rate
+        nominal = self.trajectory.sample(self._time_s)
+        self._rate = self._next_rate(dt_s, position_enu_m, nominal.velocity_enu_m_s, rate_max)
+        # The mean of both rates makes the position the integral of the velocity.
+        self._walk_to(self._time_s + 0.5 * (before + self._rate) * dt_s, self._rate, dt_s)
+        self._state = self._scaled(
+            self.trajectory.sample(self._time_s), (self._rate - before) / dt_s
+        )
+        self._yaw = slew_angle(self._yaw, self._yaw_goal, self._yaw_rate * dt_s)
+
+    def follow(
+        self, dt_s: float, position_enu_m: Vector3, braking_m_s2: float, until_s: float = math.inf
+    ) -> DrivenPath:
+        """Walk on to where a vehicle has come to that drives, at whatever pace.
+
+        Args:
+            dt_s: time since the last call.
+            position_enu_m: measured position of this moment.
+            braking_m_s2: how hard the vehicle is meant to brake before corners.
+            until_s: up to when, in trajectory time, the path may be looked ahead to.
+
+        Returns:
+            The path, which knows what is ahead.
+        """
+        if self._driven is None:
+            self._driven = DrivenPath(self.trajectory, braking_m_s2)
+        self._driven.limit(until_s)
+        self._driven.advance(position_enu_m)
+        if dt_s > 0.0:
+            time_s = max(self._driven.time_s, self._time_s)
+            self._walk_to(time_s, (time_s - self._time_s) / dt_s, dt_s)
+            self._state = self.trajectory.sample(self._time_s)
+        return self._driven
+
+    def finish(self) -> None:
+        """Walk to the end at once."""
+        self._time_s = self.trajectory.duration_s
+        self._state = self.trajectory.sample(self._time_s)
+
+    def _walk_to(self, time_s: float, rate: float, dt_s: float) -> None:
+        share = min(dt_s / _RATE_AVERAGE_S, 1.0)
+        self._rate_average += share * (rate - self._rate_average)
+        self._time_s = time_s
+        self._stalled_s += dt_s
+        if self._time_s - self._stalled_at_s >= _PROGRESS_S:
+            self._stalled_s, self._stalled_at_s = 0.0, self._time_s
+
+    def _next_rate(
+        self,
+        dt_s: float,
+        position_enu_m: Vector3 | None,
+        velocity_enu_m_s: Vector3,
+        rate_max: float,
+    ) -> float:
+        wanted = rate_max
+        if position_enu_m is not None:
+            error_max_m = self._config.tracking_error_max_m
+            room_m = error_max_m - self._lag_m(position_enu_m)
+            wanted = min(max(room_m / (error_max_m * (1.0 - _FREE_SHARE)), 0.0), rate_max)
+        change = _RATE_CHANGE_PER_S
+        course = unit_between(ZERO, velocity_enu_m_s)
+        if course is not None:
+            axis = self.trajectory.limits_at(self._time_s).along(course)
+            speed_m_s = norm(velocity_enu_m_s)
+            change = min(change, axis.acceleration_m_s2 / speed_m_s)
+            if position_enu_m is not None:
+                behind_m = dot(subtract(self._state.position_enu_m, position_enu_m), course)
+                hurry_m_s = self._config.following_gain_per_s * behind_m
+                allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
+                wanted = min(wanted, max((allowed_m_s - hurry_m_s) / speed_m_s, 0.0))
+        return min(max(wanted, self._rate - change * dt_s), self._rate + change * dt_s)
+
+    def _lag_m(self, position_enu_m: Vector3) -> float:
+        """Return how far the vehicle is behind or beside the setpoint; ahead does not count."""
+        offset = subtract(self._state.position_enu_m, position_enu_m)
+        course = unit_between(ZERO, self._state.velocity_enu_m_s)
+        if course is None:
+            return norm(offset)
+        natural_m = self._config.tracking_lag_s * norm(self._state.velocity_enu_m_s)
+        behind_m = max(dot(offset, course) - natural_m, 0.0)
+        return math.hypot(behind_m, norm(across(offset, course)))
+
+    def _leading_acceleration(self) -> Vector3:
+        """Return the acceleration to send.
+
+        An airframe needs time to lean. While it gains speed over ground it is told the
+        acceleration that is wanted then; else it would go on accelerating beyond the speed. Not
+        while it brakes: it would stop short of its target.
+        """
+        wanted, velocity = self._state.acceleration_enu_m_s2, self._state.velocity_enu_m_s
+        if wanted[0] * velocity[0] + wanted[1] * velocity[1] <= 0.0:
+            return wanted
+        now = self.trajectory.sample(self._time_s).acceleration_enu_m_s2
+        then = self.trajectory.sample(self._time_s + self._config.response_s * self._rate)
+        change = subtract(then.acceleration_enu_m_s2, now)
+        gain = self._rate * self._rate
+        return (wanted[0] + gain * change[0], wanted[1] + gain * change[1], wanted[2])
+
+    def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
+        velocity = nominal.velocity_enu_m_s
+        acceleration = add(
+            scale(nominal.acceleration_enu_m_s2, self._rate * self._rate),
+            scale(velocity, rate_change_per_s),
+        )
+        limits = self.trajectory.limits_at(self._time_s)
+        ceiling = max(
+            norm(nominal.acceleration_enu_m_s2),
+            math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2),
+        )
+        return KinematicState(
+            nominal.position_enu_m,
+            scale(velocity, self._rate),
+            limit_norm(acceleration, ceiling),
+        )

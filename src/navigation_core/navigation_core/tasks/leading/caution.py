@@ -1,0 +1,118 @@
+"""Setpoints that are safe when nothing follows them, and a vehicle that is slow when they are late.
+
+Whoever sends setpoints may stop at any moment: the process is killed, the machine hangs. Then the
+vehicle goes on with the last one until its own timeout. Near obstacles that run-out
+(:mod:`navigation_core.safety.run_out`) is part of the stopping distance, so the flight is slower
+there. A setpoint whose velocity would lead too near is sent with its position alone, at which the
+vehicle comes to rest.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from navigation_core.geometry import ZERO, dot, norm, scale
+from navigation_core.limits import Limits
+from navigation_core.safety.lateness import LATE_S, speed_share
+from navigation_core.safety.run_out import run_out_is_clear, safe_speed_m_s
+from navigation_core.tasks.base import Observation, Setpoint, Traits
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.measurement import measured_state
+
+__all__ = ["Caution"]
+
+# As slow as this, what flies follows positions alone well enough: it lags by a second's distance
+# (ArduCopter's PSC_POSXY_P is 1, PX4's MPC_XY_P 0.95).
+_BY_POSITION_M_S = 1.0
+# What drives has no positions to follow, and must go on all the same, or it would never get there.
+_CREEP_M_S = 0.2
+_ROUNDING = 1.02
+
+
+class Caution:
+    """How carefully one goal is flown."""
+
+    def __init__(self, avoidance: AvoidanceConfig | None, traits: Traits, limits: Limits) -> None:
+        """Prepare.
+
+        Args:
+            avoidance: how to keep away from obstacles; None to fly straight.
+            traits: what the vehicle can do.
+            limits: of the flight.
+        """
+        self._avoidance = avoidance
+        self._traits = traits
+        self._limits = limits
+        self._least_m_s = _BY_POSITION_M_S if traits.flies else _CREEP_M_S
+
+    def speed_share(self, carrot: Carrot, observation: Observation) -> float:
+        """Return the share of its planned speed that a setpoint may have now."""
+        share = speed_share(observation.late_s)
+        if not self._traits.flies:
+            return share  # its setpoint is a velocity, see tempered
+        velocity = carrot.trajectory.sample(carrot.time_s).velocity_enu_m_s
+        speed = norm(velocity)
+        if speed <= self._least_m_s:
+            return share
+        safe_m_s = self._safe_m_s(replace(carrot.setpoint, velocity_enu_m_s=velocity), observation)
+        return min(share, max(safe_m_s, self._least_m_s) / speed)
+
+    def tempered(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
+        """Return a setpoint as it may be sent."""
+        if observation.late_s > LATE_S:
+            # An acceleration that is not taken back in time makes the vehicle faster and faster.
+            setpoint = replace(setpoint, acceleration_enu_m_s2=ZERO)
+        speed = norm(setpoint.velocity_enu_m_s)
+        if not self._traits.flies:
+            allowed_m_s = max(self._safe_m_s(setpoint, observation), self._least_m_s)
+            return _slower(
+                setpoint,
+                min(allowed_m_s / speed, speed_share(observation.late_s)) if speed else 1.0,
+            )
+        safe_m_s = self._safe_m_s(setpoint, observation)
+        if speed > _ROUNDING * safe_m_s:
+            share = 0.0 if speed <= _ROUNDING * self._least_m_s else safe_m_s / speed
+            return _slower(setpoint, share)
+        if self._avoidance is None:
+            return setpoint
+        # Braking needs its push; speeding up must do without one, which would go on to the timeout.
+        slows = dot(setpoint.acceleration_enu_m_s2, setpoint.velocity_enu_m_s) < 0.0
+        if (slows or not self._traits.accelerates_on) and run_out_is_clear(
+            setpoint.position_enu_m,
+            setpoint.velocity_enu_m_s,
+            setpoint.acceleration_enu_m_s2,
+            observation.obstacles,
+            self._avoidance.brake_clearance_m,
+            self._traits.setpoint_timeout_s,
+        ):
+            return setpoint
+        return replace(setpoint, acceleration_enu_m_s2=ZERO)
+
+    def _safe_m_s(self, setpoint: Setpoint, observation: Observation) -> float:
+        """Return how fast the setpoint may be for its run-out; infinite if that is free."""
+        if self._avoidance is None or self._traits.setpoint_timeout_s <= 0.0:
+            return math.inf
+        position = setpoint.position_enu_m
+        if not self._traits.flies and observation.position_enu_m is not None:
+            position = measured_state(observation).position_enu_m
+        return safe_speed_m_s(
+            position,
+            setpoint.velocity_enu_m_s,
+            observation.obstacles,
+            self._limits,
+            self._avoidance.brake_clearance_m,
+            self._traits.setpoint_timeout_s,
+            observation.obstacles_reach_m,
+        )
+
+
+def _slower(setpoint: Setpoint, share: float) -> Setpoint:
+    if share >= 1.0:
+        return setpoint
+    return replace(
+        setpoint,
+        velocity_enu_m_s=scale(setpoint.velocity_enu_m_s, max(share, 0.0)),
+        acceleration_enu_m_s2=ZERO,
+    )

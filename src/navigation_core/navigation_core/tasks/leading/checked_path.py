@@ -1,0 +1,355 @@
+"""A way through points and around obstacles, as a trajectory that was checked throughout.
+
+The planner's lines become a route whose corners are cut by no more than there is room for.
+Then the whole trajectory is sampled, the turn that it begins with included: it must keep a
+clearance everywhere, and nowhere be so fast that the brake of :mod:`navigation_core.safety.braking`
+would act. Where it does not, that part is flown more slowly and with sharper corners. Where not
+even that helps, the vehicle stops first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+
+import numpy as np
+from numpy.typing import NDArray
+
+from navigation_core.geometry import (
+    ZERO,
+    KinematicState,
+    Vector3,
+    distance,
+    norm,
+    scale,
+)
+from navigation_core.limits import Limits
+from navigation_core.mapping.obstacles import Obstacles
+from navigation_core.planning.conflicts import Samples, clearance_at_m, first_conflict
+from navigation_core.planning.planner import NoPath, PlanLimits, plan
+from navigation_core.safety.braking import must_brake, stopping_ends
+from navigation_core.searches import IsWanted
+from navigation_core.tasks.base import Traits
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.path_lines import Via, gentler
+from navigation_core.trajectories.route_trajectory import RoutePoint, RouteTrajectory, plan_route
+from navigation_core.trajectories.trajectory import Trajectory, plan_stop
+
+# A route is planned around obstacles so far ahead, or for so many of its points, to bound the
+# work; it is planned on so long before it gets there.
+_HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
+# Slower than this a vehicle need not stop before it goes another way.
+_SLOW_M_S = 0.3
+# So many trajectories are tried along the same lines, and from the same beginning.
+_TRIES_MAX, _TRIES_IN_ALL = 3, 4
+# Shares of the corner allowance that are tried, one after the other.
+_ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
+# What drives strays from its way by about this share of its turning radius.
+_STRAY_SHARE = 0.5
+# And so much of that it is never planned without, but for a target that has no such room.
+_STRAY_LEAST = 0.5
+# How far it steers to either side to see whether it can leave a place that is too near to an
+# obstacle, and by how much it may come nearer.
+_STEERED_RAD, _STEERED_POINTS, _NEARER_M = 1.2, 6, 0.05
+
+
+@dataclass(frozen=True)
+class Way:
+    """What is flown.
+
+    Attributes:
+        trajectory: the motion.
+        passed_s: when each of the points asked for is passed, in trajectory time.
+        samples: the motion, to be checked against obstacles.
+        extend_s: when it is to be planned on, in trajectory time.
+        entered_s: where it is gone over to, in trajectory time.
+    """
+
+    trajectory: Trajectory
+    passed_s: tuple[float, ...]
+    samples: Samples
+    extend_s: float = math.inf
+    entered_s: float = 0.0
+
+    @property
+    def length_m(self) -> float:
+        """Its length from where it is gone over to."""
+        return self.trajectory.remaining_distance_m(self.entered_s)
+
+
+@dataclass(frozen=True)
+class NoWay:
+    """There is none.
+
+    Attributes:
+        reason: a sentence with the numbers that matter.
+    """
+
+    reason: str
+
+
+class _Fault(Enum):
+    """Where a trajectory could not be made sound."""
+
+    BEGINNING = auto()
+    LATER = auto()
+
+
+class WayPlanner:
+    """Plans the ways of one goal."""
+
+    def __init__(self, config: AvoidanceConfig, traits: Traits, limits: Limits) -> None:
+        """Prepare.
+
+        Args:
+            config: what to keep clear of.
+            traits: what the vehicle can do.
+            limits: of the flight.
+        """
+        self._config = config
+        self._traits = traits
+        self._far: tuple[tuple[RoutePoint, ...], RouteTrajectory] | None = None
+        self.braking_limits = limits
+        if not traits.flies:
+            braking_m_s2 = min(limits.acceleration_horizontal_m_s2, traits.braking_m_s2)
+            self.braking_limits = replace(limits, acceleration_horizontal_m_s2=braking_m_s2)
+
+    def plan(
+        self,
+        start: KinematicState,
+        heading_enu_rad: float,
+        points: Sequence[RoutePoint],
+        obstacles: Obstacles,
+        is_wanted: IsWanted = lambda: True,
+    ) -> Way | NoWay:
+        """Return a way from any state by way of points, or why there is none.
+
+        A search makes several attempts, of which the first is mostly enough; all of them take
+        several times as long as a setpoint may be late. It uses nothing that others change, so
+        it may run beside the flight.
+
+        Args:
+            start: state at the beginning, in the map frame.
+            heading_enu_rad: where the nose of what drives points.
+            points: at least one; the last is where the way ends.
+            obstacles: what is in the way.
+            is_wanted: asked before each attempt; the search ends when nobody waits for it.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        points, far = self._split(start.position_enu_m, points)
+        nearest = min(points, key=lambda p: self._clearance_m(p.position_enu_m, obstacles))
+        room_m = self._clearance_m(nearest.position_enu_m, obstacles)
+        needed_m = self._config.plan_clearance_m
+        if room_m < needed_m:
+            x, y, z = nearest.position_enu_m
+            return NoWay(
+                f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m, which is to be reached, is "
+                f"{room_m:.2f} m from an obstacle, where {needed_m:g} m are to be kept."
+            )
+        if self._is_cornered(start.position_enu_m, heading_enu_rad, obstacles):
+            return NoWay(
+                "The vehicle has come so near to an obstacle that it would have to turn on the "
+                "spot or go backwards, which it cannot."
+            )
+        reason = "The vehicle has to stop first."
+        for begin in self._beginnings(start, obstacles):
+            state = start if begin is None else KinematicState(begin.end_position_enu_m)
+            left = _TRIES_IN_ALL
+            for extra_m in self._extras_m(room_m - needed_m):
+                if not is_wanted():
+                    return NoWay("The search was given up.")
+                lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
+                if isinstance(lines, NoPath):
+                    reason = lines.reason
+                    continue
+                tries = min(left, _TRIES_MAX)
+                way = self._fly(state, begin, lines, obstacles, tries)
+                left -= tries
+                if isinstance(way, Way):
+                    return self._continued(way, points[-1], far)
+                reason = (
+                    "A way exists, but none that can be flown from here and keeps "
+                    f"{self._config.flown_clearance_m:g} m to all obstacles."
+                )
+                # Other lines begin with about the same turn.
+                if way is _Fault.BEGINNING or left == 0:
+                    break
+        return NoWay(reason)
+
+    def _split(
+        self, place_enu_m: Vector3, points: Sequence[RoutePoint]
+    ) -> tuple[Sequence[RoutePoint], tuple[RoutePoint, ...]]:
+        """Return the points that are planned through now, and those that are for later."""
+        ahead_m = 0.0
+        for count, point in enumerate(points, 1):
+            ahead_m += distance(place_enu_m, point.position_enu_m)
+            place_enu_m = point.position_enu_m
+            if count >= _POINTS_MAX or ahead_m >= _HORIZON_M:
+                return points[:count], tuple(points[count:])
+        return points, ()
+
+    def _continued(self, way: Way, last: RoutePoint, far: tuple[RoutePoint, ...]) -> Way:
+        """Add what is for later: as if nothing were in the way, after a stop that never comes."""
+        if not far:
+            return way
+        if self._far is None or self._far[0] != far:
+            self._far = (far, plan_route(KinematicState(last.position_enu_m), far))
+        route, joint_s = self._far[1], way.trajectory.duration_s
+        passed_s = (*way.passed_s, *(joint_s + time_s for time_s in route.passed_s))
+        trajectory = way.trajectory.then(route.trajectory)
+        return Way(trajectory, passed_s, way.samples, joint_s - _EXTEND_S)
+
+    def _clearance_m(self, position_enu_m: Vector3, obstacles: Obstacles) -> float:
+        config = self._config
+        within_m = config.plan_clearance_m + config.corner_allowance_m + self._stray_m
+        return clearance_at_m(position_enu_m, obstacles, within_m)
+
+    @property
+    def _stray_m(self) -> float:
+        return _STRAY_SHARE * self._traits.turning_radius_m
+
+    def _extras_m(self, room_m: float) -> list[float]:
+        """Return what to keep beyond the clearance: as much as can be, and less after that.
+
+        Args:
+            room_m: what the points that are asked for have beyond the clearance.
+        """
+        extras_m = [
+            self._stray_m + share * self._config.corner_allowance_m for share in _ALLOWANCE_SHARES
+        ]
+        extras_m.append(_STRAY_LEAST * self._stray_m)
+        return [extra_m for extra_m in dict.fromkeys(extras_m) if extra_m <= room_m] or [room_m]
+
+    def _is_cornered(
+        self, place_enu_m: Vector3, heading_enu_rad: float, obstacles: Obstacles
+    ) -> bool:
+        """Whether what drives would come nearer to an obstacle whichever way it steers."""
+        radius_m, limit_m = self._traits.turning_radius_m, self._config.conflict_clearance_m
+        here_m = clearance_at_m(place_enu_m, obstacles, limit_m)
+        if radius_m <= 0.0 or here_m >= limit_m:
+            return False
+        angles = np.linspace(0.0, _STEERED_RAD, _STEERED_POINTS)
+        ahead = radius_m * np.sin(angles)
+        aside = radius_m * (1.0 - np.cos(angles))
+        cosine, sine = math.cos(heading_enu_rad), math.sin(heading_enu_rad)
+        for side in (-1.0, 0.0, 1.0):
+            arc = np.zeros((_STEERED_POINTS, 3)) + np.array(place_enu_m)
+            arc[:, 0] += ahead * cosine - side * aside * sine
+            arc[:, 1] += ahead * sine + side * aside * cosine
+            least_m = min(here_m, self._config.brake_clearance_m) - _NEARER_M
+            if float(obstacles.clearance_m(arc).min()) >= least_m:
+                return False
+        return True
+
+    def _beginnings(
+        self, start: KinematicState, obstacles: Obstacles
+    ) -> Iterator[Trajectory | None]:
+        """Return what a way may begin with: nothing, or a brake if it moves."""
+        if not self._acts(Samples.at(start), obstacles)[0]:
+            yield None
+        if norm(start.velocity_enu_m_s) < _SLOW_M_S:
+            return
+        stop = plan_stop(start, self.braking_limits)
+        braked = Samples.of(stop).positions_enu_m
+        if first_conflict(braked, obstacles, self._config.flown_clearance_m) is None:
+            yield stop
+
+    def _acts(self, motion: Samples, obstacles: Obstacles) -> NDArray[np.bool_]:
+        """Return when the brake would act."""
+        config = self._config
+        return must_brake(
+            motion, obstacles, self.braking_limits, config.brake_clearance_m, config.reaction_s
+        )
+
+    # --- lines ---------------------------------------------------------------------------
+
+    def _lines(
+        self,
+        state: KinematicState,
+        heading_enu_rad: float,
+        points: Sequence[RoutePoint],
+        obstacles: Obstacles,
+        extra_m: float,
+    ) -> list[Via] | NoPath:
+        """Plan the straight lines from point to point."""
+        limits = PlanLimits(
+            self._config.plan_clearance_m + extra_m,
+            self._config.heights_m if self._traits.flies else None,
+            self._traits.turning_radius_m,
+            heading_enu_rad if self._traits.turning_radius_m > 0.0 else None,
+            # With less to keep there may be a way that is found sooner than that there is none.
+            thorough=extra_m <= 0.0,
+        )
+        corner_m = min(extra_m, self._config.corner_allowance_m)
+        place, vias = state.position_enu_m, []
+        for point in points:
+            path = plan(place, point.position_enu_m, obstacles, limits)
+            if isinstance(path, NoPath):
+                return path
+            corners = path.points_enu_m[1:-1]
+            vias += [Via(RoutePoint(corner, corner_m, point.limits), False) for corner in corners]
+            vias.append(Via(point, True))
+            place = point.position_enu_m
+            limits = replace(limits, heading_enu_rad=None)
+        return vias
+
+    # --- trajectories --------------------------------------------------------------------
+
+    def _fly(
+        self,
+        state: KinematicState,
+        begin: Trajectory | None,
+        vias: list[Via],
+        obstacles: Obstacles,
+        tries: int,
+    ) -> Way | _Fault:
+        """Return a trajectory along lines that was found sound, or where none was.
+
+        Args:
+            state: where the lines begin.
+            begin: what comes before, or None.
+            vias: the points of the lines.
+            obstacles: what is in the way.
+            tries: how many trajectories may be tried.
+        """
+        for _ in range(tries):
+            route = plan_route(state, [via.point for via in vias])
+            samples = Samples.of(route.trajectory)
+            faults_s = self._faults_s(samples, obstacles)
+            if not faults_s:
+                return _joined(begin, route, vias)
+            slower = gentler(state, vias, route, faults_s, self._braking_m)
+            if slower is None:
+                break
+            vias = slower
+        led_in_s = 0.5 * route.passed_s[0]
+        moves = norm(state.velocity_enu_m_s) >= _SLOW_M_S
+        return _Fault.BEGINNING if moves and faults_s[0] < led_in_s else _Fault.LATER
+
+    def _faults_s(self, samples: Samples, obstacles: Obstacles) -> list[float]:
+        """Return when a trajectory is too near to an obstacle, or too fast towards one."""
+        clearance_m = self._config.flown_clearance_m
+        near = first_conflict(samples.positions_enu_m, obstacles, clearance_m)
+        fast = np.flatnonzero(self._acts(samples, obstacles))
+        indices = [*([] if near is None else [near]), *fast]
+        return sorted(float(samples.times_s[index]) for index in indices)
+
+    def _braking_m(self, limits: Limits, course_enu: Vector3) -> float:
+        """Return the way of a brake from full speed."""
+        velocity = scale(course_enu, limits.along(course_enu).speed_forward_m_s)
+        cruise = Samples.at(KinematicState(ZERO, velocity))
+        end = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
+        return float(np.linalg.norm(end))
+
+
+def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[Via]) -> Way:
+    """Return the way of a route, and of what comes before it."""
+    trajectory, before_s = route.trajectory, 0.0
+    if begin is not None:
+        trajectory, before_s = begin.then(trajectory), begin.duration_s
+    passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
+    return Way(trajectory, tuple(passed_s), Samples.of(trajectory))

@@ -1,0 +1,475 @@
+"""The setpoint of a flight: where it begins, where it leads, and what was sent last."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, replace
+
+from navigation_core.geometry import (
+    KinematicState,
+    Vector3,
+    add,
+    distance,
+    horizontal_norm,
+    norm,
+    scale,
+    subtract,
+    wrap_angle,
+)
+from navigation_core.limits import Limits
+from navigation_core.safety.braking import STANDING_M_S
+from navigation_core.searches import Search
+from navigation_core.tasks.base import COPTER, Observation, Traits
+from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.checked_path import NoWay, Way, WayPlanner
+from navigation_core.tasks.leading.driven_path import DrivenPath
+from navigation_core.tasks.leading.evasion import WayOut
+from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
+from navigation_core.trajectories.trajectory import plan_stop, plan_to
+
+# A setpoint this many times the greatest tracking error away is no start for a new flight.
+_START_ERROR_SHARE = 1.5
+
+
+# Shares of the greatest speeds that are planned with, since they bound what the vehicle really
+# does. It sways about the speed it is told, and overshoots a climb rate by a tenth when the
+# acceleration ends: the loop around the acceleration of an ArduCopter takes a second to settle.
+_CRUISE_SHARE = 0.97
+_CLIMB_SHARE = 0.92
+# What drives does not sway, and is slowed down when it is too fast (see Pursuit).
+_DRIVEN_SHARE = 0.99
+# As near to a point as so many times the allowed distance from its corner, it counts as passed by
+# a setpoint that goes over to another way: it could not be met again without a stop.
+_PASSED_CORNERS = 1.5
+# Slower than this, a direction of travel says nothing.
+_COURSE_SPEED_M_S = 0.5
+# A setpoint may jump by so much where a path that was found late is joined: less than the noise
+# of a position, and less than a vehicle's speed changes within a period.
+_JOINT_M, _JOINT_M_S = 0.15, 0.3
+
+
+def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Limits:
+    """Return limits for a way that is not to be faster than a speed; None: than the usual one."""
+    if not traits.flies:
+        return limits.with_speed(speed_m_s and speed_m_s * _DRIVEN_SHARE)
+    chosen = limits.with_speed(speed_m_s)
+    return dataclasses.replace(
+        chosen,
+        speed_horizontal_m_s=_CRUISE_SHARE * chosen.speed_horizontal_m_s,
+        speed_up_m_s=_CLIMB_SHARE * chosen.speed_up_m_s,
+        speed_down_m_s=_CLIMB_SHARE * chosen.speed_down_m_s,
+    )
+
+
+@dataclass(frozen=True)
+class _Pending:
+    """A search for a path that is under way.
+
+    Attributes:
+        search: the search.
+        carrot: the motion from which the path goes on.
+        route: the points asked for when it began.
+        joint_s: when the path goes on from there, in that motion's time.
+        begun_s: when the search began.
+    """
+
+    search: Search[Way | NoWay]
+    carrot: Carrot | None
+    route: tuple[RoutePoint, ...]
+    joint_s: float
+    begun_s: float
+
+
+class Flight:
+    """Plans trajectories and remembers the last setpoint, so that the next one fits it."""
+
+    def __init__(
+        self,
+        goal: GotoGoal,
+        config: GotoConfig,
+        predecessor: KinematicState | None,
+        predecessor_yaw: float | None,
+        avoidance: AvoidanceConfig | None = None,
+        traits: Traits = COPTER,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            goal: where to go.
+            config: how to go there.
+            predecessor: state of the setpoint that was sent last, by whomever.
+            predecessor_yaw: yaw of that setpoint.
+            avoidance: how to keep away from obstacles; None to fly straight.
+            traits: what the vehicle can do.
+        """
+        self.limits = cruise_limits(config.limits, goal.max_speed_m_s, traits)
+        self.carrot: Carrot | None = None
+        # Where the last plan to the goal leads.
+        self.path_enu_m: tuple[Vector3, ...] = ()
+        self.commanded = predecessor
+        self.commanded_yaw = predecessor_yaw
+        # Time that the setpoint has yet to walk in this step.
+        self.dt_s = 0.0
+        # Whether time has passed without setpoints, so that the last one says nothing.
+        self.is_stale = False
+        self._goal = goal
+        # What drives is not led by its carrot's derivatives.
+        if not traits.flies:
+            config = dataclasses.replace(config, following_gain_per_s=0.0, response_s=0.0)
+        self._config = config
+        self._yaw_goal = goal.yaw_enu_rad
+        self._via: tuple[RoutePoint, ...] = ()
+        self._via_yaw: tuple[float | None, ...] = ()
+        self._passed_s: tuple[float, ...] = ()
+        # The way around obstacles that is flown, and why there is none.
+        self.way: Way | None = None
+        self.no_way = ""
+        # Whether one is still searched for.
+        self.undecided = False
+        self._pending: _Pending | None = None
+        self._avoidance = avoidance
+        self._leads_to_goal = False
+        self.ways = self.way_out = None
+        # What drives is led by where it is, not by where it should be.
+        self.starts_here = not traits.flies
+        self._braking_m_s2 = min(traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
+        if avoidance is not None:
+            self.ways = WayPlanner(avoidance, traits, self.limits)
+            self.way_out = WayOut(avoidance, traits, self.limits)
+
+    @property
+    def passed(self) -> int:
+        """How many points of the route the carrot has passed since the flight was planned."""
+        return 0 if self.carrot is None else self._passed_by(self.carrot.time_s)
+
+    def _passed_by(self, carrot_time_s: float) -> int:
+        return sum(1 for time_s in self._passed_s if time_s <= carrot_time_s)
+
+    def passed_at_s(self, index: int) -> float:
+        """Return when the carrot passes a point, from 0 on; infinite if that is not planned."""
+        return self._passed_s[index] if 0 <= index < len(self._passed_s) else math.inf
+
+    def set_route(
+        self, points: tuple[RoutePoint, ...], yaws_enu_rad: tuple[float | None, ...]
+    ) -> None:
+        """Fly to the goal by way of points from the next plan on.
+
+        Args:
+            points: the way; the last is the goal. Empty for the straight way.
+            yaws_enu_rad: for each point the yaw on the way to it, None for the direction of
+                travel.
+        """
+        self._via, self._via_yaw = points, yaws_enu_rad
+
+    def set_goal(self, goal: GotoGoal) -> None:
+        """Fly to another goal from the next plan on."""
+        self._goal = goal
+        self._yaw_goal = goal.yaw_enu_rad
+
+    @property
+    def points(self) -> tuple[RoutePoint, ...]:
+        """The points that are still ahead of the carrot; the last is the goal."""
+        return self._points[self.passed :] or self._points[-1:]
+
+    @property
+    def _points(self) -> tuple[RoutePoint, ...]:
+        return self._via or (RoutePoint(self._goal.position_enu_m, 0.0, self.limits),)
+
+    def plan_to_goal(self, observation: Observation) -> None:
+        """Plan the flight to the goal; there is no carrot if nothing is known to begin with.
+
+        While a path around obstacles is searched for, ``undecided`` says so; if they leave none,
+        ``no_way`` says why. In both cases the vehicle is stopped.
+
+        Args:
+            observation: what is known.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        if self.ways is not None:
+            self._plan_around(observation)
+            return
+        self.carrot = None
+        if not self._choose_start(observation):
+            return
+        assert self.commanded is not None
+        assert self.commanded_yaw is not None
+        if self._yaw_goal is None:
+            self._yaw_goal = self._yaw_of_travel(self.commanded.position_enu_m, self.commanded_yaw)
+        start = self.commanded
+        if self.starts_here:
+            # Of its path only the line counts; how it gets round to that is the pursuit's.
+            start = KinematicState(start.position_enu_m)
+        if self._via:
+            route = plan_route(start, self._via)
+            trajectory, self._passed_s = route.trajectory, route.passed_s
+        else:
+            trajectory = plan_to(start, self._goal.position_enu_m, self.limits)
+            self._passed_s = ()
+        self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self._yaw_goal)
+        self.path_enu_m = trajectory.path_enu_m
+
+    def _plan_around(self, observation: Observation) -> None:
+        """Go on to the goal around obstacles, or stop while no path is known."""
+        self.no_way, self.undecided = "", False
+        if not self._is_searching_from_here():
+            before, held = self.commanded, self.carrot
+            self.carrot = None
+            if not self._choose_start(observation):
+                return
+            if held is not None and not self._leads_to_goal and self.commanded is before:
+                self.carrot = held
+            else:
+                self.plan_stop(observation)
+        way = self.find_way(observation)
+        if isinstance(way, Way):
+            self.take(way)
+        else:
+            self.undecided = way is None
+            self.no_way = "" if way is None else way.reason
+
+    def preview(
+        self, position_enu_m: Vector3, observation: Observation
+    ) -> Search[Way | NoWay] | None:
+        """Search for the path around obstacles as it would be from a place, to estimate it."""
+        if self.ways is None or self._avoidance is None:
+            return None
+        yaw = observation.yaw_enu_rad or 0.0
+        start, points = KinematicState(position_enu_m), self._points
+        ways, known = self.ways, observation.obstacles
+        return self._avoidance.searcher.begin(
+            lambda is_wanted: ways.plan(start, yaw, points, known, is_wanted)
+        )
+
+    def find_way(self, observation: Observation, under_way: bool = False) -> Way | NoWay | None:
+        """Look for a path around obstacles, to be called until there is an answer.
+
+        The first call begins a search, which goes on beside the flight. The path that it finds
+        begins a little further on, where the setpoint will be when it is found, and is returned
+        when the setpoint has come there.
+
+        Args:
+            observation: what is known; there must have been a setpoint.
+            under_way: whether the points that were passed are left out.
+
+        Returns:
+            The path, why there is none, or None while that is not known.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        if not self._is_searching_from_here():
+            self._begin_search(observation, under_way)
+        pending = self._pending
+        assert pending is not None
+        assert self._avoidance is not None
+        try:
+            found = pending.search.result()
+        except Exception:
+            self._pending = None
+            raise
+        if found is None:
+            if observation.time_s - pending.begun_s <= self._avoidance.search_timeout_s:
+                return None
+            self._give_search_up()
+            limit_s = self._avoidance.search_timeout_s
+            return NoWay(f"The search for a path took longer than {limit_s:g} s.")
+        if isinstance(found, NoWay) or self.starts_here or pending.carrot is None:
+            self._pending = None
+            return found
+        # A setpoint that stands is never late.
+        late_s = 0.0 if pending.carrot.ended else pending.carrot.time_s - pending.joint_s
+        if late_s < 0.0:
+            return None
+        self._pending = None
+        if not self._joins(found, late_s):
+            self._begin_search(observation, under_way)
+            return None
+        return replace(found, entered_s=late_s)
+
+    def _is_searching_from_here(self) -> bool:
+        """Whether the search under way goes on from the motion that is flown."""
+        pending = self._pending
+        if pending is None:
+            return False
+        if pending.carrot is self.carrot and pending.route == self._points:
+            return True
+        self._give_search_up()
+        return False
+
+    def _begin_search(self, observation: Observation, under_way: bool) -> None:
+        assert self.ways is not None
+        assert self._avoidance is not None
+        assert self.commanded is not None
+        searcher, carrot = self._avoidance.searcher, self.carrot
+        start, joint_s = self.start(observation), 0.0
+        if self.starts_here:
+            # It goes on as it moves now, at least until it is told otherwise.
+            moved = scale(start.velocity_enu_m_s, searcher.lead_s)
+            start = replace(start, position_enu_m=add(start.position_enu_m, moved))
+        elif carrot is not None and carrot.state.position_enu_m == start.position_enu_m:
+            joint_s, start = carrot.ahead(searcher.lead_s)
+        elif carrot is not None:
+            joint_s = carrot.time_s
+        points = self._points
+        if under_way:
+            points = points[self._passed_by(joint_s) :] or points[-1:]
+            gap_m = distance(points[0].position_enu_m, start.position_enu_m)
+            if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
+                points = points[1:]
+        ways, known, yaw = self.ways, observation.obstacles, observation.yaw_enu_rad or 0.0
+        search = searcher.begin(lambda is_wanted: ways.plan(start, yaw, points, known, is_wanted))
+        self._pending = _Pending(search, carrot, self._points, joint_s, observation.time_s)
+
+    def _give_search_up(self) -> None:
+        if self._pending is not None:
+            self._pending.search.abandon()
+            self._pending = None
+
+    def _joins(self, way: Way, time_s: float) -> bool:
+        """Whether the setpoint can go over to a path there without a jump."""
+        assert self.commanded is not None
+        state = way.trajectory.sample(time_s)
+        velocity = subtract(state.velocity_enu_m_s, self.commanded.velocity_enu_m_s)
+        gap_m = distance(state.position_enu_m, self.commanded.position_enu_m)
+        return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
+
+    def start(self, observation: Observation) -> KinematicState:
+        """Return where a way around obstacles begins; there must have been a setpoint."""
+        assert self.commanded is not None
+        if self.starts_here and is_located(observation, self._config.position_stale_s):
+            return self._measured(observation)
+        return self.commanded
+
+    def _measured(self, observation: Observation) -> KinematicState:
+        """Return the state that a flight begins with where the vehicle is."""
+        here = measured_state(observation)
+        if self.starts_here and norm(here.velocity_enu_m_s) < STANDING_M_S:
+            # A standstill is measured with a little speed, in any direction. A brake that begins
+            # with it, asked for again and again, would pass it on, and the vehicle would creep.
+            return KinematicState(here.position_enu_m)
+        return here
+
+    def take(self, way: Way, leads_to_goal: bool = True) -> None:
+        """Fly a way that begins at :meth:`start`.
+
+        Args:
+            way: what to fly.
+            leads_to_goal: whether it goes through the points that are left, or elsewhere.
+        """
+        assert self.commanded_yaw is not None
+        self._passed_s = ()
+        if leads_to_goal:
+            gone = len(self._points) - len(way.passed_s)
+            self._passed_s = (-math.inf,) * gone + way.passed_s
+            self.path_enu_m = way.trajectory.path_enu_m
+        self.carrot = Carrot(
+            way.trajectory, self._config, self.commanded_yaw, self.commanded_yaw, way.entered_s
+        )
+        self.way = way
+        self._leads_to_goal = leads_to_goal
+
+    def plan_stop(self, observation: Observation) -> None:
+        """Plan a brake; there is no carrot if nothing is known to begin with.
+
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        self.carrot = self.way = None
+        self._leads_to_goal = False
+        self._passed_s = ()
+        if not self._choose_start(observation):
+            return
+        assert self.commanded is not None
+        assert self.commanded_yaw is not None
+        if self.way_out is None:
+            trajectory = plan_stop(self.commanded, self.limits)
+        else:
+            self.way = self.way_out.stop(self.commanded, observation.obstacles)
+            trajectory = self.way.trajectory
+        self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
+
+    def walk(self, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
+        """Let the carrot walk on by the time of this step, at a share of its speed at most."""
+        if self.carrot is not None:
+            if self._passed_s:
+                self.carrot.turn_to(self._yaw_on_route(self.carrot))
+            self.carrot.advance(self.dt_s, position_enu_m, rate_max)
+        self.dt_s = 0.0
+
+    def follow(self, position_enu_m: Vector3, until_s: float) -> DrivenPath | None:
+        """Let the carrot be where a vehicle that drives has come to; return the path ahead.
+
+        Args:
+            position_enu_m: where it is.
+            until_s: up to when, in the carrot's time, the path may be looked ahead to.
+        """
+        dt_s, self.dt_s = self.dt_s, 0.0
+        if self.carrot is None:
+            return None
+        return self.carrot.follow(dt_s, position_enu_m, self._braking_m_s2, until_s)
+
+    def _yaw_on_route(self, carrot: Carrot) -> float:
+        """Return the yaw of the leg that the carrot is on, or its direction of travel."""
+        yaws = self._via_yaw or (self._goal.yaw_enu_rad,)
+        yaw = yaws[min(self.passed, len(yaws) - 1)]
+        if yaw is not None and (self._via or self._is_time_to_turn(carrot, yaw)):
+            return yaw
+        east, north, _ = carrot.state.velocity_enu_m_s
+        if math.hypot(east, north) < _COURSE_SPEED_M_S:
+            return carrot.yaw_enu_rad
+        return math.atan2(north, east)
+
+    @staticmethod
+    def _is_time_to_turn(carrot: Carrot, yaw_enu_rad: float) -> bool:
+        """Whether to turn to the goal's yaw. Until then the nose, and its sensor, looks ahead."""
+        turn_rad = abs(wrap_angle(yaw_enu_rad - carrot.yaw_enu_rad))
+        left_s = carrot.trajectory.duration_s - carrot.time_s
+        return left_s <= turn_rad / carrot.trajectory.limits.yaw_rate_rad_s
+
+    def note(self, carrot: Carrot) -> None:
+        """Remember the setpoint that is sent."""
+        self.commanded, self.commanded_yaw = carrot.state, carrot.yaw_enu_rad
+
+    def forget_commanded(self) -> None:
+        """Drop the last setpoint; the next flight begins where the vehicle is."""
+        self.commanded = self.commanded_yaw = self.carrot = None
+
+    def _choose_start(self, observation: Observation) -> bool:
+        """Begin at the last setpoint if that still makes sense, else where the vehicle is.
+
+        Returns:
+            Whether there is anything to begin with.
+        """
+        located = is_located(observation, self._config.position_stale_s)
+        usable = self.commanded is not None and self.commanded_yaw is not None
+        if usable and not (located and self._must_start_anew(observation)):
+            return True
+        if not located:
+            return False
+        self.commanded = self._measured(observation)
+        self.commanded_yaw = observation.yaw_enu_rad
+        self.is_stale = False
+        self.dt_s = 0.0
+        return True
+
+    def _must_start_anew(self, observation: Observation) -> bool:
+        """Whether the last setpoint is nothing to go on from."""
+        if self.starts_here or self.is_stale:
+            return True
+        assert self.commanded is not None
+        here = measured_state(observation).position_enu_m
+        error_m = distance(self.commanded.position_enu_m, here)
+        return error_m > _START_ERROR_SHARE * self._config.tracking_error_max_m
+
+    def _yaw_of_travel(self, start_enu_m: Vector3, yaw_enu_rad: float) -> float:
+        """Return the heading from a point to the goal, or the present one if it is close."""
+        offset = subtract(self._goal.position_enu_m, start_enu_m)
+        if horizontal_norm(offset) < self._config.yaw_distance_min_m:
+            return yaw_enu_rad
+        return math.atan2(offset[1], offset[0])

@@ -1,0 +1,1 @@
+"""Tasks that the vehicle flies by itself, and that watch over it."""

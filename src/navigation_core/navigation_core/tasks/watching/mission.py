@@ -1,0 +1,500 @@
+"""Fly a route as a mission: the vehicle stores it and flies it by itself, the task watches.
+
+The mission is uploaded before anything moves, or once the vehicle holds if it is moving
+already. Then it is armed if need be, and the mission is started; on the ground its first item
+is a take-off. A pause has the vehicle hold, and its own memory of the item under way lets it
+go on. A cancel has it hold, and then removes the mission, so that nobody starts it later by
+a switch of the mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from navigation_core.geometry import Vector3, distance
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.base import (
+    Intent,
+    Observation,
+    OperationKind,
+    Outcome,
+    Perform,
+    Progress,
+    Requirement,
+    Status,
+    Traits,
+    VehicleMode,
+    Wait,
+    WithoutSetpoints,
+)
+from navigation_core.tasks.conditions import Dwell, Headway, Operation, check_departure
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.watching.mission_measures import MissionMeasures
+from navigation_core.tasks.watching.mission_phases import (
+    STATUS,
+    STOPPING,
+    MissionPhase,
+    check_change,
+)
+from navigation_core.tasks.watching.mission_progress import MissionProgress
+
+_MOVED_M = 0.5
+_STUCK_S = 60.0
+# One that moves, but comes no nearer to its waypoint, is astray after this.
+_ASTRAY_S = 300.0
+# MISSION_CURRENT may come up to a second after the HEARTBEAT that belongs to it.
+_REPORT_S = 2.0
+_CLEAR_S = 10.0
+_ITEM_UPLOAD_S = 0.5
+# A waypoint that is not reported as reached counts as such when it was passed this near: the
+# firmwares' own radii are 2 to 3 m by default (WPNAV_RADIUS, WP_RADIUS, NAV_ACC_RAD), and a
+# plane's is that of its circle.
+_PASSING_M, _PASSING_CIRCLES = 4.0, 2.0
+_PHASE_CHANGES_MAX = 8
+
+_Answer = Intent | Outcome | None
+
+
+class FlyMission(WithoutSetpoints):
+    """The task of one mission. See :class:`navigation_core.tasks.base.Task`."""
+
+    def __init__(
+        self,
+        waypoints: tuple[RouteWaypoint, ...],
+        laps: int,
+        config: GotoConfig,
+        traits: Traits,
+        speed_m_s: float | None = None,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            waypoints: at least one; they are expected to have passed ``safety.check_target``.
+            laps: how often they are flown, at least once.
+            config: tolerances and limits of time.
+            traits: what the vehicle can do.
+            speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
+        """
+        self._config = config
+        self._traits = traits
+        self._plan = MissionPlan(
+            waypoints * laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
+        )
+        self._mission = MissionProgress(
+            waypoints,
+            laps,
+            speed_m_s or config.limits.speed_horizontal_m_s,
+            passing_m=max(_PASSING_M, _PASSING_CIRCLES * traits.circle_radius_m),
+        )
+        self._path: tuple[Vector3, ...] = ()
+        self._measures = MissionMeasures(waypoints, config, traits)
+        self._phase = MissionPhase.HALTING
+        self._since_s = 0.0
+        self._operation: Operation | None = None
+        self._armed_by_us = False
+        self._stored = False
+        self._left_mode = False
+        self._started = False
+        self._cancel_asked = False
+        self._pause_asked = False
+        self._ending: Outcome | None = None
+        self._outcome: Outcome | None = None
+        self._left_s: float | None = None
+        self._moved_s = 0.0
+        self._moved_from: Vector3 | None = None
+        self._headway = Headway(_ASTRAY_S)
+        self._headed_for = 0
+        self._arrival = Dwell(config.arrival_dwell_s)
+        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
+        self._handlers: dict[MissionPhase, Callable[[Observation, float], _Answer]] = {
+            MissionPhase.HALTING: self._halt,
+            MissionPhase.UPLOADING: self._upload,
+            MissionPhase.PREPARING: self._prepare,
+            MissionPhase.ARMING: self._arm,
+            MissionPhase.STARTING: self._begin,
+            MissionPhase.FLYING: self._watch,
+            MissionPhase.PAUSING: self._stop_for_pause,
+            MissionPhase.PAUSED: self._stay,
+            MissionPhase.STOPPING: self._stop,
+            MissionPhase.CLEARING: self._clear,
+        }
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def requires(self) -> Requirement:
+        """What must be there before :meth:`start`."""
+        return Requirement.CONNECTION | Requirement.POSITION
+
+    @property
+    def phase(self) -> MissionPhase:
+        """What the task is about."""
+        return self._phase
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """The waypoints: what is between them is the vehicle's own business."""
+        return self._path
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        self._path = tuple(waypoint.position_enu_m for waypoint in self._plan.waypoints)
+        if self._measures.on_ground(observation) and observation.position_enu_m is not None:
+            self._plan = replace(
+                self._plan,
+                takeoff_from_enu_m=observation.position_enu_m,
+                takeoff_height_m=self._measures.takeoff_height_m(observation.ground_enu_m),
+            )
+        if not observation.armed or self._measures.on_ground(observation):
+            self._go(MissionPhase.UPLOADING, now)
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Say what to do now, or how it ended; after the end, the outcome again."""
+        if self._outcome is None:
+            if self._cancel_asked and self._phase not in STOPPING:
+                text = "The goal was cancelled."
+                self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
+            answer = self._answer(observation, now)
+            if not isinstance(answer, Outcome):
+                return answer
+            self._outcome = answer
+            self._go(MissionPhase.ENDED, now)
+        return self._outcome
+
+    def cancel(self, now: float) -> None:
+        """Ask the vehicle to hold, and then to forget the mission."""
+        self._cancel_asked = True
+
+    def pause(self, now: float) -> Rejection | None:
+        """Have the vehicle hold; before the flight, as soon as it begins."""
+        self._pause_asked = True
+        return None
+
+    def unpause(self, now: float) -> None:
+        """Go on with the item that was under way."""
+        self._pause_asked = False
+
+    def take_up(self, now: float) -> None:
+        """It has held the vehicle in the same mode itself; nothing is past."""
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """A PX4 holds by itself at the end, and when somebody removes the mission."""
+        return self._phase is MissionPhase.FLYING and mode in (
+            VehicleMode.MISSION,
+            VehicleMode.HOLD,
+        )
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Go on after a time without steps."""
+        self._moved_s = now
+        self._headway.restart()
+        self._arrival.reset()
+        self._stopped.reset()
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Say how far it is."""
+        route = self._mission.route(self._phase is MissionPhase.ENDED)
+        if self._phase is MissionPhase.ENDED:
+            return Progress(self._status(observation), 0.0, 0.0, route)
+        if self._phase in STOPPING:
+            return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s, route)
+        way_m, time_s = self._mission.left(observation.position_enu_m)
+        if self._plan.takeoff_from_enu_m is not None and not self._started:
+            time_s += self._plan.takeoff_height_m / self._config.takeoff_climb_rate_m_s
+            time_s += self._config.arming_time_s
+        return Progress(self._status(observation), way_m, time_s, route)
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        for _ in range(_PHASE_CHANGES_MAX):
+            answer = self._handlers[self._phase](observation, now)
+            if answer is not None:
+                return answer
+        raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
+
+    def _go(self, phase: MissionPhase, now: float) -> None:
+        check_change(self._phase, phase)
+        self._phase = phase
+        self._since_s = self._moved_s = now
+        self._operation = None
+        self._headway.restart()
+        self._left_s = None
+        self._arrival.reset()
+        self._stopped.reset()
+
+    def _stop_with(self, ending: Outcome, now: float) -> None:
+        """Bring the vehicle to a stop, and then end with an outcome."""
+        self._ending = ending
+        # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
+        if self._phase is MissionPhase.UPLOADING and self._operation is not None:
+            self._stored = True
+        self._go(MissionPhase.STOPPING, now)
+
+    def _perform(
+        self,
+        intent: Perform,
+        refusal: OutcomeCode,
+        observation: Observation,
+        now: float,
+        timeout_s: float | None = None,
+    ) -> _Answer:
+        if self._operation is None or self._operation.intent.kind is not intent.kind:
+            patience_s = self._config.operation_timeout_s if timeout_s is None else timeout_s
+            self._operation = Operation(intent, refusal, now, patience_s)
+            return intent
+        return self._operation.check(observation, now)
+
+    def _do(
+        self,
+        kind: OperationKind,
+        refusal: OutcomeCode,
+        following: MissionPhase,
+        observation: Observation,
+        now: float,
+    ) -> _Answer:
+        """Have something done, and go on; what is refused ends the task, motors off if need be."""
+        answer = self._perform(Perform(kind), refusal, observation, now)
+        if isinstance(answer, Outcome) and (self._armed_by_us or self._stored):
+            self._stop_with(answer, now)
+            return None
+        if answer is None:
+            self._go(following, now)
+        return answer
+
+    # --- before the flight -----------------------------------------------------------
+
+    def _halt(self, observation: Observation, now: float) -> _Answer:
+        """Stop what was flown before: setpoints end, and an upload takes a while."""
+        if observation.mode is VehicleMode.HOLD and self._operation is None:
+            self._go(MissionPhase.UPLOADING, now)
+            return None
+        return self._do(
+            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.UPLOADING, observation, now
+        )
+
+    def _upload(self, observation: Observation, now: float) -> _Answer:
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None:
+            return Outcome(rejection.code, rejection.message, None)
+        timeout_s = self._config.operation_timeout_s + _ITEM_UPLOAD_S * len(self._plan.waypoints)
+        answer = self._perform(
+            Perform(OperationKind.UPLOAD_MISSION, mission=self._plan),
+            OutcomeCode.MISSION_REFUSED,
+            observation,
+            now,
+            timeout_s,
+        )
+        if answer is None:
+            self._stored = True
+            self._go(MissionPhase.STARTING if observation.armed else MissionPhase.PREPARING, now)
+        return answer
+
+    def _prepare(self, observation: Observation, now: float) -> _Answer:
+        if observation.in_control or not self._traits.control_before_takeoff:
+            self._go(MissionPhase.ARMING, now)
+            return None
+        return self._do(
+            OperationKind.TAKE_CONTROL,
+            OutcomeCode.MODE_REFUSED,
+            MissionPhase.ARMING,
+            observation,
+            now,
+        )
+
+    def _arm(self, observation: Observation, now: float) -> _Answer:
+        self._armed_by_us = True
+        return self._do(
+            OperationKind.ARM, OutcomeCode.ARMING_REFUSED, MissionPhase.STARTING, observation, now
+        )
+
+    def _begin(self, observation: Observation, now: float) -> _Answer:
+        # It may have landed in a pause. Once it was asked to start, it is on its way.
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None and self._operation is None:
+            self._stop_with(Outcome(rejection.code, rejection.message, None), now)
+            return None
+        answer = self._do(
+            OperationKind.START_MISSION,
+            OutcomeCode.MISSION_REFUSED,
+            MissionPhase.FLYING,
+            observation,
+            now,
+        )
+        self._started = self._started or self._phase is MissionPhase.FLYING
+        return answer
+
+    # --- the flight ------------------------------------------------------------------
+
+    def _watch(self, observation: Observation, now: float) -> _Answer:
+        report = observation.mission
+        if report is not None and report.changed:
+            text = f"The mission in the vehicle is not ours any more: {report.changed}."
+            return Outcome(OutcomeCode.MISSION_CHANGED, text, None)
+        if not observation.armed:
+            text = "The vehicle was disarmed while it should fly its mission."
+            return Outcome(OutcomeCode.DISARMED, text, None)
+        current_s = self._since_s + _REPORT_S
+        fresh = report if report is not None and report.time_s >= current_s else None
+        self._mission.note(fresh, observation)
+        arrived = self._measures.has_arrived(fresh, observation) and not observation.position_doubt
+        if self._arrival.holds(arrived, now):
+            text = self._mission.finish()
+            if not self._traits.hovers:
+                text += " It circles the last one."
+            code = OutcomeCode.WAYPOINT_MISSED if self._mission.missed else OutcomeCode.SUCCESS
+            return Outcome(code, text, self._measures.error_m(observation))
+        if self._pause_asked or observation.position_doubt:
+            self._go(MissionPhase.PAUSING, now)
+            return None
+        if observation.mode is not VehicleMode.MISSION:
+            return self._out_of_mode(observation, now)
+        self._left_s = None
+        return self._look_for_motion(observation, now)
+
+    def _out_of_mode(self, observation: Observation, now: float) -> _Answer:
+        """The vehicle holds by itself: at the end, or because somebody is at it."""
+        if self._left_s is None:
+            self._left_s = now
+        last_m = self._measures.error_m(observation)
+        at_end = self._measures.near_end(observation)
+        patience_s = self._config.settle_timeout_s if at_end else _REPORT_S
+        if now - self._left_s <= patience_s:
+            return Wait()
+        if at_end:
+            text = f"It stopped {last_m:.2f} m from the last waypoint, and says no more."
+            return Outcome(OutcomeCode.TIMEOUT, text, last_m)
+        text = "The vehicle left the mode in which it flies the mission."
+        return Outcome(OutcomeCode.PILOT_OVERRIDE, text, None)
+
+    def _look_for_motion(self, observation: Observation, now: float) -> _Answer:
+        position = observation.position_enu_m
+        if position is not None and (
+            self._moved_from is None or distance(position, self._moved_from) > _MOVED_M
+        ):
+            self._moved_from, self._moved_s = position, now
+        limit_s = _STUCK_S + self._mission.target.hold_time_s
+        if now - self._moved_s > limit_s:
+            text = f"The vehicle has not moved for {limit_s:g} s in its mission."
+            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
+            return None
+        if self._headway.is_lost(self._lengths_m(position), now, self._mission.target.hold_time_s):
+            text = (
+                f"The vehicle moves, but comes no nearer to waypoint {self._mission.current} "
+                "(counted from 0, over all laps)."
+            )
+            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
+            return None
+        return Wait()
+
+    def _lengths_m(self, position: Vector3 | None) -> tuple[float, ...]:
+        """Return what shrinks as it gets on: the way to the waypoint that it is headed for."""
+        if position is None:
+            return ()
+        current, target = self._mission.current, self._mission.target.position_enu_m
+        if current != self._headed_for:
+            self._headed_for = current
+            self._headway.restart()
+        return (distance(position, target),)
+
+    def _stop_for_pause(self, observation: Observation, now: float) -> _Answer:
+        if self._holds_already(observation):
+            self._go(MissionPhase.PAUSED, now)
+            return None
+        return self._do(
+            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
+        )
+
+    def _stay(self, observation: Observation, now: float) -> _Answer:
+        if not observation.armed:
+            text = "The vehicle was disarmed while its mission was paused."
+            return Outcome(OutcomeCode.DISARMED, text, None)
+        if self._pause_asked or observation.position_doubt:
+            return Wait()
+        self._go(MissionPhase.STARTING, now)
+        return None
+
+    # --- the end ---------------------------------------------------------------------
+
+    def _stop(self, observation: Observation, now: float) -> _Answer:
+        if not observation.armed and self._operation is None and not self._arming(observation):
+            self._go(MissionPhase.CLEARING, now)
+            return None
+        grounded = self._armed_by_us and not self._started
+        down = grounded or (self._armed_by_us and self._measures.on_ground(observation))
+        kind = OperationKind.DISARM if down else OperationKind.HOLD
+        timeout_s = self._config.cancel_timeout_s
+        answer = None
+        if down or not self._holds_already(observation):
+            answer = self._perform(
+                Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s
+            )
+        if isinstance(answer, Outcome):
+            self._add_to_ending(answer.message)
+            self._go(MissionPhase.CLEARING, now)
+            return None
+        if answer is not None:
+            return answer
+        over = now - self._since_s > self._config.cancel_timeout_s
+        stopped = self._stopped.holds(observation, self._config.position_stale_s)
+        if stopped or not self._traits.hovers or over:
+            self._add_to_ending(self._how_it_stopped(stopped))
+            self._go(MissionPhase.CLEARING, now)
+            return None
+        return Wait()
+
+    def _how_it_stopped(self, stopped: bool) -> str:
+        if not self._traits.hovers:
+            return "It circles."
+        if stopped:
+            return "It has stopped."
+        return self._stopped.failure(self._config.cancel_timeout_s)
+
+    def _clear(self, observation: Observation, now: float) -> _Answer:
+        assert self._ending is not None
+        # A PX4 that stands in its mission mode without a mission will not arm again.
+        stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
+        if stands_in_mode and not self._left_mode:
+            hold = Perform(OperationKind.HOLD)
+            answer = self._perform(hold, self._ending.code, observation, now, _CLEAR_S)
+            if answer is not None and not isinstance(answer, Outcome):
+                return answer
+            self._left_mode = True
+        changed = observation.mission is not None and observation.mission.changed
+        if not self._stored or changed:
+            return self._ending
+        answer = self._perform(
+            Perform(OperationKind.CLEAR_MISSION), self._ending.code, observation, now, _CLEAR_S
+        )
+        if isinstance(answer, Outcome):
+            self._add_to_ending(answer.message)
+        elif answer is not None:
+            return answer
+        return self._ending
+
+    def _add_to_ending(self, text: str) -> None:
+        assert self._ending is not None
+        self._ending = replace(self._ending, message=f"{self._ending.message} {text}")
+
+    def _holds_already(self, observation: Observation) -> bool:
+        """Whether it is in its hold mode, and nobody here has asked for another one."""
+        report = observation.operation
+        starting = report is not None and report.kind is OperationKind.START_MISSION
+        return self._operation is None and observation.mode is VehicleMode.HOLD and not starting
+
+    def _arming(self, observation: Observation) -> bool:
+        report = observation.operation
+        return report is not None and report.kind is OperationKind.ARM
+
+    def _status(self, observation: Observation) -> Status:
+        if self._phase is MissionPhase.FLYING:
+            taking_off = self._plan.takeoff_from_enu_m is not None and self._measures.on_ground(
+                observation
+            )
+            return Status.TAKING_OFF if taking_off else Status.NAVIGATING
+        status = STATUS[self._phase]
+        # Without a pause it is the position that has it stand.
+        return Status.HOLDING if status is Status.PAUSED and not self._pause_asked else status

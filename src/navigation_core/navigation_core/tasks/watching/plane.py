@@ -1,0 +1,452 @@
+r"""Fly a plane: take off, send it from place to place, and circle the last.
+
+    PREPARING --> ARMING --> TAKING_OFF --> FLYING <--> CIRCLING, PAUSED
+        \___________________________________^  |
+                                            STOPPING, DISARMING --> ENDED
+
+A plane follows no setpoints. It is sent to a place, flies there by itself, and circles it
+until it is sent on. So a pause and a cancel are a place, too: where it is. It cannot stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import Enum, auto
+
+from navigation_core.geometry import Vector3, distance
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.base import (
+    Intent,
+    Observation,
+    OperationKind,
+    Outcome,
+    Perform,
+    Progress,
+    Requirement,
+    Status,
+    Traits,
+    VehicleMode,
+    Wait,
+    WithoutSetpoints,
+)
+from navigation_core.tasks.conditions import Dwell, Operation, check_departure
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
+from navigation_core.tasks.measurement import (
+    is_airborne,
+    is_located,
+    measured_speed,
+    measured_state,
+)
+from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
+
+# Usual speeds of small planes, for estimates before it flies: ArduPlane's AIRSPEED_CRUISE is
+# 12 to 22 m/s by frame, PX4's FW_AIRSPD_TRIM 15 m/s; both climb at 3 to 5 m/s.
+_CRUISE_M_S, _CLIMB_M_S = 15.0, 3.0
+_RUN_UP_S = 5.0
+# Without getting nearer, in distance or in height, for this long, it will not get there. A
+# circle of 80 m at 15 m/s takes half of it.
+_STUCK_S, _NEARER_M = 90.0, 2.0
+# Faster up or down than this, it only passes the height.
+_LEVEL_M_S = 1.5
+# A metre of height takes a plane about as long as five on its way.
+_HEIGHT_WEIGHT = 5.0
+_PHASE_CHANGES_MAX = 8
+_Answer = Intent | Outcome | None
+
+
+class _Phase(Enum):
+    PREPARING = auto()
+    ARMING = auto()
+    TAKING_OFF = auto()
+    FLYING = auto()
+    CIRCLING = auto()
+    PAUSED = auto()
+    STOPPING = auto()
+    DISARMING = auto()
+    ENDED = auto()
+
+
+_STATUS = {
+    _Phase.PREPARING: Status.PREPARING,
+    _Phase.ARMING: Status.ARMING,
+    _Phase.TAKING_OFF: Status.TAKING_OFF,
+    _Phase.FLYING: Status.NAVIGATING,
+    _Phase.CIRCLING: Status.SETTLING,
+    _Phase.PAUSED: Status.PAUSED,
+    _Phase.STOPPING: Status.CANCELLING,
+    _Phase.DISARMING: Status.CANCELLING,
+}
+_BEFORE_FLIGHT = frozenset({_Phase.PREPARING, _Phase.ARMING, _Phase.TAKING_OFF})
+_IN_FLIGHT = frozenset({_Phase.FLYING, _Phase.CIRCLING, _Phase.PAUSED})
+
+
+class FlyPlane(WithoutSetpoints):
+    """The task of a plane's goal or route. See :class:`navigation_core.tasks.base.Task`."""
+
+    def __init__(
+        self,
+        waypoints: tuple[RouteWaypoint, ...],
+        laps: int,
+        config: GotoConfig,
+        traits: Traits,
+        takeoff_height_m: float,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            waypoints: at least one; the yaw of each is ignored, as a plane circles.
+            laps: how often they are flown, at least once.
+            config: tolerances and limits of time; its speeds and radii are for others.
+            traits: what the plane can do.
+            takeoff_height_m: height above the ground that a take-off is asked for.
+
+        Raises:
+            RouteError: there is no waypoint or no lap.
+        """
+        if not waypoints or laps < 1:
+            raise RouteError("A route needs at least one waypoint and one lap.")
+        self._config = config
+        self._traits = traits
+        self._takeoff_height_m = takeoff_height_m
+        self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in waypoints)
+        self._route = PlaneRoute(waypoints, laps, traits.circle_radius_m)
+        self._phase = _Phase.PREPARING
+        self._phase_since_s = 0.0
+        self._operation: Operation | None = None
+        # Whether the vehicle has taken the place that this phase sends it to.
+        self._sent = False
+        self._stay_enu_m: Vector3 | None = None
+        self._speed_told_m_s: float | None = None
+        self._speed_problem = ""
+        self._arming_asked = self._cancel_asked = self._pause_asked = False
+        self._last_enu_m: Vector3 | None = None
+        self._circling = Circling(traits.circle_radius_m)
+        self._circled = Dwell(config.arrival_dwell_s)
+        self._landed = Dwell(config.landed_timeout_s)
+        self._nearest_m, self._nearest_s = float("inf"), 0.0
+        self._outcome: Outcome | None = None
+        self._handlers: dict[_Phase, Callable[[Observation, float], _Answer]] = {
+            _Phase.PREPARING: self._prepare,
+            _Phase.ARMING: self._arm,
+            _Phase.TAKING_OFF: self._take_off,
+            _Phase.FLYING: self._fly,
+            _Phase.CIRCLING: self._circle,
+            _Phase.PAUSED: self._stay,
+            _Phase.STOPPING: self._stop,
+            _Phase.DISARMING: self._disarm,
+        }
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def requires(self) -> Requirement:
+        """What must be there before :meth:`start`."""
+        return Requirement.CONNECTION | Requirement.POSITION
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """The waypoints of one lap; how it flies between them is the plane's own matter."""
+        return self._path_enu_m
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        self._phase_since_s = self._nearest_s = now
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Say what to do now, or how it ended; after the end, the outcome again."""
+        if self._outcome is not None:
+            return self._outcome
+        if self._cancel_asked and self._phase not in (_Phase.STOPPING, _Phase.DISARMING):
+            self._begin_stop(observation, now)
+        answer: _Answer = None
+        for _ in range(_PHASE_CHANGES_MAX):
+            answer = self._check_flight(observation, now)
+            if answer is None:
+                answer = self._handlers[self._phase](observation, now)
+            if answer is not None:
+                break
+        else:
+            raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
+        if isinstance(answer, Outcome):
+            if self._speed_problem:
+                answer = replace(answer, message=f"{answer.message} {self._speed_problem}")
+            self._outcome = answer
+            self._phase = _Phase.ENDED
+        return answer
+
+    def cancel(self, now: float) -> None:
+        """Ask for an early end: it circles where it is then."""
+        self._cancel_asked = True
+
+    def pause(self, now: float) -> Rejection | None:
+        """Circle where it is until :meth:`unpause`; before the flight, once it has taken off."""
+        self._pause_asked = True
+        return None
+
+    def unpause(self, now: float) -> None:
+        """Go on after a pause."""
+        self._pause_asked = False
+
+    def take_up(self, now: float) -> None:
+        """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
+        self._speed_told_m_s = None
+        if self._phase in _IN_FLIGHT:
+            self._circling = Circling(self._traits.circle_radius_m)
+            self._go(_Phase.FLYING, now)
+        elif self._phase in _BEFORE_FLIGHT:
+            self._go(_Phase.PREPARING, now)
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """A take-off has a mode of its own, and PX4 circles by itself after it."""
+        if self._phase not in _BEFORE_FLIGHT:
+            return False
+        return mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD, VehicleMode.CONTROL)
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Go on after a time without steps: it has flown on by itself."""
+        self._nearest_s = now
+        self._circled.reset()
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Say how far the whole route is."""
+        position = observation.position_enu_m or self._last_enu_m
+        status, route = _STATUS.get(self._phase, Status.NAVIGATING), self._route.progress()
+        if position is None or self._phase is _Phase.ENDED:
+            return Progress(status, 0.0, 0.0, route)
+        self._last_enu_m = position
+        if self._phase in (_Phase.STOPPING, _Phase.DISARMING):
+            return Progress(status, 0.0, 1.0, route)
+        if self._phase is _Phase.PAUSED and not self._pause_asked:
+            status = Status.HOLDING  # the position is in doubt
+        if self._phase is _Phase.CIRCLING and self._route.current.hold_time_s > 0.0:
+            status = Status.HOLDING
+        measured_m_s = measured_speed(observation) or 0.0
+        speed_m_s = max(measured_m_s, 0.5 * _CRUISE_M_S) if self._is_flying() else _CRUISE_M_S
+        length_m, time_s = self._route.left(position, speed_m_s)
+        if self._phase is _Phase.CIRCLING:
+            time_s -= min(now - self._phase_since_s, self._route.current.hold_time_s)
+        if self._phase in _BEFORE_FLIGHT and not observation.airborne:
+            climb_m = max(self._takeoff_height_m - (position[2] - observation.ground_enu_m), 0.0)
+            time_s += climb_m / _CLIMB_M_S + _RUN_UP_S
+        return Progress(status, length_m, time_s + self._config.arrival_dwell_s, route)
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _is_flying(self) -> bool:
+        return self._phase in _IN_FLIGHT
+
+    def _go(self, phase: _Phase, now: float) -> None:
+        self._phase = phase
+        self._phase_since_s = self._nearest_s = now
+        self._operation = None
+        self._sent = False
+        self._nearest_m = float("inf")
+        self._circled.reset()
+
+    def _perform(
+        self, intent: Perform, refusal: OutcomeCode, observation: Observation, now: float
+    ) -> _Answer:
+        """Ask for an operation; None once it is achieved."""
+        if self._operation is None or self._operation.intent.kind is not intent.kind:
+            timeout_s = self._config.operation_timeout_s
+            self._operation = Operation(intent, refusal, now, timeout_s)
+            return intent  # a report that is there already is about an earlier request
+        return self._operation.check(observation, now)
+
+    def _check_flight(self, observation: Observation, now: float) -> _Answer:
+        """Look for what ends every flight."""
+        if not self._is_flying():
+            return None
+        if not observation.armed:
+            text = "The vehicle was disarmed while it should fly."
+            return self._over(OutcomeCode.DISARMED, text, observation)
+        if self._sent and not observation.in_control:
+            text = "The vehicle left the mode in which it flies to places."
+            return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
+        if self._landed.holds(observation.airborne is False, now):
+            text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
+            return self._over(OutcomeCode.LANDED, text, observation)
+        if observation.position_age_s > self._config.position_timeout_s:
+            text = (
+                f"The vehicle has given no valid position for {self._config.position_timeout_s:g} "
+                "s; it flies on by itself."
+            )
+            return self._over(OutcomeCode.NO_POSITION, text, observation)
+        return None
+
+    def _prepare(self, observation: Observation, now: float) -> _Answer:
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None:
+            return self._over(rejection.code, rejection.message, observation)
+        if observation.armed and is_airborne(observation, self._config.airborne_height_m):
+            self._go(_Phase.FLYING, now)
+        else:
+            self._go(_Phase.TAKING_OFF if observation.armed else _Phase.ARMING, now)
+        return None
+
+    def _arm(self, observation: Observation, now: float) -> _Answer:
+        self._arming_asked = True
+        refusal = OutcomeCode.ARMING_REFUSED
+        answer = self._perform(Perform(OperationKind.ARM), refusal, observation, now)
+        if answer is None:
+            self._go(_Phase.TAKING_OFF, now)
+        return answer
+
+    def _take_off(self, observation: Observation, now: float) -> _Answer:
+        intent = Perform(OperationKind.TAKE_OFF, self._takeoff_height_m)
+        answer = self._perform(intent, OutcomeCode.TAKEOFF_REFUSED, observation, now)
+        if answer is None:
+            self._go(_Phase.FLYING, now)
+        return answer
+
+    # --- the flight ------------------------------------------------------------------
+
+    def _send(self, place: Vector3, observation: Observation, now: float) -> _Answer:
+        """Have it fly to a place and circle it; None once it has taken that."""
+        if self._sent:
+            return None
+        intent = Perform(OperationKind.REPOSITION, target_enu_m=place)
+        answer = self._perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
+        if answer is None:
+            self._sent, self._operation = True, None
+        return answer
+
+    def _tell_speed(self, observation: Observation, now: float) -> _Answer:
+        """Ask for the speed of this leg if there is one; a refusal is noted, and it flies on."""
+        speed_m_s = self._route.current.max_speed_m_s
+        if speed_m_s is None or speed_m_s == self._speed_told_m_s:
+            return None
+        intent = Perform(OperationKind.CHANGE_SPEED, speed_m_s=speed_m_s)
+        answer = self._perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
+        if isinstance(answer, Outcome):
+            self._speed_problem = f"It flew at its own speed. {answer.message}"
+            answer = None
+        if answer is None:
+            self._speed_told_m_s, self._operation = speed_m_s, None
+        return answer
+
+    def _fly(self, observation: Observation, now: float) -> _Answer:
+        if self._pause_asked or observation.position_doubt:
+            return self._begin_stay(_Phase.PAUSED, observation, now)
+        target = self._route.current.position_enu_m
+        answer = self._send(target, observation, now)
+        if answer is None:
+            answer = self._tell_speed(observation, now)
+        if answer is not None:
+            return answer
+        if now - self._nearest_s > _STUCK_S:
+            text = f"The vehicle has not come nearer to its target for {_STUCK_S:g} s."
+            return self._over(OutcomeCode.TIMEOUT, text, observation)
+        if not is_located(observation, self._config.position_stale_s):
+            return Wait()
+        here = measured_state(observation)
+        position = here.position_enu_m
+        if self._route.passed(position, here.velocity_enu_m_s):
+            return self._next(observation, now)
+        if self._route.stops and self._circling.watch(position, target):
+            sent = self._sent
+            self._go(_Phase.CIRCLING, now)
+            self._sent = sent
+            return None
+        left_m = distance(position, target) + _HEIGHT_WEIGHT * abs(position[2] - target[2])
+        if left_m < self._nearest_m - _NEARER_M:
+            self._nearest_m, self._nearest_s = left_m, now
+        return Wait()
+
+    def _circle(self, observation: Observation, now: float) -> _Answer:
+        """Circle for the dwell, and for the hold time of the waypoint."""
+        if self._pause_asked or observation.position_doubt:
+            return self._begin_stay(_Phase.PAUSED, observation, now)
+        waypoint = self._route.current
+        if now - self._phase_since_s > _STUCK_S + waypoint.hold_time_s:
+            text = "The vehicle did not stay on its circle about the target."
+            return self._over(OutcomeCode.TIMEOUT, text, observation)
+        if not is_located(observation, self._config.position_stale_s):
+            return Wait()
+        here = measured_state(observation)
+        level = abs(here.velocity_enu_m_s[2]) <= _LEVEL_M_S
+        on_circle = self._circling.watch(here.position_enu_m, waypoint.position_enu_m) and level
+        settled = self._circled.holds(on_circle, now - observation.position_age_s)
+        if not settled or now - self._phase_since_s < waypoint.hold_time_s:
+            return Wait()
+        return self._next(observation, now)
+
+    def _next(self, observation: Observation, now: float) -> _Answer:
+        """Go on to the next waypoint, or end on the circle about the last."""
+        self._route.advance()
+        self._circling = Circling(self._traits.circle_radius_m)
+        if not self._route.over:
+            self._go(_Phase.FLYING, now)
+            return None
+        text = "The plane circles the target"
+        if self._route.total > 1:
+            text = (
+                f"Flew {self._route.done} of {self._route.total} waypoints, those without a hold "
+                f"time within {self._route.pass_radius_m:.0f} m; the plane circles the last"
+            )
+        return self._over(OutcomeCode.SUCCESS, f"{text}.", observation)
+
+    # --- pause, cancel ---------------------------------------------------------------
+
+    def _begin_stay(self, phase: _Phase, observation: Observation, now: float) -> _Answer:
+        """Choose where to circle: here, but no lower than is safe."""
+        position = observation.position_enu_m
+        if position is None:
+            return Wait()
+        least_m = observation.ground_enu_m + self._traits.height_min_m
+        self._stay_enu_m = (position[0], position[1], max(position[2], least_m))
+        self._go(phase, now)
+        return None
+
+    def _stay(self, observation: Observation, now: float) -> _Answer:
+        assert self._stay_enu_m is not None
+        answer = self._send(self._stay_enu_m, observation, now)
+        if answer is None and not (self._pause_asked or observation.position_doubt):
+            self._circling = Circling(self._traits.circle_radius_m)
+            self._go(_Phase.FLYING, now)
+            return None
+        return Wait() if answer is None else answer
+
+    def _begin_stop(self, observation: Observation, now: float) -> None:
+        flies = observation.armed and is_airborne(observation, self._config.airborne_height_m)
+        if flies:
+            if self._begin_stay(_Phase.STOPPING, observation, now) is not None:
+                self._stay_enu_m = None
+                self._go(_Phase.STOPPING, now)
+        elif self._arming_asked or self._phase is _Phase.TAKING_OFF:
+            self._go(_Phase.DISARMING, now)
+        else:
+            self._stay_enu_m = None
+            self._go(_Phase.STOPPING, now)
+
+    def _stop(self, observation: Observation, now: float) -> _Answer:
+        text = "The goal was cancelled."
+        if self._stay_enu_m is None:
+            return self._over(OutcomeCode.CANCELED, text, observation)
+        answer = self._send(self._stay_enu_m, observation, now)
+        if isinstance(answer, Outcome):
+            return self._over(OutcomeCode.CANCELED, f"{text} {answer.message}", observation)
+        if answer is None:
+            text += " A plane cannot stop: it circles where it was."
+            return self._over(OutcomeCode.CANCELED, text, observation)
+        return answer
+
+    def _disarm(self, observation: Observation, now: float) -> _Answer:
+        if observation.armed and is_airborne(observation, self._config.airborne_height_m):
+            self._begin_stop(observation, now)
+            return None
+        code, text = OutcomeCode.CANCELED, "The goal was cancelled."
+        answer = self._perform(Perform(OperationKind.DISARM), code, observation, now)
+        if answer is None:
+            return self._over(code, f"{text} The vehicle is disarmed.", observation)
+        if isinstance(answer, Outcome):
+            text = f"{text} {answer.message} It may still be armed."
+            return self._over(code, text, observation)
+        return answer
+
+    def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
+        position = observation.position_enu_m
+        target = self._route.current.position_enu_m
+        return Outcome(code, text, None if position is None else distance(position, target))

@@ -1,0 +1,140 @@
+"""Which waypoint a plane is on its way to, and when it counts as passed or as circled."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from navigation_core.geometry import (
+    Vector3,
+    distance,
+    dot,
+    horizontal_norm,
+    norm,
+    subtract,
+    wrap_angle,
+)
+from navigation_core.tasks.base import RouteProgress
+from navigation_core.tasks.flying.route import RouteWaypoint
+
+# A plane turns into its circle before it is over the point, and sways about the circle.
+_NEAR_CIRCLES = 1.25
+# Its circle is up to so much wider than its parameter says when it is fast; it has come up to a
+# point when it flew towards it by this share of its speed, and circles it below the other.
+_PASS_CIRCLES, _CLOSING_SHARE, _TURNING_SHARE = 2.0, 0.6, 0.3
+# ArduPlane and PX4 hold a height to a few metres in calm air.
+_HEIGHT_M = 8.0
+# Whoever goes half round a point, and neither nearer nor further by this share, circles it:
+# at the radius of a parameter that is not known here.
+_ROUND_RAD = math.pi
+_ROUND_SHARE = 0.3
+
+
+def circle_max_m(circle_radius_m: float) -> float:
+    """Return how far from its centre a plane gets on a circle, by its parameter's radius."""
+    return _PASS_CIRCLES * circle_radius_m
+
+
+class Circling:
+    """Whether a plane circles about a point."""
+
+    def __init__(self, circle_radius_m: float) -> None:
+        """Begin with nothing seen; the radius is the usual one of such planes."""
+        self._radius_m = circle_radius_m
+        self._from_m = math.nan
+        self._bearing_rad = 0.0
+        self._round_rad = 0.0
+
+    def watch(self, position_enu_m: Vector3, centre_enu_m: Vector3) -> bool:
+        """Take note of a position, and say whether it is on its circle, at its height."""
+        offset = subtract(position_enu_m, centre_enu_m)
+        away_m = horizontal_norm(offset)
+        bearing_rad = math.atan2(offset[1], offset[0])
+        if not abs(away_m - self._from_m) <= _ROUND_SHARE * self._from_m:
+            self._from_m, self._round_rad = away_m, 0.0
+        else:
+            self._round_rad += wrap_angle(bearing_rad - self._bearing_rad)
+        self._bearing_rad = bearing_rad
+        near = away_m <= _NEAR_CIRCLES * self._radius_m
+        return abs(offset[2]) <= _HEIGHT_M and (near or abs(self._round_rad) >= _ROUND_RAD)
+
+
+class PlaneRoute:
+    """The waypoints of a plane, of all laps, and how many of them are done."""
+
+    def __init__(
+        self, waypoints: tuple[RouteWaypoint, ...], laps: int, circle_radius_m: float
+    ) -> None:
+        """Stand before the first of at least one waypoint."""
+        self._waypoints = waypoints
+        self._laps = laps
+        self._radius_m = circle_radius_m
+        self.done = 0
+        self._approached = False
+
+    @property
+    def total(self) -> int:
+        """Waypoints of all laps."""
+        return len(self._waypoints) * self._laps
+
+    @property
+    def over(self) -> bool:
+        """Whether all of them are done."""
+        return self.done >= self.total
+
+    @property
+    def current(self) -> RouteWaypoint:
+        """The waypoint that it is on its way to; the last when all are done."""
+        return self._waypoints[min(self.done, self.total - 1) % len(self._waypoints)]
+
+    @property
+    def stops(self) -> bool:
+        """Whether the current waypoint is circled, for a time or as the last."""
+        return self.current.hold_time_s > 0.0 or self.done >= self.total - 1
+
+    def passed(self, position_enu_m: Vector3, velocity_enu_m_s: Vector3) -> bool:
+        """Whether the current waypoint, if it is flown through, is passed here.
+
+        It is when the plane is near it, or has come up to it and begins to circle it.
+        """
+        if self.stops:
+            return False
+        offset = subtract(self.current.position_enu_m, position_enu_m)
+        away_m, speed_m_s = norm(offset), norm(velocity_enu_m_s)
+        if away_m <= max(self.current.acceptance_radius_m, _NEAR_CIRCLES * self._radius_m):
+            return True
+        closing_m_s = dot(offset, velocity_enu_m_s) / away_m
+        self._approached = self._approached or closing_m_s > _CLOSING_SHARE * speed_m_s
+        turns = self._approached and closing_m_s < _TURNING_SHARE * speed_m_s
+        return turns and away_m <= self.pass_radius_m
+
+    @property
+    def pass_radius_m(self) -> float:
+        """Within this it comes to a point that it flies through, at the least."""
+        return circle_max_m(self._radius_m)
+
+    def advance(self) -> None:
+        """Go on to the next waypoint."""
+        self.done += 1
+        self._approached = False
+
+    def left(self, position_enu_m: Vector3, speed_m_s: float) -> tuple[float, float]:
+        """Return the length of the way that is left, and its time, from a position."""
+        if self.over:
+            return 0.0, 0.0
+        rest = [self._waypoints[i % len(self._waypoints)] for i in range(self.done, self.total)]
+        places = [position_enu_m, *(waypoint.position_enu_m for waypoint in rest)]
+        legs_m = [distance(a, b) for a, b in itertools.pairwise(places)]
+        # It is on its circle before it is over the point.
+        length_m = sum(legs_m[1:]) + max(legs_m[0] - self._radius_m, 0.0)
+        return length_m, length_m / speed_m_s + sum(waypoint.hold_time_s for waypoint in rest)
+
+    def progress(self) -> RouteProgress:
+        """How far the route is flown."""
+        index = min(self.done, self.total - 1)
+        return RouteProgress(
+            current=index % len(self._waypoints),
+            lap=index // len(self._waypoints),
+            remaining=self.total - self.done,
+            reached=self.done,
+        )

@@ -1,0 +1,354 @@
+"""Land, and return to the launch point: the vehicle does it, the task watches over it.
+
+Both are modes of the autopilot. The task asks for the mode, follows what the vehicle says
+and measures, and judges the end by that: on the ground with the motors off, or at the launch
+point. A cancel has the vehicle hold where it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from navigation_core.geometry import Vector3, distance, horizontal_norm, subtract
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.base import (
+    Intent,
+    Observation,
+    OperationKind,
+    Outcome,
+    Perform,
+    Progress,
+    Requirement,
+    Status,
+    Traits,
+    VehicleMode,
+    Wait,
+    WithoutSetpoints,
+)
+from navigation_core.tasks.conditions import Dwell, Headway, Operation
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.watching.plane_route import Circling
+
+# A vehicle that has not moved this far for this long is stuck. ArduCopter waits 5 s above
+# the launch point before it lands (RTL_LOIT_TIME), PX4 up to 5 s (RTL_LAND_DELAY).
+_MOVED_M = 0.5
+_STUCK_S = 60.0
+# One that moves, but comes neither nearer to the launch point nor lower, nor climbs to return,
+# is astray after this; an approach to a landing may lead away from it for a while.
+_ASTRAY_S = 300.0
+# RTL_ALT of ArduCopter is at most 3000 m.
+_RETURN_HEIGHT_MAX_M = 3000.0
+_DEPTH_MAX_M = 1000.0
+# Descent at the end of a landing: LAND_SPEED of ArduCopter is 0.5 m/s, MPC_LAND_SPEED of
+# PX4 0.7 m/s; from 10 m up both are faster (LAND_ALT_LOW, MPC_LAND_ALT2).
+_LAND_SPEED_M_S = 0.5
+_LAND_LOW_M = 10.0
+_DESCENT_M_S = 1.5
+_TOUCHDOWN_S = 3.0
+# A plane circles the launch point, wider than its own parameter says: ArduPlane's standard
+# simulated plane at 96 m, where that says 80 m.
+_CIRCLE_SHARE = 1.5
+# One that only passes is out of the circle again sooner than this.
+_CIRCLING_S = 12.0
+
+
+class _Phase(Enum):
+    ASKING = auto()
+    UNDER_WAY = auto()
+    STOPPING = auto()
+    ENDED = auto()
+
+
+@dataclass(frozen=True)
+class VehicleLedGoal:
+    """What the vehicle is to do by itself.
+
+    Attributes:
+        operation: how it is asked.
+        mode: the mode that this leads to.
+        name: for sentences: "landing".
+    """
+
+    operation: OperationKind
+    mode: VehicleMode
+    name: str
+
+
+LAND = VehicleLedGoal(OperationKind.LAND, VehicleMode.LAND, "landing")
+RETURN_TO_LAUNCH = VehicleLedGoal(OperationKind.RETURN, VehicleMode.RETURN, "return")
+
+
+class VehicleLed(WithoutSetpoints):
+    """Landing or return. See :class:`navigation_core.tasks.base.Task`."""
+
+    def __init__(self, goal: VehicleLedGoal, config: GotoConfig, traits: Traits) -> None:
+        """Prepare.
+
+        Args:
+            goal: :data:`LAND` or :data:`RETURN_TO_LAUNCH`.
+            config: tolerances and limits of time.
+            traits: what the vehicle can do.
+        """
+        self._goal = goal
+        self._config = config
+        self._traits = traits
+        self._phase = _Phase.ASKING
+        self._operation: Operation | None = None
+        self._cancel_asked = False
+        self._cancelled_s = 0.0
+        self._landing_seen = False
+        self._moved_s = 0.0
+        self._moved_from: Vector3 | None = None
+        self._headway = Headway(_ASTRAY_S if traits.flies else _STUCK_S)
+        self._circling = Circling(traits.circle_radius_m)
+        self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
+        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
+        self._outcome: Outcome | None = None
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def requires(self) -> Requirement:
+        """What must be there before :meth:`start`."""
+        return Requirement.CONNECTION
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """Empty: the vehicle flies by itself."""
+        return ()
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        self._moved_s = now
+        self._moved_from = observation.position_enu_m
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Say what to do now, or how it ended; after the end, the outcome again."""
+        if self._outcome is None:
+            answer = self._answer(observation, now)
+            if not isinstance(answer, Outcome):
+                return answer
+            self._outcome = answer
+            self._phase = _Phase.ENDED
+        return self._outcome
+
+    def cancel(self, now: float) -> None:
+        """Ask the vehicle to hold where it is."""
+        self._cancel_asked = True
+        self._cancelled_s = now
+
+    def pause(self, now: float) -> Rejection | None:
+        """Refuse: the vehicle flies by itself."""
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"A {self._goal.name} cannot be paused; cancel it, and the vehicle holds.",
+        )
+
+    def unpause(self, now: float) -> None:
+        """Nothing to go on with."""
+
+    def take_up(self, now: float) -> None:
+        """Nothing to go on with: it is never paused."""
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """PX4 changes from its return mode to its landing mode, and to another on the ground."""
+        if self._phase is not _Phase.UNDER_WAY:
+            return False
+        if mode is VehicleMode.MISSION:
+            # A plane's return may go over to the landing that its mission holds (ArduPlane's
+            # RTL_AUTOLAND, observed: mode AUTO, without having been asked).
+            return self._goal is RETURN_TO_LAUNCH and not self._traits.hovers
+        return mode in (self._goal.mode, VehicleMode.LAND)
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Go on after a time without steps."""
+        self._moved_s = now
+        self._headway.restart()
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Say how far it is."""
+        if self._phase is _Phase.ENDED:
+            return Progress(self._status(observation), 0.0, 0.0)
+        left_m, left_s = self._landing(observation)
+        if self._phase is _Phase.STOPPING:
+            return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s)
+        home_m = self._home_m(observation)
+        if self._goal is RETURN_TO_LAUNCH and home_m is not None:
+            speed_m_s = max(
+                measured_speed(observation) or 0.0, self._config.limits.speed_horizontal_m_s
+            )
+            left_m, left_s = left_m + home_m, left_s + home_m / speed_m_s
+        return Progress(self._status(observation), left_m, left_s)
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        if self._cancel_asked and self._phase is not _Phase.STOPPING:
+            self._phase = _Phase.STOPPING
+            self._operation = None
+        if self._on_ground(observation) and self._traits.flies:
+            return self._on_the_ground(observation)
+        if self._phase is _Phase.STOPPING:
+            return self._stop(observation, now)
+        if self._phase is _Phase.ASKING:
+            if observation.airborne is False and self._traits.flies and self._operation is None:
+                # Its mode for a return might begin with a climb.
+                text = f"The vehicle is on the ground, so there is no {self._goal.name} to do."
+                return Outcome(OutcomeCode.NOT_FLYING, text, None)
+            answer = self._ask(Perform(self._goal.operation), observation, now)
+            if answer is not None:
+                return answer
+            self._phase = _Phase.UNDER_WAY
+            self._moved_s = now
+        return self._watch(observation, now)
+
+    def _ask(
+        self, intent: Perform, observation: Observation, now: float
+    ) -> Intent | Outcome | None:
+        if self._operation is None:
+            timeout_s = self._config.operation_timeout_s
+            self._operation = Operation(intent, OutcomeCode.MODE_REFUSED, now, timeout_s)
+            return intent
+        return self._operation.check(observation, now)
+
+    def _watch(self, observation: Observation, now: float) -> Intent | Outcome:
+        if not observation.armed and not self._traits.flies:
+            return self._disarmed(observation)
+        if self._arrived.holds(self._at_launch(observation), now):
+            text = (
+                "The vehicle circles the launch point."
+                if not self._traits.hovers
+                else "The vehicle stands at the launch point."
+            )
+            return Outcome(OutcomeCode.SUCCESS, text, self._home_m(observation))
+        if self._has_moved(observation):
+            self._moved_from, self._moved_s = observation.position_enu_m, now
+        # Without a position it may be on its way all the same.
+        stuck_s = _STUCK_S if observation.position_enu_m is not None else _ASTRAY_S
+        if now - self._moved_s > stuck_s:
+            text = f"The vehicle has not moved for {stuck_s:g} s in its {self._goal.name}."
+            return Outcome(OutcomeCode.TIMEOUT, text, None)
+        longer_s = _ASTRAY_S if observation.home_enu_m is None else 0.0
+        if self._headway.is_lost(self._lengths_m(observation), now, longer_s):
+            text = f"The vehicle moves, but gets no further in its {self._goal.name}."
+            return Outcome(OutcomeCode.TIMEOUT, text, self._home_m(observation))
+        return Wait()
+
+    def _disarmed(self, observation: Observation) -> Outcome:
+        """A PX4 rover disarms at the end, and nearer than RTL_MIN_DIST without having moved."""
+        home_m = self._home_m(observation)
+        if home_m is None:
+            return Outcome(OutcomeCode.DISARMED, "The vehicle was disarmed in its return.", None)
+        if home_m <= self._arrival_m():
+            text = "The vehicle stands at the launch point, its motors are off."
+            return Outcome(OutcomeCode.SUCCESS, text, home_m)
+        text = f"The vehicle was disarmed {home_m:.1f} m from the launch point."
+        return Outcome(OutcomeCode.DISARMED, text, home_m)
+
+    def _has_moved(self, observation: Observation) -> bool:
+        position, before = observation.position_enu_m, self._moved_from
+        return position is not None and (before is None or distance(position, before) > _MOVED_M)
+
+    def _lengths_m(self, observation: Observation) -> tuple[float, ...]:
+        """Return what shrinks as it gets on: the way home, the height, and what it may climb."""
+        position, home_m = observation.position_enu_m, self._home_m(observation)
+        if position is None:
+            return ()
+        way_m = math.inf if home_m is None else home_m
+        if not self._traits.flies:
+            return (way_m,)
+        height_m = max(position[2] - observation.ground_enu_m, -_DEPTH_MAX_M)
+        if self._goal is LAND:
+            return (height_m,)
+        return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
+
+    def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
+        answer = self._ask(Perform(OperationKind.HOLD), observation, now)
+        if isinstance(answer, Outcome):
+            return Outcome(
+                OutcomeCode.CANCELED, f"The goal was cancelled, but: {answer.message}", None
+            )
+        still = self._stopped.holds(observation, self._config.position_stale_s)
+        if answer is None and not self._traits.hovers:
+            return Outcome(OutcomeCode.CANCELED, "The goal was cancelled; it circles.", None)
+        if answer is None and still:
+            text = "The goal was cancelled. The vehicle stands still."
+            return Outcome(OutcomeCode.CANCELED, text, None)
+        if now - self._cancelled_s > self._config.cancel_timeout_s:
+            text = f"The goal was cancelled. {self._stopped.failure(self._config.cancel_timeout_s)}"
+            return Outcome(OutcomeCode.CANCELED, text, None)
+        return Wait() if answer is None else answer
+
+    def _on_the_ground(self, observation: Observation) -> Outcome:
+        if self._cancel_asked:
+            text = "The goal was cancelled. The vehicle is on the ground, its motors are off."
+            return Outcome(OutcomeCode.CANCELED, text, None)
+        home_m = self._home_m(observation) if self._goal is RETURN_TO_LAUNCH else None
+        text = "The vehicle is on the ground, its motors are off."
+        return Outcome(OutcomeCode.SUCCESS, text, home_m)
+
+    # --- what is measured ------------------------------------------------------------
+
+    def _on_ground(self, observation: Observation) -> bool:
+        return not observation.armed and not is_airborne(
+            observation, self._config.airborne_height_m
+        )
+
+    def _at_launch(self, observation: Observation) -> bool:
+        """Whether a vehicle that does not land is where it was to return to."""
+        if self._goal is not RETURN_TO_LAUNCH or observation.mode is not VehicleMode.RETURN:
+            return False
+        home_m = self._home_m(observation)
+        if home_m is None:
+            return False
+        if not self._traits.hovers:
+            return self._is_about_launch(observation, home_m)
+        if self._traits.flies:
+            return False  # it lands there
+        speed_m_s = measured_speed(observation)
+        slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
+        return slow and home_m <= self._arrival_m()
+
+    def _is_about_launch(self, observation: Observation, home_m: float) -> bool:
+        """Whether a plane is as near as its circle, or goes round the launch point further off."""
+        position, home = observation.position_enu_m, observation.home_enu_m
+        assert position is not None
+        assert home is not None
+        # It circles at the height of its return, whatever that is.
+        rounds = self._circling.watch(position, (home[0], home[1], position[2]))
+        return rounds or home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
+
+    def _arrival_m(self) -> float:
+        """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m), or about."""
+        return max(self._config.arrival_radius_m, 3.0) + self._traits.arrival_radius_m
+
+    def _home_m(self, observation: Observation) -> float | None:
+        position, home = observation.position_enu_m, observation.home_enu_m
+        if position is None or home is None:
+            return None
+        return horizontal_norm(subtract(position, home))
+
+    def _landing(self, observation: Observation) -> tuple[float, float]:
+        """Return the height that is left, and how long a landing from there takes."""
+        position = observation.position_enu_m
+        if position is None or not self._traits.lands_itself:
+            return 0.0, 0.0
+        height_m = max(position[2] - observation.ground_enu_m, 0.0)
+        low_m = min(height_m, _LAND_LOW_M)
+        fast_s = (height_m - low_m) / _DESCENT_M_S
+        return height_m, low_m / _LAND_SPEED_M_S + fast_s + _TOUCHDOWN_S
+
+    def _status(self, observation: Observation) -> Status:
+        if self._phase is _Phase.ASKING:
+            return Status.PREPARING
+        # PX4 says ON_GROUND for two seconds before it disarms.
+        self._landing_seen = self._landing_seen or (
+            observation.mode is VehicleMode.LAND or observation.landing
+        )
+        # A PX4 rover says that it lands when it has come home.
+        landing = self._goal is LAND or (self._landing_seen and self._traits.flies)
+        return Status.LANDING if landing else Status.RETURNING

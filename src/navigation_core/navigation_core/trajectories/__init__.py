@@ -1,0 +1,1 @@
+"""Jerk-limited trajectories."""
