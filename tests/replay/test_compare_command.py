@@ -13,8 +13,7 @@ from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.recordings.recording import read
 from mavlink_sitl.recordings.start import start_of
 from tests.replay.flights import DATA
-
-SHARED = Path(__file__).resolve().parents[3] / "shared/tlogs"
+from tests.support.recordings import recording
 
 
 def cut(tmp_path: Path, name: str, from_s: float, to_s: float = 1e9) -> Path:
@@ -138,8 +137,5 @@ def test_what_cannot_be_played_is_said_in_one_sentence(
 def test_recordings_that_are_not_compared_say_why(
     name: str, reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = SHARED / f"{name}.tlog"
-    if not path.exists():
-        pytest.skip(f"{path} is not there: the large recordings are not part of the repository")
-    assert main([str(path)]) == 2
+    assert main([str(recording(name))]) == 2
     assert reason in capsys.readouterr().err

@@ -30,9 +30,9 @@ from tests.support.golden import (
 )
 from tests.support.made_flights import FOLDER as MADE
 from tests.support.made_flights import RECIPES
+from tests.support.recordings import NAMES, recording
 
 ROOT = Path(__file__).resolve().parents[2]
-SHARED = ROOT.parent / "shared/tlogs"
 GOLDEN = Path(__file__).parent / "golden"
 OWN = {
     f"{folder}/{path.stem}": path
@@ -43,40 +43,17 @@ OWN = {
     )
     for path in sorted(place.glob("*.tlog"))
 }
-LARGE = [
-    *(
-        f"ardupilot/{name}"
-        for name in (
-            "copter_acks", "copter_auto_cleared", "copter_fence", "copter_gcsloss",
-            "copter_guided", "copter_lowbatt", "copter_reboot", "copter_setpoints",
-            "copter_takeoff_mix", "multi_udp", "plane_guided", "rover_auto", "rover_guided",
-        )
-    ),
-    *(
-        f"px4/{name}"
-        for name in (
-            "mavsdk_offboard_goto_api", "mission_clear_api", "offboard_10m_20n_gt_api",
-            "offboard_10m_20n_gt_truth", "offboard_loss_stop_api", "probe_ground_api",
-        )
-    ),
-    "real/copter_2018-09-17",
-    "real/sub_small",
-]  # fmt: skip
 ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 EKF_POSITION = 0x10  # EKF_POS_HORIZ_ABS, ESTIMATOR_POS_HORIZ_ABS
 
 
-def recording(name: str) -> Path:
-    """Return the path of a recording, or skip where the large ones are not."""
-    path = OWN.get(name, SHARED / f"{name}.tlog")
-    if not path.exists():
-        pytest.skip(f"{path} is not there: the large recordings are not part of the repository")
-    return path
+def place_of(name: str) -> Path:
+    return OWN[name] if name in OWN else recording(name)
 
 
-@pytest.mark.parametrize("name", [*OWN, *LARGE])
+@pytest.mark.parametrize("name", [*OWN, *NAMES])
 def test_a_recording_gives_what_it_always_gave(name: str, request: pytest.FixtureRequest) -> None:
-    found = json.loads(json.dumps(golden_of(recording(name))))
+    found = json.loads(json.dumps(golden_of(place_of(name))))
     kept = GOLDEN / f"{name.replace('/', '_')}.json"
     if request.config.getoption("--update-golden"):
         write_golden(kept, found)
@@ -109,10 +86,10 @@ def test_a_made_recording_is_made_again_the_same(tmp_path: Path) -> None:
     assert again.read_bytes() == (MADE / "station_cancel.tlog").read_bytes()
 
 
-@pytest.mark.parametrize("name", [*OWN, *LARGE])
+@pytest.mark.parametrize("name", [*OWN, *NAMES])
 def test_nothing_is_mistaken_for_a_state_that_it_was_not(name: str) -> None:
     """Armed, mode, position and battery, after each message, against the messages themselves."""
-    path = recording(name)
+    path = place_of(name)
     for system in systems_of(path):
         raw = Raw(path, system)
         config = make_config({"target_system": system})

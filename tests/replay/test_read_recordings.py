@@ -1,6 +1,6 @@
 """Arrays of recordings agree with what pymavlink's `mavutil` and the codec read.
 
-Recordings of `../shared/tlogs` are read too where that folder is there.
+The large ones are those of `tests/data/recordings`.
 """
 
 from __future__ import annotations
@@ -12,15 +12,14 @@ import pytest
 
 from flight_logs.tlog import iterate_tlog, read_tlog
 from tests.support.read_logs import (
+    LARGE_LOGS,
     OWN_LOGS,
-    SHARED,
-    SHARED_LOGS,
     assert_the_same,
     codec_packets,
     mavutil_packets,
 )
 
-LOGS = OWN_LOGS + SHARED_LOGS
+LOGS = OWN_LOGS + LARGE_LOGS
 
 
 def log_id(path: Path) -> str:
@@ -40,12 +39,6 @@ def test_every_field_agrees_with_mavutil(path: Path) -> None:
 @pytest.mark.parametrize("path", OWN_LOGS, ids=log_id)
 def test_every_packet_agrees_with_the_codec(path: Path) -> None:
     assert_the_same(read_tlog(path), codec_packets(path))
-
-
-def test_the_large_recordings_are_there() -> None:
-    if not SHARED_LOGS:
-        pytest.skip(f"{SHARED} is not there: the large recordings are not part of the repository")
-    assert len(SHARED_LOGS) >= 20
 
 
 @pytest.mark.parametrize("path", OWN_LOGS, ids=log_id)

@@ -1,14 +1,11 @@
 """Recordings of real autopilots: understood without an exception and without a wrong state.
 
-Small ones lie in `tests/data` and `tests/replay/data`. All others are read from
-`../shared/tlogs` beside the repository; where that folder is missing, they are skipped, and
-pytest prints why.
+They lie packed in `tests/data/recordings`.
 """
 
 from __future__ import annotations
 
 import functools
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,32 +26,7 @@ from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.state.health import estimator_faults
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-
-ROOT = Path(__file__).resolve().parents[2]
-DATA = (ROOT / "tests/data", ROOT / "tests/replay/data")
-SHARED = ROOT.parent / "shared/tlogs"
-NAMES = [
-    f"ardupilot/{name}"
-    for name in (
-        "copter_acks", "copter_auto_cleared", "copter_fence", "copter_gcsloss", "copter_guided",
-        "copter_lowbatt", "copter_reboot", "copter_setpoints", "copter_takeoff_mix", "multi_udp",
-        "plane_guided", "rover_auto", "rover_guided",
-    )
-] + [
-    f"px4/{name}"
-    for name in (
-        "mavsdk_offboard_goto_api", "mission_clear_api", "offboard_10m_20n_gt_api",
-        "offboard_10m_20n_gt_truth", "offboard_loss_stop_api", "probe_ground_api",
-    )
-] + ["real/copter_2018-09-17", "real/sub_small"]  # fmt: skip
-
-
-def recording(name: str) -> Path:
-    places = [SHARED / f"{name}.tlog", *(folder / f"{Path(name).name}.tlog" for folder in DATA)]
-    for path in places:
-        if path.exists():
-            return path
-    pytest.skip(f"{places[0]} is not there: the large recordings are not part of the repository")
+from tests.support.recordings import NAMES, recording
 
 
 def oracle(frames: list[bytes]) -> list[Any]:
