@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo demo-rover demo-video plot report test bench lint lock clean distclean
+.PHONY: help setup build demo demo-rover demo-video plot report test test-all bench lint lock clean distclean
 
 # Put before a command that needs the environment.
 ENTER := source ./setup.bash &&
@@ -34,9 +34,12 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 	@test -n "$(LOG)" || { echo "Say which: make report LOG=my.tlog" >&2; exit 2; }
 	@$(ENTER) python -m flight_reports.navigation_report "$(LOG)"
 
-test: setup ## Run the whole test suite
+test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
-	@$(ENTER) python -m pytest -n 5 --dist loadgroup tests
+	@$(ENTER) python -m pytest -n 5 --dist loadgroup -m "not wide" tests
+
+test-all: test ## Run the tests, and the slow and broad ones, too (20 minutes on two cores)
+	@$(ENTER) python -m pytest -n 5 --dist loadgroup -m wide tests
 
 bench: setup ## Measure; prints a table and writes out/bench.json
 	@$(ENTER) python tests/bench/run.py

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from _pytest.nodeid import coerce_node_id
 from hypothesis import settings
+
+from tests.wide import is_wide
 
 # How long an example takes says how busy the machine is, and nothing about the code.
 settings.register_profile("untimed", deadline=None)
@@ -18,6 +22,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="keep what tests/replay/test_golden.py finds now, instead of comparing it",
     )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark what only `make test-all` runs."""
+    file = item.path.relative_to(Path(__file__).parent).as_posix()
+    if is_wide(file, item.name):
+        item.add_marker("wide")
 
 
 @pytest.hookimpl(trylast=True)
