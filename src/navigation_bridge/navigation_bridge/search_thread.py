@@ -3,7 +3,7 @@
 Python runs one thread at a time, but lets the next have its turn within the switch interval. So a
 setpoint that is due while a search is on goes out within some milliseconds. A search in a process
 of its own would need that process to have read all obstacles, and ten times the memory;
-docs/adr/0017 has the figures.
+docs/adr/0010 has the figures.
 """
 
 from __future__ import annotations

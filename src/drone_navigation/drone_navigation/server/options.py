@@ -15,7 +15,7 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the command line of ``navigation_server``."""
     width = max(len(spec.name) for spec in PARAMETERS)
     listing = "\n".join(
-        f"  {spec.name:<{width}}  [{spec.default!r}] {spec.description}" for spec in PARAMETERS
+        f"  {spec.name:<{width}}  {spec.description} (default: {_shown(spec.default)})" for spec in PARAMETERS
     )
     parser = argparse.ArgumentParser(
         prog="navigation_server",
@@ -52,6 +52,17 @@ def make_parser() -> argparse.ArgumentParser:
         "--json", action="store_true", help="let --check or --shadow-goals print JSON"
     )
     return parser
+
+
+def _shown(default: ParameterValue) -> str:
+    """Return a default as it is written on the command line."""
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, str | list | tuple) and not default:
+        return "empty"
+    if isinstance(default, list | tuple):
+        return ", ".join(map(str, default))
+    return str(default)
 
 
 def _seconds(text: str) -> float:

@@ -13,7 +13,7 @@ a norm over two axes. So a trajectory is put together from motions whose norm is
 
 The speed at which the turn ends is searched for the shortest duration. Position, velocity
 and acceleration are continuous throughout. Why this and not Ruckig on three axes with
-smaller limits: ``docs/adr/0010-ruckig-trajectories.md``.
+smaller limits: ``docs/adr/0003-ruckig-trajectories.md``.
 """
 
 from __future__ import annotations
