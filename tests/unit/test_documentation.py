@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 import shlex
@@ -197,3 +198,13 @@ def test_the_first_command_of_the_first_page_is_one_that_make_setup_gives() -> N
     assert first.startswith("navigation_client --goal ")
     before, _, _ = text.partition("\nros2 action send_goal")
     assert "With a full ROS 2 installation" in before.split("\n## ")[-1]
+
+
+def test_the_state_diagrams_are_those_of_the_tables() -> None:
+    spec = importlib.util.spec_from_file_location("draw_states", ROOT / "scripts/draw_states.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    kept = (ROOT / "docs/states.md").read_text("utf-8")
+    assert kept == module.page(), "run: scripts/run python scripts/draw_states.py"

@@ -15,7 +15,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the command line of ``navigation_server``."""
     width = max(len(spec.name) for spec in PARAMETERS)
     listing = "\n".join(
-        f"  {spec.name:<{width}}  {spec.description} (default: {_shown(spec.default)})" for spec in PARAMETERS
+        f"  {spec.name:<{width}}  {spec.description} (default: {_shown(spec.default)})"
+        for spec in PARAMETERS
     )
     parser = argparse.ArgumentParser(
         prog="navigation_server",

@@ -1,0 +1,98 @@
+"""Writes docs/states.md: state diagrams, drawn from the transition tables of the code.
+
+`python scripts/draw_states.py` writes the page; a test holds it equal to the tables.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
+from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
+from mavlink_vehicle.protocols.operations.operations import Operation
+from navigation_bridge.goals import lifecycle
+from navigation_core.planning import replanner
+from navigation_core.tasks.flying import goto_phases
+from navigation_core.tasks.watching import mission_phases
+
+PAGE = Path(__file__).resolve().parents[1] / "docs/states.md"
+_Phase = mission_phases.MissionPhase
+_Arrows = dict[tuple[str, str], list[str]]
+_INTRODUCTION = """\
+# State diagrams
+
+Drawn by `scripts/draw_states.py` from the transition tables of the code; what is not drawn cannot
+happen, and raises.
+"""
+
+
+def diagrams() -> dict[str, tuple[str, _Arrows]]:
+    """Return what is drawn: headings, where the table is, and the events by both states."""
+    protocols = "mavlink_vehicle/protocols"
+    return {
+        "Life cycle of a goal": (
+            "navigation_bridge/goals/lifecycle.py",
+            _of_events(lifecycle.TRANSITIONS),
+        ),
+        "Flight to a point or along a route": (
+            "navigation_core/tasks/flying/goto_phases.py",
+            _of_events(goto_phases.TRANSITIONS),
+        ),
+        "Mission flown by the vehicle": (
+            "navigation_core/tasks/watching/mission_phases.py",
+            _of_states(mission_phases.FOLLOWING),
+        ),
+        "Replanning": (
+            "navigation_core/planning/replanner.py",
+            _of_events(replanner.TRANSITIONS),
+        ),
+        "Operation": (f"{protocols}/operations/operations.py", _of_events(Operation.table)),
+        "Mission upload": (
+            f"{protocols}/mission/mission_upload.py",
+            _of_events(MissionUpload.table),
+        ),
+        "Mission download": (
+            f"{protocols}/mission/mission_download.py",
+            _of_events(MissionDownload.table),
+        ),
+    }
+
+
+def page() -> str:
+    """Return the text of the page."""
+    parts = [_INTRODUCTION]
+    for heading, (place, arrows) in diagrams().items():
+        lines = [
+            f"    {before} --> {after}" + (f": {', '.join(events)}" if events else "")
+            for (before, after), events in arrows.items()
+        ]
+        drawn = "\n".join(["stateDiagram-v2", *lines])
+        parts.append(f"## {heading}\n\n`{place}`\n\n```mermaid\n{drawn}\n```\n")
+    return "\n".join(parts)
+
+
+def _of_events(table: Mapping[Any, Any]) -> _Arrows:
+    """Put the events together that lead from one state to the same other one."""
+    arrows: _Arrows = defaultdict(list)
+    for (state, event), target in table.items():
+        after = target[0] if isinstance(target, tuple) else target
+        arrows[state.name, after.name].append(event.name)
+    return arrows
+
+
+def _of_states(following: Mapping[_Phase, Iterable[_Phase]]) -> _Arrows:
+    """Return arrows without events, in the order in which the states are declared."""
+    return {
+        (before.name, after.name): []
+        for before, all_after in following.items()
+        for after in sorted(all_after, key=lambda phase: int(phase.value))
+    }
+
+
+if __name__ == "__main__":
+    argparse.ArgumentParser(description="Write docs/states.md from the tables.").parse_args()
+    PAGE.write_text(page(), encoding="utf-8")
