@@ -1,11 +1,11 @@
-# The commands of the project. Each sets up first what it needs; nothing is done twice.
+# The commands of mavbridge. Each first runs the set-up steps that are out of date.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .PHONY: help setup build demo demo-rover demo-video plot report test test-all bench lint lock clean distclean
 
-# Put before a command that needs the environment.
+# Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
 
 help: ## Show this list
@@ -23,15 +23,15 @@ demo: setup ## Fly a copter round obstacles in the simulator; leaves out/demo/
 demo-rover: setup ## The same with a rover; leaves out/demo-rover/
 	@$(ENTER) python -m drone_navigation.demo --vehicle rover --out out/demo-rover
 
-demo-video: setup ## Make out/demo/flight.mp4 and .gif of the demo's recording (LOG=other.tlog)
+demo-video: setup ## Make out/demo/flight.mp4 and .gif from the demo's recording (LOG=other.tlog)
 	@$(ENTER) python -m flight_reports.flight_video $(LOG)
 
 plot: setup ## Draw the flight in any tlog: make plot LOG=my.tlog (draws my.png)
-	@test -n "$(LOG)" || { echo "Say which: make plot LOG=my.tlog" >&2; exit 2; }
+	@test -n "$(LOG)" || { echo "Name the log: make plot LOG=my.tlog" >&2; exit 2; }
 	@$(ENTER) python -m flight_reports.flight_plot "$(LOG)"
 
 report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (writes my.html)
-	@test -n "$(LOG)" || { echo "Say which: make report LOG=my.tlog" >&2; exit 2; }
+	@test -n "$(LOG)" || { echo "Name the log: make report LOG=my.tlog" >&2; exit 2; }
 	@$(ENTER) python -m flight_reports.navigation_report "$(LOG)"
 
 test: setup ## Run the tests, all but the slow and broad ones
@@ -41,7 +41,7 @@ test: setup ## Run the tests, all but the slow and broad ones
 test-all: test ## Run the tests, and the slow and broad ones, too (20 minutes on two cores)
 	@$(ENTER) python -m pytest -n 5 --dist loadgroup -m wide tests
 
-bench: setup ## Measure; prints a table and writes out/bench.json
+bench: setup ## Run the benchmarks; prints a table and writes out/bench.json
 	@$(ENTER) python tests/bench/run.py
 
 lint: setup ## Check style, types and import rules
@@ -50,17 +50,17 @@ lint: setup ## Check style, types and import rules
 	@$(ENTER) mypy
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 
-# `uv pip compile` keeps the versions that are in the lock already; UPGRADE=--upgrade renews.
+# `uv pip compile` keeps locked versions; UPGRADE=--upgrade takes the newest.
 LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header \
 	--no-emit-index-url --no-annotate --quiet --system-certs $(UPGRADE) \
 	--group runtime --group build --group dev
 
-lock: setup ## Write requirements/*.txt anew from pyproject.toml (UPGRADE=--upgrade renews all)
+lock: setup ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgrade takes the newest)
 	@$(ENTER) $(LOCK) --group ros-wheels -o requirements/wheels.txt
 	@$(ENTER) $(LOCK) --group ros-system -o requirements/system.txt
 
-clean: ## Remove what was built and written; keeps the installed packages
+clean: ## Remove build results and outputs; keeps the installed packages
 	rm -rf build install log out .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 
-distclean: clean ## Remove everything that set-up made
+distclean: clean ## Remove everything that the set-up made
 	rm -rf .venv
