@@ -39,7 +39,7 @@ def main() -> None:
 
 def save_svg(console: Console, title: str, picture: Path) -> None:
     """Write what a console has recorded; the picture fetches nothing: any font will do."""
-    # The picture ends with its last line's baseline: what hangs below would be cut off.
+    # The picture ends at the baseline of the last line; an empty line keeps descenders visible.
     console.print()
     svg = console.export_svg(title=title, unique_id=picture.stem)
     picture.write_text(re.sub(r"\s*@font-face \{.*?\}", "", svg, flags=re.DOTALL), "utf-8")

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Sets up all that the project needs, in .venv, build and install at the repository root.
+# Sets up everything the project needs, in .venv, build and install at the repository root.
 #
-# Finds a Python, then hands over to setup_environment.py. Run again, it does nothing when
-# nothing has changed.
+# Finds a Python interpreter, then runs setup_environment.py. A second run without changes does
+# nothing.
 #
 #   PYTHON=python3.12             use this interpreter (3.10 to 3.13)
 #   MAVBRIDGE_ROS=wheels|system   ROS 2 from pinned wheels, or the sourced Jazzy

@@ -36,9 +36,9 @@ INSTALL = ROOT / "install"
 LOGS = ROOT / "log" / "setup"
 PACKAGES_STAMP = VENV / "packages.stamp"
 WORKSPACE_STAMP = INSTALL / "workspace.stamp"
-# Where no terminal redraws a line, what is being done is told this often, in seconds.
+# Interval of progress messages without a terminal, in seconds.
 TELL_S = 15.0
-# Lines of colcon, CMake and pip that say how far they are.
+# Progress lines of colcon, CMake and pip.
 PROGRESS = re.compile(
     r"^(?:Starting >>> (\S+)|(\[ *\d+%\])|Collecting (\S+)|(Installing collected packages))",
     re.MULTILINE,
@@ -81,7 +81,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ros", choices=("wheels", "system"), required=True)
     ros = parser.parse_args().ros
-    # Whoever ends this ends what it started, too.
+    # A signal to this process also ends its children.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     started = time.monotonic()
     try:
@@ -91,7 +91,7 @@ def main() -> int:
         print(f"Set-up failed: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("\nSet-up interrupted; run it again to go on.", file=sys.stderr)
+        print("\nSet-up interrupted; run it again to continue.", file=sys.stderr)
         return 130
     if changed:
         print(f"Set-up done in {time.monotonic() - started:.0f} s.", flush=True)
@@ -172,7 +172,7 @@ def only_one_at_a_time() -> Iterator[None]:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            print("Waiting for another set-up of this folder to end.", flush=True)
+            print("Waiting for another set-up of this folder to finish.", flush=True)
             fcntl.flock(descriptor, fcntl.LOCK_EX)
         yield
     finally:
@@ -212,11 +212,11 @@ def check_prerequisites(ros: str) -> None:
 
 def install_packages(ros: str, lock: Path) -> None:
     """Makes .venv anew, with exactly the packages of the lock."""
-    # What was built with the former environment names its paths.
+    # Build results contain paths of the former environment.
     for folder in OURS:
         shutil.rmtree(folder, ignore_errors=True)
     environment = outside("wheels")
-    # Whatever a personal configuration of pip says, .venv is where packages go.
+    # Packages go into .venv, regardless of the user's pip configuration.
     for variable in ("PIP_USER", "PIP_TARGET", "PIP_PREFIX", "PIP_ROOT"):
         environment.pop(variable, None)
     run("venv", "Making .venv", [base_interpreter(), "-m", "venv", VENV], environment)
@@ -333,7 +333,7 @@ def record_environment(ros: str, base: dict[str, str]) -> None:
     lines = [f"# for {ros}", "# Written by scripts/setup_environment.py, read by setup.bash."]
     before = outside(ros)
     if ros == "system":
-        # So that a shell which hasn't sourced this ROS gets it, too.
+        # For shells that have not sourced this ROS.
         before = without_folders(before, before["AMENT_PREFIX_PATH"].split(":"))
         lines.append(f"export ROS_DISTRO={after['ROS_DISTRO']} ROS_VERSION=2 ROS_PYTHON_VERSION=3")
     else:

@@ -1,4 +1,4 @@
-"""Installs `drone_navigation` (ament_python)."""
+"""Build script of `drone_navigation` (ament_python)."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ PACKAGE = "drone_navigation"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="ROS 2 action server and client that fly navigation goals over MAVLink",
+    description="ROS 2 action server and client for navigation goals over MAVLink",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",

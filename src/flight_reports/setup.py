@@ -1,4 +1,4 @@
-"""Installs `flight_reports` (ament_python)."""
+"""Build script of `flight_reports` (ament_python)."""
 
 from setuptools import find_packages, setup
 
@@ -7,7 +7,7 @@ PACKAGE = "flight_reports"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Recorded flights explained: reports, plots and films, without ROS",
+    description="Reports, plots and videos of recorded flights, without ROS",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",

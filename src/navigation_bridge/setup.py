@@ -1,4 +1,4 @@
-"""Installs `navigation_bridge` (ament_python)."""
+"""Build script of `navigation_bridge` (ament_python)."""
 
 from setuptools import find_packages, setup
 
@@ -7,7 +7,7 @@ PACKAGE = "navigation_bridge"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Vehicle and navigation joined, without ROS: goals in, MAVLink out",
+    description="ROS-free bridge between navigation goals and a MAVLink vehicle",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",

@@ -22,7 +22,7 @@ pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 from tests.support.mavsdk_station import Station, listening, wait
 
 pytestmark = [pytest.mark.xdist_group("mavsdk_station"), pytest.mark.timeout(120)]
-STATION = "Station 245/190"
+STATION = "Ground station 245/190"
 
 
 class Watched:

@@ -168,7 +168,7 @@ def test_two_flights_are_laid_over_each_other(tmp_path: Path) -> None:
     assert 'data-drawn="' in dom
     body = dom[: dom.index('id="plots"')]
     assert re.search(r'<p id="errors"[^>]*></p>', body)
-    assert "Time is counted from the first movement" in body
+    assert "Time zero is first movement" in body
 
 
 def test_a_page_fetches_nothing_and_runs_only_its_own_scripts(page: Path) -> None:
@@ -227,7 +227,7 @@ def packed(*messages: Message) -> bytes:
         (b"", "is empty"),
         (bytes(100_000), "not a tlog"),
         (b"a diary, not a log\n" * 500, "not a tlog"),
-        (packed(make("ATTITUDE", yaw=1.0)), "tells of no vehicle"),
+        (packed(make("ATTITUDE", yaw=1.0)), "contains no vehicle"),
         (COPTER.read_bytes()[:30], "no"),
     ],
     ids=["missing", "empty", "zeros", "text", "one message", "cut"],
@@ -257,7 +257,7 @@ def test_what_cant_be_done_is_a_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([str(ROVER), "--system", "9"]) == 2
-    assert "no vehicle with system id 9; it has 1" in capsys.readouterr().err
+    assert "no system 9; it contains 1" in capsys.readouterr().err
     (tmp_path / "file").write_text("in the way")
     assert main([str(ROVER), "--out", str(tmp_path / "file/report.html")]) == 1
     assert "cannot write" in capsys.readouterr().err

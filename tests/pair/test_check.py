@@ -186,7 +186,7 @@ def test_every_message_comes_as_often_as_it_was_asked_for(firmware: str, kind: s
 
 
 def rate_warnings(report: Report) -> dict[str, str]:
-    (section,) = [s for s in report.sections if s.title.startswith("Messages")]
+    (section,) = [s for s in report.sections if s.title.startswith("Message rates")]
     return {line.name: line.warning for line in section.lines if line.warning is not None}
 
 
@@ -250,7 +250,7 @@ def test_a_flying_vehicle_flies_on_and_says_what_it_does() -> None:
 def test_a_real_vehicle_is_ready_and_its_arming_is_left_to_the_pilot() -> None:
     report = look(arming="never").run_to_end()
     assert report.verdict is Verdict.READY
-    assert "by hand" in report.yours[0]
+    assert "manually" in report.yours[0]
     assert "take off" in report.yours[0]
     assert "take off" not in look(kind="rover", arming="never").run_to_end().yours[0]
 
@@ -258,10 +258,12 @@ def test_a_real_vehicle_is_ready_and_its_arming_is_left_to_the_pilot() -> None:
 @pytest.mark.parametrize("kind", ["copter", "rover", "plane"])
 def test_the_ground_stations_system_id_is_told_by_the_name_that_the_firmware_has(kind: str) -> None:
     report = look(kind=kind).run_to_end()
-    (section,) = (s for s in report.sections if s.title == "What the vehicle does by itself")
+    (section,) = (s for s in report.sections if s.title == "Vehicle failsafes")
     names = [line.name for line in section.lines]
     assert len({"MAV_GCS_SYSID", "SYSID_MYGCS"} & set(names)) == 1
-    assert "SYSID" not in "".join(line.value for line in section.lines if line.name == "not told")
+    assert "SYSID" not in "".join(
+        line.value for line in section.lines if line.name == "not reported"
+    )
 
 
 def test_without_a_position_it_is_not_ready_and_says_what_to_do() -> None:
@@ -320,7 +322,7 @@ def test_a_vehicle_without_our_key_points_to_the_signing() -> None:
     flight.listen_with(signed)
     report = flight.run_to_end(3.0)
     assert report.verdict is Verdict.NO_VEHICLE
-    assert "not with our key" in report.missing[0].what
+    assert "none with our key" in report.missing[0].what
     assert "signing_key_file" in report.missing[0].advice
 
 
@@ -343,10 +345,13 @@ def test_a_bad_link_is_looked_at_all_the_same_and_warned_of() -> None:
 
 def test_a_low_battery_is_warned_of() -> None:
     report = look(battery_remaining=0.25).run_to_end()
-    assert (report.verdict, warning_of(report, "remaining")) == (Verdict.READY, "Charge it.")
+    assert (report.verdict, warning_of(report, "remaining")) == (
+        Verdict.READY,
+        "Charge the battery.",
+    )
     empty = look(battery_remaining=0.15).run_to_end()
     assert empty.missing[0].what.startswith("LOW_BATTERY: ")
-    assert "Charge it" in empty.missing[0].advice
+    assert "Charge the battery" in empty.missing[0].advice
 
 
 @pytest.mark.parametrize(("word", "number"), [("auto", 18), ("onboard", 18), ("gcs", 6)])

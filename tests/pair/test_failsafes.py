@@ -134,7 +134,7 @@ def test_a_battery_failsafe_that_only_warns_ends_the_goal_or_is_noted_as_configu
     vehicle.set_battery_voltage(10.0)
     end = flight.run_to_end(goal)
     assert end.code is OutcomeCode.SUCCESS, end.message
-    assert "did not act on it" in end.message
+    assert "but took no action" in end.message
     lines = [line.text for line in flight.all(LogLine) if ": The vehicle reported a" in line.text]
     assert len(lines) == 1
 
@@ -158,7 +158,7 @@ def test_a_landing_after_a_battery_return_does_not_say_that_the_vehicle_did_not_
     assert end_in_silence(flight, goal).code is OutcomeCode.FAILSAFE_BATTERY
     end = flight.run_to_end(flight.start(LandRequest()))
     assert end.code is OutcomeCode.SUCCESS, end.message
-    assert "did not act" not in end.message
+    assert "took no action" not in end.message
     assert "failsafe (" not in end.message
 
 

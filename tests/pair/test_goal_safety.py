@@ -252,7 +252,7 @@ def test_a_goal_that_was_reached_quotes_nothing() -> None:
     end = flight.run_to_end(flight.send(5.0, 0.0, 2.0))
     assert end.code is OutcomeCode.SUCCESS
     assert flight.vehicle.state.status_texts
-    assert "autopilot said" not in end.message
+    assert "autopilot reported" not in end.message
 
 
 def test_a_crash_is_quoted_and_not_the_answer_to_a_request_of_the_server() -> None:
@@ -265,4 +265,4 @@ def test_a_crash_is_quoted_and_not_the_answer_to_a_request_of_the_server() -> No
     simulated.copter.say(Severity.INFO, "No ap_message for mavlink id (136)")
     end = flight.run_to_end(goal, 10.0)
     assert end.code is OutcomeCode.DISARMED
-    assert end.message.endswith("The autopilot said: 'Crash: hit scaffold at 0.9 m/s'.")
+    assert end.message.endswith("The autopilot reported: 'Crash: hit scaffold at 0.9 m/s'.")

@@ -27,7 +27,7 @@ THINGS = (
     Obstacle("shed", (22.0, 7.0), size_m=(6.0, 4.0), yaw_rad=0.5, top_m=9.0),
     Obstacle("wall", (32.0, 0.0), size_m=(0.3, 20.0), top_m=9.0),
 )
-NO_SENSOR = "No obstacle sensor is heard, so only the known obstacles are avoided."
+NO_SENSOR = "No obstacle sensor reports; only the known obstacles are avoided."
 TREE = "{kind: cylinder, name: tree, at_m: [10, 0], radius_m: 1, height_m: 30}"
 
 
@@ -110,7 +110,7 @@ def test_a_goal_flies_around_what_is_known_and_says_that_no_sensor_is_heard(
 def test_without_avoidance_it_flies_straight_and_says_what_that_hits(tmp_path: Path) -> None:
     flight = knowing(tmp_path, TREE)
     flight.fly_up()
-    words = "straight ways hit known ones: 'tree' at (10.0, 0.0) m"
+    words = "straight legs hit known ones: 'tree' at (10.0, 0.0) m"
     goal = flight.start(flight.request(20.0, 0.0, 3.0))
     aside_m = 0.0
     while not flight.ends(goal):
@@ -163,7 +163,7 @@ def test_a_way_above_a_known_obstacle_hits_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("target", "where"), [((10.0, 0.0, 3.0), "inside of"), ((12.0, 0.0, 3.0), "1.00 m from")]
+    ("target", "where"), [((10.0, 0.0, 3.0), "inside"), ((12.0, 0.0, 3.0), "1.00 m from")]
 )
 def test_a_target_within_the_clearance_of_something_known_is_refused(
     tmp_path: Path, target: tuple[float, float, float], where: str
@@ -190,7 +190,10 @@ def test_a_target_where_only_a_sensor_has_seen_something_is_accepted() -> None:
 
 @pytest.mark.parametrize(
     ("vehicle", "by_mission", "words"),
-    [("plane", False, "autopilot of a plane leads it"), ("copter", True, "flies the mission by")],
+    [
+        ("plane", False, "plane is guided by its own autopilot"),
+        ("copter", True, "flies the mission itself"),
+    ],
 )
 def test_what_the_autopilot_flies_by_itself_avoids_nothing_and_says_so(
     tmp_path: Path, vehicle: str, by_mission: bool, words: str

@@ -72,7 +72,7 @@ def test_a_glitch_that_passes_is_waited_for(autopilot: str, kind: str) -> None:
     assert "The position was in doubt for" in end.message
     assert math.dist(flight.truth()[0][:2], (0.0, 60.0)) < 1.0, flight.truth()
     assert told(flight, "The position is in doubt: ")
-    assert told(flight, "The position is good again.")
+    assert told(flight, "The position is reliable again.")
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)

@@ -151,7 +151,7 @@ def test_geodetic_waypoints_above_home_and_above_the_sea(flight: SimulatedFlight
         (
             WaypointsRequest((WaypointRequest((95.0, 0.0, 3.0), AltitudeReference.HOME),)),
             "INVALID_NUMBER",
-            "no place on earth",
+            "not a position on earth",
         ),
         (
             WaypointsRequest((WaypointRequest((1.0, 0.0, 3.0), AltitudeReference.GROUND),)),

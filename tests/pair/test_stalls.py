@@ -99,7 +99,7 @@ def test_a_px4_that_left_offboard_while_we_hung_is_not_brought_back(
     assert len(flight.modes) == changes, flight.modes
     (end,) = flight.ends(f"{2:032x}")
     assert end.state.name == "ABORTED"
-    assert any("stood still" in str(line) for _, line in flight.outputs)
+    assert any("was suspended" in str(line) for _, line in flight.outputs)
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])

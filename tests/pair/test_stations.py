@@ -54,13 +54,13 @@ def test_whatever_stops_a_vehicle_cancels_its_goal_and_the_next_goal_flies(
     for name, act in ACTS.items():
         goal_id = flight.begin(by_mission)
         act(flight)
-        check_cancelled(flight, goal_id, "Station 255/190")
+        check_cancelled(flight, goal_id, "Ground station 255/190")
         assert (name in flight.ends(goal_id)[0].message) or name == "cleared"
         assert flight.stored == 0
     if by_mission:
         goal_id = flight.begin(by_mission)
         flight.upload(4)
-        check_cancelled(flight, goal_id, "Station 255/190 uploaded another mission")
+        check_cancelled(flight, goal_id, "Ground station 255/190 uploaded another mission")
         flight.run_for(1.0)
         # Home does not count.
         assert flight.stored == (3 if autopilot == "ardupilot" else 4), "theirs is left"
@@ -76,7 +76,7 @@ def test_a_mission_changed_by_a_station_that_is_not_seen_cancels_the_goal(
         flight.clear(seen=False)
     else:
         flight.upload(4, seen=False)
-    check_cancelled(flight, goal_id, "A station that was not seen")
+    check_cancelled(flight, goal_id, "An unknown ground station")
 
 
 def test_a_pause_in_auto_that_nobody_was_seen_to_ask_for_cancels_the_goal() -> None:
@@ -84,7 +84,7 @@ def test_a_pause_in_auto_that_nobody_was_seen_to_ask_for_cancels_the_goal() -> N
     goal_id = flight.begin(True)
     flight.run_for(5.0)  # a take-off is not paused
     flight.pause_or_continue(False, seen=False)
-    check_cancelled(flight, goal_id, "A station that was not seen paused the vehicle")
+    check_cancelled(flight, goal_id, "An unknown ground station paused the vehicle")
 
 
 def test_a_mission_emptied_but_for_home_cancels_a_goal_flown_by_setpoints() -> None:
@@ -92,7 +92,7 @@ def test_a_mission_emptied_but_for_home_cancels_a_goal_flown_by_setpoints() -> N
     flight = StationFlight("ardupilot", "copter")
     goal_id = flight.begin(False)
     flight.upload(1)
-    check_cancelled(flight, goal_id, "Station 255/190 cleared the mission (MISSION_COUNT 1)")
+    check_cancelled(flight, goal_id, "Ground station 255/190 cleared the mission (MISSION_COUNT 1)")
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
@@ -115,7 +115,7 @@ def test_a_command_that_is_seen_after_the_change_of_mode_is_no_pilots_doing(
     goal_id = flight.begin(by_mission)
     begun_s = flight.now
     flight.hold_mode(heard_late_s=0.9)
-    check_cancelled(flight, goal_id, "Station 255/190 paused the vehicle (DO_SET_MODE")
+    check_cancelled(flight, goal_id, "Ground station 255/190 paused the vehicle (DO_SET_MODE")
     profile = flight.vehicle.profile
     assert profile is not None
     retaken = profile.mode_number(profile.control_mode)
@@ -128,7 +128,7 @@ def test_px4_clears_and_loiters_before_the_command_is_seen(by_mission: bool) -> 
     goal_id = flight.begin(by_mission)
     # A mission is known to be cleared, and the vehicle to stand, before it is heard who did it.
     flight.clear(heard_late_s=1.2 if by_mission else 0.5)
-    who = "A station that was not seen" if by_mission else "Station 255/190"
+    who = "An unknown ground station" if by_mission else "Ground station 255/190"
     check_cancelled(flight, goal_id, f"{who} cleared the mission")
 
 
@@ -144,7 +144,7 @@ def test_nothing_that_moves_it_is_sent_to_a_vehicle_that_a_station_has_stopped(
     flight.run_until(lambda: flight.vehicle.mode_name == profile.hold_mode)
     held_s = flight.now
     flight.tick()
-    check_cancelled(flight, goal_id, "Station 255/190")
+    check_cancelled(flight, goal_id, "Ground station 255/190")
     flight.run_for(3.0)
     assert flight.setpoint_times(held_s + 0.05) == []
     assert flight.modes_asked(held_s) == []
@@ -161,7 +161,7 @@ def test_a_mode_that_does_not_only_hold_is_an_override_that_names_who_chose_it(
     flight.mode(mode, heard_late_s=late_s)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "PILOT_OVERRIDE", end.message
-    assert f"Station 255/190 changed the mode (DO_SET_MODE {mode})" in end.message
+    assert f"Ground station 255/190 changed the mode (DO_SET_MODE {mode})" in end.message
 
 
 def test_a_pilot_who_takes_over_during_a_stations_pause_overrides() -> None:
@@ -200,7 +200,7 @@ def test_what_does_not_fly_yet_is_cancelled_by_a_pause(
     flight.pause_or_continue(False)
     end = flight.run_to_end(goal_id, 40.0)
     assert end.code.value == "CANCELED", end.message
-    assert "Station 255/190" in end.message
+    assert "Ground station 255/190" in end.message
     flight.run_for(3.0)
     if status != "TAKING_OFF":
         assert not flight.vehicle.state.armed
@@ -218,7 +218,7 @@ def test_a_vehicle_that_is_sent_elsewhere_in_the_same_mode_is_left_to_the_statio
     flight.reposition(-35.3600, 149.1652, 700.0)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "PILOT_OVERRIDE", end.message
-    assert "Station 255/190" in end.message
+    assert "Ground station 255/190" in end.message
     assert "DO_REPOSITION to a place" in end.message
     north_m = flight.truth()[0][1]
     flight.run_for(20.0)
@@ -243,7 +243,7 @@ def test_a_hold_on_the_way_to_somewhere_else_is_an_override(
     flight.reposition(-35.3600, 149.1652, 700.0 if vehicle == "copter" else 584.0)
     end = flight.run_to_end(goal_id, 3.0)
     assert end.code.value == "PILOT_OVERRIDE", end.message
-    assert "Station 255/190" in end.message
+    assert "Ground station 255/190" in end.message
     assert "DO_REPOSITION to a place" in end.message
     north_m = flight.truth()[0][1]
     flight.run_for(15.0)
@@ -258,7 +258,7 @@ def test_who_disarms_a_vehicle_is_named() -> None:
     flight.command(400, 0.0, 21196.0)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "DISARMED", end.message
-    assert "Station 255/190 changed the mode (COMPONENT_ARM_DISARM 0" in end.message
+    assert "Ground station 255/190 changed the mode (COMPONENT_ARM_DISARM 0" in end.message
 
 
 def test_a_server_that_stops_while_a_station_has_the_vehicle_paused_says_so() -> None:
@@ -326,7 +326,7 @@ def test_a_goal_that_a_station_paused_can_be_cancelled_and_replaced(
     flight.run_for(1.0)
     done, text = flight.bridge.resume(flight.now)
     assert not done
-    assert "Station 255/190 paused the vehicle" in text
+    assert "Ground station 255/190 paused the vehicle" in text
     assert flight.bridge.cancel_goal(first, flight.now)
     end = flight.run_to_end(first, 15.0)
     assert end.code.value == "CANCELED", end.message
@@ -374,5 +374,5 @@ def test_a_landing_and_a_return_end_only_where_the_vehicle_itself_stops(
     flight.run_for(1.0)
     assert not flight.ends(goal_id), "neither stops what brings it down"
     flight.hold_mode()
-    check_cancelled(flight, goal_id, "Station 255/190 paused the vehicle")
+    check_cancelled(flight, goal_id, "Ground station 255/190 paused the vehicle")
     assert flight.truth()[0][2] > 2.0

@@ -191,7 +191,7 @@ def test_a_mode_that_would_take_off_at_once_is_not_set(flight: SimulatedFlight) 
     assert flight.serve(Service.ARM).success
     done = flight.serve(Service.SET_MODE, "AUTO")
     assert not done.success
-    assert "would move at once" in done.message
+    assert "would move immediately" in done.message
     assert flight.vehicle.mode_name == "GUIDED"
 
 

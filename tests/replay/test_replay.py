@@ -165,12 +165,12 @@ def run(player: Player) -> None:
 
 def test_timers_that_do_not_come_to_rest_end_the_replay() -> None:
     player = Player(TlogReader(FOLDER / "link_gap.tlog"), Restless(), Codec(1, 191))
-    with pytest.raises(ReplayError, match="do not come to rest"):
+    with pytest.raises(ReplayError, match="did not settle"):
         run(player)
 
 
 def test_a_recording_of_nothing_is_said_to_be_one(tmp_path: Path) -> None:
     path = tmp_path / "empty.tlog"
     path.write_bytes(b"")
-    with pytest.raises(LinkError, match="holds no MAVLink packet"):
+    with pytest.raises(LinkError, match="contains no MAVLink packet"):
         open_recording(str(path))

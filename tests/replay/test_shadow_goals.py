@@ -121,14 +121,14 @@ def test_goals_end_by_what_was_recorded_with_its_reason() -> None:
         ("goals: []", "goals: [] should be non-empty"),
         ("{}", "'goals' is a required property"),
         ("3", "is not of type 'object'"),
-        ("goals: [{at_s: 1}]", "goals[0] needs an action: navigate_to_waypoint, "),
+        ("goals: [{at_s: 1}]", "goals[0]: action is missing; give one of navigate_to_waypoint, "),
         ("goals: [{action: land}]", "(land): 'at_s' is a required property"),
         ("goals: [{at_s: -1, action: land}]", "at_s: -1 is less than the minimum of 0"),
-        ("goals: [{at_s: .nan, action: land}]", "nan is no finite number"),
+        ("goals: [{at_s: .nan, action: land}]", "nan is not a finite number"),
         ("goals: [{at_s: 2, cancel_at_s: 1, action: land}]", "cancel_at_s is before at_s"),
         ("goals: [{at_s: 2, action: takeoff, goal: {hight: 3}}]", "'hight' was unexpected"),
         ("goals: [{at_s: 2, action: navigate_waypoints, goal: {waypoints: []}}]", "waypoints: []"),
-        ("goals: [{at_s: 2, at_s: 3, action: land}]", "'at_s' is written twice"),
+        ("goals: [{at_s: 2, at_s: 3, action: land}]", "duplicate key 'at_s'"),
         ("goals: [", "expected the node content"),
         ("\0", "goals.yaml: "),
     ],
@@ -156,7 +156,7 @@ def test_a_link_that_is_no_recording_and_a_recording_that_is_none_are_refused(
         ("udpin://127.0.0.1:14550", "give --link tlog:PATH"),
         (f"tlog:{tmp_path}/missing.tlog", "No such file"),
         (f"tlog:{tmp_path}/text.tlog", "is not a tlog"),
-        (f"tlog:{tmp_path}/empty.tlog", "holds no MAVLink packet"),
+        (f"tlog:{tmp_path}/empty.tlog", "contains no MAVLink packet"),
     ):
         assert main(["--link", link, "--shadow-goals", goals]) == 2, link
         said = capsys.readouterr().err

@@ -69,4 +69,4 @@ def test_a_vehicle_that_does_not_exist_is_answered_with_those_that_do(flight: Fl
         given = ["--vehicle", "coptr", "--server-timeout", "2"]
         code, text = run(flight, *command, *given)
         assert code == 5, text
-        assert "one vehicle without a name: leave --vehicle out." in text
+        assert "one vehicle without a name: omit --vehicle." in text

@@ -176,7 +176,7 @@ def test_the_client_flies_a_plan_file(flight: Flight, tmp_path: Path, how: list[
     plan.write_text(PLAN, encoding="utf-8")
     shown = client(flight, "--plan", str(plan), *how)
     assert shown.wait(90.0) == 0, shown.text
-    for words in ("item 1: the take-off", "a route of 2 waypoints", "SUCCESS: ", "2 of 2"):
+    for words in ("item 1: take-off skipped", "a route of 2 waypoints", "SUCCESS: ", "2 of 2"):
         assert words in shown.text
     assert ("as a mission" in shown.text) == bool(how)
 
@@ -186,9 +186,9 @@ def test_a_bad_plan_file_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None
     plan = tmp_path / "bad.plan"
     plan.write_text("{", encoding="utf-8")
     for arguments, sentence in (
-        (["--plan", str(plan)], "bad.plan: line 1: this is not JSON."),
-        (["--waypoints", str(plan)], "line 1: a waypoint file begins with"),
-        (["--mission"], "--mission is for a route"),
+        (["--plan", str(plan)], "bad.plan: line 1: not valid JSON."),
+        (["--waypoints", str(plan)], "line 1: a waypoint file must begin with"),
+        (["--mission"], "--mission needs a route"),
         (["--plan", str(plan), "--laps", "-1"], "--laps is -1"),
     ):
         wrong = Process("client", [*CLIENT, *arguments], environment)
@@ -207,13 +207,13 @@ def test_a_bad_plan_file_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None
 def test_a_link_that_is_not_there_is_a_warning_and_not_ready(link: str, reason: str) -> None:
     server = Process("server", [*SERVER, "--link", link], ros_environment(new_domain()))
     try:
-        line = server.wait_for("waiting for the link", 30.0)
+        line = server.wait_for("waiting for link", 30.0)
         assert "[WARN]" in line
         assert "[WARN]" in server.wait_for(reason, 10.0)
     finally:
         server.stop()
     assert "ready on" not in server.text
-    assert "Server stopped. No vehicle was heard." in server.lines[-1]
+    assert "Server stopped. No vehicle was found." in server.lines[-1]
 
 
 def test_a_link_that_comes_later_makes_the_server_ready() -> None:
@@ -222,7 +222,7 @@ def test_a_link_that_comes_later_makes_the_server_ready() -> None:
         link = f"tcpout://127.0.0.1:{listener.getsockname()[1]}"
         server = Process("server", [*SERVER, "--link", link], ros_environment(new_domain()))
         try:
-            server.wait_for("waiting for the link", 30.0)
+            server.wait_for("waiting for link", 30.0)
             listener.listen()
             server.wait_for("Navigation server ready on", 20.0)
         finally:

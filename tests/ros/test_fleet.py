@@ -141,7 +141,7 @@ def test_the_recording_has_each_vehicle_and_notes_about_it(fleet: FleetFlight) -
     for system, count in goals.items():
         recording = read_recording(fleet.tlog, system)
         assert f"system {system}" in recording.vehicle
-        assert any("this recording has system" in remark for remark in recording.remarks)
+        assert any("the recording also contains system" in remark for remark in recording.remarks)
         assert len(recording.goals.values) == count
 
 

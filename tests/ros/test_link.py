@@ -78,6 +78,6 @@ def test_a_stopped_server_stops_the_vehicle_and_ends_the_goal(flight: Flight) ->
     assert flight.server.wait(10.0) == 0
     left = flight.server.lines[-1]
     assert "[WARN]" in left
-    assert "It leaves the vehicle in the air, armed, in mode " in left
+    assert "Vehicle left in the air, armed, in mode " in left
     last = flight.relay.from_vehicle("GLOBAL_POSITION_INT")[-1]
     assert math.hypot(last.vx, last.vy) / 100.0 < 0.4

@@ -220,7 +220,7 @@ def test_what_renames_or_moves_the_server_does_not_make_its_vehicles_one(
 
 @pytest.mark.parametrize(
     ("namespace", "said"),
-    [("/b", "Vehicle b: .*'colour'"), ("/wide", "record_tlog is the server's")],
+    [("/b", "Vehicle b: .*'colour'"), ("/wide", "record_tlog belongs to the server")],
 )
 def test_a_vehicles_parameter_that_it_cannot_have_is_refused_by_name(
     make_vehicle: MakeNode, namespace: str, said: str

@@ -87,7 +87,7 @@ def test_a_vehicle_of_each_kind_is_checked_with_its_set_up() -> None:
                 assert "Ready for goals." in look.text
         document = json.loads(look.text[look.text.index("{\n") :])
         assert document["verdict"] == 0
-        assert "by hand" in document["yours"][0]  # a real one is armed by its pilot
+        assert "manually" in document["yours"][0]  # a real one is armed by its pilot
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,7 @@ def test_a_goal_that_a_station_cancels_goes_through_canceling_to_canceled(
     watched.station.send(make("MISSION_CLEAR_ALL", **TARGET))
     result = watched.wait_for_result(record)
     assert record.status == GoalStatus.STATUS_CANCELED
-    sentence = "Station 254/190 cleared the mission (MISSION_CLEAR_ALL)."
+    sentence = "Ground station 254/190 cleared the mission (MISSION_CLEAR_ALL)."
     assert result.message.startswith(f"CANCELED: {sentence}")
     assert "stands still" in result.message
     states = list(dict.fromkeys(watched.states))
@@ -95,7 +95,7 @@ def test_a_paused_goal_goes_on_when_the_station_says_so(watched: StationFlight) 
     watched.wait_for_status(record, "PAUSED")
     answer = watched.call("resume")
     assert not answer.success
-    assert "Station 254/190 paused the vehicle" in answer.message
+    assert "Ground station 254/190 paused the vehicle" in answer.message
     watched.station.send(make("COMMAND_LONG", **TARGET, command=PAUSE_CONTINUE, param1=1.0))
     watched.wait_for_status(record, "NAVIGATING")
     watched.cancel(record)

@@ -63,7 +63,7 @@ def test_neither_client_nor_server_takes_a_goal_beside_somebody_elses_server(
     foreign = Process("foreign", [sys.executable, str(script)], flight.environment)
     try:
         # The client asks the server, which has had time to find the other one.
-        flight.server.wait_for(f"No goal is taken. {WHY}", READY_TIMEOUT_S, after=heard)
+        flight.server.wait_for(f"No goals are accepted. {WHY}", READY_TIMEOUT_S, after=heard)
         refused = client(flight)
         assert refused.wait(FLIGHT_TIMEOUT_S) == 3, refused.text
         assert f"No goal was sent. {WHY}" in refused.text

@@ -192,7 +192,7 @@ def test_kind_of_ros_follows_the_shell(variables: dict[str, str], kind: str) -> 
     [
         ({"ROS_DISTRO": "humble"}, "ROS 2 humble is sourced, but this project is for Jazzy"),
         ({"MAVBRIDGE_ROS": "system"}, "needs a sourced ROS 2 Jazzy"),
-        ({"MAVBRIDGE_ROS": "apt"}, "can only be 'wheels' or 'system'"),
+        ({"MAVBRIDGE_ROS": "apt"}, "must be 'wheels' or 'system'"),
     ],
 )
 def test_contradiction_about_ros_is_one_sentence(variables: dict[str, str], said: str) -> None:

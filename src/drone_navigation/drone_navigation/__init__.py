@@ -1,1 +1,1 @@
-"""The ROS 2 nodes: navigation goals in, MAVLink to the vehicle out."""
+"""ROS 2 nodes for navigation goals on a MAVLink vehicle."""

@@ -1,4 +1,4 @@
-"""Writes what bash completes on the command lines of the project: ``completion.bash``.
+"""Generator of ``completion.bash``, the bash completion of the project's commands.
 
 Run by the set-up; ``setup.bash`` reads the file in an interactive shell.
 """

@@ -38,7 +38,7 @@ _SUMMARY = "simulator.json"
 
 @dataclass(frozen=True)
 class Scenario:
-    """A vehicle, where it goes, and what is in its way.
+    """A vehicle, its route and its obstacles.
 
     Attributes:
         world: what surrounds the vehicle, for the simulator only.
@@ -73,9 +73,9 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the command line of the demo."""
     parser = argparse.ArgumentParser(
         prog="python -m drone_navigation.demo",
-        description="Send a simulated vehicle with a range scanner round obstacles that the "
-        "server does not know, with another goal on the way; check and draw what it did. To be "
-        "started in the folder of the repository.",
+        description="Fly a simulated vehicle with a range scanner around obstacles unknown to the "
+        "server and replace the goal in flight; check and draw the flight. Start it in the "
+        "folder of the repository.",
     )
     parser.add_argument("--vehicle", choices=sorted(SCENARIOS), default="copter")
     parser.add_argument(
@@ -85,13 +85,13 @@ def make_parser() -> argparse.ArgumentParser:
         help="firmware of the simulated vehicle (default: ardupilot)",
     )
     parser.add_argument(
-        "--out", type=Path, default=Path("out/demo"), metavar="DIR", help="where results go"
+        "--out", type=Path, default=Path("out/demo"), metavar="DIR", help="folder for the results"
     )
     return parser
 
 
 def main(args: list[str] | None = None) -> int:
-    """Fly the demo; 0 when it did all that a demo must show."""
+    """Fly the demo; return 0 if all checks pass."""
     options = make_parser().parse_args(args)
     out: Path = options.out
     out.mkdir(parents=True, exist_ok=True)
@@ -102,7 +102,7 @@ def main(args: list[str] | None = None) -> int:
         code = _fly(out, tlog, options.vehicle, options.autopilot)
         recording = plot_flight(tlog, picture)
         if code != 0:
-            raise DemoError(f"The client ended with {code}; see {out}.")
+            raise DemoError(f"The client exited with {code}; see {out}.")
         print(report(recording, _nearest(out / _SUMMARY)), flush=True)
     except (DemoError, ProcessError, RecordingError) as error:
         print(f"The demo failed: {error}", file=sys.stderr)
@@ -110,7 +110,7 @@ def main(args: list[str] | None = None) -> int:
             with contextlib.suppress(RecordingError):
                 plot_flight(tlog, picture)
         if picture.exists():
-            print(f"What was flown is drawn in {picture}.", file=sys.stderr)
+            print(f"The flight is drawn in {picture}.", file=sys.stderr)
         return EXIT_FAILED
     except KeyboardInterrupt:
         print("The demo was interrupted.", file=sys.stderr)
@@ -120,14 +120,14 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _nearest(summary: Path) -> Nearest:
-    """Return what the simulator says of how near the vehicle came to obstacles."""
+    """Return the least clearance reported by the simulator."""
     try:
         (vehicle,) = json.loads(summary.read_text(encoding="utf-8"))["vehicles"]
         return Nearest(
             vehicle["least_clearance_m"], vehicle["nearest_obstacle"], vehicle["collided"]
         )
     except (OSError, ValueError, KeyError) as error:
-        raise DemoError(f"The simulator left no summary: {error}.") from error
+        raise DemoError(f"The simulator wrote no summary: {error}.") from error
 
 
 def _fly(out: Path, tlog: Path, vehicle: str, autopilot: str) -> int:
@@ -137,7 +137,7 @@ def _fly(out: Path, tlog: Path, vehicle: str, autopilot: str) -> int:
     (out / _SUMMARY).unlink(missing_ok=True)
     for path in (server, scenario.world, scenario.route):
         if not path.exists():
-            raise DemoError(f"{path} is not here; start the demo in the folder of the repository.")
+            raise DemoError(f"{path} not found; start the demo in the folder of the repository.")
     begin_s = time.monotonic()
     environment = ros_environment(free_domain(os.getpid()))
     link = f"//127.0.0.1:{free_udp_port()}"
@@ -170,14 +170,14 @@ def _fly(out: Path, tlog: Path, vehicle: str, autopilot: str) -> int:
 
 
 def _run_client(arguments: Sequence[str], environment: dict[str, str]) -> int:
-    # The client draws on this terminal itself.
+    # The client draws directly on this terminal.
     client = subprocess.Popen(
         [sys.executable, "-m", "drone_navigation.navigation_client", *arguments], env=environment
     )
     try:
         return client.wait(_FLIGHT_TIMEOUT_S)
     except subprocess.TimeoutExpired:
-        raise ProcessError(f"the client was not done in {_FLIGHT_TIMEOUT_S:g} s") from None
+        raise ProcessError(f"the client did not end within {_FLIGHT_TIMEOUT_S:g} s") from None
     finally:
         if client.poll() is None:
             client.kill()

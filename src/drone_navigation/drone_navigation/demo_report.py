@@ -1,4 +1,4 @@
-"""What a demo must have shown, told from its recording."""
+"""Checks of a demo flight from its recording."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ RADIUS_M = 0.5
 
 
 class DemoError(RuntimeError):
-    """The demo did not show what it must; the sentence says what."""
+    """A check of the demo failed; the text says which."""
 
 
 @dataclass(frozen=True)
 class Nearest:
-    """How near the vehicle came to an obstacle, by the simulator's truth.
+    """Least clearance to an obstacle, by the simulator's ground truth.
 
     Attributes:
         clearance_m: from the vehicle's middle to the obstacle's surface.
@@ -36,7 +36,7 @@ class Nearest:
 
 
 def report(recording: Recording, nearest: Nearest) -> str:
-    """Return what was flown, in one sentence.
+    """Check the flight and summarise it in one sentence.
 
     Args:
         recording: of the flight.
@@ -50,7 +50,7 @@ def report(recording: Recording, nearest: Nearest) -> str:
         raise DemoError(f"The vehicle flew into the obstacle '{nearest.obstacle}'.")
     if nearest.clearance_m < RADIUS_M:
         raise DemoError(
-            f"The vehicle came as near as {nearest.clearance_m:.2f} m to the obstacle "
+            f"The clearance was only {nearest.clearance_m:.2f} m to the obstacle "
             f"'{nearest.obstacle}'; its radius is {RADIUS_M:g} m."
         )
     goals = recording.goals.values
@@ -59,9 +59,9 @@ def report(recording: Recording, nearest: Nearest) -> str:
     if ends[-1:] != [OutcomeCode.SUCCESS.value]:
         raise DemoError(f"The last goal did not end with SUCCESS; the ends are {ends}.")
     if len(goals) < _GOALS or len(goals[0].targets_enu_m) < _WAYPOINTS:
-        raise DemoError("The route and a goal that replaces it are not in the recording.")
+        raise DemoError("The recording lacks the route or the goal that replaces it.")
     if replans < _REPLANS:
-        raise DemoError(f"The path was replanned {replans} times instead of {_REPLANS} or more.")
+        raise DemoError(f"The path was replanned {replans} times; at least {_REPLANS} expected.")
     flown_m = np.sqrt((np.diff(recording.positions_enu_m, axis=0) ** 2).sum(axis=1)).sum()
     took_s = recording.status.times_s[-1] - recording.goals.times_s[0]
     seen = [obstacles for _, obstacles in recording.obstacles]
@@ -69,7 +69,7 @@ def report(recording: Recording, nearest: Nearest) -> str:
         f"{_WAYPOINTS} waypoints and {len(goals) - 1} goal sent in flight",
         f"{flown_m:.0f} m in {took_s:.0f} s",
         f"replanned {replans} times",
-        f"{max((len(obstacles) for obstacles in seen), default=0)} places seen to be occupied",
-        f"{nearest.clearance_m:.2f} m to the nearest, '{nearest.obstacle}'",
+        f"{max((len(obstacles) for obstacles in seen), default=0)} cells sensed as occupied",
+        f"{nearest.clearance_m:.2f} m least clearance, to '{nearest.obstacle}'",
     ]
     return "Flown: " + ", ".join(parts) + "."

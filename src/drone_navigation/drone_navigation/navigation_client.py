@@ -23,7 +23,7 @@ from navigation_bridge.goals.plan_files import PlanError
 
 
 def main(args: list[str] | None = None) -> int:
-    """Send a goal, or do what a command says, and return the exit code."""
+    """Send a goal or run a command, and return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_client", *args])
     options = parse_options(remove_ros_args(argv)[1:])
     if options.command in SERVICE_COMMANDS:
@@ -37,7 +37,7 @@ def main(args: list[str] | None = None) -> int:
         on_exit.callback(rclpy.try_shutdown)
         node = Node("navigation_client", namespace=options.vehicle)
         on_exit.callback(node.destroy_node)
-        # Keys are for people who see what they do.
+        # Keys need a terminal for the output.
         people = sys.stdin.isatty() and sys.stdout.isatty() and not options.json
         keyboard = Keyboard(sys.stdin) if people else None
         if keyboard is not None:

@@ -41,7 +41,7 @@ _NEW_S = 5.0
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the server until it is told to stop; return the exit code."""
+    """Run the server until it is stopped; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_server", *args])
     try:
         # First of all: ROS meets a file that cannot be read with a traceback.
@@ -76,26 +76,26 @@ def main(args: list[str] | None = None) -> int:
         print(f"navigation_server: {_first_line(error)}", file=sys.stderr)
         return EXIT_USAGE
     try:
-        # Whoever gives a file has a vehicle of their own in mind, whatever is in the file.
+        # A file stands for the user's own vehicle, whatever it contains.
         return _run(options, argv, simulator="--params-file" not in argv)
     finally:
         rclpy.try_shutdown()
 
 
 def _check_options(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """End the program with a sentence about options that do not go together."""
+    """Exit with an error about conflicting options."""
     if options.timeout is not None and not options.check:
         parser.error("--timeout is for --check")
     if options.json and not (options.check or options.shadow_goals):
         parser.error("--json is for --check and --shadow-goals")
     if options.check and options.shadow_goals:
-        parser.error("--check and --shadow-goals are two things; give one of them")
+        parser.error("give either --check or --shadow-goals, not both")
 
 
 def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
     """Run ``--check`` without ROS."""
     if ros_arguments:
-        raise ConfigurationError("With --check give --config and --link; it takes no --ros-args.")
+        raise ConfigurationError("--check takes --config and --link, not --ros-args.")
     given = overrides(options)
     values = {**file.server, **given}
     if options.config is None and options.link is None:
@@ -111,12 +111,10 @@ def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool
 def _shadow_goals(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
     """Run ``--shadow-goals`` without ROS."""
     if ros_arguments:
-        raise ConfigurationError(
-            "With --shadow-goals give --config and --link; it takes no --ros-args."
-        )
+        raise ConfigurationError("--shadow-goals takes --config and --link, not --ros-args.")
     if file.vehicles:
         raise ConfigurationError(
-            "Shadow goals are for one vehicle: give a --config of one, with its target_system."
+            "Shadow goals need a --config with a single vehicle and its target_system."
         )
     config = make_config({**file.server, **overrides(options)})
     return run_shadow_goals(config, Path(options.shadow_goals), options.json)
@@ -149,7 +147,7 @@ def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:
                 break
         gave_up = not server.running
         if gave_up:
-            root.get_logger().fatal("The driver thread has given up; the server ends.")
+            root.get_logger().fatal("The driver thread has failed; the server exits.")
         server.stop()
         if second:
             return EXIT_USAGE

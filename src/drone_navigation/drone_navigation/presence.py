@@ -1,4 +1,4 @@
-"""Whether another server offers the same actions in this domain.
+"""Detection of another server with the same actions in the ROS domain.
 
 An action has one server. With two, rcl gives a client's goal to both, and both fly. So a server
 that finds another one of its name takes no goals, and one that has just started ends.
@@ -22,7 +22,7 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 __all__ = ["SERVER_ID", "Presence"]
 
 SERVER_ID = f"{time.time_ns():020d}-{uuid.uuid4().hex}"
-"""Tells this process's statuses from those of another; of two, the smaller was there first."""
+"""Distinguishes this process's statuses from those of others; the smaller id came first."""
 
 # Statuses come once a second. A server that was killed stays in the graph for 20 s (the lease of
 # its DDS participant), but says nothing any more.
@@ -37,7 +37,7 @@ _STATUS_QOS = QoSProfile(
 
 
 class Presence:
-    """Listens to the servers of one name; used by the threads of one executor."""
+    """Monitors the servers of one name; used by the threads of one executor."""
 
     def __init__(self, node: Node, own_id: str = "") -> None:
         """Listen.
@@ -63,12 +63,12 @@ class Presence:
 
     @property
     def alive(self) -> int:
-        """How many other servers were heard a moment ago."""
+        """Number of other servers that reported recently."""
         return len(self._alive())
 
     @property
     def is_second(self) -> bool:
-        """Whether another server that is there was there before this one."""
+        """True if another active server started before this one."""
         return any(other < self.own_id for other in self._alive())
 
     def _alive(self) -> list[str]:
@@ -77,11 +77,11 @@ class Presence:
 
     @property
     def offered(self) -> int:
-        """How many servers the graph knows, those included that were killed a moment ago."""
+        """Number of servers in the graph, including recently killed ones."""
         return int(self._node.count_services(f"{ACTION_NAME}/_action/send_goal"))
 
     def rejection(self) -> Rejection | None:
-        """Return why a server takes no goal now, or None."""
+        """Return why a server rejects goals now, or None."""
         if self.offered <= 1:
             self._others_since_s = None
             self._tell(False)
@@ -104,9 +104,9 @@ class Presence:
             return
         self._told = other
         if other:
-            self._node.get_logger().warning(f"No goal is taken. {duplicate(self._node)}")
+            self._node.get_logger().warning(f"No goals are accepted. {duplicate(self._node)}")
         else:
-            self._node.get_logger().info("The other server has gone; goals are taken again.")
+            self._node.get_logger().info("The other server is gone; goals are accepted again.")
 
     @property
     def several(self) -> bool:
@@ -120,7 +120,7 @@ class Presence:
         return self.offered > 1 and len(self._programs()) > 1
 
     def _programs(self) -> set[tuple[str, str]]:
-        """Return names and namespaces of the nodes that offer the action, whoever they are of."""
+        """Return names and namespaces of all nodes that offer the action."""
         node = self._node
         action = node.resolve_service_name(ACTION_NAME)
         found = set()
@@ -135,9 +135,9 @@ class Presence:
 
 
 def duplicate(node: Node) -> str:
-    """Return what to do about two servers of one name."""
+    """Return the advice for two servers of one name."""
     name = node.resolve_service_name(ACTION_NAME)
     return (
-        f"Another server offers {name} in this ROS domain, and both would fly the goal; end one "
+        f"Another server offers {name} in this ROS domain, and both would execute goals; stop one "
         "of them, give one a namespace (--ros-args -r __ns:=/name), or set another ROS_DOMAIN_ID."
     )

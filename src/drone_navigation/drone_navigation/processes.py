@@ -1,4 +1,4 @@
-"""Start, watch and surely stop the processes of a flight; free ports and ROS domains."""
+"""Start, monitor and stop the processes of a flight; find free ports and ROS domains."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _PORT_BASE, _DOMAIN_GAIN, _OFFSET = 7400, 250, 10
 
 
 class ProcessError(RuntimeError):
-    """A process did not do what it had to; the sentence ends with what it printed last."""
+    """A process failed; the text ends with its last output."""
 
 
 def free_udp_port() -> int:
-    """Return a UDP port of the loopback interface that was free a moment ago."""
+    """Return a currently free UDP port of the loopback interface."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind((_LOOPBACK, 0))
         port: int = probe.getsockname()[1]
@@ -45,7 +45,7 @@ def free_domain(start: int) -> int:
             except OSError:
                 continue
             return domain
-    raise ProcessError("No ROS domain from 1 to 101 is free; stop what is running.")
+    raise ProcessError("No ROS domain from 1 to 101 is free; stop other ROS programs.")
 
 
 def ros_environment(domain: int) -> dict[str, str]:
@@ -59,7 +59,7 @@ def ros_environment(domain: int) -> dict[str, str]:
 
 
 class Process:
-    """A child process whose output is kept and which :meth:`stop` always ends."""
+    """A child process with captured output that :meth:`stop` always ends."""
 
     def __init__(
         self,
@@ -129,7 +129,7 @@ class Process:
                 if ended or left_s <= 0.0:
                     break
                 self._changed.wait(min(left_s, 0.1))
-        why = f"ended with {self.returncode}" if ended else f"did not in {timeout_s:g} s"
+        why = f"exited with {self.returncode}" if ended else f"did not within {timeout_s:g} s"
         raise ProcessError(
             f"{self.name} should have printed '{fragment}' but {why}. It printed:\n"
             + "\n".join(self.lines[-20:])

@@ -1,10 +1,10 @@
-"""How messages are published, and listened to."""
+"""QoS profiles of publishers and subscriptions."""
 
 from __future__ import annotations
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-# For what a late subscriber needs, too: the state of things.
+# For state, which late subscribers need as well.
 LATCHED_QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=1,

@@ -1,4 +1,4 @@
-"""The command `tlog2mcap`: writes a recorded flight as an MCAP file of ROS messages."""
+"""The command `tlog2mcap`: converts a recorded flight to an MCAP file of ROS messages."""
 
 from __future__ import annotations
 
@@ -93,11 +93,11 @@ def _choose(
 ) -> list[tuple[int, str]]:
     """Return system and namespace of the vehicles to write."""
     if not systems:
-        raise BagError(f"{log} has no vehicle: no HEARTBEAT of an autopilot is in it.")
+        raise BagError(f"{log} contains no vehicle (no HEARTBEAT of an autopilot).")
     for system, _ in vehicles:
         if system not in systems:
             listed = ", ".join(map(str, systems))
-            raise BagError(f"{log} has no vehicle with system {system}; it has {listed}.")
+            raise BagError(f"{log} contains no system {system}; it contains {listed}.")
     return list(vehicles) or named(systems)
 
 
@@ -112,8 +112,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Return what reads the command line."""
     parser = argparse.ArgumentParser(
         prog="tlog2mcap",
-        description="Write what ROS saw, or would have seen, of a recorded flight (a tlog) as an "
-        "MCAP file, which ROS 2 tools and Foxglove open.",
+        description="Convert a recorded flight (a tlog) to an MCAP file of ROS messages "
+        "for ROS 2 tools and Foxglove.",
     )
     parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
     parser.add_argument(
@@ -125,15 +125,15 @@ def make_parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="N",
-        help="MAVLink system id of a vehicle (default: all in the log); may be given again",
+        help="MAVLink system id of a vehicle (default: all in the log); may be repeated",
     )
     parser.add_argument(
         "--vehicle-name",
         action="append",
         default=[],
         metavar="NAME",
-        help="namespace of the --system in the same place (default: none for a single vehicle, "
-        "system_N for one of several)",
+        help="namespace of the --system at the same position (default: none for one vehicle, "
+        "system_N for several)",
     )
     return parser
 
@@ -145,9 +145,9 @@ def _vehicles(
     if bad:
         parser.error(f"--vehicle-name {bad[0]}: use letters, digits and _, and begin with a letter")
     if names and len(names) != len(systems):
-        parser.error("give as many --system as --vehicle-name")
+        parser.error("give the same number of --system and --vehicle-name")
     if len(set(systems)) < len(systems) or len(set(names)) < len(names):
-        parser.error("two vehicles can't have the same --system or --vehicle-name")
+        parser.error("each --system and --vehicle-name must be unique")
     return list(zip(systems, names, strict=True)) if names else named(systems)
 
 
@@ -182,10 +182,10 @@ def _summary(converted: Converted, out: Path) -> str:
     topics = sum(count > 0 for count in counts.values())
     told = [f"Wrote {sum(counts.values())} messages of {topics} topics to {out}."]
     if not any("/_action/" in topic for topic in counts):
-        told.append("The log has no goals of navigation_server.")
+        told.append("The log contains no goals of navigation_server.")
     if time.stepped_back:
         told.append(
-            f"The recorder's clock went back {time.stepped_back} times; messages have its times."
+            f"The recorder's clock stepped back {time.stepped_back} times; its times are kept."
         )
     return " ".join(told)
 

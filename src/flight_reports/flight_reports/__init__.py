@@ -1,1 +1,1 @@
-"""Recorded flights explained: reports, plots and films. No ROS."""
+"""Reports, plots and videos of recorded flights. No ROS."""

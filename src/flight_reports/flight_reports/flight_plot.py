@@ -1,4 +1,4 @@
-"""Draw a recorded flight: ``python -m flight_reports.flight_plot LOG -o PICTURE``."""
+"""Plot a recorded flight: ``python -m flight_reports.flight_plot LOG -o PICTURE``."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _PAUSE_S = 5.0
 def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recording:
     """Draw the recording at ``path`` into the PNG ``picture``, and return what was drawn.
 
-    Of several vehicles it is that of ``system``, or the first.
+    Of several vehicles, ``system`` or the first is drawn.
 
     Raises:
-        RecordingError: the recording tells no flight.
+        RecordingError: the recording contains no flight.
     """
     recording = read_recording(path, system)
     figure = plt.figure(figsize=(14.0, 8.0), layout="constrained", facecolor=scene.PAPER)
@@ -48,7 +48,7 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recordi
     distance = figure.add_subplot(grid[1, 1], sharex=altitude)
     battery = figure.add_subplot(grid[2, 1], sharex=altitude)
     heights = Timeline(tuple(recording.times_s), tuple(recording.positions_enu_m[:, 2]))
-    _draw_line(altitude, recording, "height (m)", heights)
+    _draw_line(altitude, recording, "altitude (m)", heights)
     _draw_line(distance, recording, "distance remaining (m)", recording.distance_m)
     _draw_line(battery, recording, "battery (%)", recording.battery_percent)
     middle = 0.5 * sum(altitude.get_ylim())
@@ -80,7 +80,7 @@ def _summary(recording: Recording) -> str:
     parts = [recording.vehicle, f"{recording.duration_s:.0f} s", f"{flown_m:.0f} m over ground"]
     replans = len(scene.replan_times_s(recording))
     if replans:
-        parts.append(f"planned anew {replans} times")
+        parts.append(f"replanned {replans} times")
     return ", ".join(parts)
 
 
@@ -136,7 +136,7 @@ def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
         index = np.searchsorted(recording.times_s, time_s).clip(0, len(recording.times_s) - 1)
         place = view.points(recording.positions_enu_m[index])
         axes.plot(*place, "D", color=scene.PLAN, markersize=5,
-                  label="planned anew" if number == 0 else None)  # fmt: skip
+                  label="replanned" if number == 0 else None)  # fmt: skip
 
 
 def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
@@ -209,12 +209,12 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the command line of the plot."""
     parser = argparse.ArgumentParser(
         prog="python -m flight_reports.flight_plot",
-        description="Draw the flight in a tlog: of navigation_server --tlog, QGroundControl, "
+        description="Plot the flight in a tlog of navigation_server --tlog, QGroundControl, "
         "MAVProxy or Mission Planner.",
     )
     parser.add_argument("log", type=Path, help="the tlog")
-    parser.add_argument("-o", "--output", type=Path, help="picture (default: beside the log)")
-    parser.add_argument("--system", type=int, metavar="ID", help="which vehicle (default: first)")
+    parser.add_argument("-o", "--output", type=Path, help="picture file (default: beside the log)")
+    parser.add_argument("--system", type=int, metavar="ID", help="system id (default: the first)")
     return parser
 
 
@@ -232,7 +232,7 @@ def main(args: list[str] | None = None) -> int:
         return EXIT_FAILED
     for remark in recording.remarks:
         print(remark)
-    print(f"Drawn in {picture}")
+    print(f"Wrote {picture}")
     return EXIT_OK
 
 

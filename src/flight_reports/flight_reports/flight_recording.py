@@ -1,4 +1,4 @@
-"""What a tlog tells about a flight: the same for pictures and films, whoever recorded it.
+"""Flight data of a tlog for pictures and videos, from any recorder.
 
 The messages go through the code that flies (the vehicle, the map frame, the obstacle
 map), so a recording shows what the server knew at the time. A recording of the server has
@@ -42,7 +42,7 @@ _Stamped = tuple[float, Message]
 
 
 class RecordingError(ValueError):
-    """The recording tells no flight; the sentence says why."""
+    """The recording contains no flight; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -107,25 +107,25 @@ def read_recording(path: Path, system: int | None = None) -> Recording:
     systems = {number for number, _ in candidates}
     if vehicle is None:
         wanted = "a vehicle" if system is None else f"system {system}"
-        told = f"; it has system {_listed(systems)}" if systems else ""
-        raise RecordingError(f"{path} holds no position of {wanted}{told}.")
+        told = f"; it contains system {_listed(systems)}" if systems else ""
+        raise RecordingError(f"{path} contains no position of {wanted}{told}.")
     for frame, remark in (
         (MapFrame(), ""),
-        (FromFirstPosition(), "The map's origin is not in it: drawn from the first position."),
-        (LocalOnly(), "No global position is in it: drawn in the vehicle's local frame."),
+        (FromFirstPosition(), "The recording has no map origin; the first position is the origin."),
+        (LocalOnly(), "The recording has no global position; drawn in the vehicle's local frame."),
     ):
         reader = _Reader(vehicle, systems - {vehicle[0]}, frame)
         for time_s, message in messages:
             reader.take(time_s, message)
         if reader.poses:
             return reader.recording([_remark(vehicle, systems), remark])
-    raise RecordingError(f"{path} holds no position of system {vehicle[0]} that is valid.")
+    raise RecordingError(f"{path} contains no valid position of system {vehicle[0]}.")
 
 
 def _choose(
     messages: Sequence[_Stamped], system: int | None
 ) -> tuple[_Source | None, list[_Source]]:
-    """Return the first autopilot (of a system) that tells a position, and all that do."""
+    """Return the first autopilot (of a system) with a position, and all such autopilots."""
     autopilots: set[_Source] = set()
     placed: dict[_Source, None] = {}
     for _, message in messages:
@@ -146,7 +146,7 @@ def _remark(chosen: _Source, systems: set[int]) -> str:
     others = systems - {chosen[0]}
     if not others:
         return ""
-    return f"System {chosen[0]} is drawn; this recording has system {_listed(others)}, too."
+    return f"System {chosen[0]} is drawn; the recording also contains system {_listed(others)}."
 
 
 def _listed(systems: set[int]) -> str:
@@ -176,7 +176,7 @@ class _Reader:
         self._time_s = 0.0
 
     def take(self, unix_s: float, message: Message) -> None:
-        """Take in the next message of the recording."""
+        """Process the next message of the recording."""
         if self._start_s is not None:
             # A clock that was set while recording must not turn a picture round.
             self._time_s = max(self._time_s, unix_s - self._start_s)
@@ -238,7 +238,7 @@ class _Reader:
                 self._warnings.append((self._time_s, said.text))
 
     def recording(self, remarks: Sequence[str]) -> Recording:
-        """Return what was read; there must be a pose."""
+        """Return the recording, which must have a pose."""
         noted, profile = self._noted, self._vehicle.profile
         name = "vehicle" if profile is None else profile.name
         status = noted.status or [(time_s, f"mode {name}") for time_s, name in self._modes]
@@ -264,7 +264,7 @@ class _Reader:
     def _lacking(self) -> list[str]:
         lacking = []
         if not self._noted.status:
-            lacking.append("goals, plans and distances (navigation_server --tlog notes them)")
+            lacking.append("goals, plans and distances (navigation_server --tlog records them)")
         if not self._battery:
             lacking.append("the battery")
         return [f"Not in this recording: {', '.join(lacking)}."] if lacking else []

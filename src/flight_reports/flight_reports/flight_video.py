@@ -1,4 +1,4 @@
-"""Make a film of a recorded flight: ``python -m flight_reports.flight_video LOG``."""
+"""Render a video of a recorded flight: ``python -m flight_reports.flight_video LOG``."""
 
 from __future__ import annotations
 
@@ -36,18 +36,17 @@ _QUALITY = 27
 _SILENT_S = 2.0
 _PERIOD_S = 1.0
 _NO_ENCODER = (
-    "An MP4 needs imageio-ffmpeg, which is in the dev group of pyproject.toml; "
-    "only the GIF was made."
+    "MP4 output needs imageio-ffmpeg (dev group of pyproject.toml); only the GIF was written."
 )
 
 
 class VideoError(RuntimeError):
-    """The film cannot be made; the sentence says why."""
+    """The video cannot be made; the text says why."""
 
 
 @dataclass
 class _Progress:
-    """Tells on stderr how far it is, when it takes a while."""
+    """Shows progress on stderr if it takes a while."""
 
     clock: Callable[[], float]
     count: int
@@ -67,7 +66,7 @@ def make_video(log: Path, mp4: Path, gif: Path, system: int | None = None) -> No
     """Make the films of the recording at ``log``: of a vehicle's system, or of the first.
 
     Raises:
-        RecordingError: the recording tells no flight.
+        RecordingError: the recording contains no flight.
         VideoError: the MP4 cannot be written; the GIF has been.
     """
     recording = read_recording(log, system)
@@ -130,27 +129,27 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the command line of the film."""
     parser = argparse.ArgumentParser(
         prog="python -m flight_reports.flight_video",
-        description="Make an MP4 and a GIF of the flight in a tlog.",
+        description="Render the flight in a tlog as MP4 and GIF.",
     )
     parser.add_argument(
         "log", type=Path, nargs="?", default=_LOG, help=f"the tlog (default: {_LOG})"
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="where they go (default: beside the log)"
+        "-o", "--output", type=Path, metavar="DIR", help="output folder (default: beside the log)"
     )
-    parser.add_argument("--system", type=int, metavar="ID", help="which vehicle (default: first)")
+    parser.add_argument("--system", type=int, metavar="ID", help="system id (default: the first)")
     return parser
 
 
 def main(args: list[str] | None = None) -> int:
-    """Make the films; 0 on success."""
+    """Render the videos; 0 on success."""
     options = make_parser().parse_args(args)
     folder: Path = options.output or options.log.parent
     mp4, gif = (folder / options.log.with_suffix(end).name for end in (".mp4", ".gif"))
     try:
         make_video(options.log, mp4, gif, options.system)
     except (RecordingError, VideoError) as error:
-        hint = " `make demo` flies it." if options.log == _LOG and not _LOG.exists() else ""
+        hint = " `make demo` records it." if options.log == _LOG and not _LOG.exists() else ""
         print(f"flight_video: {error}{hint}", file=sys.stderr)
         return EXIT_FAILED
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The command `navigation_report`: explains a recorded flight on one HTML page."""
+"""The command `navigation_report`: writes a report of a recorded flight as one HTML page."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ def make_parser() -> argparse.ArgumentParser:
     """Return what reads the command line."""
     parser = argparse.ArgumentParser(
         prog="navigation_report",
-        description="Explain a recorded flight on one HTML page that needs no network: map, plots "
-        "over time, goals, how setpoints were followed, and what is worth a look.",
-        epilog="Any tlog will do: of navigation_server --tlog, MAVProxy, QGroundControl, Mission "
-        "Planner. What a log doesn't contain is said on the page.",
+        description="Write a report of a recorded flight as one HTML page that works offline: "
+        "map, plots over time, goals, setpoint tracking, and warnings.",
+        epilog="Accepts tlogs of navigation_server --tlog, MAVProxy, QGroundControl and Mission "
+        "Planner. The page lists what the log does not contain.",
     )
     parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="the tlog")
     parser.add_argument(
-        "--compare", type=Path, nargs=2, metavar=("A", "B"), help="lay two flights over each other"
+        "--compare", type=Path, nargs=2, metavar=("A", "B"), help="overlay two flights"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="the page (default: beside LOG, with .html)"
+        "--out", type=Path, metavar="FILE", help="output page (default: beside LOG, with .html)"
     )
     parser.add_argument(
         "--system", type=int, metavar="N", help="only the vehicle with this MAVLink system id"
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         print(f"navigation_report: cannot write {out}: {error.strerror or error}.", file=sys.stderr)
         return EXIT_FAILED
-    print(f"The report is in {out}")
+    print(f"Wrote {out}")
     return EXIT_OK
 
 
@@ -77,13 +77,12 @@ def _read(log: Path, system: int | None) -> list[Flight]:
     vehicles = contents.vehicles()
     if not vehicles:
         raise LogError(
-            f"{log} tells of no vehicle: there is neither a HEARTBEAT of an autopilot nor a "
-            "position in it."
+            f"{log} contains no vehicle: neither a HEARTBEAT of an autopilot nor a position."
         )
     if system is not None and system not in {source[0] for source in vehicles}:
         known = ", ".join(str(source[0]) for source in sorted(vehicles))
-        raise LogError(f"{log} has no vehicle with system id {system}; it has {known}.")
-    with bytes_bar(f"Following {log.name}") as progress:
+        raise LogError(f"{log} contains no system {system}; it contains {known}.")
+    with bytes_bar(f"Analysing {log.name}") as progress:
         return read_flights(contents, system, progress)
 
 
@@ -97,13 +96,13 @@ def _comparison(first: list[Flight], second: list[Flight]) -> str:
         if len(flights) > 1:
             systems = ", ".join(str(flight.source[0]) for flight in flights)
             raise LogError(
-                f"{flights[0].path} has several vehicles ({systems}); choose one with --system."
+                f"{flights[0].path} contains several vehicles ({systems}); give --system."
             )
     return comparison_page(first[0], second[0])
 
 
 def _write(out: Path, text: str) -> None:
-    """Write the page whole or not at all."""
+    """Write the complete page or nothing."""
     out.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=out.parent, prefix=f".{out.name}.")
     draft = Path(name)

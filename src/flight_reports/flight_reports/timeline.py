@@ -1,4 +1,4 @@
-"""Values that hold from a time on, until the next one comes. Pure."""
+"""Values that hold from one time until the next value. Pure."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Vehicle and navigation joined, without ROS: goals in, MAVLink out, feedback back."""
+"""ROS-free bridge between navigation goals and a MAVLink vehicle."""

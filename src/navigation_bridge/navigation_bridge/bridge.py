@@ -1,4 +1,4 @@
-"""Goals in, MAVLink out, feedback back: the ROS-free composition of task and vehicle.
+"""The ROS-free composition of task and vehicle: goals in, MAVLink out, feedback back.
 
 The bridge owns at most one goal. Its task decides what should happen
 (:mod:`navigation_core.tasks`), the vehicle does it (:mod:`mavlink_vehicle.vehicle`), and
@@ -67,9 +67,9 @@ from navigation_core.tasks.base import (
 
 __all__ = ["Bridge", "BridgeConfig"]
 
-# MAV_STATE (common.xml): what a restarted autopilot says first.
+# MAV_STATE (common.xml): the first state of a restarted autopilot.
 _MAV_STATE_BOOT = 1
-# Who is late for long is told so not more often than this.
+# Minimum interval of warnings about a late loop.
 _LATE_TOLD_S = 2.0
 _OF_ONE_MISSION = frozenset(
     {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
@@ -77,7 +77,7 @@ _OF_ONE_MISSION = frozenset(
 
 
 class Bridge:
-    """Works one goal at a time with one vehicle.
+    """Executes one goal at a time on one vehicle.
 
     Attributes:
         recorded_goal_id: in a replay, the goal of the server that was recorded, or None.
@@ -86,12 +86,12 @@ class Bridge:
     def __init__(
         self, vehicle: Vehicle, config: BridgeConfig, searcher: Searcher = AT_ONCE
     ) -> None:
-        """Compose; nothing happens before :meth:`start`.
+        """Assemble the parts; nothing happens before :meth:`start`.
 
         Args:
-            vehicle: what is flown.
-            config: how goals are treated.
-            searcher: who searches for paths around obstacles.
+            vehicle: the vehicle.
+            config: settings for goals.
+            searcher: runs the path searches.
         """
         self._refusal: Rejection | None = None
         self._searcher = searcher
@@ -116,12 +116,12 @@ class Bridge:
 
     @property
     def active_goal_id(self) -> str | None:
-        """UUID of the goal that is worked on, or was while recorded, as hexadecimal digits."""
+        """UUID of the active goal, live or in the recording, as hexadecimal digits."""
         return self.recorded_goal_id if self._goal is None else self._goal.goal_id
 
     @property
     def vehicle(self) -> Vehicle:
-        """The vehicle; to be looked at only."""
+        """The vehicle; read only."""
         return self._vehicle
 
     @property
@@ -131,7 +131,7 @@ class Bridge:
 
     @property
     def lateness(self) -> Lateness:
-        """How late setpoints were; to be looked at only."""
+        """Lateness of the setpoints; read only."""
         return self._lateness
 
     @property
@@ -146,21 +146,21 @@ class Bridge:
 
     @property
     def obstacles(self) -> ObstacleFeed:
-        """What is in the way; takes what sensors of ROS see."""
+        """Obstacles; accepts readings of ROS sensors."""
         return self._obstacles
 
     def begin_again(self) -> None:
-        """Forget everything, as before :meth:`start`: a recording is played once more."""
+        """Reset to the state before :meth:`start`, to replay a recording again."""
         self._compose(Vehicle(self._vehicle.config), self._config)
 
     def refuse(self, refusal: Rejection) -> None:
-        """Refuse all goals and services from now on: there is nobody who could do them."""
+        """Reject all goals and services from now on: there is no vehicle to execute them."""
         self._refusal = refusal
 
     # --- requests from clients -------------------------------------------------------
 
     def check(self, request: Request, now: float) -> Rejection | None:
-        """Say whether a goal would be accepted now; a refusal is also put out for people."""
+        """Return whether a goal would be accepted now; a rejection is also logged."""
         result = self._admit(request, now)
         if not isinstance(result, Rejection):
             return None
@@ -168,14 +168,14 @@ class Bridge:
         return result
 
     def reject(self, rejection: Rejection) -> None:
-        """Tell that a goal was rejected by somebody before the bridge."""
+        """Report a goal that was rejected before it reached the bridge."""
         self._report.rejected(rejection)
 
     def start_goal(self, goal_id: str, request: Request, now: float) -> None:
         """Begin an accepted goal; it replaces the active one.
 
-        The moment between :meth:`check` and this call is short but not nothing: what no
-        longer holds ends the goal at once, with the same code.
+        The moment between :meth:`check` and this call is short but not nothing: a condition that
+        is no longer met ends the goal at once, with the same code.
         """
         admitted = self._admit(request, now)
         if isinstance(admitted, Rejection):
@@ -196,7 +196,7 @@ class Bridge:
         goal.task.start(self._observe(goal, now), now)
 
     def cancel_goal(self, goal_id: str, now: float) -> bool:
-        """Ask a goal to stop; True if it is active and will end."""
+        """Cancel a goal; True if it is active and will end."""
         goal = self._goal
         if goal is None or goal.goal_id != goal_id:
             return False
@@ -206,7 +206,7 @@ class Bridge:
         return True
 
     def pause(self, now: float) -> tuple[bool, str]:
-        """Stop the active goal until :meth:`resume`; returns whether it will, and a sentence."""
+        """Pause the active goal until :meth:`resume`; return success and a sentence."""
         goal = self._goal
         if goal is None:
             return False, "No goal is active."
@@ -221,7 +221,7 @@ class Bridge:
         return True, f"Goal {goal.goal_id} is paused."
 
     def resume(self, now: float) -> tuple[bool, str]:
-        """Go on with a paused goal; returns whether there is one, and a sentence."""
+        """Resume a paused goal; return success and a sentence."""
         goal = self._goal
         if goal is None:
             return False, "No goal is active."
@@ -229,16 +229,16 @@ class Bridge:
             return False, f"Goal {goal.goal_id} is being cancelled."
         goal.paused_by_client = False
         if goal.paused_by:
-            # Who has stopped it may stand beside it.
-            text = f"{goal.paused_by} Only a station lets the goal go on; or cancel it."
+            # Whoever stopped the vehicle may be standing beside it.
+            text = f"{goal.paused_by} Only a ground station can resume the goal, or cancel it here."
             return False, text
         goal.task.unpause(now)
         goal.next_step_s = min(goal.next_step_s, now)
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed")
-        return True, f"Goal {goal.goal_id} goes on."
+        return True, f"Goal {goal.goal_id} is resumed."
 
     def serve(self, number: int, service: Service, now: float, mode: str = "") -> None:
-        """Do what a service asks of the vehicle; a ``ServiceDone`` with the number answers.
+        """Execute a service request; a ``ServiceDone`` with the number answers it.
 
         Args:
             number: of the request.
@@ -256,8 +256,7 @@ class Bridge:
             return
         if service is Service.ARM and not self._config.goto.may_leave_ground:
             text = (
-                "The parameter arming is 'never'; arm it yourself, or set arming to 'pilot' or "
-                "'auto'."
+                "Parameter arming is 'never'; arm it yourself, or set arming to 'pilot' or 'auto'."
             )
             self._report.served(number, False, text)
             return
@@ -279,31 +278,31 @@ class Bridge:
         self._stop_for(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
 
     def fail(self, text: str, now: float) -> None:
-        """End the active goal because the server has a defect; the vehicle is left to hold."""
+        """End the active goal after an internal error; the vehicle holds."""
         if self._goal is not None:
             self._end(self._goal, Outcome(OutcomeCode.INTERNAL_ERROR, text, None), now)
 
     # --- what the driver calls -------------------------------------------------------
 
     def configure(self, config: BridgeConfig) -> None:
-        """Treat goals that come from now on by other settings; the active one keeps its own."""
+        """Use other settings for future goals; the active one keeps its own."""
         self._config = config
         self._guard.configure(config)
         self._positions.configure(config.safety.position_doubt_timeout_s)
         self._obstacles.configure(config.obstacles)
 
     def start(self, now: float) -> None:
-        """Begin to look for the vehicle."""
+        """Start to look for the vehicle."""
         self._vehicle.start(now)
         self._obstacles.start(now)
 
     def overhear(self, message: Message, now: float) -> None:
-        """Take note of what a ground station sends by another link; it is never telemetry."""
+        """Process a message of a ground station from another link; it is never telemetry."""
         self._vehicle.overhear(message, now)
         self._handle_events(now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Take one MAVLink message."""
+        """Process one MAVLink message."""
         before = self._vehicle.state
         self._vehicle.receive(message, now)
         state = self._vehicle.state
@@ -345,12 +344,12 @@ class Bridge:
             self._late_told_s = now
             self._report.log(
                 LogLevel.WARN,
-                f"The control loop is {late_s:.2f} s late; the vehicle is slowed down, and stops "
-                f"from {TOO_LATE_S:g} s on. Give this machine less to do.",
+                f"The control loop is {late_s:.2f} s late; the vehicle is slowed down, and stopped "
+                f"from {TOO_LATE_S:g} s on. Reduce the load on this machine.",
             )
 
     def next_deadline(self) -> float | None:
-        """Return when :meth:`handle_timer` wants to be called."""
+        """Return the time of the next call of :meth:`handle_timer`."""
         goal = self._goal
         own = None if goal is None else self._goal_deadline(goal)
         deadlines = (self._vehicle.next_deadline(), self._parking.next_deadline(), own)
@@ -361,7 +360,7 @@ class Bridge:
         return min(goal.next_step_s, goal.think_s, self._feedback_deadline(goal))
 
     def messages_to_send(self) -> list[Message]:
-        """Return the MAVLink messages that are to go out now."""
+        """Return the MAVLink messages to send now."""
         messages = self._vehicle.messages_to_send()
         if self._close_when_sent:
             self._close_when_sent = False
@@ -369,7 +368,7 @@ class Bridge:
         return messages
 
     def next_output(self) -> Output | None:
-        """Return the next thing to tell ROS, the log or the recording."""
+        """Return the next output for ROS, the log or the recording."""
         return self._report.next_output()
 
     # --- goals -------------------------------------------------------------------------
@@ -399,7 +398,7 @@ class Bridge:
         return replace(checked, warnings=(*checked.warnings, note)) if note else checked
 
     def _new_goal(self, goal_id: str, admitted: Admitted, now: float) -> ActiveGoal:
-        """Make a goal that goes on from where the active one, if any, has got to."""
+        """Create a goal that continues from the state of the active one, if any."""
         previous = self._goal
         handover, next_step_s = Handover(), now
         if previous is not None and (
@@ -407,7 +406,7 @@ class Bridge:
             or previous.yielded is not None
             or self._stations.ignores_setpoints
         ):
-            previous = None  # what it had sent is of no use any more
+            previous = None  # its last setpoint is obsolete
         if previous is not None:
             handover = Handover(
                 previous.task.commanded, previous.task.commanded_yaw_enu_rad, previous.setpoint_s
@@ -445,7 +444,7 @@ class Bridge:
             self._step_without_link(goal, now)
         elif self._vehicle.mode_unseen:
             self._report.status(goal, self._progress(goal, now))
-        elif self._parking.operation_id is None:  # else the mode is about to change, for us
+        elif self._parking.operation_id is None:  # else the requested mode change is pending
             self._watch(goal, now)
             observation = self._observe(goal, now)
             if self._stations.yields(goal, observation, self._config.goto, now):
@@ -463,7 +462,7 @@ class Bridge:
     def _step_task(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
         intent = goal.task.step(observation, now)
         if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
-            goal.operation = None  # the task has seen how it ended
+            goal.operation = None  # the task has seen its end
         if isinstance(intent, Outcome):
             self._end(goal, intent, now)
             return
@@ -521,27 +520,27 @@ class Bridge:
             self._end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None), now)
 
     def _step_without_link(self, goal: ActiveGoal, now: float) -> None:
-        """Wait for the vehicle, up to a limit; nothing is sent that moves it."""
+        """Wait for the vehicle, up to a timeout; no motion command is sent."""
         heard_s = self._vehicle.state.last_heartbeat_s
         silence_s = math.inf if heard_s is None else now - heard_s
         asked_s = goal.cancel_requested_s
         if asked_s is not None and now - asked_s >= self._config.goto.cancel_timeout_s:
             text = (
-                f"The vehicle has been silent for {silence_s:.1f} s; whether it stopped is "
-                "not known."
+                f"The vehicle has been silent for {silence_s:.1f} s; whether it has stopped is "
+                "unknown."
             )
             self._abandon(OutcomeCode.CANCELED, text, now)
         elif silence_s >= self._config.link_lost_abort_s:
             text = (
                 f"No HEARTBEAT for {silence_s:.1f} s; the vehicle's own failsafe decides what "
-                "it does. The goal is not taken up again."
+                "it does. The goal is not resumed."
             )
             self._abandon(OutcomeCode.LINK_LOST, text, now)
         else:
             self._report.status(goal, self._progress(goal, now))
 
     def _end(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
-        """End the active goal, leaving a vehicle that still obeys us standing still."""
+        """End the active goal and stop a vehicle that is still under our control."""
         self._goal = None
         outcome = self._stations.name(outcome, now)
         vehicle = self._vehicle
@@ -556,15 +555,15 @@ class Bridge:
             try:
                 vehicle.send_setpoint(still, now)
             except SetpointError as error:
-                self._report.log(LogLevel.WARN, f"The vehicle could not be told to hold: {error}")
+                self._report.log(LogLevel.WARN, f"The hold command could not be sent: {error}")
         if not self._parking.begin(still, now):
-            self._close_when_sent = True  # closing now would drop that setpoint
+            self._close_when_sent = True  # ending now would drop that setpoint
         goal.progress = goal.task.progress(self._observe(goal, now), now)
         self._positions.conclude(goal, now)
         self._report.ended(goal, outcome, now)
 
     def _abandon(self, code: OutcomeCode, text: str, now: float) -> None:
-        """End the active goal because the vehicle is no longer ours; send nothing at all."""
+        """End the active goal because control was lost; send nothing."""
         goal = self._goal
         if goal is None:
             return
@@ -631,7 +630,7 @@ class Bridge:
             self._stations.take_away(goal, event, now)
 
     def _give_up_restarted(self, now: float) -> None:
-        text = "The autopilot restarted while the goal was active; look at the vehicle."
+        text = "The autopilot restarted while the goal was active; check the vehicle."
         self._abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)
 
     # --- progress ------------------------------------------------------------------------

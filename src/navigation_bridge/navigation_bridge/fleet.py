@@ -1,4 +1,4 @@
-"""Several vehicles on one driver's thread, none of which can touch another. No ROS.
+"""Several isolated vehicles on one driver thread. No ROS.
 
 A :class:`Fleet` is what the driver runs. It hands each message to the vehicle that it is from,
 calls each vehicle when its own deadline is due, and asks only those with whom something has
@@ -26,14 +26,14 @@ __all__ = ["DriverThread", "Fleet", "Member", "MemberApplication"]
 ResultT = TypeVar("ResultT")
 
 VEHICLE_MESSAGES_HZ, VEHICLE_BURST = 1000.0, 2000.0
-"""Messages of one of several vehicles that are worked on: ten times its telemetry."""
+"""Message rate limit of one of several vehicles: ten times its telemetry."""
 
 # A timer that failed, or that has left its deadline where it was, is called again after this.
 _PAUSE_S = 0.05
 
 
 class DriverThread(Protocol):
-    """Takes work for the driver's thread: a driver, or a member of a fleet."""
+    """Queue of work for the driver thread: a driver, or a member of a fleet."""
 
     def post(self, work: Callable[[], object]) -> None:
         """Run ``work`` there, soon."""
@@ -43,17 +43,17 @@ class DriverThread(Protocol):
 
 
 class MemberApplication(Application, Protocol):
-    """What runs one vehicle. All methods are called on the driver's thread."""
+    """Application of one vehicle. All methods are called on the driver's thread."""
 
     def fail(self, error: Exception) -> None:
-        """End the active goal because of a defect."""
+        """End the active goal after an internal error."""
 
     def give_up(self, error: Exception) -> None:
         """End all goals; this application is not called again."""
 
 
 class Member:
-    """One vehicle of a fleet; takes work for its application from other threads.
+    """One vehicle of a fleet; accepts work for its application from other threads.
 
     Attributes:
         name: for people.
@@ -80,7 +80,7 @@ class Member:
         self.fleet: Fleet | None = None
 
     def post(self, work: Callable[[], object]) -> None:
-        """Run ``work`` on the driver's thread, soon; what it raises is this vehicle's trouble."""
+        """Run ``work`` on the driver thread, soon; an exception affects this vehicle only."""
         fleet = self._of_fleet()
         fleet.thread.post(lambda: fleet.work(self, work))
 
@@ -120,14 +120,14 @@ class Fleet:
         self._thread: DriverThread | None = None
         self._by_system = {member.system_id: member for member in members if member.system_id}
         self._only = self._members[0] if len(self._members) == 1 else None
-        # With whom something has happened, since their messages and their deadlines were asked for.
+        # Members with events since their messages and deadlines were last read.
         self._unsent: dict[Member, None] = {}
         self._untimed: dict[Member, None] = {}
         for member in members:
             member.fleet = self
 
     def attach(self, thread: DriverThread) -> None:
-        """Say on whose thread the fleet runs."""
+        """Attach the fleet to the driver whose thread runs it."""
         self._thread = thread
 
     @property
@@ -149,7 +149,7 @@ class Fleet:
             self.work(member, partial(member.application.start, now))
 
     def receive(self, message: Message, now: float) -> None:
-        """Hand a message to the vehicle that it is from, or that it is for.
+        """Pass a message to the vehicle that sent it, or that it is addressed to.
 
         Vehicles may come by one link, as behind another router, where nobody before could stop
         one of them from taking the time of the others.
@@ -163,7 +163,7 @@ class Fleet:
             self.work(member, partial(member.application.receive, message, now))
 
     def overhear(self, message: Message, now: float) -> None:
-        """Hand what a ground station sent to the vehicle that it is for, or to all."""
+        """Pass a message of a ground station to its target vehicle, or to all."""
         target = getattr(message, "target_system", 0)
         for member in self._members:
             if self._only is None and target not in (0, member.system_id):
@@ -171,7 +171,7 @@ class Fleet:
             self.work(member, partial(member.application.overhear, message, now))
 
     def handle_timer(self, now: float) -> None:
-        """Let all do what is due, those that have waited longest first."""
+        """Run all due timers, the longest overdue first."""
         due = [member for member in self._members if member.deadline_s <= now]
         for member in sorted(due, key=lambda member: member.deadline_s):
             self.touch(member)
@@ -187,7 +187,7 @@ class Fleet:
                 member.timer_worked = True
 
     def next_deadline(self) -> float | None:
-        """Return when the first of them wants to be called."""
+        """Return the earliest deadline of all members."""
         for member in self._untimed:
             member.deadline_s = self._deadline(member)
         self._untimed.clear()
@@ -195,7 +195,7 @@ class Fleet:
         return None if deadline_s == math.inf else max(deadline_s, 0.0)
 
     def messages_to_send(self) -> list[Message]:
-        """Return what those want to send with whom something has happened."""
+        """Return the messages of the members with events."""
         messages: list[Message] = []
         for member in self._unsent:
             if member.given_up:
@@ -215,11 +215,11 @@ class Fleet:
     # --- work for one of them -------------------------------------------------------------
 
     def touch(self, member: Member) -> None:
-        """Note that something happens with a vehicle: ask it for messages and its deadline."""
+        """Mark a vehicle as touched: read its messages and deadline next."""
         self._unsent[member] = self._untimed[member] = None
 
     def work(self, member: Member, work: Callable[[], object]) -> None:
-        """Do something for one vehicle; what is raised ends its goal, and touches no other."""
+        """Run something for one vehicle; an exception ends its goal and affects no other."""
         if member.given_up:
             return
         self.touch(member)

@@ -1,4 +1,4 @@
-"""Names that the server and its clients share: actions, the node, frames of goals."""
+"""Names shared by server and clients: actions, the node, frames of goals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Opens what a server and its ``--check`` talk through: links, signing, recording. No ROS."""
+"""Setup of a server's links, signing and recording, also for ``--check``. No ROS."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Network:
     def __init__(
         self, router: Router, recorder: TlogWriter | None, links: Mapping[LinkUrl, Link]
     ) -> None:
-        """Put them together; :func:`open_network` does."""
+        """Assemble the parts; :func:`open_network` does."""
         self._router = router
         self._links = links
         self.recorder = recorder
@@ -33,15 +33,15 @@ class Network:
         return Driver(application, self._router, clock)
 
     def is_open(self, url: str) -> bool:
-        """Return whether bytes can pass a vehicle's link now."""
+        """Return whether a vehicle's link is open."""
         return self._links[parse_url(url)].is_open
 
     def statistics_of(self, system_id: int) -> LinkStatistics:
-        """Return what was met on the way from a system; from all vehicles for 0."""
+        """Return the link statistics of a system; of all vehicles for 0."""
         return self._router.statistics.of_system(system_id)
 
     def station_links(self) -> list[tuple[str, LinkStatistics]]:
-        """Return URL and counts of each link to ground stations."""
+        """Return URL and statistics of each ground station link."""
         return self._router.statistics.station_links()
 
 

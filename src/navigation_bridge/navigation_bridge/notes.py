@@ -1,4 +1,4 @@
-"""What ROS saw, as MAVLink messages for the recording only.
+"""ROS-side events as MAVLink messages, written to the recording only.
 
 A tlog holds what went over the link. Goals and their progress do not, so the recorder
 adds them as STATUSTEXT and NAMED_VALUE_FLOAT, from a component id of their own that never
@@ -19,7 +19,7 @@ from navigation_bridge.goals.goal import GoalFinished, GoalHappened
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.base import Progress
 
-# MAV_COMP_ID_ONBOARD_COMPUTER4 (common.xml): the recorder's own voice.
+# MAV_COMP_ID_ONBOARD_COMPUTER4 (common.xml): the recorder's own component id.
 COMPONENT_ID = 194
 _MAV_SEVERITY_INFO = 6
 _PLAN_NAME = b"plan"
@@ -44,7 +44,7 @@ def long_text(words: str, text_id: int) -> list[Message]:
     """Return a text of any length as STATUSTEXTs, in chunks if it needs several.
 
     Args:
-        words: what isn't ASCII becomes "?".
+        words: non-ASCII characters become "?".
         text_id: any number; another one for the next text.
     """
     data = words.encode("ascii", "replace")
@@ -65,7 +65,7 @@ def long_text(words: str, text_id: int) -> list[Message]:
 
 @dataclass(frozen=True)
 class NotedEvent:
-    """An event of a goal's life as it was noted.
+    """A recorded event of a goal.
 
     Attributes:
         happened: what those saw who watched.
@@ -85,7 +85,7 @@ class NotedEvent:
 
 
 def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None = None) -> str:
-    """Return an event of a goal in words, which :func:`parse_event` reads back.
+    """Return an event of a goal as text; :func:`parse_event` reads it back.
 
     Args:
         happened: the event.
@@ -105,7 +105,7 @@ def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None 
 
 
 def parse_event(words: str) -> NotedEvent | None:
-    """Return the event that was noted in the words of :func:`event`, or None."""
+    """Return the event in a text made by :func:`event`, or None."""
     found = _EVENT.fullmatch(words)
     if found is None:
         return None
@@ -154,7 +154,7 @@ def parse_goal(words: str) -> tuple[str, Vector3] | None:
 
 
 def plan(path_enu_m: tuple[Vector3, ...]) -> list[Message]:
-    """Return a planned way as DEBUG_FLOAT_ARRAYs, which :func:`parse_plan` reads back.
+    """Return a planned path as DEBUG_FLOAT_ARRAYs, which :func:`parse_plan` reads back.
 
     Each holds up to 19 points, east, north and up in metres; ``array_id`` counts what is to
     come after it, so that the last one is 0. NaN fills what is left.
@@ -188,7 +188,7 @@ def parse_plan(message: Message) -> tuple[tuple[Vector3, ...], bool] | None:
 
 
 def progress(state: Progress, now: float) -> list[Message]:
-    """Return what a feedback tells, as named values; "replans" is the last of each feedback.
+    """Return the content of a feedback as named values; "replans" is the last of each feedback.
 
     The distance (m) and the time (s) that remain; of a route the current waypoint, the lap, and
     how many waypoints are left and were reached; how often the way was planned anew.

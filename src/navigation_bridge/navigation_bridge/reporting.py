@@ -1,4 +1,4 @@
-"""What the bridge tells: feedback, ends, rejections, log lines and notes. No ROS."""
+"""Outputs of the bridge: feedback, results, rejections, log lines and notes. No ROS."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _MAV_SEVERITY_WARNING = 4
 
 
 class Reporter:
-    """Collects outputs until the driver thread fetches them."""
+    """Output queue between bridge and driver thread."""
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame) -> None:
         """Report about ``vehicle`` in ``map_frame``."""
@@ -58,26 +58,26 @@ class Reporter:
         self._answers: frozenset[StatusText] = frozenset()
 
     def next_output(self) -> Output | None:
-        """Return the next thing to tell, or None."""
+        """Return the next output, or None."""
         return self._outputs.popleft() if self._outputs else None
 
     def log(self, level: LogLevel, text: str) -> None:
-        """Tell people."""
+        """Add a log line."""
         self._outputs.append(LogLine(level, text))
 
     def note(self, message: Message) -> None:
-        """Write into the recording."""
+        """Add a note to the recording."""
         self._outputs.append(Annotation(message))
 
     def rejected(self, rejection: Rejection) -> None:
-        """Tell that a goal was refused."""
+        """Report the rejection of a goal."""
         output = GoalRejected(rejection)
         self._outputs.append(output)
         self._happened("", "REJECTED", rejection.code.value, output.text)
         self.log(LogLevel.WARN, f"Goal rejected: {output.text}")
 
     def accepted(self, goal: ActiveGoal) -> None:
-        """Tell that a goal begins."""
+        """Report the start of a goal."""
         self.log(LogLevel.INFO, f"Goal {goal.short_id} accepted: {goal.description}")
         self._happened(goal.goal_id, "ACCEPTED", "", goal.description, goal.kind)
         if goal.target_enu_m is not None:
@@ -88,7 +88,7 @@ class Reporter:
             self.log(LogLevel.WARN, f"Goal {goal.short_id}: {warning}")
 
     def status(self, goal: ActiveGoal, progress: Progress) -> None:
-        """Tell when a goal's status is another one than before."""
+        """Report a new status of a goal."""
         if progress.status is goal.status:
             return
         goal.status = progress.status
@@ -98,7 +98,7 @@ class Reporter:
         self.log(LogLevel.INFO, f"Goal {text}{why}")
 
     def feedback(self, goal: ActiveGoal, progress: Progress, late_s: float, now: float) -> None:
-        """Tell how far a goal is."""
+        """Report the progress of a goal."""
         state = self._vehicle.state
         self._outputs.append(
             GoalFeedback(
@@ -118,7 +118,7 @@ class Reporter:
             self.note(message)
 
     def plan(self, goal: ActiveGoal, path_enu_m: tuple[Vector3, ...]) -> None:
-        """Tell where the vehicle is about to go, when that is another way than before."""
+        """Report the planned path if it has changed."""
         if path_enu_m is not goal.path_enu_m:
             goal.path_enu_m = path_enu_m
             self._outputs.append(PlanChanged(path_enu_m))
@@ -140,15 +140,15 @@ class Reporter:
             self.note(note)
 
     def remark(self, goal: ActiveGoal, text: str) -> None:
-        """Tell those who watch what happened to a goal whose status is the same as before."""
+        """Report an event of a goal whose status has not changed."""
         self._happened(goal.goal_id, "STATUS", goal.status.value, text)
 
     def cancel_wanted(self, goal: ActiveGoal) -> None:
-        """Have the action cancelled that the goal came by."""
+        """Cancel the action of a goal."""
         self._outputs.append(CancelWanted(goal.goal_id))
 
     def stillborn(self, goal_id: str, rejection: Rejection) -> None:
-        """Tell that a goal, accepted a moment ago, can no longer begin."""
+        """Report that a goal, just accepted, can no longer start."""
         text = f"{rejection.code.value}: {rejection.message}"
         pose = self._map_frame.pose(self._vehicle.state)
         self._outputs.append(
@@ -157,7 +157,7 @@ class Reporter:
         self.log(LogLevel.WARN, f"Goal {goal_id[:8]} ended: {text}")
 
     def served(self, number: int, success: bool, message: str) -> None:
-        """Answer a service."""
+        """Answer a service request."""
         self._outputs.append(ServiceDone(number, success, message))
 
     @property
@@ -170,13 +170,13 @@ class Reporter:
         return pose.position_enu_m[2] - self._map_frame.ground_enu_m(state)
 
     def ended(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
-        """Move a goal to its end and tell it."""
+        """End a goal and report its result."""
         state = self._vehicle.state
         heard_s = now if state.last_heartbeat_s is None else state.last_heartbeat_s
         code = goal.end_of(outcome).code
         said = worst_text(state.status_texts, code, goal.accepted_s, heard_s, self._answers)
         if outcome.code in FAILSAFE_CODES:
-            said = ""  # what belongs to it is quoted, and the rest does not
+            said = ""  # only texts about this goal are quoted
         finished = goal.finish(outcome, self._map_frame.pose(state), now, said)
         self._outputs.append(finished)
         self._happened(
@@ -190,26 +190,26 @@ class Reporter:
         )
 
     def operation(self, event: OperationFinished) -> None:
-        """Remember which texts answered a request of this server: they explain no other end."""
+        """Remember texts that answered a request of this server: they explain no other end."""
         texts = self._vehicle.state.status_texts
         self._answers = self._answers.intersection(texts) | answers_in(event, texts)
 
     def position(self) -> None:
-        """Tell when the position has become valid, or is no longer."""
+        """Report that the position has become valid or invalid."""
         valid = self._map_frame.pose(self._vehicle.state) is not None
         if valid is self._position_known:
             return
         self._position_known = valid
         if valid:
-            self.log(LogLevel.INFO, "Position valid: goals can be taken")
+            self.log(LogLevel.INFO, "Position valid; ready for goals")
         else:
             self.log(LogLevel.WARN, "The vehicle's position is no longer valid")
 
     def vehicle(self, event: VehicleEvent) -> None:
-        """Tell what happened to the vehicle, as far as people want to know."""
+        """Report an event of the vehicle that is relevant for people."""
         if isinstance(event, StatusTextReceived):
             severe = event.severity <= _MAV_SEVERITY_WARNING
-            self.log(LogLevel.WARN if severe else LogLevel.INFO, f"Vehicle says: {event.text}")
+            self.log(LogLevel.WARN if severe else LogLevel.INFO, f"Vehicle reports: {event.text}")
         elif isinstance(event, VehicleDiscovered):
             self.log(LogLevel.INFO, f"Found vehicle {event.system_id}, {event.profile_name}")
         elif isinstance(event, RangesRefused):
@@ -217,10 +217,10 @@ class Reporter:
         elif isinstance(event, StoodStill):
             self.log(
                 LogLevel.WARN,
-                f"The server stood still for {event.gap_s:.1f} s; nothing that moves the vehicle "
-                "is sent before its mode has been seen again",
+                f"The server was suspended for {event.gap_s:.1f} s; it sends no motion command "
+                "until the vehicle has reported its mode again",
             )
         elif isinstance(event, HeartbeatLost):
             self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):
-            self.log(LogLevel.INFO, "HEARTBEAT is back")
+            self.log(LogLevel.INFO, "HEARTBEAT received again")

@@ -1,4 +1,4 @@
-"""The thread that searches for paths, so that the one that flies never waits for it. No ROS.
+"""Thread for path searches, so that the driver thread never waits for one. No ROS.
 
 Python runs one thread at a time, but lets the next have its turn within the switch interval. So a
 setpoint that is due while a search is on goes out within some milliseconds. A search in a process
@@ -23,9 +23,9 @@ __all__ = ["SearchThread"]
 ResultT = TypeVar("ResultT")
 
 SWITCH_INTERVAL_S = 0.001
-"""Time after which a search lets the flying thread have its turn, when that has something to do."""
+"""Time after which a search yields to the driver thread if that has work."""
 
-# How far ahead a path begins: a little more than the last searches took.
+# Lead time of a path's start: slightly more than the last searches took.
 _LEAD_MIN_S, _LEAD_MAX_S, _LEAD_FACTOR, _REMEMBERED = 0.1, 0.6, 1.3, 5
 
 
@@ -43,7 +43,7 @@ class _ThreadSearch(Generic[ResultT]):
 
 
 class SearchThread:
-    """Does the searches of all vehicles of a server, one after the other."""
+    """Runs the searches of all vehicles of a server, one at a time."""
 
     def __init__(self) -> None:
         """Prepare; the thread starts with the first search."""
@@ -53,12 +53,12 @@ class SearchThread:
 
     @property
     def lead_s(self) -> float:
-        """How long a search is likely to take."""
+        """Expected duration of a search."""
         longest_s = max(self._took_s, default=0.0)
         return min(max(_LEAD_FACTOR * longest_s, _LEAD_MIN_S), _LEAD_MAX_S)
 
     def begin(self, work: Callable[[IsWanted], ResultT]) -> Search[ResultT]:
-        """Begin a search."""
+        """Start a search."""
         abandoned = threading.Event()
         asked_s = time.monotonic()
 
@@ -71,5 +71,5 @@ class SearchThread:
         return _ThreadSearch(self._pool.submit(run), abandoned)
 
     def close(self) -> None:
-        """Begin nothing more; a search that is under way ends by itself."""
+        """Start no more searches; a running one ends by itself."""
         self._pool.shutdown(wait=False, cancel_futures=True)

@@ -1,4 +1,4 @@
-"""Services that ask something of the vehicle beside any goal. No ROS."""
+"""Services that command the vehicle outside of goals. No ROS."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _OPERATIONS = {
 
 
 class ServiceDesk:
-    """Works one service request at a time; a later one replaces it."""
+    """Executes one service request at a time; a later one replaces it."""
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, report: Reporter) -> None:
         """Prepare."""
@@ -48,7 +48,7 @@ class ServiceDesk:
             now: time in seconds.
             mode: for SET_MODE, the firmware's name of the mode.
         """
-        self.give_up("Another request came.", now)
+        self.give_up("Replaced by another request.", now)
         self._number = number
         if service is Service.SET_MODE:
             self._set_mode(mode, now)
@@ -65,8 +65,8 @@ class ServiceDesk:
                 number, self._number = self._number, None
                 assert number is not None
                 text = (
-                    f"{name} was not set: the vehicle is armed on the ground and would move at "
-                    "once. Send a goal."
+                    f"{name} was not set: the vehicle is armed on the ground and would move "
+                    "immediately. Send a goal instead."
                 )
                 self._report.served(number, False, text)
                 return
@@ -74,7 +74,7 @@ class ServiceDesk:
         self._operation_id = vehicle.change_mode(name, now)
 
     def wait_for(self, number: int, operation_id: int) -> None:
-        """Answer when an operation ends that is under way already."""
+        """Answer at the end of an operation already under way."""
         self._number, self._operation_id = number, operation_id
 
     def give_up(self, why: str, now: float) -> None:
@@ -86,7 +86,7 @@ class ServiceDesk:
         self._report.served(number, False, why)
 
     def finish(self, event: OperationFinished) -> bool:
-        """Take note of an operation's end; True if it was this one's."""
+        """Process the end of an operation; True if it was this one's."""
         if self._operation_id is None or event.operation_id != self._operation_id:
             return False
         assert self._number is not None

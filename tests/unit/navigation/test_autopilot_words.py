@@ -39,16 +39,16 @@ def test_an_answer_to_a_request_for_messages_is_not_quoted_even_if_it_stands_alo
 
 
 @pytest.mark.parametrize("code", [OutcomeCode.SUCCESS, OutcomeCode.CANCELED, OutcomeCode.PREEMPTED])
-def test_an_end_that_somebody_asked_for_quotes_nothing(code: OutcomeCode) -> None:
+def test_a_requested_end_quotes_nothing(code: OutcomeCode) -> None:
     assert quoted(CRASH, code=code) == ""
 
 
-def test_what_is_old_or_from_before_the_goal_explains_nothing() -> None:
+def test_old_texts_and_those_before_the_goal_are_not_quoted() -> None:
     assert quoted(CRASH, heard_s=CRASH.time_s + RECENT_S + 0.1) == ""
     assert quoted(CRASH, since_s=CRASH.time_s + 0.1) == ""
 
 
-def test_a_refusal_is_not_quoted_for_another_end() -> None:
+def test_a_rejection_is_not_quoted_for_another_end() -> None:
     event = OperationFinished(
         1, OperationKind.ARM, OperationResult.REFUSED, f'Refused; autopilot: "{REFUSAL.text}"'
     )  # fmt: skip

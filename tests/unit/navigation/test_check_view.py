@@ -11,7 +11,7 @@ from drone_navigation.check.sections import Line, Section
 from drone_navigation.check.view import plain_lines, show
 
 
-def test_a_warning_of_several_lines_is_told_once() -> None:
+def test_a_shared_warning_is_shown_once() -> None:
     lines = tuple(Line(name, "0 (nothing)", "Off.") for name in ("A", "B"))
     alone = Line("C", "1", "Look here.")
     report = Report(Verdict.READY, "Ready.", (Section("Itself", (*lines, alone)),))

@@ -37,7 +37,7 @@ def battery(percentage: float, voltage: float) -> BatteryState:
     return BatteryState(percentage=percentage, voltage=voltage)
 
 
-def test_a_vehicle_in_flight_is_told_whole() -> None:
+def test_the_status_of_a_flying_vehicle_is_complete() -> None:
     seen = status(armed=True, active_goal="ab12", failsafe="none of it", last_status_text="Hi")
     facts = status_facts(seen, pose(1.234), battery(0.5, 12.34))
     assert facts["position_enu_m"] == [1.23, 2.0, 3.0]
@@ -50,7 +50,7 @@ def test_a_vehicle_in_flight_is_told_whole() -> None:
         "50 %, 12.3 V",
         "ab12",
         "failsafe  none of it",
-        "it said   Hi",
+        "message   Hi",
     ):
         assert words in text
 
@@ -58,7 +58,9 @@ def test_a_vehicle_in_flight_is_told_whole() -> None:
 @pytest.mark.parametrize(
     ("position_valid", "where"), [(False, pose(1.0)), (True, pose(math.nan)), (True, None)]
 )
-def test_what_is_unknown_is_null_and_said(position_valid: bool, where: PoseStamped | None) -> None:
+def test_unknown_values_are_null_and_shown_as_unknown(
+    position_valid: bool, where: PoseStamped | None
+) -> None:
     seen = status(position_valid=position_valid, landed_state=VehicleStatus.LANDED_UNDEFINED)
     facts = status_facts(seen, where, battery(math.nan, math.nan))
     assert facts["position_enu_m"] is None
@@ -71,9 +73,9 @@ def test_what_is_unknown_is_null_and_said(position_valid: bool, where: PoseStamp
     assert "goal      none" in lines
 
 
-def test_a_vehicle_that_is_not_heard_is_said_in_one_line() -> None:
+def test_a_silent_vehicle_is_reported_in_one_line() -> None:
     assert status_lines(status_facts(status(connected=False), None, None)) == [
-        "vehicle   not heard; check the link"
+        "vehicle   not connected; check the link"
     ]
 
 
@@ -93,8 +95,8 @@ class Graph:
 @pytest.mark.parametrize(
     ("asked", "there", "sentence"),
     [
-        ("", [], "No server offers land; start navigation_server, in the same ROS domain."),
-        ("a", [], "No server offers a/land; start navigation_server, in the same ROS domain."),
+        ("", [], "No server offers land; start navigation_server in the same ROS domain."),
+        ("a", [], "No server offers a/land; start navigation_server in the same ROS domain."),
         (
             "coptr",
             ["copter", "rover"],
@@ -113,18 +115,18 @@ class Graph:
             [""],
             (
                 "No server offers coptr/land; the server here has one vehicle without a name: "
-                "leave --vehicle out."
+                "omit --vehicle."
             ),
         ),
         # A server that is going, or does not offer this one thing: its own name is no advice.
         (
             "coptr",
             ["coptr"],
-            "No server offers coptr/land; start navigation_server, in the same ROS domain.",
+            "No server offers coptr/land; start navigation_server in the same ROS domain.",
         ),
     ],
 )
-def test_what_is_there_instead_is_said(
+def test_available_alternatives_are_listed(
     asked: str, there: list[str], sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     actions: list[tuple[str, list[str]]] = [

@@ -19,7 +19,7 @@ def fed(keys: Keys, *reads: str) -> list[Pressed]:
 
 
 @pytest.mark.parametrize("typed", ["p", "r", "c", "?"])
-def test_each_key_asks_for_its_thing_in_either_case(typed: str) -> None:
+def test_each_key_works_in_either_case(typed: str) -> None:
     assert fed(Keys(), typed, typed.upper()) == [Pressed(Key(typed))] * 2
 
 
@@ -88,7 +88,7 @@ print(modes, repr(typed), repr(keyboard.read()))
 """
 
 
-def test_the_terminal_hands_over_keys_until_it_is_given_back(terminal: tuple[int, int]) -> None:
+def test_the_terminal_delivers_keys_until_it_is_restored(terminal: tuple[int, int]) -> None:
     ours, theirs = terminal
     before = termios.tcgetattr(theirs)
     child = subprocess.Popen(
@@ -111,7 +111,7 @@ def test_without_a_terminal_there_are_no_keys() -> None:
         keyboard.close()
 
 
-def test_a_terminal_of_somebody_else_is_left_alone(terminal: tuple[int, int]) -> None:
+def test_the_terminal_of_another_process_is_left_alone(terminal: tuple[int, int]) -> None:
     """As in the background of a shell, where touching it would stop the process."""
     ours, theirs = terminal
     before = termios.tcgetattr(theirs)

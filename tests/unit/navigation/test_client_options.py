@@ -22,7 +22,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return capsys.readouterr().err
 
 
-def test_command_lines_without_a_command_go_on_working() -> None:
+def test_command_lines_without_a_command_still_work() -> None:
     options = parse_options(["--goal", "1", "2", "-3", "--update", "t=8: 5 5 2", "--avoid"])
     assert (options.command, options.goal, options.laps) == ("", [1.0, 2.0, -3.0], 1)
     assert len(options.update) == 1
@@ -40,14 +40,14 @@ def test_every_command_takes_the_options_of_all(command: str) -> None:
 
 
 @pytest.mark.parametrize("command", ACTION_COMMANDS)
-def test_what_is_a_goal_can_be_followed_as_one(command: str) -> None:
+def test_goal_commands_take_the_options_of_goals(command: str) -> None:
     options = parse_options([command, "--cancel-after", "2", "--lost-timeout", "9"])
     assert (options.cancel_after, options.lost_timeout, options.update) == (2.0, 9.0, [])
     assert parse_options([command]).cancel_after == math.inf
 
 
 @pytest.mark.parametrize("command", SERVICE_COMMANDS)
-def test_what_is_no_goal_takes_no_options_of_one(
+def test_other_commands_reject_the_options_of_goals(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["MODE"] if command == "mode" else []
@@ -70,15 +70,15 @@ def test_takeoff_takes_a_height_and_mode_a_name(capsys: pytest.CaptureFixture[st
     [
         (["lnad"], "'lnad' is not a command; did you mean 'land'?"),
         (["xyzzy"], "give one of takeoff, land, return"),
-        (["--laps", "2"], "--laps is for a route; give --plan or --waypoints, too."),
-        (["--goal", "1", "2", "3", "--mission"], "--mission is for a route"),
+        (["--laps", "2"], "--laps needs a route; give --plan or --waypoints as well."),
+        (["--goal", "1", "2", "3", "--mission"], "--mission needs a route"),
         (["--plan", "a.plan", "--laps", "-1"], "--laps is -1"),
         (["--cancel-after", "nan"], "--cancel-after is nan"),
         (["status", "--server-timeout", "-1"], "--server-timeout is -1"),
-        (["land", "--vehicle", "a b"], "'a b' cannot be the name of a vehicle"),
+        (["land", "--vehicle", "a b"], "'a b' is not a valid vehicle name"),
     ],
 )
-def test_what_makes_no_sense_is_refused_with_a_sentence(
+def test_invalid_options_are_rejected_with_a_message(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert sentence in refusal(capsys, *arguments)

@@ -19,16 +19,16 @@ def test_an_update_is_a_time_and_a_point(text: str) -> None:
         ("", "write it like"),
         ("8: 5 5 2", "write it like"),
         ("t=8 5 5 2", "write it like"),
-        ("t=8: 5 5", "'5 5' is no point; give three numbers"),
+        ("t=8: 5 5", "'5 5' is not a point; give three numbers"),
         ("t=8: 5 5 2 1", "three numbers"),
-        ("t=8: 5 five 2", "'five' is no number"),
-        ("t=soon: 5 5 2", "'soon' is no number"),
-        ("t=-1: 5 5 2", "not below 0"),
-        ("t=nan: 5 5 2", "'nan' is no finite number"),
-        ("t=8: 5 5 inf", "'inf' is no finite number"),
+        ("t=8: 5 five 2", "'five' is not a number"),
+        ("t=soon: 5 5 2", "'soon' is not a number"),
+        ("t=-1: 5 5 2", "must not be negative"),
+        ("t=nan: 5 5 2", "'nan' is not a finite number"),
+        ("t=8: 5 5 inf", "'inf' is not a finite number"),
     ],
 )
-def test_what_is_no_update_is_said_in_a_sentence(text: str, sentence: str) -> None:
+def test_a_malformed_update_is_an_error(text: str, sentence: str) -> None:
     with pytest.raises(UpdateError, match=sentence):
         parse_update(text)
 
@@ -46,19 +46,19 @@ def test_updates_come_in_the_order_of_their_times() -> None:
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["--update", "t=8: 5 5"], "argument --update: '5 5' is no point"),
+        (["--update", "t=8: 5 5"], "argument --update: '5 5' is not a point"),
         (["--goal", "1", "2", "3", "--plan", "a.plan"], "not allowed with argument --goal"),
         (["--waypoints", "a.txt", "--plan", "a.plan"], "not allowed with"),
         (["--json", "--plain"], "not allowed with"),
         (["--cancel-after", "nan"], "--cancel-after is nan"),
         (["--server-timeout", "-1"], "--server-timeout is -1"),
-        (["--mission"], "--mission is for a route"),
-        (["--laps", "-1"], "--laps is for a route"),
+        (["--mission"], "--mission needs a route"),
+        (["--laps", "-1"], "--laps needs a route"),
         (["--plan", "x.plan", "--laps", "-1"], "--laps is -1"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_a_bad_command_line_is_a_sentence_and_exit_code_2(
+def test_an_invalid_command_line_is_a_message_and_exit_code_2(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:

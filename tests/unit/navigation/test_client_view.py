@@ -81,7 +81,7 @@ def block(width: int, *feedback: Telemetry, t_s: float = 5.0) -> list[str]:
     return printed(paper).splitlines()
 
 
-def test_the_block_has_status_place_way_battery_and_time() -> None:
+def test_the_block_shows_status_position_path_battery_and_time() -> None:
     text = "\n".join(block(100, telemetry(10.0), telemetry(2.5, replans=2)))
     for words in (
         "NAVIGATING  1: goal (10, 5, 2) m in frame map",
@@ -103,16 +103,16 @@ def test_every_line_of_the_block_fits_the_terminal(width: int) -> None:
     assert "━" in lines[4]
 
 
-def test_a_route_tells_its_waypoint() -> None:
+def test_a_route_shows_its_waypoint() -> None:
     assert "waypoint 2 of 3" in block(100, telemetry(waypoint=2))[1]
 
 
-def test_the_way_of_a_new_goal_begins_at_nothing() -> None:
+def test_the_path_of_a_new_goal_starts_at_zero_percent() -> None:
     lines = block(100, telemetry(10.0), telemetry(1.0), telemetry(4.0, goal=2))
     assert "  0 %  4.0 m left" in "\n".join(lines)
 
 
-def test_a_longer_way_takes_the_bar_back_and_never_below_nothing() -> None:
+def test_a_longer_path_moves_the_bar_back_but_not_below_zero() -> None:
     assert " 0 %  20.0 m left" in "\n".join(block(100, telemetry(10.0), telemetry(20.0)))
 
 
@@ -135,14 +135,14 @@ def test_the_last_panel_agrees_with_where_the_goal_ended(waypoint: int | None, s
     last = "\n".join(line.plain for line in view.block(3.0).renderables)  # type: ignore[union-attr]
     view.close()
     assert shown in last
-    bar = next(line for line in last.splitlines() if line.startswith("way"))
+    bar = next(line for line in last.splitlines() if line.startswith("path"))
     full, empty = bar.count("━"), bar.count("╌")
     assert full / (full + empty) == pytest.approx(
         float(shown.split(maxsplit=1)[0]) / 100.0, abs=0.05
     )
 
 
-def test_what_is_unknown_is_said() -> None:
+def test_unknown_values_are_shown_as_unknown() -> None:
     unknown = Telemetry(1, "PREPARING", UNKNOWN, math.nan, math.nan, math.nan)
     text = "\n".join(block(100, unknown))
     assert text.count("unknown") == 2
@@ -150,7 +150,7 @@ def test_what_is_unknown_is_said() -> None:
     assert "nan" not in text
 
 
-def test_silence_is_shown_and_the_end_is_not_taken_for_silence() -> None:
+def test_silence_is_shown_and_the_end_is_not_silence() -> None:
     where = console()
     view = LiveView(where)
     view.show(telemetry(), 1.0)
@@ -215,7 +215,7 @@ def test_the_prompt_stands_where_the_keys_were_and_goes_again() -> None:
     view.close()
 
 
-def test_plain_lines_come_once_a_second_and_with_each_change() -> None:
+def test_plain_lines_are_printed_every_second_and_on_change() -> None:
     where = console(40, terminal=False)
     view = PlainView(where)
     for t_s, shown in (
@@ -258,7 +258,7 @@ EVENTS: tuple[Event, ...] = (
 
 
 @pytest.mark.parametrize("make", [LiveView, PlainView])
-def test_people_read_each_event_but_the_exit(make: type[LiveView] | type[PlainView]) -> None:
+def test_every_event_but_the_exit_is_shown(make: type[LiveView] | type[PlainView]) -> None:
     where = console(200, terminal=make is LiveView, colour=False)
     view: View = make(where)
     for event in EVENTS:
@@ -269,13 +269,13 @@ def test_people_read_each_event_but_the_exit(make: type[LiveView] | type[PlainVi
         "Sending goal (10, 5, 2) m in frame map",
         "Goal accepted",
         "Goal rejected: BUSY: No.",
-        "Goal 1 ended as PREEMPTED after 9.5 s",
+        "Goal 1 ended: PREEMPTED after 9.5 s",
         "SUCCESS: So it was. (9.5 s, at (1.00, 2.00, 3.00) m)",
     ):
         assert words in printed(where)
 
 
-def test_json_is_an_object_a_line_and_what_is_unknown_is_null() -> None:
+def test_json_is_one_object_per_line_and_unknown_values_are_null() -> None:
     where = console(20, terminal=False)  # too narrow for anything but unbroken lines
     view = JsonView(where)
     for event in EVENTS:

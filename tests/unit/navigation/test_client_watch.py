@@ -5,7 +5,7 @@ from __future__ import annotations
 from drone_navigation.client.watch import ServerWatch
 
 
-def test_a_server_that_is_heard_is_left_alone() -> None:
+def test_a_responding_server_is_left_alone() -> None:
     watch = ServerWatch(30.0)
     for tenth in range(1, 1000):
         now_s = 0.1 * tenth
@@ -15,16 +15,16 @@ def test_a_server_that_is_heard_is_left_alone() -> None:
         assert watch.verdict(now_s) == ""
 
 
-def test_silence_is_told_once_and_asked_about_again_and_again() -> None:
+def test_silence_is_reported_once_and_queried_repeatedly() -> None:
     watch = ServerWatch(30.0)
     watch.hear(0.0)
     assert watch.look(4.9, ready=True) == ""
     assert not watch.asks_again(4.9)
-    assert watch.look(5.0, ready=True).startswith("No word from the server for 5 s: ")
+    assert watch.look(5.0, ready=True).startswith("Server silent for 5 s: ")
     assert watch.look(5.1, ready=True) == ""
     assert [second for second in range(5, 30) if watch.asks_again(second)] == [5, 10, 15, 20, 25]
     assert watch.verdict(30.0) == ""
-    assert watch.verdict(30.1).startswith("The server is gone: no word from it for 30 s.")
+    assert watch.verdict(30.1).startswith("Server lost: silent for 30 s.")
 
 
 def test_a_server_that_said_goodbye_is_not_waited_for() -> None:
@@ -52,10 +52,10 @@ def test_a_server_that_ros_finds_again_is_asked_at_once() -> None:
     watch.look(7.0, ready=True)
     assert watch.asks_again(7.0)
     assert watch.verdict(7.0) == ""
-    assert watch.hear(7.1) == "The server is heard again, after 7 s."
+    assert watch.hear(7.1) == "The server responds again after 7 s."
 
 
-def test_the_wait_is_never_shorter_than_a_silence_that_is_told() -> None:
+def test_the_timeout_is_never_shorter_than_a_reported_silence() -> None:
     watch = ServerWatch(0.0)
     watch.hear(0.0)
     assert watch.verdict(4.9) == ""

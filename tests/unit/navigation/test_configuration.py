@@ -85,7 +85,7 @@ def test_a_set_up_gives_a_link_of_each_kind_to_choose_from(place: str, name: str
 
 
 @pytest.mark.parametrize("name", SET_UPS)
-def test_what_is_tried_in_the_simulator_is_what_flies_outside(name: str) -> None:
+def test_simulated_and_real_configurations_match(name: str) -> None:
     real, simulated = (parameters(CONFIG / place / name) for place in ("real", "simulated"))
     differing = {key for key in real | simulated if real.get(key) != simulated.get(key)}
     assert differing == {"link_url", "arming"}
@@ -108,14 +108,14 @@ def test_the_schema_says_the_same_as_the_table() -> None:
         assert stated.get("enum") == (list(spec.choices) if spec.choices else None), spec.name
 
 
-def test_only_the_simulator_is_armed_unless_told() -> None:
+def test_only_the_simulator_is_armed_by_default() -> None:
     assert not make_config({}).bridge.goto.may_arm
     for path in FILES:
         simulated = path.parent.name == "simulated" or path.name in ("sitl.yaml", "fleet.yaml")
         assert parameters(path)["arming"] == ("auto" if simulated else "never"), path
 
 
-def test_the_server_speaks_as_what_it_is_told_to() -> None:
+def test_the_server_sends_the_configured_heartbeat_type() -> None:
     assert make_config({}).vehicle.heartbeat_type is None
     for word, number in (
         ("auto", None),
@@ -139,7 +139,7 @@ def _bad_values(spec: ParameterSpec) -> list[ParameterValue]:
 
 
 @pytest.mark.parametrize("spec", PARAMETERS, ids=lambda spec: spec.name)
-def test_bad_values_are_refused_by_name(spec: ParameterSpec) -> None:
+def test_invalid_values_are_rejected_by_name(spec: ParameterSpec) -> None:
     for value in _bad_values(spec):
         with pytest.raises(ConfigurationError, match=spec.name):
             check_value(spec.name, value)
@@ -162,7 +162,7 @@ def test_the_limits_themselves_are_legal(spec: ParameterSpec) -> None:
         ({"colour": "blue"}, "colour"),
     ],
 )
-def test_contradictions_and_unknown_names_are_refused(
+def test_contradictions_and_unknown_names_are_rejected(
     values: dict[str, ParameterValue], name: str
 ) -> None:
     with pytest.raises(ConfigurationError, match=name):
@@ -201,7 +201,7 @@ def test_a_ground_station_has_a_link_of_its_own(urls: list[str], said: str) -> N
         make_config({"gcs_links": urls})
 
 
-def test_empty_texts_of_a_list_are_none_at_all() -> None:
+def test_empty_strings_of_a_list_are_dropped() -> None:
     config = make_config({"vehicles": [""], "gcs_links": ["", "udpin://127.0.0.1:14551"]})
     assert config.vehicles == ()
     assert config.gcs_links == ("udpin://127.0.0.1:14551",)

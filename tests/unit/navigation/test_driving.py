@@ -29,7 +29,7 @@ PX4_ROVER = {
 }
 
 
-def test_both_firmwares_say_how_they_drive() -> None:
+def test_driving_characteristics_are_read_from_both_firmwares() -> None:
     assert driving_of(ARDUROVER) == Driving(0.9, math.radians(120.0), 5.0, 1.0, 1.0)
     ours = driving_of(PX4_ROVER)
     assert ours.turning_radius_m == pytest.approx(0.556, abs=0.001)
@@ -41,7 +41,7 @@ def test_a_deceleration_of_its_own_counts() -> None:
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-def test_what_limits_nothing_or_makes_no_sense_says_nothing(value: float) -> None:
+def test_unlimited_or_invalid_parameters_are_ignored(value: float) -> None:
     assert driving_of(dict.fromkeys(ARDUROVER | PX4_ROVER, value)) == Driving()
     assert driving_of({}) == Driving()
 
@@ -59,7 +59,7 @@ def test_a_radius_counts_where_it_is_wider_than_its_kind_at_least_needs() -> Non
     assert traits_of(px4.ROVER, {**PX4_ROVER, "RA_WHEEL_BASE": 2.5}).turning_radius_m > 4.0
 
 
-def test_a_boat_is_not_believed_to_brake_like_a_car() -> None:
+def test_the_deceleration_of_a_boat_is_limited() -> None:
     assert traits_of(ardupilot.ROVER, ARDUROVER).braking_m_s2 == pytest.approx(0.6)
     assert traits_of(ardupilot.BOAT, ARDUROVER).braking_m_s2 == pytest.approx(0.4)
 
@@ -74,6 +74,6 @@ def test_the_servers_limits_are_kept_where_they_are_lower() -> None:
 
 
 @pytest.mark.parametrize("profile", [ardupilot.ROVER, ardupilot.BOAT, px4.ROVER, px4.BOAT])
-def test_what_it_says_of_its_driving_is_read(profile: object) -> None:
+def test_driving_parameters_are_read(profile: object) -> None:
     wanted = set(profile.wanted_parameters)  # type: ignore[attr-defined]
     assert wanted >= set(ARDUROVER) or wanted >= set(PX4_ROVER)

@@ -115,18 +115,18 @@ def message(name: str, system: int, **fields: Any) -> Message:
     return with_source(make(name, **fields), system, 1)
 
 
-def test_a_message_is_for_the_vehicle_that_it_is_from(three: Three) -> None:
+def test_a_message_is_passed_to_its_own_vehicle(three: Three) -> None:
     three.fleet.receive(message("ATTITUDE", 2), 0.0)
     assert three.done == [[], ["ATTITUDE"], []]
 
 
-def test_what_a_stranger_says_to_a_vehicle_is_heard_by_that_vehicle_only(three: Three) -> None:
+def test_a_message_of_an_unknown_sender_reaches_its_target_only(three: Three) -> None:
     three.fleet.receive(message("COMMAND_ACK", 77, target_system=3), 0.0)
     three.fleet.receive(message("HEARTBEAT", 77), 0.0)
     assert three.done == [[], [], ["COMMAND_ACK"]]
 
 
-def test_a_stations_command_is_overheard_by_whom_it_is_for_or_by_all(three: Three) -> None:
+def test_a_station_command_is_overheard_by_its_target_or_by_all(three: Three) -> None:
     three.fleet.overhear(message("COMMAND_LONG", 255, target_system=1), 0.0)
     three.fleet.overhear(message("COMMAND_LONG", 255, target_system=9), 0.0)
     assert three.done == [["overheard COMMAND_LONG"], [], []]
@@ -134,7 +134,7 @@ def test_a_stations_command_is_overheard_by_whom_it_is_for_or_by_all(three: Thre
     assert [len(done) for done in three.done] == [2, 1, 1]
 
 
-def test_a_vehicle_that_floods_is_heard_up_to_a_rate_and_the_rest_is_counted(three: Three) -> None:
+def test_a_flooding_vehicle_is_throttled_and_counted(three: Three) -> None:
     for number in range(3 * int(VEHICLE_BURST)):
         three.fleet.receive(message("ATTITUDE", 1), 0.0)
         if number % 100 == 0:
@@ -145,7 +145,7 @@ def test_a_vehicle_that_floods_is_heard_up_to_a_rate_and_the_rest_is_counted(thr
     assert three.members[0].throttled == 2 * VEHICLE_BURST
 
 
-def test_one_vehicle_alone_hears_everybody() -> None:
+def test_a_single_vehicle_receives_all_messages() -> None:
     application = Recorder()
     fleet = Fleet([Member("", 0, application)], ManualClock())
     fleet.receive(message("HEARTBEAT", 7), 0.0)
@@ -154,7 +154,7 @@ def test_one_vehicle_alone_hears_everybody() -> None:
     assert application.done == ["HEARTBEAT", "RADIO_STATUS", "overheard COMMAND_LONG"]
 
 
-def test_only_those_are_asked_with_whom_something_happened(three: Three) -> None:
+def test_only_vehicles_with_events_are_polled(three: Three) -> None:
     three.applications[2].outbox.append(message("HEARTBEAT", 3))
     assert three.turn() == []
     assert [application.asked for application in three.applications] == [0, 0, 0]
@@ -178,7 +178,7 @@ def test_the_first_deadline_is_the_fleets_and_only_its_owner_is_called(three: Th
     assert three.done == [[], ["timer", "send"], []]
 
 
-def test_those_that_have_waited_longest_come_first(three: Three) -> None:
+def test_the_longest_overdue_timer_runs_first(three: Three) -> None:
     for number, application in enumerate(three.applications):
         application.deadline_s = 3.0 - number
         three.members[number].post(lambda: None)
@@ -209,9 +209,7 @@ def test_a_deadline_that_stays_where_it_is_does_not_spin_nor_hold_up_the_others(
 
 
 @pytest.mark.parametrize("where", ["ATTITUDE", "overheard COMMAND_LONG", "post"])
-def test_an_exception_is_the_trouble_of_the_vehicle_in_whose_work_it_was(
-    three: Three, where: str
-) -> None:
+def test_an_exception_affects_its_own_vehicle_only(three: Three, where: str) -> None:
     three.applications[1].broken = where
     for system in (1, 2, 3):
         three.fleet.receive(message("ATTITUDE", system), 0.0)

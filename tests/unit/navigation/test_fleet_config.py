@@ -31,7 +31,7 @@ def test_the_set_up_of_three_vehicles_is_one_for_each() -> None:
     assert all(config.bridge.goto.may_arm for config in configs.values())
 
 
-def test_what_is_the_servers_is_every_vehicles_unless_its_own_part_says_otherwise(
+def test_server_parameters_are_defaults_of_all_vehicles(
     tmp_path: Path,
 ) -> None:
     path = written(
@@ -51,7 +51,7 @@ def test_what_is_the_servers_is_every_vehicles_unless_its_own_part_says_otherwis
     assert configs["a"].bridge.goto.may_arm
 
 
-def test_a_part_for_a_vehicle_that_is_not_named_is_a_slip(tmp_path: Path) -> None:
+def test_parameters_of_an_unlisted_vehicle_are_rejected(tmp_path: Path) -> None:
     path = written(
         tmp_path,
         """
@@ -59,7 +59,7 @@ def test_a_part_for_a_vehicle_that_is_not_named_is_a_slip(tmp_path: Path) -> Non
         /A/navigation_server: {ros__parameters: {target_system: 1}}
         """,
     )
-    with pytest.raises(ConfigurationError, match=r"/A/navigation_server.*does not name 'A'"):
+    with pytest.raises(ConfigurationError, match=r"/A/navigation_server.*does not list 'A'"):
         read_parameter_file(path, NODE)
 
 
@@ -75,20 +75,22 @@ def test_a_part_for_a_vehicle_that_is_not_named_is_a_slip(tmp_path: Path) -> Non
         ),
     ],
 )
-def test_vehicles_that_cannot_be_told_apart_or_flown_are_refused_by_name(
+def test_indistinguishable_or_invalid_vehicles_are_rejected_by_name(
     vehicles: dict[str, dict[str, ParameterValue]], said: str
 ) -> None:
     with pytest.raises(ConfigurationError, match=said):
         make_vehicle_configs(vehicles)
 
 
-def test_a_vehicle_that_is_the_only_one_needs_no_system_id() -> None:
+def test_a_single_vehicle_needs_no_system_id() -> None:
     configs = make_vehicle_configs({"x": {}})
     assert configs["x"].vehicle.target_system == 0, "the first that is heard"
 
 
-def test_what_the_server_has_once_is_not_a_vehicles() -> None:
+def test_parameters_of_the_server_are_rejected_for_a_vehicle() -> None:
     server: dict[str, ParameterValue] = {"record_tlog": "all.tlog"}
     check_server_wide("a", {"record_tlog": "all.tlog", "arming": "auto"}, server)
-    with pytest.raises(ConfigurationError, match=r"Vehicle a: parameter record_tlog is the server"):
+    with pytest.raises(
+        ConfigurationError, match=r"Vehicle a: parameter record_tlog belongs to the server"
+    ):
         check_server_wide("a", {"record_tlog": "a.tlog"}, server)

@@ -21,7 +21,7 @@ from navigation_bridge.recording.recorded_notes import RecordedGoal as Goal
 from navigation_core.mapping.obstacles import Box, Cylinder, Obstacles
 
 DATA = Path(__file__).resolve().parents[2] / "data"
-SIDE = View("Seen from the side", 0, 2)
+SIDE = View("Side view", 0, 2)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def film(recording: Recording, *times_s: float) -> list[Picture]:
     return [next(pictures(Pace(t_s, t_s, 1.0, 8.0)))[70:635, 50:720] for t_s in times_s]
 
 
-def test_the_flown_way_grows(flown: Recording) -> None:
+def test_the_flown_path_grows(flown: Recording) -> None:
     early, late = film(flown, 10.0, 50.0)
     assert coloured(early, flight_scene.TRACK) < coloured(late, flight_scene.TRACK)
 
@@ -71,7 +71,7 @@ def test_an_obstacle_is_drawn_when_it_is_discovered_and_pales_when_it_has_gone(
     assert not np.array_equal(gone, before)
 
 
-def test_the_way_before_a_replan_fades(flown: Recording) -> None:
+def test_the_path_before_a_replan_fades(flown: Recording) -> None:
     newest = Timeline(flown.plans.times_s[1:], flown.plans.values[1:])
     without = film(dataclasses.replace(flown, plans=newest), 30.2, 33.0, 36.0)
     pairs = zip(film(flown, 30.2, 33.0, 36.0), without, strict=True)
@@ -79,7 +79,7 @@ def test_the_way_before_a_replan_fades(flown: Recording) -> None:
     assert fresh > later > gone == 0
 
 
-def test_a_film_is_never_slower_than_the_flight_and_keeps_to_its_length(flown: Recording) -> None:
+def test_a_video_is_never_slower_than_the_flight_and_keeps_its_length(flown: Recording) -> None:
     for film_s in (5.0, 24.0, 1000.0):
         pace = make_pace(flown, film_s, 8.0)
         assert pace.speedup >= 1.0
@@ -105,7 +105,7 @@ def test_mp4_and_gif_show_the_same_moments(
     assert seconds == pytest.approx(count / 10.0, abs=0.2)
 
 
-def test_without_an_encoder_the_gif_is_made_and_a_sentence_says_what_is_missing(
+def test_without_an_encoder_only_the_gif_is_written_with_a_message(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(flight_video, "_FILM_S", 1.0)
@@ -115,7 +115,7 @@ def test_without_an_encoder_the_gif_is_made_and_a_sentence_says_what_is_missing(
     assert (tmp_path / "copter_lowbatt.gif").stat().st_size > 10_000
 
 
-def test_a_film_of_nothing_is_a_sentence(
+def test_a_video_of_an_empty_recording_is_an_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -135,7 +135,7 @@ def test_any_tlog_is_drawn(tmp_path: Path, name: str, capsys: pytest.CaptureFixt
         assert min(image.size) > 800
 
 
-def test_a_picture_of_nothing_is_a_sentence(
+def test_a_picture_of_an_empty_recording_is_an_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert flight_plot.main([str(tmp_path / "none.tlog")]) == 1
@@ -161,11 +161,11 @@ def test_obstacles_have_their_outlines_in_both_views() -> None:
     assert wall.max(axis=0) == pytest.approx((11.0, 9.0))
 
 
-def test_all_axes_of_a_film_have_names(flown: Recording) -> None:
+def test_all_axes_of_a_video_are_labelled(flown: Recording) -> None:
     figure = Film(flown, 3.0)._figure
     above, side = figure.axes[:2]
     assert (above.get_xlabel(), above.get_ylabel()) == ("east (m)", "north (m)")
-    assert side.get_ylabel() == "height (m)"
+    assert side.get_ylabel() == "altitude (m)"
 
 
 def test_no_obstacle_is_drawn_below_the_ground(

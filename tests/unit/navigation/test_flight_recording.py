@@ -72,7 +72,7 @@ def flight() -> list[tuple[float, Message]]:
         ("offboard_10m_20n_gt_api.tlog", "PX4 multicopter", 20.0),
     ],
 )
-def test_a_recording_of_another_program_is_read_and_what_it_lacks_is_said(
+def test_a_recording_of_another_program_is_read_and_missing_content_is_listed(
     name: str, vehicle: str, length_m: float
 ) -> None:
     recording = read_recording(DATA / name)
@@ -86,7 +86,7 @@ def test_a_recording_of_another_program_is_read_and_what_it_lacks_is_said(
     assert not len(recording.distance_m)
 
 
-def test_what_the_server_noted_is_read_back(tmp_path: Path) -> None:
+def test_notes_of_the_server_are_read_back(tmp_path: Path) -> None:
     corners: tuple[Vector3, ...] = tuple((float(i), -float(i), 2.0) for i in range(45))
     noted = [
         notes.goal_accepted("abcdef12", (1.0, 2.0, 3.0)),
@@ -110,14 +110,14 @@ def test_what_the_server_noted_is_read_back(tmp_path: Path) -> None:
     assert not any("goals" in remark for remark in recording.remarks)
 
 
-def test_without_a_global_position_the_local_one_is_drawn_and_that_is_said(tmp_path: Path) -> None:
+def test_without_a_global_position_the_local_one_is_drawn_with_a_remark(tmp_path: Path) -> None:
     recording = read_recording(write(tmp_path / "a.tlog", flight()))
     assert recording.positions_enu_m[-1] == pytest.approx((0.0, 9.9, 2.0), abs=1e-5)
     assert recording.speeds_m_s[-1] == pytest.approx(1.0)
     assert any("local frame" in remark for remark in recording.remarks)
 
 
-def test_without_an_origin_the_first_position_is_it_and_that_is_said(tmp_path: Path) -> None:
+def test_without_an_origin_the_first_position_is_used_with_a_remark(tmp_path: Path) -> None:
     messages = [(0.0, heartbeat())] + [(0.1 * i, globally(0.1 * i, 100 * i)) for i in range(100)]
     recording = read_recording(write(tmp_path / "a.tlog", messages))
     assert recording.positions_enu_m[0] == pytest.approx((0.0, 0.0, 0.0))
@@ -125,7 +125,7 @@ def test_without_an_origin_the_first_position_is_it_and_that_is_said(tmp_path: P
     assert any("first position" in remark for remark in recording.remarks)
 
 
-def test_of_several_vehicles_the_first_with_a_position_is_drawn_and_that_is_said(
+def test_of_several_vehicles_the_first_with_a_position_is_drawn_with_a_remark(
     tmp_path: Path,
 ) -> None:
     station = make(
@@ -139,17 +139,17 @@ def test_of_several_vehicles_the_first_with_a_position_is_drawn_and_that_is_said
     recording = read_recording(write(tmp_path / "a.tlog", messages))
     assert recording.vehicle == "ArduCopter, system 3"
     assert recording.positions_enu_m[:, 1] == pytest.approx([1.0, 2.0])
-    assert "System 3 is drawn; this recording has system 7, too." in recording.remarks
+    assert "System 3 is drawn; the recording also contains system 7." in recording.remarks
 
 
-def test_a_clock_that_is_set_back_while_recording_turns_nothing_round(tmp_path: Path) -> None:
+def test_a_clock_set_back_while_recording_keeps_the_order(tmp_path: Path) -> None:
     messages = [(0.0, heartbeat())]
     messages += [(time_s, local(i, 0.0, 0.0, 100 * i)) for i, time_s in enumerate((5.0, 6.0, 2.0))]
     recording = read_recording(write(tmp_path / "a.tlog", messages))
     assert (np.diff(recording.times_s) >= 0.0).all()
 
 
-def test_what_sensors_told_is_placed_in_the_map_as_it_was_at_the_time(tmp_path: Path) -> None:
+def test_sensor_readings_are_placed_in_the_map_at_their_time(tmp_path: Path) -> None:
     origin = make("GPS_GLOBAL_ORIGIN", latitude=450_000_000, longitude=80_000_000, altitude=100_000)
     messages: list[tuple[float, Message]] = [(0.0, heartbeat()), (0.0, with_source(origin, 1, 1))]
     for i in range(60):
@@ -179,7 +179,7 @@ def test_what_sensors_told_is_placed_in_the_map_as_it_was_at_the_time(tmp_path: 
 
 
 @pytest.mark.parametrize("content", [None, b"", b"not a log at all" * 100])
-def test_what_is_no_recording_of_a_flight_gives_a_sentence(
+def test_a_file_that_is_not_a_flight_recording_is_an_error(
     tmp_path: Path, content: bytes | None
 ) -> None:
     log = tmp_path / "flight.tlog"
@@ -212,5 +212,5 @@ def test_of_several_vehicles_each_is_read_with_its_own_notes(tmp_path: Path) -> 
         (goal_read,) = read_recording(path, system).goals.values
         assert goal_read.targets_enu_m == ((float(system), 0.0, 3.0),)
     assert not read_recording(path, 1).goals.values
-    with pytest.raises(RecordingError, match="no position of system 7; it has system 1, 2, 3"):
+    with pytest.raises(RecordingError, match="no position of system 7; it contains system 1, 2, 3"):
         read_recording(path, 7)

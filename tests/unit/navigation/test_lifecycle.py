@@ -23,11 +23,13 @@ PAIRS = list(itertools.product(GoalState, GoalEvent))
 
 
 @pytest.mark.parametrize(("state", "event"), PAIRS, ids=lambda value: value.value)
-def test_every_pair_moves_by_the_table_or_is_refused(state: GoalState, event: GoalEvent) -> None:
+def test_every_pair_follows_the_table_or_is_rejected(state: GoalState, event: GoalEvent) -> None:
     if (state, event) in TRANSITIONS:
         assert next_state(state, event) is TRANSITIONS[(state, event)]
     else:
-        with pytest.raises(LifecycleError, match=f"is {state.value} cannot take {event.value}"):
+        with pytest.raises(
+            LifecycleError, match=f"in state {state.value} does not accept event {event.value}"
+        ):
             next_state(state, event)
 
 

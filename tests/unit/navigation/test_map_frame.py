@@ -66,7 +66,7 @@ def position(frame: MapFrame, state: VehicleState) -> tuple[float, float, float]
 
 
 @pytest.mark.parametrize(("autopilot", "projection"), FIRMWARES)
-def test_an_origin_that_is_told_counts_the_firmwares_metres(
+def test_a_reported_origin_uses_the_projection_of_the_firmware(
     autopilot: int, projection: Projection
 ) -> None:
     real, frame = LocalFrame(ORIGIN, projection), MapFrame()
@@ -101,7 +101,7 @@ def test_positions_that_are_too_far_apart_in_time_are_no_pair() -> None:
 
 
 @pytest.mark.parametrize(("autopilot", "projection"), FIRMWARES)
-def test_a_firmware_that_shows_late_what_it_is_is_believed_from_then_on(
+def test_a_firmware_identified_late_is_used_from_then_on(
     autopilot: int, projection: Projection
 ) -> None:
     real, frame = LocalFrame(ORIGIN, projection), MapFrame()
@@ -117,7 +117,7 @@ def test_a_firmware_that_shows_late_what_it_is_is_believed_from_then_on(
 @pytest.mark.parametrize(
     "projection", [ardupilot.PROJECTION, px4.PROJECTION, true_to_scale(ORIGIN[0])]
 )
-def test_of_an_unknown_firmware_the_metres_are_measured(
+def test_for_an_unknown_firmware_the_scale_is_measured(
     projection: Projection, origin_told: bool
 ) -> None:
     real, frame = LocalFrame(ORIGIN, projection), MapFrame()
@@ -128,7 +128,7 @@ def test_of_an_unknown_firmware_the_metres_are_measured(
     assert frame.enu(place) == pytest.approx((200.0, 400.0, 0.0), abs=0.05)
 
 
-def test_a_restart_begins_anew() -> None:
+def test_a_restart_resets_the_origin() -> None:
     frame = MapFrame()
     frame.update(replace(VehicleState(), origin=told()))
     assert frame.origin == ORIGIN
@@ -148,7 +148,7 @@ def test_pictures_of_a_recording_without_an_origin_have_the_firmwares_metres(
     assert pose.position_enu_m == pytest.approx((300.0, 500.0, 0.0), abs=1e-3)
 
 
-def test_two_tracks_are_laid_over_each_other_by_place_not_by_metres() -> None:
+def test_two_tracks_are_aligned_by_position_on_earth_not_by_map_metres() -> None:
     """A PX4 and an ArduPilot, half a kilometre apart, that stood at the same place."""
     north, east = 2500.0, 1500.0
     place = ellipsoid.on_ground(north, east, ORIGIN)

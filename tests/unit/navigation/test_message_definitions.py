@@ -57,7 +57,9 @@ def fill(message: Any, source: random.Random) -> Any:
 
 
 @pytest.mark.parametrize("message_type", TYPES, ids=lambda kind: kind.__name__)
-def test_what_ros_has_serialized_is_decoded_by_the_definition_alone(message_type: Any) -> None:
+def test_messages_serialized_by_ros_are_decoded_from_the_definition_alone(
+    message_type: Any,
+) -> None:
     message = fill(message_type(), random.Random(1))
     schema = Schema(1, definition(message_type).encode(), ENCODING, type_name(message_type))
     decode = Decoders().decoder_for("cdr", schema)

@@ -90,7 +90,7 @@ def test_a_height_above_ground_goes_into_the_terrain_frame() -> None:
     assert [rule is not None and rule.terrain for rule in rules] == [True, False, False]
 
 
-def test_one_speed_is_said_once() -> None:
+def test_an_unchanged_speed_is_sent_once() -> None:
     plan = MissionPlan((NORTH, NORTH, NORTH), speed_m_s=3.0)
     assert commands(px4.COPTER, plan).count(SPEED) == 1
     assert commands(px4.PLANE, MissionPlan((NORTH,))).count(SPEED) == 0
@@ -123,7 +123,7 @@ def test_reports_are_about_waypoints_without_home() -> None:
     assert done.complete
 
 
-def test_another_mission_is_told_with_the_report() -> None:
+def test_a_changed_mission_is_reported() -> None:
     rules = px4.COPTER.missions
     assert rules is not None
     tracker = MissionTracker(planned(px4.COPTER), rules)

@@ -75,7 +75,7 @@ def test_a_lost_chunk_costs_that_text_only() -> None:
     assert not any(text == f"first {'x' * 100}" for text in texts)
 
 
-def test_a_feedback_tells_the_waypoint_and_the_lap() -> None:
+def test_a_feedback_has_the_waypoint_and_the_lap() -> None:
     route = RouteProgress(current=2, lap=1, remaining=4, reached=5)
     reader = written_and_read(notes.progress(Progress(Status.NAVIGATING, 1.5, 2.5, route, 3), 9.0))
     assert reader.counts == {"waypoint": 2, "lap": 1, "left": 4, "reached": 5, "replans": 3}
@@ -83,7 +83,7 @@ def test_a_feedback_tells_the_waypoint_and_the_lap() -> None:
     assert reader.feedbacks == 1
 
 
-def test_what_older_versions_noted_is_still_read() -> None:
+def test_notes_of_older_versions_are_still_read() -> None:
     reader = written_and_read(
         [
             notes.goal_accepted("abcdef12", (1.0, 2.0, 3.0)),
@@ -106,7 +106,7 @@ def test_what_older_versions_noted_is_still_read() -> None:
     assert not reader.events
 
 
-def test_a_recorded_flight_tells_all_of_its_goals(tmp_path: Path) -> None:
+def test_a_recorded_flight_contains_all_of_its_goals(tmp_path: Path) -> None:
     flight = SimulatedFlight()
     recorder = Recorder(flight, tmp_path / "a.tlog")
     flight.ready()

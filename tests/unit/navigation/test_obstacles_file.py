@@ -46,12 +46,12 @@ def refusal(text: str) -> str:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_the_examples_hold_to_the_schema_and_can_be_placed(path: Path) -> None:
+def test_the_examples_match_the_schema_and_can_be_placed(path: Path) -> None:
     jsonschema.validate(yaml.safe_load(path.read_text("utf-8")), schema())
     assert len(Obstacles.of(read_obstacles(path).placed(lambda place: place))) >= 3
 
 
-def test_the_schema_for_editors_is_the_one_that_is_held_to() -> None:
+def test_the_schema_for_editors_is_the_one_that_is_enforced() -> None:
     path = ROOT / "bridge_config/obstacles.schema.json"
     assert yaml.safe_load(path.read_text("utf-8")) == schema()
 
@@ -70,7 +70,7 @@ def test_a_box_is_turned_counter_clockwise_from_east() -> None:
     assert clearance == pytest.approx([1.0, 3.0])
 
 
-def test_a_wall_leads_from_one_place_to_another() -> None:
+def test_a_wall_connects_two_points() -> None:
     obstacle = one("{kind: wall, from_m: [0, 10], to_m: [10, 20], height_m: 4, thickness_m: 0.5}")
     assert isinstance(obstacle, Box)
     assert obstacle.size_m == pytest.approx((math.sqrt(200.0), 0.5))
@@ -80,7 +80,7 @@ def test_a_wall_leads_from_one_place_to_another() -> None:
     assert clearance == pytest.approx([0.0, 0.0])
 
 
-def test_geodetic_places_are_put_into_the_map_by_its_origin() -> None:
+def test_geodetic_positions_are_placed_in_the_map_by_its_origin() -> None:
     frame = MapFrame()
     frame.update(VehicleState(origin=Origin(0.0, -35.0, 149.0, 584.0)))
     known = parse_obstacles(
@@ -103,26 +103,32 @@ def test_no_obstacles_are_fine() -> None:
 @pytest.mark.parametrize(
     ("item", "words"),
     [
-        ("{kind: ball, at_m: [0, 0]}", "obstacles[0] needs a kind: cylinder, box, wall"),
-        ("5", "obstacles[0] needs a kind"),
+        (
+            "{kind: ball, at_m: [0, 0]}",
+            "obstacles[0]: kind is missing; give one of cylinder, box, wall",
+        ),
+        ("5", "obstacles[0]: kind is missing"),
         ("{kind: cylinder, at_m: [0, 0], height_m: 3}", "'radius_m' is a required property"),
-        ("{kind: cylinder, radius_m: 1, height_m: 3}", "a cylinder needs at_m"),
-        ("{kind: wall, from_m: [0, 0], height_m: 3}", "a wall needs to_m"),
-        ("{kind: wall, from_m: [1, 1], to_m: [1, 1], height_m: 3}", "ends where it begins"),
+        ("{kind: cylinder, radius_m: 1, height_m: 3}", "at_m is missing; a cylinder needs it"),
+        ("{kind: wall, from_m: [0, 0], height_m: 3}", "to_m is missing; a wall needs it"),
+        (
+            "{kind: wall, from_m: [1, 1], to_m: [1, 1], height_m: 3}",
+            "start and end are the same point",
+        ),
         ("{kind: cylinder, at_m: [0, 0], radius_m: -1, height_m: 3}", "radius_m: -1 is less"),
         ("{kind: cylinder, at_m: [0, 0], radius_m: .nan, height_m: 3}", "radius_m must be a fin"),
         ("{kind: cylinder, at_m: [.nan, 0], radius_m: 1, height_m: 3}", "at_m must be a finite"),
         ("{kind: cylinder, at_m: [0], radius_m: 1, height_m: 3}", "at_m: [0] is too short"),
         ("{kind: cylinder, at_m: [0, 0], radius_m: 1, height_m: 3, colour: red}", "'colour'"),
-        ("{kind: cylinder, at_deg: [0, 0], radius_m: 1, height_m: 3}", "at_deg is not for frame"),
+        ("{kind: cylinder, at_deg: [0, 0], radius_m: 1, height_m: 3}", "at_deg does not fit frame"),
         ("{kind: cylinder, at_m: [0, 0], radius_m: yes, height_m: 3}", "radius_m: True is not"),
     ],
 )
-def test_each_mistake_has_a_sentence_with_its_place(item: str, words: str) -> None:
+def test_each_error_names_its_position_in_the_file(item: str, words: str) -> None:
     assert words in refusal(f"obstacles: [{item}]")
 
 
-def test_a_latitude_beyond_the_pole_is_refused() -> None:
+def test_a_latitude_beyond_the_pole_is_rejected() -> None:
     text = (
         "{frame: wgs84, obstacles: [{kind: wall, from_deg: [91, 0], to_deg: [0, 0], height_m: 1}]}"
     )
@@ -132,23 +138,23 @@ def test_a_latitude_beyond_the_pole_is_refused() -> None:
 @pytest.mark.parametrize(
     "text", ["", "[]", "5", "obstacles: 3", "{obstacles: [], frames: map}", "{frame: moon}", "a: ["]
 )
-def test_what_is_no_file_of_obstacles_is_refused(text: str) -> None:
+def test_a_file_that_is_not_an_obstacle_file_is_rejected(text: str) -> None:
     refusal(text)
 
 
-def test_a_key_that_is_written_twice_is_refused_with_its_line() -> None:
-    assert "file.yaml:2: 'frame' is written twice" in refusal("frame: map\nframe: wgs84\n")
+def test_a_duplicate_key_is_rejected_with_its_line() -> None:
+    assert "file.yaml:2: duplicate key 'frame'" in refusal("frame: map\nframe: wgs84\n")
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_missing_obstacle_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ObstaclesError, match=r"nowhere\.yaml: No such file or directory\."):
         read_obstacles(tmp_path / "nowhere.yaml")
 
 
-def test_the_parameter_names_the_file_and_a_bad_one_is_refused(tmp_path: Path) -> None:
+def test_the_parameter_names_the_file_and_an_invalid_one_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "obstacles.yaml"
     path.write_text("obstacles: [{kind: ball}]", encoding="utf-8")
-    with pytest.raises(ConfigurationError, match=r"obstacles_file.*needs a kind"):
+    with pytest.raises(ConfigurationError, match=r"obstacles_file.*kind is missing"):
         make_config({"obstacles_file": str(path)})
     path.write_text("obstacles: []", encoding="utf-8")
     assert make_config({"obstacles_file": str(path)}).bridge.obstacles.known == KnownObstacles()

@@ -54,10 +54,12 @@ def test_a_wrong_parameter_is_named_with_its_file(
         ("other_node", "colour: blue"),
     ],
 )
-def test_what_is_right_or_for_others_is_let_through(tmp_path: Path, node: str, line: str) -> None:
+def test_valid_parameters_and_those_of_other_nodes_are_accepted(
+    tmp_path: Path, node: str, line: str
+) -> None:
     check(written(tmp_path, node, line), "-p", "arming:=never")
 
 
-def test_the_nearest_name_is_offered() -> None:
+def test_the_closest_name_is_suggested() -> None:
     with pytest.raises(ConfigurationError, match=r"did you mean 'speed_default_m_s'\?"):
         check_value("speed_defalt_m_s", 2.0)

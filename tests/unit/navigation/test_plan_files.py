@@ -73,7 +73,7 @@ def test_waypoints_come_with_their_height_time_radius_heading_and_speed(plan_fil
     assert third.altitude_reference is GROUND
     assert len(route.notes) == 2
     assert "take-off" in route.notes[0]
-    assert "RETURN_TO_LAUNCH is left out" in route.notes[1]
+    assert "RETURN_TO_LAUNCH is skipped" in route.notes[1]
 
 
 def test_a_heading_of_zero_is_north_on_a_px4_and_nothing_on_an_ardupilot(plan_file: Path) -> None:
@@ -98,10 +98,10 @@ def test_delays_turns_and_loitering_belong_to_waypoints(plan_file: Path) -> None
     assert [waypoint.hold_time_s for waypoint in route.waypoints] == [4.0, 7.0]
     assert route.waypoints[0].yaw_enu_rad == pytest.approx(-math.pi / 2)
     assert route.waypoints[1].yaw_enu_rad is None
-    assert route.notes == ("1 items of cameras and gimbals are left out.",)
+    assert route.notes == ("1 camera and gimbal items are skipped.",)
 
 
-def test_a_survey_is_flown_by_the_items_that_it_holds(plan_file: Path) -> None:
+def test_a_survey_is_flown_by_the_items_it_contains(plan_file: Path) -> None:
     transects = {"Items": [simple(), simple(MOUNT), simple()]}
     survey = {
         "type": "ComplexItem",
@@ -111,7 +111,7 @@ def test_a_survey_is_flown_by_the_items_that_it_holds(plan_file: Path) -> None:
     assert len(read(plan_file, plan(survey)).waypoints) == 2
 
 
-def test_a_fence_and_rally_points_are_said_to_stay_behind(plan_file: Path) -> None:
+def test_fence_and_rally_points_are_reported_as_not_sent(plan_file: Path) -> None:
     text = plan(simple(), geoFence={"circles": [1]}, rallyPoints={"points": []})
     assert read(plan_file, text).notes == ("The plan's geoFence is not sent to the vehicle.",)
 
@@ -119,27 +119,27 @@ def test_a_fence_and_rally_points_are_said_to_stay_behind(plan_file: Path) -> No
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", "line 1: this is not JSON"),
-        ('{\n"a": }', "line 2: this is not JSON"),
-        ("[" * 100_000, "not JSON"),
+        ("", "line 1: not valid JSON"),
+        ('{\n"a": }', "line 2: not valid JSON"),
+        ("[" * 100_000, "not valid JSON"),
         ("[]", "not a QGroundControl plan"),
         ('{"fileType": "Plan"}', "not a QGroundControl plan"),
-        ('{"fileType": "Plan", "mission": {"items": 3}}', "no list of items"),
+        ('{"fileType": "Plan", "mission": {"items": 3}}', "no item list"),
         (plan(), "no waypoint"),
         (plan(simple(RTL)), "no waypoint"),
         (plan(simple(), 3), "item 2 is not an object"),
-        (plan(simple(), simple(JUMP, 1, 2)), "item 2 is DO_JUMP"),
-        (plan(simple(), simple(LAND), simple()), "item 2 is NAV_LAND"),
-        (plan(simple(9999)), "item 1 is MAV_CMD 9999"),
-        (plan(simple(), simple(frame=1)), "item 2: a waypoint in MAV_FRAME 1"),
+        (plan(simple(), simple(JUMP, 1, 2)), "item 2: DO_JUMP is not supported"),
+        (plan(simple(), simple(LAND), simple()), "item 2: NAV_LAND is not supported"),
+        (plan(simple(9999)), "item 1: MAV_CMD 9999 is not supported"),
+        (plan(simple(), simple(frame=1)), "item 2: MAV_FRAME 1 is not supported"),
         (plan(simple(place=(0.0, 0.0, 5.0))), "item 1: the waypoint is at 0, 0"),
-        (plan({**simple(), "params": [0, 0, 0, 0, None, 8.0, 5.0]}), "has no place"),
+        (plan({**simple(), "params": [0, 0, 0, 0, None, 8.0, 5.0]}), "has no position"),
         (plan({**simple(), "params": [0, 0, 0]}), "seven params"),
         (plan({**simple(), "params": [0, "x", 0, 0, 1, 1, 1]}), "param 2 is 'x'"),
         (plan({**simple(), "params": [0, 10**400, 0, 0, 1, 1, 1]}), "param 2"),
-        (plan(simple()).replace("47.3977", "9" * 5000), "not JSON"),
-        (plan({**simple(), "command": "16"}), "no whole numbers"),
-        (plan({**simple(), "command": True}), "no whole numbers"),
+        (plan(simple()).replace("47.3977", "9" * 5000), "not valid JSON"),
+        (plan({**simple(), "command": "16"}), "must be integers"),
+        (plan({**simple(), "command": True}), "must be integers"),
         (plan({"type": "Mystery"}), "item 1 is a 'Mystery'"),
         (plan({"type": "ComplexItem", "complexItemType": "fwLandingPattern"}), "fwLandingPattern"),
         (
@@ -149,7 +149,7 @@ def test_a_fence_and_rally_points_are_said_to_stay_behind(plan_file: Path) -> No
         ),
     ],
 )  # fmt: skip
-def test_a_plan_that_cannot_be_flown_is_one_sentence(
+def test_an_unusable_plan_is_rejected_in_one_sentence(
     plan_file: Path, text: str, sentence: str
 ) -> None:
     with pytest.raises(PlanError) as caught:
@@ -181,7 +181,7 @@ def test_a_waypoint_file_has_home_first(wpl_file: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", "line 1: a waypoint file begins with 'QGC WPL 110'"),
+        ("", "line 1: a waypoint file must begin with 'QGC WPL 110'"),
         ("QGC WPL 120\n", "line 1"),
         ("QGC WPL 110\n", "no waypoint"),
         (f"{WPL}4\t0\t3\n", "line 7: 3 columns instead of 12"),
@@ -189,7 +189,7 @@ def test_a_waypoint_file_has_home_first(wpl_file: Path) -> None:
         (WPL.replace("\t270\t", "\tnan\t").replace("47.399", "nan"), "line 6: the waypoint has no"),
     ],
 )
-def test_a_waypoint_file_that_cannot_be_flown_is_one_sentence(
+def test_an_unusable_waypoint_file_is_rejected_in_one_sentence(
     wpl_file: Path, text: str, sentence: str
 ) -> None:
     with pytest.raises(PlanError, match=r"^[^\n]*$") as caught:
@@ -197,7 +197,7 @@ def test_a_waypoint_file_that_cannot_be_flown_is_one_sentence(
     assert sentence in str(caught.value)
 
 
-def test_a_file_that_cannot_be_read_is_one_sentence(tmp_path: Path) -> None:
+def test_an_unreadable_file_is_rejected_in_one_sentence(tmp_path: Path) -> None:
     for path in (tmp_path / "none.plan", tmp_path):
         with pytest.raises(PlanError, match=str(path)):
             read_plan(path)
@@ -222,7 +222,7 @@ JSON = st.recursive(
 
 
 @given(items=JSON, kind=st.sampled_from(["SimpleItem", "ComplexItem"]))
-def test_whatever_a_plan_holds_it_is_a_route_or_one_sentence(
+def test_any_plan_gives_a_route_or_one_sentence(
     items: Any, kind: str, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     if isinstance(items, dict):

@@ -98,34 +98,36 @@ def test_a_flight_without_gaps_has_no_such_warning(tmp_path: Path) -> None:
     assert about("late loop", flown) == about("setpoints", flown) == []
 
 
-def test_a_server_that_stood_still_is_named(tmp_path: Path) -> None:
+def test_a_late_server_loop_is_named(tmp_path: Path) -> None:
     (late,) = about("late loop", flight(tmp_path, still=True))
     assert late.first.severity is Severity.BAD
     assert "no setpoint for 1.9 s" in late.first.text
     assert late.times_s == (pytest.approx(STILL_FROM_S, abs=0.1),)
 
 
-def test_setpoints_that_stopped_while_the_vehicle_was_heard_are_told_apart(tmp_path: Path) -> None:
+def test_a_setpoint_gap_with_a_live_link_is_distinguished(tmp_path: Path) -> None:
     flown = flight(tmp_path, deaf=True)
     assert about("late loop", flown) == []
     (gap,) = about("setpoints", flown)
     assert "no setpoint for 1.9 s" in gap.first.text
 
 
-def test_a_crash_is_told_with_what_happened_shortly_before(tmp_path: Path) -> None:
+def test_a_crash_is_reported_with_the_events_before_it(tmp_path: Path) -> None:
     flown = flight(tmp_path, code="DISARMED", still=True, crash=True)
     (text,) = about("text", flown)
     assert (text.first.text, text.first.severity) == (CRASH, Severity.BAD)
     (goal,) = about("goal", flown)
     assert "DISARMED" in goal.first.text
-    assert "s before: Goal d000e038 got no setpoint for 1.9 s: the server's loop" in goal.first.text
+    assert (
+        "s before: Goal d000e038 received no setpoint for 1.9 s: the server loop" in goal.first.text
+    )
     assert f"0.2 s before: {CRASH}" in goal.first.text
 
 
 @pytest.mark.parametrize(
     ("clearance_m", "severity"), [(0.3, Severity.BAD), (0.8, Severity.WARNING), (1.2, None)]
 )
-def test_an_obstacle_that_was_too_near_is_named(
+def test_low_clearance_is_a_warning(
     tmp_path: Path, clearance_m: float, severity: Severity | None
 ) -> None:
     # Before the goal it may stand as near as its people like.
@@ -135,4 +137,4 @@ def test_an_obstacle_that_was_too_near_is_named(
     assert [warned.first.severity for warned in found] == ([] if severity is None else [severity])
     if severity is not None:
         assert found[0].first.time_s == pytest.approx(6.0, abs=1e-3)
-        assert f"{clearance_m:.2f} m from the vehicle" in found[0].first.text
+        assert f"{clearance_m:.2f} m from the range sensor" in found[0].first.text

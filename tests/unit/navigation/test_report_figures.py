@@ -27,7 +27,7 @@ def packets(numbers: list[int], period_s: float = 0.1) -> Records:
     st.integers(0, 255),
     st.lists(st.booleans(), min_size=2, max_size=600).map(lambda kept: [True, *kept, True]),
 )
-def test_what_is_missing_by_the_numbers_is_what_was_taken_out(first: int, kept: list[bool]) -> None:
+def test_loss_by_sequence_numbers_matches_the_removed_packets(first: int, kept: list[bool]) -> None:
     numbers = [first + i for i, is_kept in enumerate(kept) if is_kept]
     if max(np.diff(numbers)) < 240:
         found = link_quality(packets(numbers), 100.0, 3.0)
@@ -35,17 +35,17 @@ def test_what_is_missing_by_the_numbers_is_what_was_taken_out(first: int, kept: 
         assert found.received == kept.count(True)
 
 
-def test_packets_that_overtake_others_are_not_lost_and_repeated_ones_count_once() -> None:
+def test_reordered_packets_are_not_lost_and_duplicates_count_once() -> None:
     found = link_quality(packets([254, 255, 1, 0, 2, 2, 3]), 1.0, 3.0)
     assert (found.lost, found.repeated, found.received) == (0, 1, 6)
     assert missing_before(packets([254, 1, 0, 2])["sequence_number"]).tolist() == [0, 2, -1, 0]
 
 
-def test_numbers_that_follow_nothing_are_no_loss_that_is_told() -> None:
+def test_random_sequence_numbers_give_no_loss() -> None:
     assert not link_quality(packets([0, 100, 7, 190, 80, 201] * 20), 12.0, 3.0).numbers_follow
 
 
-def test_numbers_that_begin_anew_after_a_restart_are_no_loss() -> None:
+def test_sequence_numbers_reset_by_a_restart_are_not_a_loss() -> None:
     numbers = [*range(100, 150), *range(50)]
     assert link_quality(packets(numbers), 10.0, 3.0).lost > 100
     assert link_quality(packets(numbers), 10.0, 3.0, [5.5]).lost == 0
@@ -62,7 +62,7 @@ def circle(time_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Samples:
     return Samples(time_s, np.stack([5 * np.cos(angle), 5 * np.sin(angle), 0 * angle], axis=-1))
 
 
-def test_what_follows_late_is_measured_with_its_delay() -> None:
+def test_a_delayed_response_is_measured_with_its_delay() -> None:
     time_s = np.arange(0.0, 30.0, 0.05)
     wanted = circle(time_s)
     late = Samples(time_s, circle(time_s - 0.4).vectors_ned + np.array([0.0, 0.0, 0.5]))
@@ -76,7 +76,7 @@ def test_what_follows_late_is_measured_with_its_delay() -> None:
     assert found.vertical.max() < 0.0
 
 
-def test_the_way_to_a_far_setpoint_is_left_out() -> None:
+def test_the_approach_to_a_far_setpoint_is_excluded() -> None:
     time_s = np.arange(0.0, 20.0, 0.1)
     far = Samples(time_s, np.tile([20.0, 0.0, -5.0], (len(time_s), 1)))
     north_m = np.minimum(2.0 * time_s, 20.2)
@@ -89,7 +89,7 @@ def test_the_way_to_a_far_setpoint_is_left_out() -> None:
     assert found.delay_s is None
 
 
-def test_what_is_not_told_is_not_compared() -> None:
+def test_missing_data_is_not_compared() -> None:
     time_s = np.arange(0.0, 10.0, 0.1)
     wanted = circle(time_s)
     gap = (time_s < 2.0) | (time_s > 8.0)
@@ -100,7 +100,7 @@ def test_what_is_not_told_is_not_compared() -> None:
     assert tracking(Samples(time_s[:3], wanted.vectors_ned[:3]), wanted, "m") is None
 
 
-def test_a_line_is_thinned_with_its_peaks_and_broken_where_nothing_was_told() -> None:
+def test_a_line_is_thinned_with_its_peaks_and_broken_at_gaps() -> None:
     time_s = np.concatenate([np.arange(0.0, 500.0, 0.01), np.arange(600.0, 610.0, 0.01)])
     values = np.zeros(len(time_s))
     values[12_345] = 7.0

@@ -53,7 +53,7 @@ NUMBERS = [*(("position", i) for i in range(3)), *(("orientation", i) for i in r
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize(("part", "index"), [*NUMBERS, ("speed", 0)])
-def test_a_number_that_is_not_finite_is_refused(part: str, index: int, bad: float) -> None:
+def test_a_number_that_is_not_finite_is_rejected(part: str, index: int, bad: float) -> None:
     position, orientation, speed = [10.0, 5.0, 2.0], list(UNIT), 0.0
     if part == "position":
         position[index] = bad
@@ -71,14 +71,14 @@ def test_a_number_that_is_not_finite_is_refused(part: str, index: int, bad: floa
 
 
 @pytest.mark.parametrize("frame", ["odom", "world", "/map", "MAP", "base_footprint", " "])
-def test_an_unknown_frame_is_refused_and_named(frame: str) -> None:
+def test_an_unknown_frame_is_rejected_by_name(frame: str) -> None:
     rejection = check_request(request(frame=frame))
     assert rejection is not None
     assert rejection.code is OutcomeCode.UNKNOWN_FRAME
     assert f"'{frame}'" in rejection.message
 
 
-def test_negative_and_vanishing_speeds_are_refused() -> None:
+def test_negative_and_vanishing_speeds_are_rejected() -> None:
     negative, tiny = check_request(request(speed=-0.5)), check_request(request(speed=1e-9))
     assert negative is not None
     assert negative.code is OutcomeCode.NEGATIVE_SPEED
@@ -104,13 +104,13 @@ def test_a_quaternion_off_by_rounding_is_normalised(norm: float) -> None:
 
 
 @pytest.mark.parametrize("norm", [0.5, 1.5, 100.0])
-def test_a_quaternion_that_is_no_rotation_is_refused(norm: float) -> None:
+def test_a_quaternion_that_is_not_a_rotation_is_rejected(norm: float) -> None:
     rejection = check_request(request(orientation=(0.0, 0.0, 0.0, norm)))
     assert rejection is not None
     assert rejection.code is OutcomeCode.INVALID_ORIENTATION
 
 
-def test_an_orientation_without_a_heading_is_refused() -> None:
+def test_an_orientation_without_a_heading_is_rejected() -> None:
     half = math.sqrt(0.5)  # pitched straight down
     rejection = check_request(request(orientation=(0.0, half, 0.0, half)))
     assert rejection is not None
@@ -157,7 +157,7 @@ def test_a_geodetic_target_is_latitude_longitude_and_altitude_above_the_sea() ->
 
 
 @pytest.mark.parametrize("place", [(90.1, 0.0, 50.0), (0.0, 180.5, 50.0), (149.2, -35.4, 600.0)])
-def test_a_place_that_is_not_on_earth_is_refused(place: tuple[float, float, float]) -> None:
+def test_a_position_that_is_not_on_earth_is_rejected(place: tuple[float, float, float]) -> None:
     rejection = check_request(request(place, frame="wgs84"))
     assert rejection is not None
     assert rejection.code is OutcomeCode.INVALID_NUMBER

@@ -193,7 +193,7 @@ class TestPointCloud2:
         assert np.isfinite(points).all()
 
 
-def test_of_items_that_come_too_fast_the_newest_is_taken() -> None:
+def test_of_items_that_arrive_too_fast_the_newest_is_used() -> None:
     posted: list[Callable[[], object]] = []
     taken: list[int] = []
     newest: Newest[int] = Newest(posted.append, taken.append)

@@ -18,7 +18,7 @@ from navigation_bridge.vehicle.station_health import COUNTS, StationHealth
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def test_every_count_has_words_for_people() -> None:
+def test_every_count_has_a_label() -> None:
     names = {field.name for field in fields(LinkStatistics)} - {"lost"} | {"lost_total"}
     assert set(COUNTS) == names
     health = StationHealth()
@@ -31,16 +31,16 @@ def test_every_count_has_words_for_people() -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("spoofed", "in the name of a vehicle"),
-        ("throttled", "too much"),
-        ("withheld", "passed on"),
+        ("spoofed", "vehicle's system id"),
+        ("throttled", "rate limit"),
+        ("withheld", "forwarded"),
         ("badly_signed", "Wrongly signed"),
         ("unsigned", "Unsigned"),
         ("replayed", "Replayed"),
-        ("bad_crc", "damaged"),
+        ("bad_crc", "corrupted"),
     ],
 )
-def test_trouble_is_told_while_it_lasts(name: str, words: str) -> None:
+def test_trouble_is_reported_while_it_lasts(name: str, words: str) -> None:
     health, statistics = StationHealth(), LinkStatistics()
     health.update(statistics)
     assert (health.trouble, health.message) == ("", "Silent")
@@ -49,7 +49,7 @@ def test_trouble_is_told_while_it_lasts(name: str, words: str) -> None:
     assert words in health.trouble == health.message
     statistics.frames += 1
     health.update(statistics)
-    assert (health.trouble, health.message) == ("", "Ground stations are heard")
+    assert (health.trouble, health.message) == ("", "Ground stations connected")
 
 
 def test_the_page_names_every_count_and_the_limits() -> None:

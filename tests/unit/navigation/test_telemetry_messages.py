@@ -63,7 +63,7 @@ def test_velocity_follows_roll_and_pitch_too() -> None:
     )
 
 
-def test_a_covariance_is_the_receivers_own_and_never_zero() -> None:
+def test_a_covariance_is_that_of_the_receiver_and_never_zero() -> None:
     pose = MapPose((0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0, 1.0))
     unknown = messages.odometry(pose, _moving(0.0, 0.0, 0.0), STAMP)
     for covariance in (unknown.pose.covariance, unknown.twist.covariance):
@@ -93,7 +93,7 @@ def test_a_fix_without_an_accuracy_has_an_approximate_one() -> None:
     assert [message.position_covariance[i] for i in (0, 4, 8)] == pytest.approx([9.0, 9.0, 16.0])
 
 
-def test_without_a_fix_nothing_is_made_up() -> None:
+def test_without_a_fix_nothing_is_invented() -> None:
     for state in (VehicleState(), VehicleState(gps=GpsFix(0.0, 1, 3, None, None))):
         message = messages.nav_sat_fix(state, STAMP)
         assert message.status.status == NavSatStatus.STATUS_NO_FIX
@@ -125,7 +125,7 @@ def test_trouble_with_ground_stations_is_a_warning_of_their_link() -> None:
     health.update(statistics)
     status = messages.station_diagnostic(health, "navigation_server", "udpin://127.0.0.1:1")
     assert status.name == "navigation_server: ground station link udpin://127.0.0.1:1"
-    assert (status.level, status.message) == (DiagnosticStatus.OK, "Ground stations are heard")
+    assert (status.level, status.message) == (DiagnosticStatus.OK, "Ground stations connected")
     statistics.spoofed += 1
     health.update(statistics)
     status = messages.station_diagnostic(health, "navigation_server", "udpin://127.0.0.1:1")
@@ -133,7 +133,7 @@ def test_trouble_with_ground_stations_is_a_warning_of_their_link() -> None:
     assert {value.key: value.value for value in status.values} == health.values
 
 
-def test_a_rejection_comes_in_parts() -> None:
+def test_a_rejection_is_published_in_fields() -> None:
     rejected = GoalRejected(Rejection(OutcomeCode.BELOW_GROUND, "Too low."))
     message = messages.goal_rejected(rejected, STAMP)
     assert (message.code, message.message) == ("BELOW_GROUND", "Too low.")
@@ -146,7 +146,7 @@ def _bridge(**members: Any) -> Any:
     return SimpleNamespace(vehicle=SimpleNamespace(state=state), pose=None, **members)
 
 
-def test_home_is_told_and_its_place_in_the_map_once_that_is_known() -> None:
+def test_home_is_published_with_its_map_position_once_known() -> None:
     state = VehicleState(home=Home(0.0, 47.0, 8.0, 500.0, None))
     before = messages.home_position(_bridge(home_enu_m=None), state, STAMP)
     assert (before.latitude, before.longitude, before.altitude_amsl) == (47.0, 8.0, 500.0)

@@ -68,7 +68,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
     return Flown(tmp_path_factory.mktemp("flown"))
 
 
-def test_every_topic_is_there_with_as_many_messages_as_are_told(flown: Flown) -> None:
+def test_every_topic_exists_with_the_reported_number_of_messages(flown: Flown) -> None:
     topics = flown.bag.topics
     assert flown.bag.profile == "ros2"
     assert {name: len(topic.messages) for name, topic in topics.items()} == flown.counts
@@ -83,7 +83,7 @@ def test_every_topic_is_there_with_as_many_messages_as_are_told(flown: Flown) ->
         assert len(topics[f"{SERVER}/{name}"].messages) > 2, name
 
 
-def test_events_and_refusals_are_those_of_the_flight(flown: Flown) -> None:
+def test_events_and_rejections_are_those_of_the_flight(flown: Flown) -> None:
     told = [output for _, output in flown.flight.outputs if isinstance(output, GoalHappened)]
     events = flown.bag.topics[f"{SERVER}/goal_events"].messages
     assert [(m.goal_id, m.event, m.what, m.message) for _, m in events] == [
@@ -121,7 +121,7 @@ def test_a_cancelled_goal_goes_through_its_states(flown: Flown) -> None:
     assert [[item.status for item in m.status_list] for _, m in messages] == [[1], [2], [4]]
 
 
-def test_times_are_the_recorders_and_never_go_back(flown: Flown) -> None:
+def test_times_are_those_of_the_recorder_and_monotonic(flown: Flown) -> None:
     times_ns = flown.bag.log_times_ns
     assert all(earlier <= later for earlier, later in pairwise(times_ns))
     assert EPOCH_S <= times_ns[0] * 1e-9 <= times_ns[-1] * 1e-9 <= EPOCH_S + flown.flight.now + 1e-3
@@ -138,7 +138,7 @@ def test_the_same_recording_gives_the_same_bag(flown: Flown, tmp_path: Path) -> 
         assert again.topics[name].plain == topic.plain, name
 
 
-def test_latched_topics_are_noted_as_such(flown: Flown) -> None:
+def test_latched_topics_are_recorded_as_such(flown: Flown) -> None:
     for name, depth, durability in (("plan", 1, 1), ("vehicle_status", 1, 1), ("pose", 10, 2)):
         metadata = flown.bag.topics[f"{SERVER}/{name}"].channel.metadata
         (profile,) = yaml.safe_load(metadata["offered_qos_profiles"])
@@ -170,7 +170,7 @@ def test_the_page_shows_how_python_reads_it(
     assert capsys.readouterr().out.count("\n") == sum(flown.counts.values())
 
 
-def test_what_range_sensors_see_is_shown(tmp_path: Path) -> None:
+def test_readings_of_range_sensors_are_shown(tmp_path: Path) -> None:
     wall = Obstacle("wall", at_m=(8.0, 0.0), size_m=(1.0, 6.0))
     world = World(obstacles=(wall,), range_sensor=RangeSensor(reach_m=20.0))
     flight = SimulatedFlight(world=world)
@@ -196,7 +196,7 @@ def test_several_vehicles_have_a_namespace_each(tmp_path: Path) -> None:
     assert {"system 1", "system 2", "system 3"} <= hardware
 
 
-def test_notes_are_about_the_vehicle_that_they_are_from(tmp_path: Path) -> None:
+def test_notes_belong_to_the_vehicle_of_their_system_id(tmp_path: Path) -> None:
     goals, records = {}, []
     for system in (1, 2):
         vehicle = VehicleConfig(ready_after_s=1.0, system_id=system)
@@ -227,11 +227,13 @@ def test_notes_are_about_the_vehicle_that_they_are_from(tmp_path: Path) -> None:
     }
 
 
-def test_vehicles_are_chosen_and_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_vehicles_are_selected_and_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "some.mcap"
     options = ["--system", "3", "--vehicle-name", "c", "--system", "1", "--vehicle-name", "a"]
     assert main([str(SEVERAL), "--out", str(out), *options]) == 0
-    assert "The log has no goals of navigation_server." in capsys.readouterr().out
+    assert "The log contains no goals of navigation_server." in capsys.readouterr().out
     topics = read_bag(out).topics
     spaces = {name.split("/")[1] for name in topics if name.endswith("/fix")}
     assert spaces == {"a", "c"}

@@ -35,11 +35,13 @@ def test_a_log_of_one_message_is_a_bag(tmp_path: Path) -> None:
     assert [status.connected for _, status in statuses] == [False, True]
 
 
-def test_a_clock_that_went_back_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_clock_that_stepped_back_is_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     log = tmp_path / "back.tlog"
     log.write_bytes(tlog_of([HEARTBEAT] * 50) + tlog_of([HEARTBEAT] * 50, START_US - 10**9))
     assert main([str(log)]) == 0
-    assert "clock went back 1 times" in capsys.readouterr().out
+    assert "clock stepped back 1 times" in capsys.readouterr().out
     bag = read_bag(log.with_suffix(".mcap"))
     assert min(bag.log_times_ns) < (START_US - 10**9 + 10**6) * 1000
 
@@ -70,7 +72,7 @@ def test_a_step_of_the_clock_is_the_next_packets() -> None:
     assert clock.unix_ns == 1499 * 10**9
 
 
-def test_what_can_not_be_converted_is_said_in_a_sentence_and_leaves_no_file(
+def test_an_unconvertible_log_is_an_error_and_leaves_no_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     station = Codec(255, 190).encode(make("HEARTBEAT", type=6, autopilot=8))
@@ -78,7 +80,7 @@ def test_what_can_not_be_converted_is_said_in_a_sentence_and_leaves_no_file(
         "empty": (b"", "is empty"),
         "text": (b"no log\n" * 100, "is not a tlog"),
         "station": (tlog_of([station] * 20), "no HEARTBEAT of an autopilot"),
-        "late": (tlog_of([HEARTBEAT] * 20, 2**31 * 10**6 + 1), "beyond the year 2038"),
+        "late": (tlog_of([HEARTBEAT] * 20, 2**31 * 10**6 + 1), "past 2038"),
         "raw": (HEARTBEAT * 20, "has no times|have no times"),
         "swapped": (
             b"".join(struct.pack("<Q", START_US + index) + HEARTBEAT for index in range(20)),
@@ -101,11 +103,11 @@ def test_what_can_not_be_converted_is_said_in_a_sentence_and_leaves_no_file(
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--system", "9"], "no vehicle with system 9; it has 1, 2, 3"),
+        (["--system", "9"], "no system 9; it contains 1, 2, 3"),
         (["--out", str(SEVERAL)], "is the log itself"),
     ],
 )
-def test_what_the_log_can_not_give_is_refused(
+def test_unavailable_options_are_rejected(
     options: list[str], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = SEVERAL.read_bytes()
@@ -124,7 +126,7 @@ def test_what_the_log_can_not_give_is_refused(
         ["--system", "one"],
     ],
 )
-def test_options_without_sense_are_refused(
+def test_invalid_options_are_rejected(
     options: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as end:
@@ -133,7 +135,7 @@ def test_options_without_sense_are_refused(
     assert "tlog2mcap: error: " in capsys.readouterr().err
 
 
-def test_where_nothing_can_be_written_is_said(
+def test_an_unwritable_output_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "missing/out.mcap"

@@ -56,7 +56,7 @@ def test_px4_counts_its_distances_always_and_one_inclusion_is_enough() -> None:
 
 
 @pytest.mark.parametrize("profile", [ardupilot.COPTER, px4.COPTER])
-def test_what_was_not_read_is_not_known(profile: Profile) -> None:
+def test_unread_parameters_are_unknown(profile: Profile) -> None:
     assert fence_of(profile, {}, HOME) is None
     assert has_areas(profile, {})
 

@@ -19,7 +19,7 @@ from navigation_bridge.vehicle.left_behind import what_is_left
             True,
             True,
             LandedState.IN_AIR,
-            "Server stopped. It leaves the vehicle in the air, armed, in mode GUIDED.",
+            "Server stopped. Vehicle left in the air, armed, in mode GUIDED.",
             True,
         ),
         (
@@ -27,7 +27,7 @@ from navigation_bridge.vehicle.left_behind import what_is_left
             True,
             False,
             LandedState.ON_GROUND,
-            "Server stopped. It leaves the vehicle on the ground, disarmed, in mode GUIDED.",
+            "Server stopped. Vehicle left on the ground, disarmed, in mode GUIDED.",
             False,
         ),
         (
@@ -36,8 +36,8 @@ from navigation_bridge.vehicle.left_behind import what_is_left
             True,
             LandedState.UNDEFINED,
             (
-                "Server stopped. It leaves the vehicle where it is (in the air or on the ground: "
-                "unknown), armed, in mode GUIDED."
+                "Server stopped. Vehicle left airborne or on the ground (unknown), "
+                "armed, in mode GUIDED."
             ),
             True,
         ),
@@ -47,7 +47,7 @@ from navigation_bridge.vehicle.left_behind import what_is_left
             False,
             LandedState.IN_AIR,
             (
-                "Server stopped. The vehicle is not heard; when last heard it was in the air, "
+                "Server stopped. The vehicle is silent; last known state: in the air, "
                 "disarmed, in mode GUIDED."
             ),
             True,
@@ -57,12 +57,12 @@ from navigation_bridge.vehicle.left_behind import what_is_left
             False,
             False,
             LandedState.UNDEFINED,
-            "Server stopped. No vehicle was heard.",
+            "Server stopped. No vehicle was found.",
             False,
         ),
     ],
 )
-def test_how_the_vehicle_stands_is_said(
+def test_the_final_state_of_the_vehicle_is_reported(
     heard: bool, connected: bool, armed: bool, landed: LandedState, sentence: str, attention: bool
 ) -> None:
     vehicle = SimpleNamespace(

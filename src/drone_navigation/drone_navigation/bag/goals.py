@@ -1,4 +1,4 @@
-"""What ROS saw of a vehicle's actions: feedback and states of goals, as rosbag2 records them."""
+"""Feedback and status of recorded goals as ROS action topics, as rosbag2 records them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class BagGoals:
         self._goals: dict[str, _Goal] = {}
 
     def accept(self, goal_id: str, action: str) -> None:
-        """Begin a goal; nothing is written of one whose id or action is not recorded whole."""
+        """Start a goal; one whose id or action is incomplete in the recording is skipped."""
         uuid = _uuid(goal_id)
         kind = _KINDS.get(action)
         if uuid is None or kind is None or goal_id in self._goals:
@@ -75,7 +75,7 @@ class BagGoals:
         self._enter(goal, finished.state)
 
     def _enter(self, goal: _Goal, state: GoalState) -> None:
-        """Write the states of all goals that the action's server still knows."""
+        """Write the status of all goals that the action server still keeps."""
         goal.status.status = _STATUSES[state]
         oldest_ns = self._node.get_clock().unix_ns - RESULT_TIMEOUT_S * 10**9
         self._goals = {

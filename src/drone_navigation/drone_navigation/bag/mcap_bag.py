@@ -1,4 +1,4 @@
-"""An MCAP file of ROS messages, as rosbag2 writes it: profile ``ros2``, CDR, ``ros2msg``."""
+"""MCAP writer for ROS messages in the layout of rosbag2: profile ``ros2``, CDR, ``ros2msg``."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Bag:
 
     @property
     def counts(self) -> Counter[str]:
-        """How many messages each topic has."""
+        """Number of messages of each topic."""
         return Counter({channel.topic: channel.count for channel in self._channels.values()})
 
     def channel(self, message_type: Any, topic: str, qos: QoSProfile) -> Channel:
@@ -115,7 +115,7 @@ def qos_text(qos: QoSProfile) -> str:
 
 @contextmanager
 def open_bag(path: Path) -> Iterator[Bag]:
-    """Give a bag to write into; under its name there is a whole one or none.
+    """Yield a bag to write into; the file is complete or does not exist.
 
     Raises:
         OSError: it can't be written.

@@ -1,4 +1,4 @@
-"""Definitions of ROS messages as a bag holds them: a text with all that it refers to.
+"""ROS message definitions with all dependencies, as a bag stores them.
 
 The texts are those of the installed packages. Their form is that of rosbag2 (encoding
 ``ros2msg``): the message's own text, then after a line of ``=`` and ``MSG: package/Name`` each
@@ -27,7 +27,7 @@ _PRIMITIVE = {"bool", "byte", "char", "float32", "float64", "string", "wstring",
 
 
 class DefinitionError(RuntimeError):
-    """No definition of a message is installed; the sentence says of which."""
+    """A message definition is not installed; the text names it."""
 
 
 def type_name(message_type: Any) -> str:
@@ -70,7 +70,7 @@ def _text(package: str, name: str) -> str:
         share = Path(get_package_share_directory(package))
     except PackageNotFoundError:
         raise DefinitionError(
-            f"The package {package} is not installed; source the workspace's setup first."
+            f"The package {package} is not installed; source the workspace setup first."
         ) from None
     try:
         if name.endswith(_FEEDBACK_MESSAGE):

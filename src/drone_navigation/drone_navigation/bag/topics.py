@@ -1,4 +1,4 @@
-"""What :class:`~drone_navigation.server.topics.Topics` needs of a node, writing into a bag."""
+"""Bag-backed stand-in for the node that :class:`~drone_navigation.server.topics.Topics` needs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.recording.replay import RecordedTime
 
 _LAST_S = 2.0**31
-"""A stamp of ROS has no later second."""
+"""Last second of a ROS time stamp."""
 
 
 class BagError(ValueError):
-    """A recording can't be written as a bag; the sentence says why."""
+    """A recording cannot be written as a bag; the text says why."""
 
 
 @dataclass
@@ -42,7 +42,7 @@ class BagTime(RecordedTime):
         if unix_s >= _LAST_S:
             if not self.marks:
                 raise BagError(
-                    "The recorder's clock is beyond the year 2038, which a stamp of ROS can't hold."
+                    "The recorder's clock is past 2038, the end of the ROS time stamp range."
                 )
             unix_s = self.marks[-1][1]
         now = super().advance(unix_s)
@@ -78,7 +78,7 @@ class BagClock:
 
 
 class BagPublisher:
-    """A publisher whose messages go into a bag."""
+    """A publisher that writes into a bag."""
 
     def __init__(self, channel: Channel, clock: BagClock) -> None:
         """Write to ``channel`` at the clock's time."""
@@ -91,7 +91,7 @@ class BagPublisher:
 
 
 class BagNode:
-    """A navigation server's node of which there is only what it publishes."""
+    """The publishing part of a navigation server's node."""
 
     def __init__(self, bag: Bag, clock: BagClock, namespace: str = "") -> None:
         """Write into ``bag``.

@@ -1,4 +1,4 @@
-"""The vehicles of a recording, each with a bridge and with the topics that its server had."""
+"""Vehicles of a recording, each with a bridge and the topics of its server."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from navigation_bridge.goals.goal import GoalFeedback, GoalFinished, GoalHappene
 
 
 class RecordedVehicle(VehicleApplication):
-    """One vehicle of a recording: what runs it in flight, with a bag in the place of ROS."""
+    """One vehicle of a recording: its bridge, with a bag in place of ROS."""
 
     def __init__(self, system: int, name: str, codec: Codec, bag: Bag, clock: BagClock) -> None:
         """Write what its server published.
@@ -50,7 +50,7 @@ class RecordedVehicle(VehicleApplication):
         super().start(now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a message and publish what follows from it."""
+        """Process a message and publish the results."""
         self._heard += message.get_srcSystem() == self.system
         self._bag_clock.move(now)
         super().receive(message, now)
@@ -61,7 +61,7 @@ class RecordedVehicle(VehicleApplication):
         super().handle_timer(now)
 
     def take_note(self, message: Message, now: float) -> None:
-        """Publish what the server noted."""
+        """Publish the notes of the server."""
         self._bag_clock.move(now)
         super().take_note(message, now)
 
@@ -101,26 +101,26 @@ class RecordedFleet:
             vehicle.start(now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Hand a message to the vehicle that it is from, or that it is for."""
+        """Pass a message to the vehicle that sent it, or that it is addressed to."""
         vehicle = self._only or self._of(message)
         if vehicle is not None:
             vehicle.receive(message, now)
 
     def overhear(self, message: Message, now: float) -> None:
-        """Hand what a ground station sent to the vehicle that it is for."""
+        """Pass a message of a ground station to its target vehicle."""
         vehicle = self._only or self._of(message)
         if vehicle is not None:
             vehicle.overhear(message, now)
 
     def handle_timer(self, now: float) -> None:
-        """Let those do it who have something to do."""
+        """Run the due timers."""
         for vehicle in self._vehicles:
             deadline = vehicle.next_deadline()
             if deadline is not None and deadline <= now:
                 vehicle.handle_timer(now)
 
     def next_deadline(self) -> float | None:
-        """Return when the first wants to be called."""
+        """Return the earliest deadline."""
         deadlines = [vehicle.next_deadline() for vehicle in self._vehicles]
         return min((time_s for time_s in deadlines if time_s is not None), default=None)
 

@@ -1,1 +1,1 @@
-"""`navigation_server --check`: looks at a vehicle and its link, and moves nothing."""
+"""`navigation_server --check`: checks a vehicle and its link without moving anything."""

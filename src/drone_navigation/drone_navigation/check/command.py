@@ -1,4 +1,4 @@
-"""Runs ``navigation_server --check``: opens the link, looks, prints, ends. No ROS graph."""
+"""Entry point of ``navigation_server --check``: open the link, check, print. No ROS graph."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from navigation_bridge.network import open_network
 _POLL_S = 0.2
 
 _LINK_ADVICE = {
-    LinkKind.SERIAL: "Check the cable, the device's name, the baud rate, and your right to open "
-    "it (often the group dialout).",
+    LinkKind.SERIAL: "Check the cable, the device name, the baud rate, and the permission to open "
+    "it (often group dialout).",
     LinkKind.UDP_IN: "Check that the vehicle sends to this machine and port, and that no firewall "
-    "is between.",
+    "blocks it.",
     LinkKind.UDP_OUT: "Check the address, and that the vehicle listens there.",
-    LinkKind.TCP_OUT: "Check the address, and that the vehicle serves TCP there.",
+    LinkKind.TCP_OUT: "Check the address, and that the vehicle accepts TCP connections there.",
     LinkKind.TCP_IN: "Check that the vehicle connects to this machine and port.",
-    LinkKind.TLOG: "Check that the recording is one of a vehicle.",
+    LinkKind.TLOG: "Check that the recording contains a vehicle.",
 }
 
 
 def run_check(configs: Mapping[str, ServerConfig], limit_s: float, json_output: bool) -> int:
-    """Look at the vehicles and print what was found; returns the worst of their exit codes.
+    """Check the vehicles and print the findings; return the worst exit code.
 
     Args:
         configs: the settings of each vehicle by its name; empty for one without a name.
@@ -61,7 +61,7 @@ def run_check(configs: Mapping[str, ServerConfig], limit_s: float, json_output: 
 def look(
     configs: Mapping[str, ServerConfig], limit_s: float, progress: Console
 ) -> dict[str, Report]:
-    """Open the links, look until everything is known or the time is over, and report.
+    """Open the links, check until everything is known or the timeout, and report.
 
     Args:
         configs: the settings of each vehicle by its name.
@@ -116,14 +116,14 @@ def look(
 
 
 def link_advice(url: LinkUrl) -> str:
-    """Return what to look for when nothing comes on a link."""
+    """Return the advice for a silent link."""
     if url.listens and not url.is_exposed:
         return f"{url.note} Check that the vehicle sends to this port."
     return _LINK_ADVICE[url.kind]
 
 
 def _waiting_for(checkers: Mapping[str, Checker], clock: MonotonicClock) -> str | None:
-    """Say what the first vehicle that is not done with still lacks."""
+    """Return the pending item of the first unfinished vehicle."""
     for name, checker in checkers.items():
         waiting = checker.waiting_for(clock.now())
         if waiting is not None:

@@ -1,4 +1,4 @@
-"""``navigation_server --check``: looks at a vehicle and its link, and moves nothing. No ROS.
+"""Check of a vehicle and its link for ``--check``, without moving anything. No ROS.
 
 A :class:`Checker` runs in place of the server's application. It listens, asks for telemetry,
 versions and parameters, and judges with the server's own bridge whether a goal would be
@@ -40,13 +40,13 @@ _HEARTBEAT = "HEARTBEAT"
 
 # Not sent by every firmware before its estimator has a position.
 _NEED_POSITION = frozenset({"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"})
-# So much of a message must have been seen to tell its rate.
+# Minimum observation to measure a message rate.
 _RATE_S = 1.0
 
 
 @dataclass(frozen=True)
 class MessageRate:
-    """How often a message comes.
+    """Rate of a message.
 
     Attributes:
         name: of the message.
@@ -66,13 +66,13 @@ class MessageRate:
 
     @property
     def low(self) -> bool:
-        """Whether it comes much too rarely; the slowest cannot be told in so short a time."""
+        """True if the rate is far too low; the slowest cannot be measured in this time."""
         expected_hz = min(self.asked_hz, self.own_hz or self.asked_hz)
         return not self.pending and expected_hz >= 1.0 and self.measured_hz < 0.4 * expected_hz
 
 
 class Checker:
-    """Listens to one vehicle, and asks it what a goal depends on."""
+    """Listens to one vehicle and requests what a goal depends on."""
 
     def __init__(self, config: ServerConfig, statistics: Callable[[], LinkStatistics]) -> None:
         """Prepare for the vehicle of a configuration.
@@ -103,12 +103,12 @@ class Checker:
     # What the driver calls
 
     def start(self, now: float) -> None:
-        """Begin to listen."""
+        """Start to listen."""
         self._health.update(self.vehicle, self.statistics(), now)
         self._bridge.start(now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in one message."""
+        """Process one message."""
         header = message._header
         if message.get_type() == _HEARTBEAT:
             self.heard.add((header.srcSystem, header.srcComponent))
@@ -136,7 +136,7 @@ class Checker:
         self._drain()
 
     def next_deadline(self) -> float | None:
-        """Return when :meth:`handle_timer` wants to be called."""
+        """Return the time of the next call of :meth:`handle_timer`."""
         deadlines = (self._bridge.next_deadline(), self._reader.next_deadline())
         return min((time for time in deadlines if time is not None), default=None)
 
@@ -150,46 +150,46 @@ class Checker:
         return [*self._bridge.messages_to_send(), *questions]
 
     def fail(self, error: Exception) -> None:
-        """Tell of a defect."""
+        """Report an internal error."""
         logging.getLogger(__name__).error("The check failed.", exc_info=error)
 
     def give_up(self, error: Exception) -> None:
-        """Tell that nothing more is looked at."""
+        """Report the end of the check."""
         self.fail(error)
 
     # What is known
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The failsafe settings that the vehicle has told, by name."""
+        """Failsafe settings reported by the vehicle, by name."""
         return dict(self._reader.values)
 
     def waiting_for(self, now: float) -> str | None:
-        """Say what is still missing, for people; None when everything has been looked at."""
+        """Return the pending item as text; None when the check is complete."""
         if self._found_s is None:
             return "a HEARTBEAT"
         if not self.vehicle.connected:
-            return "the vehicle to be heard again"
+            return "the vehicle to respond again"
         elapsed_s = now - self._found_s
         if self._reader.reading and elapsed_s < _PARAMETERS_S:
             return "parameters"
         if elapsed_s < LOOK_S:
-            return "telemetry at its rates"
+            return "telemetry at the requested rates"
         rejection = self.trial(now)
         if rejection is not None:
-            return f"what a goal needs: {rejection.message}"
+            return f"the conditions for a goal: {rejection.message}"
         if self.vehicle.state.prearm_ok is False and not self.vehicle.state.armed:
-            return "the vehicle to pass its own checks before arming"
+            return "the vehicle's pre-arm checks"
         return None
 
     def trial(self, now: float) -> Rejection | None:
-        """Return why a small goal would be refused now, arming apart; None if it would not."""
+        """Return why a minimal goal would be rejected now, apart from arming, or None."""
         rejection = self._bridge.check(self._small_goal(), now)
         self._drain()
         return rejection
 
     def rates(self, now: float) -> list[MessageRate]:
-        """Return the rates of the last seconds beside those that were asked for."""
+        """Return the measured rates of the last seconds and the requested ones."""
         profile = self.vehicle.profile
         if profile is None:
             return []
@@ -211,18 +211,18 @@ class Checker:
             count = sum(1 for time in self._arrivals[name] if time > now - seen_s)
             measured_hz = count / seen_s
         elif math.isfinite(first_s):
-            pending = "has just begun to come"
+            pending = "just started"
         elif name in _NEED_POSITION and not self.vehicle.state.position_valid:
-            pending = "comes when there is a position"
+            pending = "sent once there is a position"
         return MessageRate(name, asked_hz, measured_hz, refusal, own_hz, pending)
 
     def link(self, now: float) -> LinkHealth:
-        """Return how well the vehicle has been heard since the last call."""
+        """Return the link health since the last call."""
         self._health.update(self.vehicle, self.statistics(), now)
         return self._health
 
     def _small_goal(self) -> Request:
-        """A goal that moves least: up where it stands, or to where it is."""
+        """A goal with minimal motion: climb in place, or stay."""
         profile, state = self.vehicle.profile, self.vehicle.state
         grounded = not state.armed or state.landed_state is LandedState.ON_GROUND
         if profile is not None and traits_of(profile).flies and grounded:
@@ -230,7 +230,7 @@ class Checker:
         return NavigateRequest(FRAME_BASE_LINK, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), False, 0.0)
 
     def _ask_for_reasons(self, now: float) -> None:
-        """Let a vehicle that would not arm say why; left alone, it does so every half minute."""
+        """Request the pre-arm reasons; unasked, a vehicle reports them every 30 s."""
         state = self.vehicle.state
         late = now >= self._reasons_asked_s + _REASONS_AGAIN_S
         if state.prearm_ok is False and not state.armed and late:

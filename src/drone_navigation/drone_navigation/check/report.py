@@ -1,4 +1,4 @@
-"""What ``navigation_server --check`` found, as sections of lines for people. Pure."""
+"""Findings of ``navigation_server --check`` as sections of text lines. Pure."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from navigation_core.outcomes import OutcomeCode
 
 
 class Verdict(enum.IntEnum):
-    """How a check ended; the number is the exit code."""
+    """Verdict of a check; the number is the exit code."""
 
     READY = 0
     NOT_READY = 1
@@ -34,7 +34,7 @@ class Verdict(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Missing:
-    """Something that a goal needs and that is not there, and what to do about it."""
+    """An unmet condition of a goal, with advice."""
 
     what: str
     advice: str
@@ -60,7 +60,7 @@ class Report:
 
 
 def make_report(checker: Checker, link_advice: str, now: float) -> Report:
-    """Sum up what a checker knows at this moment.
+    """Summarise the current findings of a checker.
 
     Args:
         checker: what was looked at.
@@ -82,9 +82,9 @@ def make_report(checker: Checker, link_advice: str, now: float) -> Report:
     )
     missing, yours = _missing(checker, now), _yours(checker, profile)
     if missing:
-        sentence = "Not ready: a goal would be refused or fail now."
+        sentence = "Not ready: a goal would be rejected or fail."
         return Report(Verdict.NOT_READY, sentence, sections, missing, yours)
-    sentence = "Ready for goals." if not yours else "Ready for goals, once you have done your part."
+    sentence = "Ready for goals." if not yours else "Ready for goals after the manual steps."
     return Report(Verdict.READY, sentence, sections, (), yours)
 
 
@@ -94,27 +94,27 @@ def _silence(checker: Checker, link_advice: str) -> Missing:
         systems = ", ".join(f"{system}/{component}" for system, component in sorted(checker.heard))
         wanted = checker.config.vehicle.target_system
         return Missing(
-            f"HEARTBEATs come from {systems} (system/component), none from an autopilot that is "
-            f"looked for (target_system is {wanted}, component 1).",
+            f"HEARTBEAT comes from {systems} (system/component), none of them the expected "
+            f"autopilot (target_system is {wanted}, component 1).",
             "Set target_system to the vehicle's system id, or to 0 for any.",
         )
     if statistics.frames:
         return Missing(
-            f"{statistics.frames} MAVLink messages came on {url}, but no HEARTBEAT.",
-            "Look whether the autopilot sends HEARTBEAT on this port.",
+            f"{statistics.frames} MAVLink messages received on {url}, but no HEARTBEAT.",
+            "Check that the autopilot sends HEARTBEAT on this port.",
         )
     if statistics.unsigned or statistics.badly_signed or statistics.replayed:
         return Missing(
-            f"MAVLink messages come on {url}, but not with our key ({statistics.unsigned} "
+            f"MAVLink messages received on {url}, none with our key ({statistics.unsigned} "
             f"unsigned, {statistics.badly_signed} of another key, {statistics.replayed} too old).",
-            "Give the vehicle the key in signing_key_file, and set the clock of this machine.",
+            "Load the key of signing_key_file into the vehicle, and set the clock of this machine.",
         )
     if statistics.bytes_dropped or statistics.bad_crc:
         return Missing(
-            f"Bytes come on {url}, but they are no MAVLink.",
-            "Check the baud rate, and that the port of the autopilot speaks MAVLink.",
+            f"Bytes received on {url}, but they are not MAVLink.",
+            "Check the baud rate, and that the autopilot's port is set to MAVLink.",
         )
-    return Missing(f"nothing came on {url}.", link_advice)
+    return Missing(f"nothing received on {url}.", link_advice)
 
 
 def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
@@ -128,8 +128,8 @@ def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
     if state.failsafe is not None:
         found.append(
             Missing(
-                f"A failsafe is in force: {state.failsafe.text}",
-                "Let it end, or take the vehicle over by hand, then look again.",
+                f"A failsafe is active: {state.failsafe.text}",
+                "Let it end, or take over manually, then check again.",
             )
         )
     told = rejection is not None and rejection.code is OutcomeCode.UNHEALTHY
@@ -137,11 +137,11 @@ def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
         reasons = _prearm_reasons(state)
         found.append(
             Missing(
-                f"The vehicle would not arm now: {reasons or 'it does not say why'}.",
-                "Its own checks must pass."
+                f"Pre-arm checks fail: {reasons or 'reason not reported'}.",
+                "The pre-arm checks must pass."
                 if reasons
-                else "A ground station shows its reasons; a PX4 tells them to nobody else "
-                "(heartbeat_type: gcs asks as one).",
+                else "A ground station shows the reasons; PX4 reports them to ground stations only "
+                "(set heartbeat_type: gcs).",
             )
         )
     return tuple(found)
@@ -159,17 +159,17 @@ def _advice(code: OutcomeCode, state: VehicleState) -> str:
             return NO_FIX
         told = state.estimator is None or state.estimator.horizontal_position_ok
         if state.global_position is None and told:
-            return "Look whether GLOBAL_POSITION_INT comes at its rate (below)."
+            return "Check the rate of GLOBAL_POSITION_INT (below)."
         return "Wait for the estimator; it takes up to a minute after power-up."
     if code is OutcomeCode.NO_VEHICLE:
-        return "Look at the link: it was heard before and is silent now."
+        return "Check the link: the vehicle was heard before and is silent now."
     if code is OutcomeCode.UNSUPPORTED_VEHICLE:
-        return "docs/autopilots.md lists what can be flown."
+        return "docs/autopilots.md lists the supported vehicles."
     if code is OutcomeCode.UNHEALTHY:
-        return "The vehicle's own checks must pass; mend what it names."
+        return "Fix what the vehicle's own checks report."
     if code is OutcomeCode.LOW_BATTERY:
-        return "Charge it; battery_reserve and battery_endurance_s say what it is judged by."
-    return "Change what the sentence names: a parameter of this server, or of the vehicle."
+        return "Charge the battery; battery_reserve and battery_endurance_s set the limits."
+    return "Change the named parameter of this server or of the vehicle."
 
 
 def _yours(checker: Checker, profile: Profile) -> tuple[str, ...]:
@@ -178,9 +178,9 @@ def _yours(checker: Checker, profile: Profile) -> tuple[str, ...]:
     takes_off = "" if goto.may_leave_ground or not flies else "take off to a safe height"
     if not state.armed and not goto.may_arm:
         what = " and ".join(filter(None, ("arm it", takes_off)))
-        why = f"arming is '{word}', so goals to a disarmed vehicle are refused"
+        why = f"arming is '{word}', so goals to a disarmed vehicle are rejected"
     elif takes_off and state.landed_state is LandedState.ON_GROUND:
-        what, why = takes_off, f"arming is '{word}', so goals on the ground are refused"
+        what, why = takes_off, f"arming is '{word}', so goals on the ground are rejected"
     else:
         return ()
-    return (f"{what[0].upper()}{what[1:]} by hand: {why}.",)
+    return (f"{what[0].upper()}{what[1:]} manually: {why}.",)

@@ -1,4 +1,4 @@
-"""The sections of what ``navigation_server --check`` found, line by line. Pure."""
+"""Report sections of ``navigation_server --check``, line by line. Pure."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from navigation_bridge.vehicle.link_health import LinkHealth
 _FIXES = ("none", "none", "2D", "3D", "DGPS", "RTK float", "RTK fixed", "static", "PPP")
 FIX_3D = 3
 _BATTERY_LOW = 0.3
-NO_FIX = "Take it where it sees the sky, and wait for a 3D fix."
-_UNKNOWN = "not told"
+NO_FIX = "Move the vehicle under open sky, and wait for a 3D fix."
+_UNKNOWN = "not reported"
 # Only missions with heights above terrain look at it, and many vehicles have no terrain data.
 _DISPENSABLE = frozenset({"TERRAIN_REPORT"})
 
 
 @dataclass(frozen=True)
 class Line:
-    """One thing that was found; `warning` says what deserves attention, and what to do."""
+    """One finding; `warning` says what deserves attention, and what to do."""
 
     name: str
     value: str
@@ -38,37 +38,37 @@ class Section:
 
 
 def vehicle_section(checker: Checker, profile: Profile) -> Section:
-    """Who it is, and how it stands."""
+    """Identity and state of the vehicle."""
     vehicle = checker.vehicle
     state = vehicle.state
     failsafe = None if state.failsafe is None else state.failsafe.text
     goto = checker.config.bridge.goto
-    unarmed = "no, but may take off once it is armed" if goto.may_leave_ground else "no"
+    unarmed = "no, but may take off once armed" if goto.may_leave_ground else "no"
     return Section(
         "Vehicle",
         (
-            Line("firmware", f"{profile.name} {state.firmware_version or '(version not told)'}"),
+            Line("firmware", f"{profile.name} {state.firmware_version or '(version unknown)'}"),
             Line("kind", profile.kind.value),
             Line("system id", f"{state.system_id}, component {state.component_id}"),
             Line("mode", vehicle.mode_name),
             Line("armed", "yes" if state.armed else "no"),
             Line("landed", state.landed_state.name.lower().replace("_", " ")),
             Line(
-                "its own checks",
+                "pre-arm checks",
                 {True: "passed", False: "not passed", None: _UNKNOWN}[state.prearm_ok],
             ),
-            Line("failsafe in force", failsafe or "none", failsafe and "It has the vehicle now."),
-            Line("goals may arm it", "yes" if goto.may_arm else unarmed),
+            Line("failsafe", failsafe or "none", failsafe and "It controls the vehicle now."),
+            Line("goals may arm", "yes" if goto.may_arm else unarmed),
         ),
     )
 
 
 def position_section(state: VehicleState) -> Section:
-    """Whether it knows where it is."""
+    """Position and estimator."""
     gps, estimator, position = state.gps, state.estimator, state.global_position
     lines = []
     if gps is None:
-        lines.append(Line("GPS", _UNKNOWN, "GPS_RAW_INT does not come."))
+        lines.append(Line("GPS", _UNKNOWN, "GPS_RAW_INT is not received."))
     else:
         fix = _FIXES[gps.fix_type] if gps.fix_type < len(_FIXES) else str(gps.fix_type)
         satellites = "" if gps.satellites is None else f", {gps.satellites} satellites"
@@ -76,11 +76,11 @@ def position_section(state: VehicleState) -> Section:
         warning = None if gps.fix_type >= FIX_3D else NO_FIX
         lines.append(Line("GPS", f"fix {fix}{satellites}{hdop}", warning))
     if estimator is None:
-        lines.append(Line("estimator", _UNKNOWN, "Its health is unknown; its positions count."))
+        lines.append(Line("estimator", _UNKNOWN, "Health unknown; its positions are used."))
     elif estimator.horizontal_position_ok:
         lines.append(Line("estimator", "position good"))
     else:
-        lines.append(Line("estimator", "no position", "Wait; without a GPS it stays so."))
+        lines.append(Line("estimator", "no position", "Wait; a position needs GPS."))
     if position is None:
         lines.append(Line("position", "none"))
     else:
@@ -93,7 +93,7 @@ def position_section(state: VehicleState) -> Section:
         )
     home, origin = state.home, state.origin
     lines.append(
-        Line("home", _UNKNOWN, "Until it comes, heights count from the origin.")
+        Line("home", _UNKNOWN, "Heights refer to the origin until home is received.")
         if home is None
         else Line(
             "home",
@@ -101,7 +101,7 @@ def position_section(state: VehicleState) -> Section:
         )
     )
     lines.append(
-        Line("origin", "not told; reckoned from the positions")
+        Line("origin", "not reported; derived from the positions")
         if origin is None
         else Line("origin", f"{origin.latitude_deg:.7f}, {origin.longitude_deg:.7f}")
     )
@@ -109,10 +109,10 @@ def position_section(state: VehicleState) -> Section:
 
 
 def battery_section(state: VehicleState) -> Section:
-    """What is left."""
+    """Battery."""
     battery = state.battery
     if battery is None:
-        line = Line("battery", _UNKNOWN, "Nothing guards a goal against an empty battery.")
+        line = Line("battery", _UNKNOWN, "The battery check is inactive.")
         return Section("Battery", (line,))
     remaining = battery.remaining
     low = remaining is not None and remaining < _BATTERY_LOW
@@ -122,7 +122,7 @@ def battery_section(state: VehicleState) -> Section:
             Line(
                 "remaining",
                 _UNKNOWN if remaining is None else f"{100.0 * remaining:.0f} %",
-                "Charge it." if low else None,
+                "Charge the battery." if low else None,
             ),
             Line(
                 "voltage", _UNKNOWN if battery.voltage_v is None else f"{battery.voltage_v:.1f} V"
@@ -135,7 +135,7 @@ def battery_section(state: VehicleState) -> Section:
 
 
 def failsafes_section(checker: Checker, profile: Profile) -> Section:
-    """What it does when something fails, by its parameters."""
+    """Failsafe actions, by the vehicle's parameters."""
     told = checker.parameters
     lines = []
     untold = []
@@ -146,16 +146,16 @@ def failsafes_section(checker: Checker, profile: Profile) -> Section:
             continue
         value = told[name]
         off = int(value) in setting.off and value == int(value)
-        warning = "Off: the vehicle does nothing about it by itself." if off else None
+        warning = "Off: the vehicle does not react." if off else None
         lines.append(Line(name, f"{setting.about}: {setting.describe(value)}", warning))
     if untold:
         lines.append(Line(_UNKNOWN, ", ".join(untold)))
-    return Section("What the vehicle does by itself", tuple(lines))
+    return Section("Vehicle failsafes", tuple(lines))
 
 
 def link_section(checker: Checker, health: LinkHealth) -> Section:
-    """How well it is heard."""
-    warning = "Goals fly badly on such a link." if health.loss_share > health.LOSS_WARNING else None
+    """Link quality."""
+    warning = "The link loses too much." if health.loss_share > health.LOSS_WARNING else None
     values = health.values
     note = parse_url(checker.config.link_url).note
     return Section(
@@ -172,9 +172,9 @@ def link_section(checker: Checker, health: LinkHealth) -> Section:
 
 
 def rates_section(checker: Checker, profile: Profile, now: float) -> Section:
-    """What it sends."""
+    """Message rates."""
     return Section(
-        "Messages, of what was asked for",
+        "Message rates, of those requested",
         tuple(_rate_line(rate, profile) for rate in checker.rates(now)),
     )
 
@@ -182,15 +182,15 @@ def rates_section(checker: Checker, profile: Profile, now: float) -> Section:
 def _rate_line(rate: MessageRate, profile: Profile) -> Line:
     value = f"{rate.measured_hz:.1f} Hz of {rate.asked_hz:g} Hz"
     if rate.refusal is not None:
-        warning = f"The vehicle refuses to send it ({rate.refusal})."
+        warning = f"The vehicle rejects the request ({rate.refusal})."
         return Line(rate.name, value, None if rate.name in _DISPENSABLE else warning)
     if rate.pending:
-        return Line(rate.name, f"{rate.pending} ({rate.asked_hz:g} Hz were asked for)")
+        return Line(rate.name, f"{rate.pending} ({rate.asked_hz:g} Hz requested)")
     if rate.own_hz is not None and rate.own_hz < rate.asked_hz:
         value += f"; the firmware sends it at {rate.own_hz:g} Hz"
     if not rate.low:
         return Line(rate.name, value)
-    warning = f"{rate.asked_hz:g} Hz were asked for; is the link too slow?"
+    warning = f"{rate.asked_hz:g} Hz requested; is the link too slow?"
     if profile.link_rate_parameter is not None:
         warning += (
             f" Compare {profile.link_rate_parameter}, the bytes per second of this port, with "

@@ -1,4 +1,4 @@
-"""Shows a check's report: tables on a terminal, plain lines elsewhere, or JSON."""
+"""Output of a check report: tables on a terminal, plain lines elsewhere, or JSON."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ def plain_lines(report: Report) -> list[str]:
         lines += [f"  ! {', '.join(names)}: {warning}" for warning, names in shared.items()]
     for missing in report.missing:
         lines += [f"Missing: {missing.what}", f"  -> {missing.advice}"]
-    lines += [f"For you to do: {step}" for step in report.yours]
+    lines += [f"Manual step: {step}" for step in report.yours]
     return [*lines, report.sentence]
 
 
 def _shared_warnings(section: Section) -> dict[str, list[str]]:
-    """Return the warnings that several lines of a section have, with their names; told once."""
+    """Return the warnings shared by several lines of a section, with the line names."""
     names: dict[str, list[str]] = {}
     for line in section.lines:
         if line.warning is not None:
@@ -83,5 +83,5 @@ def _show_tables(report: Report, console: Console) -> None:
         console.print(Text(f"Missing: {missing.what}", style="bold red"))
         console.print(Text(f"  {missing.advice}"))
     for step in report.yours:
-        console.print(Text(f"For you to do: {step}", style="bold yellow"))
+        console.print(Text(f"Manual step: {step}", style="bold yellow"))
     console.print(Text(report.sentence, style=f"bold {_COLOURS[report.verdict]}"))

@@ -1,4 +1,4 @@
-"""Commands of ``navigation_client`` that ask one thing of the server: arm, mode, status, ..."""
+"""Commands of ``navigation_client`` with a single request: arm, mode, status, ..."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _SPIN_S = 0.05
 
 
 def run_command(options: argparse.Namespace, argv: list[str]) -> int:
-    """Do what the command says, and return the exit code."""
+    """Run the command and return the exit code."""
     with ExitStack() as on_exit:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         on_exit.callback(rclpy.try_shutdown)
@@ -57,7 +57,7 @@ def run_command(options: argparse.Namespace, argv: list[str]) -> int:
 
 
 class _Command:
-    """One command, from the wait for the server to the answer."""
+    """One command, from finding the server to the answer."""
 
     def __init__(self, node: Node, options: argparse.Namespace) -> None:
         """Prepare."""
@@ -67,11 +67,11 @@ class _Command:
         self._executor.add_node(node)
 
     def close(self) -> None:
-        """End the executor while ROS is there."""
+        """Shut down the executor before ROS."""
         self._executor.shutdown(timeout_sec=1.0)
 
     def run(self) -> int:
-        """Ask the server, and tell its answer."""
+        """Send the request and show the answer."""
         if self._options.command == "status":
             return self._status()
         name = self._options.command
@@ -138,7 +138,7 @@ class _Command:
 def status_facts(
     status: VehicleStatus, pose: PoseStamped | None, battery: BatteryState | None
 ) -> dict[str, Any]:
-    """Return what is known about a vehicle, as JSON can hold it; null for what is not."""
+    """Return the state of a vehicle for JSON; unknown values are null."""
     facts: dict[str, Any] = {
         "connected": status.connected,
         "autopilot": status.autopilot or None,
@@ -172,9 +172,9 @@ def status_facts(
 
 
 def status_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the same for people."""
+    """Return the same as text lines."""
     if not facts["connected"]:
-        return ["vehicle   not heard; check the link"]
+        return ["vehicle   not connected; check the link"]
     name = " ".join(part for part in (facts["autopilot"], facts["firmware_version"]) if part)
     armed = "armed" if facts["armed"] else "disarmed"
     state = ", ".join(part for part in (facts["mode"], armed, facts["landed_state"]) if part)
@@ -197,5 +197,5 @@ def status_lines(facts: dict[str, Any]) -> list[str]:
     if facts["failsafe"]:
         lines.append(f"failsafe  {facts['failsafe']}")
     if facts["last_status_text"]:
-        lines.append(f"it said   {facts['last_status_text']}")
+        lines.append(f"message   {facts['last_status_text']}")
     return lines

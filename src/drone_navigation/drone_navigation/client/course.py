@@ -1,4 +1,4 @@
-"""The goals that a navigation client has sent, which of them counts, and what came of it."""
+"""Goals sent by a navigation client, the current one and their results."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ from drone_navigation.presence import Presence
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 
-# The reason of a refusal comes by a topic of its own, usually before the refusal itself.
+# The reason of a rejection comes on its own topic, usually before the rejection itself.
 _REASON_TIMEOUT_S = 1.0
 
 _EXIT_CODES = {"SUCCEEDED": EXIT_SUCCESS, "CANCELED": EXIT_CANCELED, "ABORTED": EXIT_ABORTED}
 
 
 class Course:
-    """Sends goals one after the other; a later one replaces those before.
+    """Sends goals in sequence; each replaces its predecessor.
 
     Attributes:
         code: exit code by the end of the last goal that has ended.
@@ -87,39 +87,39 @@ class Course:
 
     @property
     def under_way(self) -> bool:
-        """Whether a goal has not ended yet."""
+        """True while a goal has not ended."""
         return bool(self._goals)
 
     @property
     def unanswered(self) -> bool:
-        """Whether the server has yet to accept or refuse a goal."""
+        """True while the server has neither accepted nor rejected a goal."""
         return any(goal.stage is not Stage.OPEN for goal in self._goals)
 
     @property
     def exit_code(self) -> int:
-        """What to tell the shell: the last goal's end, if nothing before was refused."""
+        """Exit code: the last goal's result, unless an earlier one was rejected."""
         failed = self._update_failed and self.code == EXIT_SUCCESS
         return EXIT_REJECTED if failed else self.code
 
     def t_s(self, now_s: float) -> float:
-        """Return the time since the first goal was accepted; 0 before."""
+        """Return the time since the first goal was accepted; 0 before that."""
         return 0.0 if self._accepted_s is None else now_s - self._accepted_s
 
     def servers_are_known(self) -> bool:
-        """Whether as many servers were heard as the graph knows."""
+        """True if all servers in the graph have reported."""
         return self._presence.alive >= self._presence.offered
 
     @property
     def several_servers(self) -> bool:
-        """Whether more than one server would take a goal."""
+        """True if more than one server would accept a goal."""
         return self._presence.several
 
     def server_is_ready(self) -> bool:
-        """Whether the first goal's action is served."""
+        """True if the action of the first goal is available."""
         return bool(self._clients[self._first.name].server_is_ready())
 
     def why_lost(self, now_s: float) -> str:
-        """Return why nobody will tell a goal's end; empty while somebody may."""
+        """Return why no result can be expected any more; empty otherwise."""
         return self._watch.verdict(now_s) if self._open else ""
 
     @property
@@ -133,7 +133,7 @@ class Course:
         self.tell(Said(text, bad))
 
     def numbered(self, text: str) -> str:
-        """Return a sentence of the server with this client's numbers instead of long ids."""
+        """Replace goal ids in a sentence of the server by this client's numbers."""
         for goal in self._goals:
             if goal.id:
                 text = text.replace(goal.id, str(goal.number))
@@ -160,13 +160,13 @@ class Course:
         )
 
     def cancel(self, now_s: float) -> None:
-        """Cancel what is under way; called again and again until nothing is."""
+        """Cancel the active goals; called repeatedly until none is left."""
         for goal in self._goals:
             if goal.cancel(now_s):
-                self.say("The server did not take the cancel; asking again.", bad=True)
+                self.say("The server did not accept the cancel; retrying.", bad=True)
 
     def look(self, now_s: float) -> None:
-        """Take note of what the server has answered, and that it does not."""
+        """Process answers of the server and their timeouts."""
         self._look_for_server(now_s)
         for goal in list(self._goals):
             if goal.look(now_s):
@@ -205,8 +205,8 @@ class Course:
             self._goals.remove(goal)
             self.code = EXIT_NO_SERVER
             self.say(
-                f"The server no longer knows goal {goal.number}: it was started anew, and the "
-                "goal was not taken up again; or the goal ended more than a minute ago.",
+                f"The server no longer knows goal {goal.number}: it was restarted and did not "
+                "resume the goal, or the goal ended more than a minute ago.",
                 bad=True,
             )
         elif goal.stage is Stage.UNANSWERED:

@@ -1,4 +1,4 @@
-"""What the navigation client can be sent for: a point, or a route from a file."""
+"""Goal types of the navigation client: a point, or a route from a file."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Errand:
 
 
 def make_errand(options: argparse.Namespace) -> Errand:
-    """Return what the command line asks for.
+    """Return the goal of the command line.
 
     Raises:
         PlanError: the file cannot be flown.
@@ -71,7 +71,7 @@ def make_errand(options: argparse.Namespace) -> Errand:
 
 
 def make_point_errand(options: argparse.Namespace, position_m: Vector3) -> Errand:
-    """Return a flight to a point, in the frame of the command line and with all it says."""
+    """Return a goal to a point with the options of the command line."""
     x, y, z = position_m
     goal = _point(options, position_m)
     # Ten digits: a latitude to the centimetre.
@@ -81,7 +81,7 @@ def make_point_errand(options: argparse.Namespace, position_m: Vector3) -> Erran
 
 
 def _command(options: argparse.Namespace) -> Errand:
-    """Return what a command of one word asks for."""
+    """Return the goal of a command."""
     if options.command == "takeoff":
         goal = Takeoff.Goal()
         goal.height = options.height

@@ -1,4 +1,4 @@
-"""What the navigation client has to tell: for people a sentence, for scripts an object."""
+"""Events of the navigation client, as sentences for people and as objects for scripts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Said:
 
 @dataclass(frozen=True)
 class Sending:
-    """A goal goes to the server.
+    """A goal was sent.
 
     Attributes:
         goal: its number, counted from 1.
@@ -48,7 +48,7 @@ class Sending:
 
 @dataclass(frozen=True)
 class Accepted:
-    """The server took a goal; ``id`` is the one that the server names in its messages."""
+    """The server accepted a goal; ``id`` is the one in the server's messages."""
 
     name: ClassVar[str] = "accepted"
     bad: ClassVar[bool] = False
@@ -63,7 +63,7 @@ class Accepted:
 
 @dataclass(frozen=True)
 class Rejected:
-    """The server refused a goal; ``message`` is "CODE: sentence", ``code`` may be empty."""
+    """The server rejected a goal; ``message`` is "CODE: sentence", ``code`` may be empty."""
 
     name: ClassVar[str] = "rejected"
     bad: ClassVar[bool] = True
@@ -79,7 +79,7 @@ class Rejected:
 
 @dataclass(frozen=True)
 class Ended:
-    """A goal came to its end.
+    """A goal has ended.
 
     Attributes:
         goal: its number.
@@ -109,15 +109,15 @@ class Ended:
 
     @property
     def bad(self) -> bool:
-        """Whether it is neither a success nor what this client's user asked for."""
+        """True if the result is neither a success nor requested by the user."""
         return self.state == "ABORTED" and not self.replaced
 
     @property
     def sentence(self) -> str:
         """For people."""
         if self.replaced:
-            # Its message names the other goal by an id that nobody can read.
-            return f"Goal {self.goal} ended as {self.code} after {self.elapsed_s:.1f} s"
+            # Its message contains only the id of the other goal.
+            return f"Goal {self.goal} ended: {self.code} after {self.elapsed_s:.1f} s"
         x, y, z = self.position_enu_m
         place = f", at ({x:.2f}, {y:.2f}, {z:.2f}) m" if math.isfinite(x) else ""
         error = ""
@@ -128,7 +128,7 @@ class Ended:
 
 @dataclass(frozen=True)
 class Exit:
-    """The client is done, with this exit code."""
+    """The client exits with this code."""
 
     name: ClassVar[str] = "exit"
     bad: ClassVar[bool] = False
@@ -136,7 +136,7 @@ class Exit:
 
     @property
     def sentence(self) -> str:
-        """Nothing: people have read the end of the goal."""
+        """Empty: the result has been shown."""
         return ""
 
 
@@ -145,7 +145,7 @@ Event: TypeAlias = Said | Sending | Accepted | Rejected | Ended | Exit
 
 @dataclass(frozen=True)
 class Telemetry:
-    """One feedback, in numbers that people read.
+    """One feedback in display units.
 
     Attributes:
         goal: number of the goal, counted from 1.

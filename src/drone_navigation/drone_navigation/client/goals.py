@@ -1,4 +1,4 @@
-"""One goal of the navigation client, from the request to the end, without ever waiting."""
+"""One goal of the navigation client, from request to result, without blocking."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _STATES = {
 
 
 class Stage(Enum):
-    """How far a goal is."""
+    """Stage of a goal."""
 
     SENT = auto()
     OPEN = auto()
@@ -88,7 +88,7 @@ class SentGoal:
         return "" if self._handle is None else bytes(self._handle.goal_id.uuid).hex()
 
     def look(self, now_s: float) -> bool:
-        """Take note of answers; True when the stage is another one than before."""
+        """Process answers; True if the stage has changed."""
         before = self.stage
         if self.stage is Stage.SENT:
             self._look_for_answer(now_s)
@@ -111,7 +111,7 @@ class SentGoal:
             self.stage = Stage.UNANSWERED
 
     def _look_for_end(self) -> None:
-        """Take the first answer that tells an end; to each request the same one is given."""
+        """Take the first result received; all requests get the same one."""
         answers = [future.result().status for future in self._results if future.done()]
         if any(status != GoalStatus.STATUS_UNKNOWN for status in answers):
             self.stage = Stage.ENDED
@@ -119,12 +119,12 @@ class SentGoal:
             self.stage = Stage.FORGOTTEN
 
     def ask_again(self) -> None:
-        """Ask for the end; an answer that was on its way when the server was lost never comes."""
+        """Request the result again; an answer sent while the server was lost never arrives."""
         if self._handle is not None and self.stage is Stage.OPEN:
             self._results.append(self._handle.get_result_async())
 
     def cancel(self, now_s: float) -> bool:
-        """Have the server cancel it; called again and again until it ends.
+        """Request the cancel; called repeatedly until the goal ends.
 
         Returns:
             Whether the server has just refused; it is asked again a while later.

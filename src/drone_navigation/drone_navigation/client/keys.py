@@ -1,4 +1,4 @@
-"""The keys of the navigation client: what is typed, and the terminal that it is typed on."""
+"""Keyboard input of the navigation client and the terminal it is typed on."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import IO, Any
 HINT = "p pause  r resume  g new goal  c cancel  ? help"
 HINT_SHORT = "keys: p r g c ?"
 HELP = (
-    "p: the vehicle stops and waits. r: it goes on. g: type another goal, which replaces this one "
+    "p: pause, the vehicle holds. r: resume. g: enter another goal, which replaces this one "
     "in flight. c: cancel and wait for the stop; so does Ctrl-C, and a second Ctrl-C stops waiting."
 )
 
@@ -29,7 +29,7 @@ _PROMPT_MAX = 60
 
 
 class Key(Enum):
-    """What a key asks for."""
+    """Actions of keys."""
 
     PAUSE = "p"
     RESUME = "r"
@@ -43,14 +43,14 @@ _KEYS = {key.value: key for key in Key} | {"q": Key.HELP, "h": Key.HELP}
 
 @dataclass(frozen=True)
 class Pressed:
-    """A key that asks for something; with GOAL comes the line that was typed."""
+    """A key action; GOAL carries the typed line."""
 
     key: Key
     line: str = ""
 
 
 class Keys:
-    """Makes requests of characters; knows no terminal.
+    """Converts characters to key actions; independent of the terminal.
 
     Attributes:
         typed: what stands in the prompt for another goal, or None while there is no prompt.
@@ -61,7 +61,7 @@ class Keys:
         self.typed: str | None = None
 
     def feed(self, characters: str) -> Iterator[Pressed]:
-        """Take characters as one read brought them; yield what they ask for."""
+        """Process the characters of one read; yield their actions."""
         for character in _SEQUENCE.sub("", characters):
             if self.typed is not None:
                 line = self._edit(character)
@@ -92,10 +92,10 @@ class Keys:
 
 
 class Keyboard:
-    """A terminal that hands over each key at once and echoes none, until it is closed."""
+    """A terminal in raw mode without echo, until it is closed."""
 
     def __init__(self, stream: IO[Any]) -> None:
-        """Take over the terminal behind ``stream``; nothing happens if there is none."""
+        """Switch the terminal behind ``stream`` to raw mode, if there is one."""
         self._file: int | None = None
         self._saved: list[Any] = []
         with contextlib.suppress(OSError, ValueError, termios.error):
@@ -107,7 +107,7 @@ class Keyboard:
 
     @contextlib.contextmanager
     def returned(self) -> Iterator[None]:
-        """Lend the terminal back as it was found."""
+        """Restore the terminal temporarily."""
         self._restore()
         try:
             yield
@@ -121,7 +121,7 @@ class Keyboard:
             tty.setcbreak(self._file, termios.TCSANOW)
 
     def read(self) -> str:
-        """Return what was typed since; never waits."""
+        """Return the characters typed since; never blocks."""
         file = self._file
         if file is None:
             return ""
@@ -136,7 +136,7 @@ class Keyboard:
         return data.decode("utf-8", "ignore")
 
     def close(self) -> None:
-        """Leave the terminal as it was found."""
+        """Restore the terminal."""
         self._restore()
         self._file = None
 

@@ -22,7 +22,7 @@ _BAR_MIN, _BAR_MAX = 5, 40
 # What stands beside a bar: " 100 %  12345.6 m left".
 _BESIDE_BAR = 23
 _BATTERY_LOW_PERCENT = 25.0
-# A server sends several a second; this long without one is worth a word.
+# A server sends several per second; a longer gap is shown.
 _SILENCE_S = 3.0
 
 _SUCCESS, _CANCELLING = "SUCCESS", "CANCELLING"
@@ -69,7 +69,7 @@ class LiveView:
 
     @staticmethod
     def line(event: Event) -> Text:
-        """Return what stays of an event."""
+        """Return the permanent line of an event."""
         return Text(event.sentence, style="bold red" if event.bad else _style_of(event))
 
     def _show_end(self, ended: Ended) -> None:
@@ -103,12 +103,12 @@ class LiveView:
             self._draw(self._drawn_s)
 
     def tick(self, t_s: float) -> None:
-        """Redraw now and then."""
+        """Redraw periodically."""
         if t_s >= self._drawn_s + _PERIOD_S:
             self._draw(t_s)
 
     def close(self) -> None:
-        """Stop drawing; the last numbers stay, the keys don't."""
+        """Stop drawing; the last numbers stay, the key hints do not."""
         keys, typed, self._keys, self._typed = self._keys, self._typed, False, None
         self._draw(self._drawn_s)
         self._live.stop()
@@ -125,7 +125,7 @@ class LiveView:
         self._live.update(self.block(t_s), refresh=True)
 
     def block(self, t_s: float) -> Group:
-        """Return what is redrawn, with the numbers of the last feedback."""
+        """Return the block with the numbers of the last feedback."""
         lines = self._lines(t_s)
         for line in lines:
             line.no_wrap, line.overflow = True, "ellipsis"
@@ -137,7 +137,7 @@ class LiveView:
         if self._typed is not None:
             prompt = Text(self._label, style="bold cyan")
             prompt.append(f"{self._typed}▏", style="bold not dim")
-            prompt.append("  Enter: fly there  Esc: don't", style="not bold dim")
+            prompt.append("  Enter: send  Esc: dismiss", style="not bold dim")
             lines.append(prompt)
         elif self._keys:
             hint = HINT if len(HINT) <= self._console.width else HINT_SHORT
@@ -155,7 +155,7 @@ class LiveView:
         if telemetry.replans:
             time.append(f"  replans {telemetry.replans}", style="bold yellow")
         if telemetry.setpoint_delay_s >= LATE_S:
-            late = f"  server late by {telemetry.setpoint_delay_s:.1f} s"
+            late = f"  setpoints {telemetry.setpoint_delay_s:.1f} s late"
             time.append(late, style="bold red")
         if t_s - self._heard_s > _SILENCE_S:
             time.append(f"  no feedback for {t_s - self._heard_s:.0f} s", style="bold red")
@@ -165,7 +165,7 @@ class LiveView:
             self._line(
                 "position", f"east {x:.2f}  north {y:.2f}  up {z:.2f} m" if known else "unknown"
             ),
-            self._line("way", self._bar(done, "cyan"), f"{_percent(done)}  {left} m left"),
+            self._line("path", self._bar(done, "cyan"), f"{_percent(done)}  {left} m left"),
             self._line(
                 "battery",
                 self._bar(charge, "green" if battery > _BATTERY_LOW_PERCENT else "red"),
@@ -186,7 +186,7 @@ class LiveView:
         return line
 
     def _done(self, telemetry: Telemetry) -> float:
-        """Return how much of the way is done; it goes back when the way gets longer."""
+        """Return the completed share of the path; it decreases if the path gets longer."""
         if telemetry.status == _SUCCESS:
             return 1.0
         done = 1.0 - telemetry.distance_left_m / max(self._whole_m, 1e-6)
@@ -202,7 +202,7 @@ class LiveView:
         return Text.assemble(*parts)
 
     def _bar(self, part: float, colour: str) -> Text:
-        """Return a bar that can be read without colours, too."""
+        """Return a bar that is readable without colours."""
         beside = _BESIDE_BAR + (_LABEL_WIDTH if self._labels else 0)
         width = min(max(self._console.width - beside, _BAR_MIN), _BAR_MAX)
         full = math.floor(part * width)

@@ -20,9 +20,9 @@ EXIT_CANCELED = 4
 EXIT_NO_SERVER = 5
 
 ACTION_COMMANDS = {
-    "takeoff": "take off, and hold at a height",
+    "takeoff": "take off and hold at a height",
     "land": "land where the vehicle is",
-    "return": "return to the launch point, and land there if it flies",
+    "return": "return to the launch point; aircraft land there",
 }
 SERVICE_COMMANDS = {
     "hold": "end the active goal and hold",
@@ -31,18 +31,18 @@ SERVICE_COMMANDS = {
     "arm": "arm the vehicle",
     "disarm": "disarm the vehicle",
     "mode": "set the vehicle's mode",
-    "status": "show vehicle, position, battery and active goal once",
+    "status": "show vehicle, position, battery and active goal",
 }
 COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS
 
 _DESCRIPTION = """\
-Send one goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show its
-progress and wait for its end. Ctrl-C cancels the goal and waits for the vehicle to stop; a
-second one stops waiting. Keys on a terminal: p pauses, r resumes, g asks for another goal,
-which replaces the one in flight, c cancels, ? helps.
+Send a goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show the
+progress and wait for the result. Ctrl-C cancels the goal and waits for the vehicle to stop; a
+second Ctrl-C stops waiting. Keys on a terminal: p pauses, r resumes, g enters another goal,
+which replaces the active one, c cancels, ? shows help.
 """
 _EPILOG = """\
-commands, each with a --help of its own:
+commands (each has its own --help):
 {commands}
 
 examples:
@@ -55,22 +55,22 @@ examples:
   navigation_client --goal 10 5 2 --json | jq 'select(.event == "ended")'
 
 {codes}
-With --update and g it is the end of the last goal that counts.
+With --update and g, the result of the last goal counts.
 """
 _CODES = """\
 exit codes:
   0  succeeded
-  1  aborted, or not waited for (a second Ctrl-C)
-  2  the command line or a file is wrong; nothing was sent
-  3  the goal was rejected, or one of --update was
+  1  aborted, or waiting was interrupted (a second Ctrl-C)
+  2  invalid command line or file; nothing was sent
+  3  the goal, or one of --update, was rejected
   4  canceled
-  5  there is no server, or it went away"""
+  5  no server, or the connection to it was lost"""
 _SERVICE_CODES = """\
 exit codes:
   0  done
-  2  the command line is wrong; nothing was sent
+  2  invalid command line; nothing was sent
   3  rejected, with the reason
-  5  there is no server, or it did not answer"""
+  5  no server, or it did not answer"""
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -123,11 +123,11 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
 
 def _add_output(parser: argparse.ArgumentParser) -> None:
     output = parser.add_mutually_exclusive_group()
-    output.add_argument("--plain", action="store_true", help="plain lines even on a terminal")
+    output.add_argument("--plain", action="store_true", help="print plain lines even on a terminal")
     output.add_argument(
         "--json",
         action="store_true",
-        help="for scripts: one JSON object a line, and nothing else, on standard output",
+        help="for scripts: one JSON object per line on standard output, and nothing else",
     )
 
 
@@ -136,7 +136,7 @@ def _add_vehicle(parser: argparse.ArgumentParser) -> None:
         "--vehicle",
         type=_vehicle,
         metavar="NAME",
-        help="name of the vehicle, where a server has several",
+        help="name of the vehicle, if a server has several",
     )
 
 
@@ -158,10 +158,10 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         "--waypoints", type=Path, metavar="FILE", help="fly the route of a QGC WPL 110 file"
     )
     parser.add_argument(
-        "--mission", action="store_true", help="have the vehicle fly a file's route as its mission"
+        "--mission", action="store_true", help="fly the route as a mission of the autopilot"
     )
     parser.add_argument(
-        "--laps", type=int, metavar="N", help="how often a file's route is flown (default: 1)"
+        "--laps", type=int, metavar="N", help="number of times the route is flown (default: 1)"
     )
     parser.add_argument(
         "--frame",
@@ -173,7 +173,7 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         "--yaw",
         type=float,
         metavar="DEG",
-        help="heading at the target, counter-clockwise from east; "
+        help="yaw at the target, counter-clockwise from east; "
         "default: face the direction of travel",
     )
     parser.add_argument(
@@ -189,14 +189,14 @@ def _add_course(parser: argparse.ArgumentParser) -> None:
         type=_update,
         default=[],
         metavar='"t=S: X Y Z"',
-        help="S seconds after the first goal was accepted, replace the goal in flight; if that "
-        "one has arrived already, go on. May be repeated",
+        help="S seconds after the first goal was accepted, replace the active goal, or "
+        "continue from a goal already reached. May be repeated",
     )
     _add_following(parser)
 
 
 def _add_following(parser: argparse.ArgumentParser) -> None:
-    """Add what every goal can be followed with."""
+    """Add the options of all goals."""
     parser.add_argument(
         "--cancel-after",
         type=float,
@@ -210,8 +210,8 @@ def _add_following(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=LOST_TIMEOUT_S,
         metavar="S",
-        help="longest wait for a server that is no longer heard while it flies a goal; never "
-        f"below {SILENCE_S:g} (default: {LOST_TIMEOUT_S:g})",
+        help="timeout for a server that goes silent during a goal; at least "
+        f"{SILENCE_S:g} (default: {LOST_TIMEOUT_S:g})",
     )
 
 
@@ -221,12 +221,12 @@ def _add_server_timeout(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=10.0,
         metavar="S",
-        help="longest wait for the server (default: 10)",
+        help="timeout for finding the server (default: 10)",
     )
 
 
 def parse_options(arguments: list[str]) -> argparse.Namespace:
-    """Return the options; what is wrong ends the program with a sentence and EXIT_USAGE.
+    """Return the options; an error ends the program with a message and EXIT_USAGE.
 
     A command, if there is one, comes first.
     """
@@ -243,7 +243,7 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
         is_route = options.plan is not None or options.waypoints is not None
         for name, given in (("--mission", options.mission), ("--laps", options.laps is not None)):
             if given and not is_route:
-                parser.error(f"{name} is for a route; give --plan or --waypoints, too.")
+                parser.error(f"{name} needs a route; give --plan or --waypoints as well.")
         options.laps = 1 if options.laps is None else options.laps
         if not 0 <= options.laps <= LAPS_MAX:
             parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
@@ -270,7 +270,7 @@ def _vehicle(text: str) -> str:
     try:
         check_vehicle_names(text.strip("/").split("/"))
     except ConfigurationError:
-        raise argparse.ArgumentTypeError(f"'{text}' cannot be the name of a vehicle") from None
+        raise argparse.ArgumentTypeError(f"'{text}' is not a valid vehicle name") from None
     return text.strip("/")
 
 

@@ -1,4 +1,4 @@
-"""What to say when no server offers what a client asks for."""
+"""Error messages for a client that finds no server."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["no_server"]
 
 
 def no_server(node: Node, wanted: str) -> str:
-    """Return what is missing, and what is there instead.
+    """Return the missing server and the available alternatives.
 
     Args:
         node: the client's, in the namespace of the vehicle that was asked for.
@@ -34,6 +34,6 @@ def no_server(node: Node, wanted: str) -> str:
     if asked and "" in vehicles:
         return (
             f"No server offers {name}; the server here has one vehicle without a name: "
-            "leave --vehicle out."
+            "omit --vehicle."
         )
-    return f"No server offers {name}; start navigation_server, in the same ROS domain."
+    return f"No server offers {name}; start navigation_server in the same ROS domain."

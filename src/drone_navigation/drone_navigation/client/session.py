@@ -1,4 +1,4 @@
-"""The navigation client's work: follow its goals, and do what keys and signals ask."""
+"""Main loop of the navigation client: follows its goals and handles keys and signals."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _SERVERS_S = 1.5
 
 
 class NavigationClient:
-    """Sends a goal and those that follow it, and shows their way."""
+    """Sends a goal and its successors, and shows their progress."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class NavigationClient:
         self._executor.shutdown(timeout_sec=1.0)
 
     def run(self) -> int:
-        """Send the first goal, follow it and all that come after it to their end.
+        """Send the first goal and follow it and its successors to their results.
 
         Returns:
             The exit code.
@@ -137,7 +137,7 @@ class NavigationClient:
         return True
 
     def _step(self, now_s: float) -> int | None:
-        """Do what is due; return the exit code when all is over."""
+        """Run due actions; return the exit code at the end."""
         course = self._course
         self._take_keys(now_s)
         self._take_answers(now_s)
@@ -155,7 +155,7 @@ class NavigationClient:
     def _verdict(self, now_s: float) -> int | None:
         course = self._course
         if self._interrupts > 1 and course.under_way:
-            course.say("Not waiting any longer; the goal may still be active.", bad=True)
+            course.say("No longer waiting; the goal may still be active.", bad=True)
             return EXIT_ABORTED
         if why := course.why_lost(now_s):
             course.say(why, bad=True)
@@ -166,7 +166,7 @@ class NavigationClient:
         if self._interrupts and not self._interrupted:
             self._interrupted = True
             if self._cancelling:
-                self._course.say("Cancelling already; another Ctrl-C stops waiting")
+                self._course.say("Already cancelling; another Ctrl-C stops waiting")
             self._start_cancelling()
 
     # --- goals ---------------------------------------------------------------------------
@@ -186,7 +186,7 @@ class NavigationClient:
             self._course.send(make_point_errand(self._options, update.position_m))
 
     def _goes_on(self) -> bool:
-        """Whether there is more to come after a goal that has arrived."""
+        """True if another goal follows one that has arrived."""
         more = bool(self._updates) and self._course.code == EXIT_SUCCESS and not self._cancelling
         if more and not self._waiting:
             self._waiting = True
@@ -240,7 +240,7 @@ class NavigationClient:
         if service.service_is_ready():
             self._calls.append((service.call_async(Trigger.Request()), now_s))
         else:
-            self._course.say(f"The server offers no {key.name.lower()}.", bad=True)
+            self._course.say(f"The server does not offer {key.name.lower()}.", bad=True)
 
     def _take_answers(self, now_s: float) -> None:
         for call in list(self._calls):

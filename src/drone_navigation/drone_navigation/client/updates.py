@@ -1,4 +1,4 @@
-"""Goals that follow the first one: those of ``--update``, and those that are typed in."""
+"""Goals that follow the first one: from ``--update`` and from the keyboard."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _UPDATE = re.compile(r"\s*t\s*=\s*([^:\s]+)\s*:(.*)", re.DOTALL)
 
 
 class UpdateError(ValueError):
-    """What was given is no update; the sentence says what is wrong with it."""
+    """An update is malformed; the text says why."""
 
 
 @dataclass(frozen=True)
 class Update:
-    """Another goal for later.
+    """A goal to send later.
 
     Attributes:
         at_s: when, in seconds after the first goal was accepted.
@@ -36,7 +36,7 @@ def parse_point(text: str) -> Vector3:
     """
     words = text.replace(",", " ").split()
     if len(words) != 3:
-        raise UpdateError(f"'{text.strip()}' is no point; give three numbers: x y z.")
+        raise UpdateError(f"'{text.strip()}' is not a point; give three numbers: x y z.")
     x, y, z = (_number(word) for word in words)
     return x, y, z
 
@@ -49,10 +49,10 @@ def parse_update(text: str) -> Update:
     """
     match = _UPDATE.fullmatch(text)
     if match is None:
-        raise UpdateError(f"'{text}' is no update; write it like \"t=8: 5 5 2\".")
+        raise UpdateError(f"'{text}' is not an update; write it like \"t=8: 5 5 2\".")
     at_s = _number(match[1].removesuffix("s"))
     if at_s < 0.0:
-        raise UpdateError(f"'{text}': the time counts from the acceptance and is not below 0.")
+        raise UpdateError(f"'{text}': seconds after acceptance must not be negative.")
     return Update(at_s, parse_point(match[2]))
 
 
@@ -60,7 +60,7 @@ def _number(word: str) -> float:
     try:
         number = float(word)
     except ValueError:
-        raise UpdateError(f"'{word}' is no number.") from None
+        raise UpdateError(f"'{word}' is not a number.") from None
     if not math.isfinite(number):
-        raise UpdateError(f"'{word}' is no finite number.")
+        raise UpdateError(f"'{word}' is not a finite number.")
     return number

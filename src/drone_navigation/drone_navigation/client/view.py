@@ -1,4 +1,4 @@
-"""What the navigation client shows: a live view on a terminal, plain lines or JSON elsewhere."""
+"""Output of the navigation client: live view on a terminal, plain lines or JSON elsewhere."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _PLAIN_PERIOD_S = 1.0
 
 
 class View(Protocol):
-    """Shows a goal's way. All times are in seconds since the first goal was accepted."""
+    """Shows the progress of a goal. All times are in seconds since the first goal was accepted."""
 
     def tell(self, event: Event, t_s: float) -> None:
-        """Show what happened; it stays."""
+        """Show an event permanently."""
 
     def show(self, telemetry: Telemetry, t_s: float) -> None:
         """Show a feedback."""
@@ -32,17 +32,17 @@ class View(Protocol):
         """Show the prompt for another goal with what was typed; None for no prompt."""
 
     def tick(self, t_s: float) -> None:
-        """Show that time goes on."""
+        """Show the elapsed time."""
 
     def close(self) -> None:
         """Leave the terminal as it was."""
 
     def open(self) -> None:
-        """Go on after a close."""
+        """Reopen after a close."""
 
 
 class PlainView:
-    """One line a second and one for each change; for pipes and log files."""
+    """One line per second and one for each change, for pipes and log files."""
 
     def __init__(self, console: Console, *, keys: bool = False) -> None:
         """Write to ``console``, and what the keys are if there are any."""
@@ -129,7 +129,7 @@ class JsonView:
 
 
 class _PatientConsole(Console):
-    """Goes quiet when nobody reads any longer; the goal is followed to its end all the same."""
+    """Goes quiet when the reader is gone; the goal is still followed to its end."""
 
     def on_broken_pipe(self) -> None:
         """Send the rest nowhere, where Console would end the program."""
@@ -170,10 +170,10 @@ def _summary(telemetry: Telemetry) -> str:
     if telemetry.replans:
         parts.append(f"replans {telemetry.replans}")
     if telemetry.setpoint_delay_s >= LATE_S:
-        parts.append(f"server late by {telemetry.setpoint_delay_s:.1f} s")
+        parts.append(f"setpoints {telemetry.setpoint_delay_s:.1f} s late")
     return ", ".join(parts)
 
 
 def _position(position_enu_m: Vector3) -> str:
     x, y, z = position_enu_m
-    return f"east {x:.2f}  north {y:.2f}  up {z:.2f} m" if math.isfinite(x) else "place unknown"
+    return f"east {x:.2f}  north {y:.2f}  up {z:.2f} m" if math.isfinite(x) else "position unknown"

@@ -1,4 +1,4 @@
-"""How long a navigation client has heard nothing of its goal, and what follows from that."""
+"""Timeout of a navigation client whose server goes silent during a goal."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _GOODBYE_S = 15.0
 
 
 class ServerWatch:
-    """Keeps an eye on the server of a goal that is under way; told the time, reads no clock."""
+    """Monitors the server of an active goal; the time is passed in."""
 
     def __init__(self, lost_timeout_s: float = LOST_TIMEOUT_S) -> None:
-        """Wait no longer than ``lost_timeout_s`` for a server that is not heard."""
+        """Use ``lost_timeout_s`` as the timeout of a silent server."""
         self._lost_timeout_s = lost_timeout_s
         self._heard_s = 0.0
         self._ready = True
@@ -26,15 +26,15 @@ class ServerWatch:
         self._ask_s = math.inf
 
     def hear(self, now_s: float) -> str:
-        """Take note of a word from the server; return a remark if that was no longer expected."""
+        """Process a sign of life of the server; return a remark if it had been lost."""
         silence_s, silent = now_s - self._heard_s, self._silent
         self._heard_s = now_s
         self._silent = self._left = False
         self._ask_s = math.inf
-        return f"The server is heard again, after {silence_s:.0f} s." if silent else ""
+        return f"The server responds again after {silence_s:.0f} s." if silent else ""
 
     def look(self, now_s: float, *, ready: bool) -> str:
-        """Take note of the time; return a remark when the silence begins to matter.
+        """Process the time; return a remark when the silence becomes relevant.
 
         Args:
             now_s: the time, of any clock that goes steadily.
@@ -53,29 +53,29 @@ class ServerWatch:
         self._silent = True
         self._ask_s = now_s
         return (
-            f"No word from the server for {SILENCE_S:.0f} s: it has ended, hangs, or the network "
-            f"to it is cut. Waiting for it, {self._lost_timeout_s:g} s in all."
+            f"Server silent for {SILENCE_S:.0f} s: it has ended, hangs, or the network "
+            f"to it is down. Timeout after {self._lost_timeout_s:g} s."
         )
 
     def asks_again(self, now_s: float) -> bool:
-        """Whether the server is to be asked for the end once more: its answer may be lost."""
+        """True if the result should be requested again: its answer may be lost."""
         if now_s < self._ask_s:
             return False
         self._ask_s = now_s + ASK_AGAIN_S
         return True
 
     def verdict(self, now_s: float) -> str:
-        """Return why there is no use in waiting any longer; empty while there is."""
+        """Return why waiting is useless; empty otherwise."""
         silence_s = now_s - self._heard_s
         if self._left and silence_s >= SILENCE_S:
             return (
-                "The server has ended; what the vehicle does now is its own failsafe's business "
+                "The server has ended; the vehicle's own failsafe decides what it does now "
                 "(docs/navigate.md)."
             )
         if silence_s <= max(self._lost_timeout_s, SILENCE_S):
             return ""
         return (
-            f"The server is gone: no word from it for {silence_s:.0f} s. If only the network is "
-            "cut, it flies the goal to its end; if it has ended, the vehicle's own failsafe "
+            f"Server lost: silent for {silence_s:.0f} s. If only the network is "
+            "down, the server completes the goal; if it has ended, the vehicle's own failsafe "
             "decides (docs/scaling.md)."
         )

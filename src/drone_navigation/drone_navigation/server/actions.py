@@ -65,7 +65,7 @@ _CANCEL_STATE_TIMEOUT_S = 2.0
 
 @dataclass(frozen=True)
 class ActionKind:
-    """One action that is served.
+    """One served action.
 
     Attributes:
         name: its name in the graph.
@@ -123,7 +123,7 @@ ACTIONS = (
 
 @dataclass
 class _Session:
-    """One accepted goal: its rclpy handle and, later, how it ended."""
+    """One accepted goal: its rclpy handle and, later, its result."""
 
     kind: ActionKind
     handle: ServerGoalHandle
@@ -133,7 +133,7 @@ class _Session:
 
 
 class _CompleteCancelActionServer(ActionServer):
-    """An action server whose "cancel all" cancels all.
+    """An action server with a working "cancel all".
 
     rclpy 7.1 removes refused goals from the list that it is iterating, so that the goal
     after a refused one is skipped, still told to its client as being cancelled.
@@ -152,7 +152,7 @@ class _CompleteCancelActionServer(ActionServer):
         try:
             self._handle.send_cancel_response(header, response)
         except rclpy_implementation.RCLError:
-            self._logger.warning("A client went away before its cancel was answered")
+            self._logger.warning("A client disconnected before its cancel was answered")
 
     def _cancel(self, info: Any) -> bool:
         handle = self._goal_handles.get(bytes(info.goal_id.uuid))
@@ -166,7 +166,7 @@ class _CompleteCancelActionServer(ActionServer):
 
 
 class GoalServers:
-    """Serves all actions from a bridge that runs on a driver thread.
+    """Serves all actions of a bridge that runs on a driver thread.
 
     The vehicle has one goal at a time, whichever action it came by.
     """
@@ -235,7 +235,7 @@ class GoalServers:
                 lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
             )
         except DriverError:
-            self._node.get_logger().error("Goal rejected: the driver thread does not answer")
+            self._node.get_logger().error("Goal rejected: the driver thread does not respond")
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
 
@@ -303,7 +303,7 @@ class GoalServers:
         session.handle.publish_feedback(message)
 
     def cancel(self, goal_id: str) -> None:
-        """Ask for a goal's cancel as a client does; whether it is answered is not waited for."""
+        """Request a goal's cancel like a client, without waiting for the answer."""
         session = self._sessions.get(goal_id)
         if session is None or session.finished is not None:
             return
@@ -326,11 +326,11 @@ class GoalServers:
     # --- main thread --------------------------------------------------------------------
 
     def close(self) -> None:
-        """Take no more goals; those that were accepted go on."""
+        """Reject new goals; accepted ones continue."""
         self._closed = True
 
     def abandon(self, code: OutcomeCode, text: str) -> None:
-        """End every goal that is still open, without the bridge: it no longer runs."""
+        """End every open goal without the bridge, which no longer runs."""
         for goal_id, session in list(self._sessions.items()):
             if not session.done.is_set():
                 self.finish(
@@ -346,12 +346,12 @@ class GoalServers:
                 )
 
     def is_idle(self) -> bool:
-        """Whether every accepted goal has been brought to its end."""
+        """True if every accepted goal has ended."""
         return not self._sessions
 
 
 def _wait_until_canceling(handle: ServerGoalHandle) -> None:
-    """Wait until rclpy has noted the cancel that the bridge has already carried out.
+    """Wait until rclpy has processed the cancel that the bridge has already executed.
 
     The bridge may end a goal before rclpy, in another thread, has put it into CANCELING, the
     only state that leads to CANCELED. A request that never comes is made up for.

@@ -1,4 +1,4 @@
-"""ROS messages <-> the bridge's own types."""
+"""Conversions between ROS messages and the bridge's own types."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def code_number(code: OutcomeCode) -> int:
 
 
 def pose_stamped(pose: MapPose | None, stamp: Time, frame_id: str = FRAME_MAP) -> PoseStamped:
-    """Return the pose in the map's frame; all NaN when it is unknown, never a made-up place."""
+    """Return the pose in the map frame; all NaN if unknown."""
     message = PoseStamped()
     message.header.stamp = stamp
     message.header.frame_id = frame_id
@@ -154,7 +154,7 @@ def _height_feedback(message: Any, feedback: GoalFeedback, stamp: Time) -> Any:
 
 
 def _fill_feedback(message: Any, feedback: GoalFeedback, stamp: Time) -> None:
-    """Fill what the feedbacks of all actions have."""
+    """Fill the fields common to all feedbacks."""
     message.current_pose = pose_stamped(feedback.pose, stamp)
     message.distance_remaining = feedback.distance_remaining_m
     message.estimated_time_remaining = feedback.time_remaining_s

@@ -1,4 +1,4 @@
-"""The names of a vehicle's frames. No ROS."""
+"""Names of a vehicle's frames. No ROS."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class FrameNames:
 
     @property
     def gps(self) -> str:
-        """Where the GPS antenna is."""
+        """Frame of the GPS antenna."""
         return self.prefix + _FRAME_GPS
 
     def plain(self, frame_id: str) -> str:
-        """Return a name without the prefix, which those who send goals may leave out."""
+        """Return a name without the prefix, which is optional in goals."""
         return frame_id.removeprefix(self.prefix)
 
 

@@ -46,7 +46,7 @@ class ObstacleMarkers:
         self._shown: tuple[Obstacles, Obstacles] | None = None
 
     def update(self, stamp: Any, now: float) -> None:
-        """Publish what is new, if it is time."""
+        """Publish changes, if due."""
         if now < self._next_s:
             return
         self._next_s = now + _PERIOD_S

@@ -20,8 +20,8 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser = argparse.ArgumentParser(
         prog="navigation_server",
-        description="ROS 2 action server that flies navigation goals on a MAVLink "
-        "autopilot. Without --link and --config it takes the simulator's set-up: it listens "
+        description="ROS 2 action server that executes navigation goals on a MAVLink "
+        "autopilot. Without --link and --config it uses the simulator's set-up: it listens "
         "on udpin://127.0.0.1:14550 and may arm the vehicle.",
         epilog="parameters (in a --config file, or as --ros-args -p NAME:=VALUE):\n" + listing,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -33,25 +33,23 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--check",
         action="store_true",
-        help="look at vehicle and link, say what was found and what a goal lacks, and end: 0 "
-        "ready, 1 not ready, 2 no vehicle or a bad set-up; sends nothing that moves anything",
+        help="check vehicle and link, report the findings, and exit: 0 "
+        "ready, 1 not ready, 2 no vehicle or invalid configuration; moves nothing",
     )
     parser.add_argument(
         "--timeout",
         metavar="S",
         type=_seconds,
-        help=f"longest time that --check looks, in seconds (default {CHECK_TIMEOUT_S:g})",
+        help=f"timeout of --check in seconds (default: {CHECK_TIMEOUT_S:g})",
     )
     parser.add_argument(
         "--shadow-goals",
         metavar="FILE",
-        help="with --link tlog:PATH, work on the goals of a YAML file against the recording, print "
-        "what would have become of them, and end: 0 all succeed, 1 not all, 2 a bad file; sends "
+        help="with --link tlog:PATH, run the goals of a YAML file against the recording, print "
+        "their results, and exit: 0 all succeed, 1 not all, 2 invalid file; sends "
         "nothing",
     )
-    parser.add_argument(
-        "--json", action="store_true", help="let --check or --shadow-goals print JSON"
-    )
+    parser.add_argument("--json", action="store_true", help="print JSON (--check, --shadow-goals)")
     return parser
 
 
@@ -77,6 +75,6 @@ def _seconds(text: str) -> float:
 
 
 def overrides(options: argparse.Namespace) -> dict[str, ParameterValue]:
-    """Return the parameters that options of their own set."""
+    """Return the parameters set by dedicated options."""
     given = {"link_url": options.link, "arming": options.arming, "record_tlog": options.tlog}
     return {name: value for name, value in given.items() if value is not None}

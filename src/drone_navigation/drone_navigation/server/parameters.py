@@ -1,4 +1,4 @@
-"""The server's parameters as ROS parameters: declared with descriptors, unknown ones refused."""
+"""The server's parameters as ROS parameters: declared with descriptors, unknown ones rejected."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def declare_vehicle_parameters(
 
 
 def refuse_changes(node: Node, example: str) -> None:
-    """Refuse to change parameters of the server's node, which its vehicles have taken.
+    """Reject changes of the server node's parameters, which its vehicles have taken over.
 
     Args:
         node: the server's, with several vehicles.
@@ -93,7 +93,7 @@ def refuse_changes(node: Node, example: str) -> None:
 
     def on_set(parameters: list[Parameter]) -> SetParametersResult:
         ours = any(parameter.name in SPECS.keys() - {"replay_speed"} for parameter in parameters)
-        reason = f"The vehicles have settings of their own; set it on a node such as {example}."
+        reason = f"Each vehicle has its own settings; set it on a node such as {example}."
         return SetParametersResult(successful=not ours, reason=reason if ours else "")
 
     node.add_on_set_parameters_callback(on_set)
@@ -112,7 +112,7 @@ def _overrides(node: Node) -> dict[str, ParameterValue]:
 def follow_changes(
     node: Node, values: dict[str, ParameterValue], apply: Callable[[ServerConfig], None]
 ) -> None:
-    """Check every later change of parameters, and hand over the settings that it makes.
+    """Check every later parameter change, and apply the new settings.
 
     Args:
         node: what the parameters were declared on.
@@ -159,7 +159,7 @@ def _declared(
         value: ParameterValue = node.declare_parameter(spec.name, default, descriptor).value
     except (InvalidParameterValueException, InvalidParameterTypeException) as error:
         raise ConfigurationError(
-            f"Parameter {spec.name} cannot be used: {error}. {spec.description}"
+            f"Parameter {spec.name} is invalid: {error}. {spec.description}"
         ) from error
     return value
 

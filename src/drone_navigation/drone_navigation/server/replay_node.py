@@ -1,4 +1,4 @@
-"""A recording in the place of a vehicle's link: who hears it, its time in ROS, its services."""
+"""Node that replays a recording in place of a vehicle's link, with clock and services."""
 
 from __future__ import annotations
 
@@ -47,21 +47,19 @@ def recording_of(config: ServerConfig, vehicles: Sequence[ServerConfig]) -> str 
         return None
     if len(set(links)) > 1:
         raise ConfigurationError(
-            "A recording is the link of all vehicles or of none: give each the same link_url."
+            "A recording is the link of all vehicles or of none: give all the same link_url."
         )
     if config.gcs_links:
         raise ConfigurationError(
-            "Parameter gcs_links has no use with a recording: nothing is sent. Leave it empty."
+            "Parameter gcs_links must be empty with a recording: nothing is sent."
         )
     if config.record_tlog is not None:
-        raise ConfigurationError(
-            "Parameter record_tlog has no use with a recording: it is one. Leave it empty."
-        )
+        raise ConfigurationError("Parameter record_tlog must be empty with a recording.")
     return links[0].path
 
 
 class ReplayFleet(Fleet):
-    """Vehicles that hear a recording."""
+    """Vehicles that receive a recording."""
 
     def __init__(self, members: Sequence[Member], clock: Clock) -> None:
         """Take the vehicles in, each run by a :class:`VehicleApplication`."""
@@ -69,12 +67,12 @@ class ReplayFleet(Fleet):
         self._heard_by = members
 
     def take_note(self, message: Message, now: float) -> None:
-        """Hand a note of the recorder to the vehicle that it is about."""
+        """Pass a note of the recorder to its vehicle."""
         for member, application in self._applications():
             self.work(member, partial(application.take_note, message, now))
 
     def begin_again(self) -> None:
-        """Forget all that was heard."""
+        """Reset."""
         for member, application in self._applications():
             self.work(member, application.begin_again)
 
@@ -87,7 +85,7 @@ class ReplayFleet(Fleet):
 
 
 class ReplayNetwork:
-    """What a server with a recording has instead of links; see ``network.Network``."""
+    """Replacement of ``network.Network`` for a server with a recording."""
 
     recorder = None
 
@@ -96,11 +94,11 @@ class ReplayNetwork:
         self.driver = driver
 
     def is_open(self, _url: str) -> bool:
-        """A recording is there from the start."""
+        """A recording is always open."""
         return True
 
     def statistics_of(self, system_id: int) -> LinkStatistics:
-        """Return what was met in the recording, of one system; of all for 0."""
+        """Return the statistics of one system in the recording; of all for 0."""
         total = LinkStatistics.of(self.driver.codec.statistics)
         if system_id:
             total.lost = {who: n for who, n in total.lost.items() if who[0] == system_id}
@@ -112,7 +110,7 @@ class ReplayNetwork:
 
 
 class ReplayNode:
-    """Services, time and words of a replay, on the server's node."""
+    """Services, clock and log lines of a replay, on the server's node."""
 
     def __init__(self, root: Node, vehicles: Sequence[VehicleNode], driver: ReplayDriver) -> None:
         """Offer ``~/replay/start``, ``stop``, ``pause`` and ``resume``; publish ``/clock``.
@@ -133,15 +131,15 @@ class ReplayNode:
             assert isinstance(clock, ROSClock)
             clock._set_ros_time_is_active(True)
         self._set_time(driver.begin_unix_s)
-        text = f"{driver.path} is a recording, which can't be flown; goals need a vehicle."
+        text = f"{driver.path} is a recording; goals need a vehicle."
         for vehicle in vehicles:
             vehicle.refuse(Rejection(OutcomeCode.NO_VEHICLE, text))
         driver.on_time, driver.on_end = self._set_time, self._tell_end
         deeds: dict[str, tuple[Callable[[], None], str]] = {
             "start": (lambda: driver.rewind(play=True), "plays from its beginning"),
-            "stop": (lambda: driver.rewind(play=False), "waits at its beginning"),
-            "pause": (lambda: driver.pause(True), "stands still"),
-            "resume": (lambda: driver.pause(False), "goes on"),
+            "stop": (lambda: driver.rewind(play=False), "is stopped at its beginning"),
+            "pause": (lambda: driver.pause(True), "is paused"),
+            "resume": (lambda: driver.pause(False), "is resumed"),
         }
         self._services = [
             root.create_service(Trigger, f"~/replay/{name}", partial(self._serve, deed, words))
@@ -149,8 +147,8 @@ class ReplayNode:
         ]
         root.add_on_set_parameters_callback(self._on_set)
         self._logger.info(
-            f"Replaying {driver.path}: nothing is sent, and goals are refused. "
-            "~/replay/pause, resume, stop and start steer it."
+            f"Replaying {driver.path}: nothing is sent, and goals are rejected. "
+            "Control it with ~/replay/pause, resume, stop and start."
         )
 
     # --- executor threads ----------------------------------------------------------------
@@ -200,8 +198,8 @@ class ReplayNode:
         if position.stepped_back:
             words.append(f"Its clock was set back {position.stepped_back} times.")
         if position.shortened_s:
-            words.append(f"{position.shortened_s:.0f} s of silence were left out.")
-        words.append("Everything stays as it was last; ~/replay/start plays it again.")
+            words.append(f"{position.shortened_s:.0f} s of silence were skipped.")
+        words.append("The last state is kept; ~/replay/start plays it again.")
         self._logger.info(" ".join(words))
 
 

@@ -1,4 +1,4 @@
-"""Subscriptions to sensors of ROS, handed to the driver's thread newest first."""
+"""Subscriptions to ROS sensor topics, passed to the driver thread newest first."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _SENSOR_QOS = QoSProfile(
 
 
 class Newest(Generic[ItemT]):
-    """Hands items to another thread; of those that come faster than it, the newest only."""
+    """Passes items to another thread; if it is slower, only the newest."""
 
     def __init__(
         self, post: Callable[[Callable[[], object]], None], take: Callable[[ItemT], None]
@@ -47,7 +47,7 @@ class Newest(Generic[ItemT]):
         self._items: list[ItemT] = []
 
     def put(self, item: ItemT) -> None:
-        """Hand over an item; one that still waits is forgotten."""
+        """Pass an item; one still waiting is dropped."""
         with self._lock:
             waits = bool(self._items)
             self._items[:] = [item]
@@ -62,7 +62,7 @@ class Newest(Generic[ItemT]):
 
 
 class SensorTopics:
-    """Hears the sensors that the parameters name."""
+    """Subscribes to the configured sensors."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""A server with all its vehicles: their nodes, the links, and the thread that drives them."""
+"""A server with all its vehicles: nodes, links and driver thread."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _NODE_REMAPS = ("__ns:=", "__node:=", "__name:=")
 
 
 class NavigationServer:
-    """The vehicles of a server, on one thread and its links; without ``vehicles``, one.
+    """The vehicles of a server, on one driver thread; without ``vehicles``, one.
 
     With one vehicle without a name, its node is the server's.
     """
@@ -57,7 +57,7 @@ class NavigationServer:
         clock: Clock,
         on_exit: ExitStack,
     ) -> None:
-        """Make nodes and open links; nothing is sent before :meth:`start`.
+        """Create nodes and open links; nothing is sent before :meth:`start`.
 
         Args:
             root: the server's node.
@@ -120,19 +120,19 @@ class NavigationServer:
 
     @property
     def running(self) -> bool:
-        """Whether any vehicle is still steered."""
+        """True while any vehicle is under control."""
         return self._driver.running and not self._fleet.lost
 
     @property
     def duplicate(self) -> str:
-        """What to do about a server of the same name that was there before; empty without one."""
+        """Advice about an earlier server of the same name; empty without one."""
         for vehicle in self._vehicles:
             if vehicle.presence.is_second:
                 return duplicate(vehicle.node)
         return ""
 
     def start(self) -> None:
-        """Begin to talk to the vehicles and to take requests."""
+        """Start communication with the vehicles and accept requests."""
         self._driver.start()
         # A peer or a device that is there is connected to by then.
         deadline_s, pause = time.monotonic() + _LINK_GRACE_S, threading.Event()
@@ -144,7 +144,7 @@ class NavigationServer:
             self._spinner.start()
 
     def look_at_links(self) -> None:
-        """Say which links were opened since; to be called now and then."""
+        """Log newly opened links; call periodically."""
         for vehicle in self._vehicles:
             if not vehicle.told_ready and self._is_open(vehicle):
                 vehicle.tell_ready()
@@ -153,7 +153,7 @@ class NavigationServer:
         return self._network.is_open(vehicle.config.link_url)
 
     def stop(self) -> None:
-        """Bring the vehicles to a stop, end their goals, and close everything; bounded in time."""
+        """Stop the vehicles, end their goals and close everything, in bounded time."""
         self._stop_goals()
         spinners: list[VehicleNode | Spinner] = [*self._vehicles]
         if self._spinner is not None:
@@ -199,7 +199,7 @@ def _vehicle_settings(
     argv: list[str],
     on_exit: ExitStack,
 ) -> Iterable[tuple[Node, dict[str, ParameterValue], ServerConfig]]:
-    """Make a node for each vehicle and yield it with its values and settings."""
+    """Create a node for each vehicle and yield it with its values and settings."""
     own_given = [parameter for parameter in given if parameter.name not in SERVER_WIDE]
     for name in config.vehicles:
         node = Node(

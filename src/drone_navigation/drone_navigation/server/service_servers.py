@@ -1,4 +1,4 @@
-"""The services of the navigation server: pause, resume, hold, arm, disarm, set_mode."""
+"""Services of the navigation server: pause, resume, hold, arm, disarm, set_mode."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class ServiceServers:
     # --- driver thread -----------------------------------------------------------------
 
     def finish(self, answer: ServiceDone) -> None:
-        """Let the service callback that waits for this answer return it."""
+        """Pass the answer to the waiting service callback."""
         waiting = self._waiting.get(answer.number)
         if waiting is not None:
             self._answers[answer.number] = answer

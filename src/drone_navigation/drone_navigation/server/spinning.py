@@ -1,4 +1,4 @@
-"""Threads in which ROS calls back."""
+"""Executor threads for ROS callbacks."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Spinner:
         self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
 
     def start(self) -> None:
-        """Begin to call back."""
+        """Start the executor."""
         self._thread.start()
 
     def stop(self, timeout_s: float) -> None:
-        """End the executor and its thread."""
+        """Stop the executor and its thread."""
         self._stopping = True
         self._executor.shutdown(timeout_sec=1.0)
         # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.

@@ -100,7 +100,7 @@ def transform(pose: MapPose, stamp: Time, names: FrameNames = PLAIN) -> Transfor
 
 
 def nav_sat_fix(state: VehicleState, stamp: Time, names: FrameNames = PLAIN) -> NavSatFix:
-    """Return what the GPS receiver says; its altitude is above the ellipsoid, or NaN."""
+    """Return the GPS fix; its altitude is above the ellipsoid, or NaN."""
     message = NavSatFix()
     message.header.stamp = stamp
     message.header.frame_id = names.gps
@@ -135,7 +135,7 @@ def nav_sat_fix(state: VehicleState, stamp: Time, names: FrameNames = PLAIN) -> 
 
 
 def _accuracy_m(gps: GpsFix | None) -> tuple[float, float, bool]:
-    """Return horizontal and vertical standard deviation, and whether the receiver says them."""
+    """Return horizontal and vertical standard deviation, and whether the receiver reports them."""
     if gps is not None and gps.horizontal_accuracy_m is not None:
         vertical_m = gps.vertical_accuracy_m or gps.horizontal_accuracy_m
         return gps.horizontal_accuracy_m, vertical_m, True
@@ -159,7 +159,7 @@ def goal_rejected(rejected: GoalRejected, stamp: Time) -> GoalRejectedMessage:
 def home_position(
     bridge: Bridge, state: VehicleState, stamp: Time, names: FrameNames = PLAIN
 ) -> HomePosition:
-    """Return the launch point; the vehicle must have said it."""
+    """Return the launch point, which must be known."""
     assert state.home is not None
     message = HomePosition()
     message.header.stamp = stamp
@@ -172,7 +172,7 @@ def home_position(
 
 
 def is_same_home(before: HomePosition, now: HomePosition) -> bool:
-    """Whether two messages tell the same place; each that is sent has another stamp."""
+    """Return whether two messages have the same position; their stamps differ."""
     return (
         before.latitude == now.latitude
         and before.longitude == now.longitude
@@ -201,7 +201,7 @@ def battery_state(state: VehicleState, stamp: Time) -> BatteryState:
 
 
 def path(points_enu_m: Sequence[Vector3], stamp: Time, names: FrameNames = PLAIN) -> Path:
-    """Return the way that is planned, in ``map``."""
+    """Return the planned path, in ``map``."""
     message = Path()
     message.header.stamp = stamp
     message.header.frame_id = names.map
@@ -214,7 +214,7 @@ def path(points_enu_m: Sequence[Vector3], stamp: Time, names: FrameNames = PLAIN
 
 
 def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
-    """Return what is known about the vehicle; nothing of the server that publishes it.
+    """Return the state of the vehicle, without that of the server.
 
     Args:
         bridge: of the vehicle.
@@ -248,7 +248,7 @@ def diagnostic(bridge: Bridge, health: LinkHealth, name: str, hardware_id: str) 
 
 
 def station_diagnostic(health: StationHealth, name: str, url: str) -> DiagnosticStatus:
-    """Return what comes by a link to ground stations."""
+    """Return the state of a ground station link."""
     message = DiagnosticStatus()
     message.name = f"{name}: ground station link {url}"
     message.hardware_id = url
@@ -261,19 +261,19 @@ def station_diagnostic(health: StationHealth, name: str, url: str) -> Diagnostic
 def obstacle_diagnostic(
     bridge: Bridge, name: str, hardware_id: str, now: float
 ) -> DiagnosticStatus:
-    """Return how well obstacles are seen."""
+    """Return the state of the obstacle sensors."""
     feed = bridge.obstacles
     message = DiagnosticStatus()
     message.name = f"{name}: obstacle sensors"
     message.hardware_id = hardware_id
     age_s = feed.age_s(now)
     if not feed.has_sensor:
-        message.level, message.message = DiagnosticStatus.OK, "No obstacle sensor is heard"
+        message.level, message.message = DiagnosticStatus.OK, "No obstacle sensor data"
     elif age_s > feed.timeout_s:
         message.level = DiagnosticStatus.STALE
         message.message = f"An obstacle sensor has been silent for {age_s:.1f} s"
     else:
-        message.level, message.message = DiagnosticStatus.OK, "Obstacles are seen"
+        message.level, message.message = DiagnosticStatus.OK, "Obstacle sensors active"
     values = {f"{kind} age": f"{age_s:.1f} s" for kind, age_s in feed.ages_s(now).items()}
     values["known obstacles"] = str(len(feed.standing.known))
     values["sensed obstacles"] = str(len(feed.sensed))
@@ -283,19 +283,19 @@ def obstacle_diagnostic(
 
 
 def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
-    """Return how late setpoints are."""
+    """Return the state of the control loop."""
     lateness, recent_s = bridge.lateness, bridge.lateness.recent_s(now)
     message = DiagnosticStatus()
     message.name = f"{name}: control loop"
     message.hardware_id = hardware_id
     if recent_s >= TOO_LATE_S:
-        message.level, message.message = DiagnosticStatus.ERROR, "Too late: the vehicle is stopped"
+        message.level, message.message = DiagnosticStatus.ERROR, "Overrun: the vehicle is stopped"
     elif recent_s >= LATE_S:
         message.level, message.message = DiagnosticStatus.WARN, "Late: the vehicle is slowed down"
     else:
-        message.level, message.message = DiagnosticStatus.OK, "Setpoints are in time"
+        message.level, message.message = DiagnosticStatus.OK, "Setpoints are on time"
     message.values = [
-        KeyValue(key=f"worst delay of the last {WINDOW_S:g} s", value=f"{recent_s:.3f} s"),
+        KeyValue(key=f"worst delay in the last {WINDOW_S:g} s", value=f"{recent_s:.3f} s"),
         KeyValue(key="worst delay", value=f"{lateness.worst_s:.3f} s"),
         KeyValue(key=f"delays of {LATE_S:g} s or more", value=str(lateness.count)),
     ]
@@ -303,11 +303,11 @@ def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> 
 
 
 def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
-    """Return how good the GPS is."""
+    """Return the state of the GPS."""
     message = DiagnosticStatus(name=f"{name}: GPS", hardware_id=hardware_id)
     gps = state.gps
     if gps is None:
-        message.level, message.message = DiagnosticStatus.STALE, "No GPS_RAW_INT was heard"
+        message.level, message.message = DiagnosticStatus.STALE, "No GPS_RAW_INT received"
         return message
     if gps.fix_type < _FIX_3D:
         message.level, message.message = DiagnosticStatus.ERROR, "No 3D fix"
@@ -326,12 +326,12 @@ def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> Diagnost
 
 
 def estimator_diagnostic(bridge: Bridge, name: str, hardware_id: str) -> DiagnosticStatus:
-    """Return whether the vehicle knows where it is."""
+    """Return the state of the estimator."""
     message = DiagnosticStatus(name=f"{name}: estimator", hardware_id=hardware_id)
     state = bridge.vehicle.state
     faults = estimator_faults(state)
     if state.estimator is None and bridge.pose is None:
-        message.level, message.message = DiagnosticStatus.STALE, "Nothing was heard of it"
+        message.level, message.message = DiagnosticStatus.STALE, "No data received"
     elif faults:
         message.level, message.message = DiagnosticStatus.ERROR, "; ".join(faults)
     elif bridge.pose is None:
@@ -344,14 +344,14 @@ def estimator_diagnostic(bridge: Bridge, name: str, hardware_id: str) -> Diagnos
 
 
 def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
-    """Return how full the battery is, by what the autopilot thinks of it."""
+    """Return the state of the battery, as judged by the autopilot."""
     message = DiagnosticStatus(name=f"{name}: battery", hardware_id=hardware_id)
     battery = state.battery
     if battery is None:
-        message.level, message.message = DiagnosticStatus.STALE, "Nothing was heard of it"
+        message.level, message.message = DiagnosticStatus.STALE, "No data received"
         return message
     if battery_is_low(battery):
-        message.level, message.message = DiagnosticStatus.WARN, "Low, as the autopilot says"
+        message.level, message.message = DiagnosticStatus.WARN, "Low, as reported by the autopilot"
     else:
         message.level, message.message = DiagnosticStatus.OK, "Not low"
     values = {
@@ -366,7 +366,7 @@ def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> Diag
 
 def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
     if not bridge.vehicle.discovered:
-        return DiagnosticStatus.ERROR, "No autopilot was heard yet"
+        return DiagnosticStatus.ERROR, "No autopilot found yet"
     if not bridge.vehicle.connected:
         return DiagnosticStatus.STALE, "No HEARTBEAT"
     if health.loss_share > health.LOSS_WARNING:

@@ -1,4 +1,4 @@
-"""Topics of the navigation server: the vehicle, the plan, and what happens to goals."""
+"""Topics of the navigation server: vehicle, plan and goal events."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]
 
 
 class PublishingNode(Protocol):
-    """What is needed of a ROS node; :mod:`drone_navigation.bag.topics` has another one."""
+    """Required interface of a node; :mod:`drone_navigation.bag.topics` has another one."""
 
     def create_publisher(self, message_type: Any, topic: str, qos: QoSProfile | int) -> Any:
         """Return what has a method ``publish``."""
@@ -108,22 +108,22 @@ class Topics:
         self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
 
     def begin_again(self) -> None:
-        """Forget what was published: a recording is played from its beginning."""
+        """Reset: the recording is played from its start."""
         self._health = LinkHealth()
         self._seen = self._status = self._known_home = None
         self._next_s = 0.0
 
     def publish_rejection(self, rejected: GoalRejected) -> None:
-        """Publish why the last goal was rejected: as "CODE: sentence", and in parts."""
+        """Publish the last rejection: as "CODE: sentence", and in fields."""
         self._last_rejection.publish(String(data=rejected.text))
         self._goal_rejected.publish(messages.goal_rejected(rejected, self._stamp()))
 
     def publish_plan(self, plan: PlanChanged) -> None:
-        """Publish the way that is flown; an empty one when there is none."""
+        """Publish the current path; an empty one if there is none."""
         self._plan.publish(messages.path(plan.path_enu_m, self._stamp(), self._frames))
 
     def publish_event(self, happened: GoalHappened) -> None:
-        """Publish what happened to a goal."""
+        """Publish an event of a goal."""
         message = GoalEvent(
             goal_id=happened.goal_id,
             event=happened.event,
@@ -134,11 +134,11 @@ class Topics:
         self._goal_events.publish(message)
 
     def next_deadline(self) -> float:
-        """Return when :meth:`update` wants to be called at the latest."""
+        """Return the latest time of the next call of :meth:`update`."""
         return self._next_s
 
     def update(self, now: float) -> None:
-        """Publish what is new in the vehicle's state, and once a second the rest."""
+        """Publish changes of the vehicle's state, and the rest once per second."""
         before, state = self._seen, self._bridge.vehicle.state
         periodic = now >= self._next_s
         if state is before and not periodic:
@@ -215,7 +215,7 @@ class Topics:
 
 
 def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
-    """Return all that the status tells, as far as it costs nothing to compare."""
+    """Return the fields of the status that are cheap to compare."""
     vehicle = bridge.vehicle
     return (
         state.custom_mode,

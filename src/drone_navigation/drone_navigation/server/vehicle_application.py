@@ -1,4 +1,4 @@
-"""What a fleet runs for one vehicle: its bridge, and the way of its outputs to ROS and recorder."""
+"""Fleet application of one vehicle: its bridge, with outputs routed to ROS and the recorder."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from navigation_core.outcomes import OutcomeCode
 
 
 class VehicleApplication:
-    """The bridge of one vehicle, and where what it puts out goes to."""
+    """The bridge of one vehicle with the sinks of its outputs."""
 
     def __init__(self, bridge: Bridge, recorder: TlogWriter | None, clock: Clock) -> None:
         """Compose; :meth:`attach` must follow before the driver starts."""
@@ -49,7 +49,7 @@ class VehicleApplication:
     def attach(
         self, node: Node, server: GoalServers, services: ServiceServers, topics: Topics
     ) -> None:
-        """Say where outputs go."""
+        """Set the sinks of the outputs."""
         self._node, self._server, self._topics = node, server, topics
         self._services = services
 
@@ -58,14 +58,14 @@ class VehicleApplication:
         self._bridge.start(now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Hand a message over and publish what follows from it at once."""
+        """Process a message and publish the results at once."""
         self._bridge.receive(message, now)
         self._publish()
         if self._topics is not None:
             self._topics.update(now)
 
     def overhear(self, message: Message, now: float) -> None:
-        """Hand over what a ground station sent, and publish what follows from it at once."""
+        """Process a message of a ground station and publish the results at once."""
         self._bridge.overhear(message, now)
         self._publish()
 
@@ -77,21 +77,21 @@ class VehicleApplication:
                 self._put_out(output)
 
     def begin_again(self) -> None:
-        """Forget all: a recording is played from its beginning."""
+        """Reset: the recording is played from its start."""
         self._bridge.begin_again()
         self._noted = NotedOutputs(self._bridge)
         if self._topics is not None:
             self._topics.begin_again()
 
     def handle_timer(self, now: float) -> None:
-        """Let the bridge do what is due."""
+        """Run the due timers of the bridge."""
         self._bridge.handle_timer(now)
         self._publish()
         if self._topics is not None:
             self._topics.update(now)
 
     def next_deadline(self) -> float | None:
-        """Return when the bridge wants to be called."""
+        """Return the deadline of the bridge."""
         deadline = self._bridge.next_deadline()
         if self._topics is None:
             return deadline
@@ -104,17 +104,17 @@ class VehicleApplication:
         return self._bridge.messages_to_send()
 
     def fail(self, error: Exception) -> None:
-        """End the active goal because of a defect, and tell it with its traceback."""
+        """End the active goal after an internal error, and log the traceback."""
         text = "".join(traceback.format_exception(type(error), error, error.__traceback__))
         if self._node is not None:
             self._node.get_logger().error(f"Internal error: {text}")
         self._bridge.fail(
-            f"The server has a defect ({error}); the vehicle was told to hold.", self._clock.now()
+            f"Internal server error ({error}); hold was commanded.", self._clock.now()
         )
         self._publish()
 
     def give_up(self, error: Exception) -> None:
-        """End all goals, without the bridge: it is not called again."""
+        """End all goals without the bridge, which is not called again."""
         if self._node is not None:
             self._node.get_logger().fatal(str(error))
         if self._server is not None:

@@ -1,4 +1,4 @@
-"""One vehicle of a server: a ROS node with all that it offers, and the bridge behind it."""
+"""One vehicle of a server: its ROS node and the bridge behind it."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class VehicleNode:
         SensorTopics(node, bridge.obstacles, member, clock, self.config.bridge.obstacles, frames)
 
     def start(self, is_open: bool) -> None:
-        """Begin to take requests.
+        """Start to accept requests.
 
         Args:
             is_open: whether bytes can pass the vehicle's link by now.
@@ -116,23 +116,21 @@ class VehicleNode:
             self.tell_ready()
         else:
             self.node.get_logger().warning(
-                f"Navigation server waiting for the link {self.config.link_url}"
+                f"Navigation server waiting for link {self.config.link_url}"
             )
         self._spinner.start()
 
     def tell_ready(self) -> None:
-        """Say that the vehicle's link is open."""
+        """Log that the vehicle's link is open."""
         goto = self.config.bridge.goto
         arming = "never arms"
         if goto.may_leave_ground:
-            arming = "may arm and take off" if goto.may_arm else "may take off once it is armed"
-        self.node.get_logger().info(
-            f"Navigation server ready on {self.config.link_url}; it {arming}"
-        )
+            arming = "may arm and take off" if goto.may_arm else "may take off once armed"
+        self.node.get_logger().info(f"Navigation server ready on {self.config.link_url}; {arming}")
         self.told_ready = True
 
     def tell_what_is_left(self) -> None:
-        """Say in what state the vehicle is left, after the server has stopped."""
+        """Log the final state of the vehicle after the server has stopped."""
         left = what_is_left(self._bridge.vehicle)
         logger = self.node.get_logger()
         if left.needs_attention:
@@ -141,26 +139,24 @@ class VehicleNode:
             logger.info(left.sentence)
 
     def refuse(self, refusal: Rejection) -> None:
-        """Refuse all goals and services from now on."""
+        """Reject all goals and services from now on."""
         self._bridge.refuse(refusal)
 
     def shut_down(self) -> None:
-        """Take no more goals, and have the vehicle brought to a stop and its goal ended."""
+        """Reject new goals, stop the vehicle and end its goal."""
         if self._server is not None:
             self._server.close()
         self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
 
     def is_idle(self) -> bool:
-        """Whether no goal is open, or can end in order any more."""
+        """True if no goal is open or can still end in order."""
         return self._server is None or self._server.is_idle()
 
     def abandon(self) -> None:
-        """End what goals are still open."""
+        """End the goals still open."""
         if self._server is not None:
-            self._server.abandon(
-                OutcomeCode.INTERNAL_ERROR, "The server ended before the goal did."
-            )
+            self._server.abandon(OutcomeCode.INTERNAL_ERROR, "The server ended before the goal.")
 
     def stop(self, timeout_s: float) -> None:
-        """Take no more requests."""
+        """Reject further requests."""
         self._spinner.stop(timeout_s)

@@ -1,1 +1,1 @@
-"""What a recording tells about a flight, as figures and events."""
+"""Figures and events of a recorded flight."""

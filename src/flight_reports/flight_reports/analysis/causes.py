@@ -1,4 +1,4 @@
-"""What may have made a goal go wrong: gaps of setpoints, a late loop, obstacles too near. Pure."""
+"""Possible causes of a failed goal: setpoint gaps, a late loop, low clearance. Pure."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _FLYING = frozenset({Status.NAVIGATING.value, Status.SETTLING.value, Status.BLOC
 _TOUCHES_M = ObstacleConfig().vehicle_radius_m
 _NEAR_M = _TOUCHES_M + 0.5 * ObstacleConfig().margin_m
 BEFORE_S = 5.0
-"""What happened in this time before a goal failed may be why."""
+"""Time before a failed goal in which possible causes are searched."""
 
 
 def causes(flight: Flight, server: Source | None) -> list[Moment]:
-    """Return what may have made a goal go wrong.
+    """Return possible causes of a failed goal.
 
     Args:
         flight: of one vehicle.
@@ -47,7 +47,7 @@ def causes(flight: Flight, server: Source | None) -> list[Moment]:
 
 
 def shortly_before(moment_s: float, told: list[Moment]) -> str:
-    """Return a sentence on what was bad shortly before a moment; empty if nothing was."""
+    """Return a sentence about problems shortly before a moment; empty without any."""
     texts = [
         f"{moment_s - moment.time_s:.1f} s before: {moment.text}"
         for moment in sorted(told, key=lambda moment: moment.time_s)
@@ -57,7 +57,7 @@ def shortly_before(moment_s: float, told: list[Moment]) -> str:
 
 
 def _setpoints_s(flight: Flight, server: Source | None) -> Floats:
-    """Return when setpoints were sent to the vehicle, in order."""
+    """Return the times of setpoints to the vehicle, in order."""
     times = [np.zeros(0)]
     for name in SETPOINTS:
         records = None if server is None else flight.contents.of(name, server)
@@ -83,9 +83,9 @@ def _late(flight: Flight, goal: RecordedGoal, setpoints_s: Floats) -> list[Momen
         longest_s = max(end_s - begin_s for begin_s, end_s in spans)
         severity = Severity.BAD if longest_s >= _GAP_BAD_S else Severity.WARNING
         until = f"for {'up to ' if len(spans) > 1 else ''}{longest_s:.1f} s"
-        text = f"Goal {goal.short_id} got no setpoint {until}"
+        text = f"Goal {goal.short_id} received no setpoint {until}"
         if still:
-            text += ": the server's loop was late, it read nothing meanwhile either"
+            text += ": the server loop was late and read nothing either"
         kind = "late loop" if still else "setpoints"
         told += [Moment(begin_s, kind, text, severity) for begin_s, _ in spans]
     return told
@@ -106,7 +106,7 @@ def _flown_until_s(flight: Flight, goal: RecordedGoal, begin_s: float) -> float:
 
 
 def _stood_still(flight: Flight, begin_s: float, end_s: float) -> bool:
-    """Tell whether the recorder read nothing in a gap and much right after it."""
+    """Return whether the recorder read nothing in a gap and much right after it."""
     packets = flight.contents.packets
     own = (packets["system"] == flight.source[0]) & (packets["component"] == flight.source[1])
     time_s: Floats = packets["time_s"][own]
@@ -120,7 +120,7 @@ def _stood_still(flight: Flight, begin_s: float, end_s: float) -> bool:
 
 
 def _near(flight: Flight, goal: RecordedGoal) -> list[Moment]:
-    """Return when an obstacle was nearest to the vehicle, if that was too near."""
+    """Return the moment of the least clearance, if it was too low."""
     near = flight.clearance
     ended_s = flight.contents.duration_s if goal.ended_s is None else goal.ended_s
     during = np.flatnonzero((near.time_s >= goal.accepted_s) & (near.time_s <= ended_s))
@@ -131,5 +131,5 @@ def _near(flight: Flight, goal: RecordedGoal) -> list[Moment]:
     if nearest_m >= _NEAR_M:
         return []
     severity = Severity.BAD if nearest_m < _TOUCHES_M else Severity.WARNING
-    text = f"An obstacle was {nearest_m:.2f} m from the vehicle's scanner"
+    text = f"An obstacle was {nearest_m:.2f} m from the range sensor"
     return [Moment(float(near.time_s[place]), "clearance", text, severity)]

@@ -1,4 +1,4 @@
-"""Commands in a recording, and how they were answered. Pure."""
+"""Commands in a recording and their acknowledgements. Pure."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from flight_reports.analysis.message_rates import Source
 from mavlink_vehicle.codec import mavlink
 
 ANSWER_LIMIT_S = 5.0
-"""A COMMAND_ACK that comes later than this answers nothing."""
+"""A later COMMAND_ACK is not an answer."""
 LATE_S = 1.0
-"""An answer that takes longer than this is worth a look: the server repeats after that time."""
+"""A later answer is a warning: the server repeats after that time."""
 _REPEATED_S = 4.0
 
 
@@ -37,7 +37,7 @@ class Command:
 
 
 def commands(contents: LogContents, vehicle: Source) -> list[Command]:
-    """Return the commands to a vehicle, in the order of their sending, answers beside them."""
+    """Return the commands to a vehicle with their answers, in sending order."""
     found: list[tuple[int, Command]] = []
     latest: dict[tuple[int, Source], int] = {}
     for time_s, kind, number, by in _sent_and_answered(contents, vehicle):
@@ -84,7 +84,7 @@ def _is_again(command: Command, time_s: float) -> bool:
 def _answer(
     found: list[tuple[int, Command]], number: int, time_s: float, result: tuple[int, int]
 ) -> None:
-    """Give an answer to the oldest command that waits for it."""
+    """Assign an answer to the oldest command that waits for it."""
     for place, (its_number, command) in enumerate(found):
         waits = command.answered_after_s is None or command.result == "IN_PROGRESS"
         recent = time_s - command.time_s <= ANSWER_LIMIT_S * command.sent

@@ -1,4 +1,4 @@
-"""What happened to a vehicle in a recording: modes, failsafes, restarts, words. No ROS."""
+"""Events of a recorded vehicle: modes, failsafes, restarts, status texts. No ROS."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _GROUNDED = ("prearm:", "arm:", "preflight")
 
 
 class Severity(enum.Enum):
-    """How much something deserves a look."""
+    """Severity of an event."""
 
     BAD = "bad"
     WARNING = "warning"
@@ -38,7 +38,7 @@ class Severity(enum.Enum):
 
 
 class Moment(NamedTuple):
-    """Something that happened.
+    """An event.
 
     Attributes:
         time_s: when.
@@ -57,7 +57,7 @@ class Moment(NamedTuple):
 
 @dataclass
 class Retold:
-    """What the messages of a recording tell of one vehicle. Times are in s.
+    """Events and state of one vehicle in a recording. Times are in s.
 
     Attributes:
         name: of the vehicle, "ArduPilot copter"; empty if there was no HEARTBEAT.
@@ -83,7 +83,7 @@ class Retold:
 
 
 class Teller:
-    """Follows one vehicle through a recording by the code that flies."""
+    """Follows one vehicle through a recording with the flight code."""
 
     def __init__(self, source: Source, others: Iterable[int] = ()) -> None:
         """Follow a vehicle.
@@ -98,7 +98,7 @@ class Teller:
         self.retold = Retold()
 
     def take(self, time_s: float, message: Message) -> None:
-        """Take in the next message of the recording, whoever sent it."""
+        """Process the next message of the recording, from any sender."""
         if message.get_srcComponent() == notes.COMPONENT_ID:
             if message.get_srcSystem() not in self._others:
                 self.retold.noted.take(time_s, message)
@@ -157,7 +157,7 @@ def _moment(time_s: float, event: VehicleEvent) -> Moment | None:
     if isinstance(event, VehicleRebooted):
         return Moment(time_s, "restart", "The autopilot restarted", Severity.BAD)
     if isinstance(event, StationActed):
-        who = "Somebody" if event.station is None else f"Station {named(event.station)}"
+        who = "Unknown" if event.station is None else f"Ground station {named(event.station)}"
         text = f"{who} {event.act.value} ({event.how})"
         return Moment(time_s, "station", text, Severity.WARNING, event.station)
     if isinstance(event, StatusTextReceived) and event.severity <= mavlink.MAV_SEVERITY_WARNING:
@@ -168,5 +168,5 @@ def _moment(time_s: float, event: VehicleEvent) -> Moment | None:
 
 
 def named(source: Source) -> str:
-    """Return a sender as people write it."""
+    """Return the usual notation of a sender."""
     return f"{source[0]}/{source[1]}"

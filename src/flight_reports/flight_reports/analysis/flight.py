@@ -1,4 +1,4 @@
-"""One vehicle's flight, as a report tells it. No ROS."""
+"""One vehicle's flight with everything a report shows of it. No ROS."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from mavlink_vehicle.codec import mavlink
 from navigation_bridge import notes
 
 GAP_S = 3.0
-"""A silence of the vehicle that is longer than this is told: a HEARTBEAT comes every second."""
+"""Longer silences of the vehicle are reported; HEARTBEAT comes every second."""
 _MOVING_M_S = 0.5
 _PROGRESS_EVERY = 2000
 _OFF_GROUND_M = 1.0
-_NOTES = "notes of the server that recorded"
+_NOTES = "notes of the recording server"
 
 
 @dataclass(frozen=True)
 class Speaker:
-    """Who sent packets.
+    """A sender of packets.
 
     Attributes:
         source: MAVLink system and component.
@@ -47,13 +47,13 @@ class Speaker:
 
     @property
     def is_recorder(self) -> bool:
-        """Whether these are the server's notes, which never were on a link."""
+        """True for the server's notes, which were never on a link."""
         return self.what == _NOTES
 
 
 @dataclass(frozen=True)
 class Flight:
-    """All that a log tells of one vehicle. Times in seconds since the log's first packet.
+    """Everything in a log about one vehicle. Times in seconds since the log's first packet.
 
     Attributes:
         contents: the log.
@@ -79,12 +79,12 @@ class Flight:
 
     @cached_property
     def clearance(self) -> Clearance:
-        """How near things were, by the vehicle's own scanner; empty without one."""
+        """Clearance by the vehicle's own scanner; empty without one."""
         return read_clearance(self.contents, self.source)
 
     @cached_property
     def sensed(self) -> Sensed | None:
-        """What the sensors saw; None without, and for a log that is too long."""
+        """Sensed obstacles; None without sensors, or if the log is too long."""
         return read_sensed(self.contents, self.source)
 
     @property
@@ -94,7 +94,7 @@ class Flight:
 
     @property
     def name(self) -> str:
-        """For people: "ArduPilot copter, system 1"."""
+        """Display name, such as "ArduPilot copter, system 1"."""
         return f"{self.retold.name or 'Vehicle'}, system {self.source[0]}"
 
     @property
@@ -104,7 +104,7 @@ class Flight:
 
     @property
     def armed_s(self) -> float:
-        """How long the motors were armed."""
+        """Time with armed motors."""
         ends = [time_s for time_s, _ in self.retold.armed[1:]] + [self.contents.duration_s]
         # Without a HEARTBEAT there is no time at which it is known.
         spans = zip(self.retold.armed, ends, strict=False)
@@ -112,13 +112,13 @@ class Flight:
 
     @property
     def goal_s(self) -> float | None:
-        """When the first goal was accepted, or None."""
+        """Time of the acceptance of the first goal, or None."""
         goals = self.retold.noted.goals
         return goals[0].accepted_s if goals else None
 
     @property
     def takeoff_s(self) -> float | None:
-        """When it was a metre above where it began, or None."""
+        """Time of take-off, 1 m above the start, or None."""
         if not len(self.track.time_s):
             return None
         up_m = self.track.position_enu_m[:, 2]
@@ -127,7 +127,7 @@ class Flight:
 
     @property
     def moved_s(self) -> float | None:
-        """When it first moved, or None."""
+        """Time of the first movement, or None."""
         places = np.flatnonzero(self.track.ground_speed_m_s > _MOVING_M_S)
         return float(self.track.time_s[places[0]]) if len(places) else None
 

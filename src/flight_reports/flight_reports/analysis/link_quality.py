@@ -1,4 +1,4 @@
-"""How well a recorded link worked: lost packets, rates, silences. Pure."""
+"""Quality of a recorded link: lost packets, rates, silences. Pure."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NONSENSE = 0.6
 
 @dataclass(frozen=True)
 class LinkQuality:
-    """What one sender's packets tell of the link to the recorder.
+    """Link quality between one sender and the recorder.
 
     Attributes:
         received: how many packets are in the recording, repeated ones not counted.
@@ -72,7 +72,7 @@ def missing_before(sequence_number: NDArray[np.uint8]) -> NDArray[np.int64]:
 def link_quality(
     packets: Records, duration_s: float, gap_s: float, restarts_s: Sequence[float] = ()
 ) -> LinkQuality:
-    """Look at one sender's packets, one or more.
+    """Analyse one sender's packets, one or more.
 
     Args:
         packets: with `time_s` and `sequence_number`, by time.

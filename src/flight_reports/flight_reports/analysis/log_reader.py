@@ -1,4 +1,4 @@
-"""What a report needs of a tlog: who sent when, and the records that tell a flight. No ROS."""
+"""Reader of tlogs for reports: senders, times and the records of a flight. No ROS."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Progress: TypeAlias = Callable[[int, int], None]
 POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
 ESTIMATORS = ("EKF_STATUS_REPORT", "ESTIMATOR_STATUS")
 REQUESTS = ("COMMAND_LONG", "COMMAND_INT", "SET_MODE", "MISSION_COUNT", "MISSION_CLEAR_ALL")
-"""What makes an autopilot do something, beside setpoints."""
+"""Messages that command an autopilot, besides setpoints."""
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
 # Of these, only those of the server's notes are of use.
 _NOTED = ("NAMED_VALUE_FLOAT", "NAMED_VALUE_INT", "DEBUG_FLOAT_ARRAY")
@@ -84,12 +84,12 @@ class LogContents:
     times_mended: int
 
     def sources(self) -> list[Source]:
-        """Return who sent anything, in order."""
+        """Return all senders, in order."""
         return sorted({source for source, _ in self.rates})
 
     @property
     def names(self) -> frozenset[str]:
-        """The names of all messages that the log has."""
+        """Names of all messages in the log."""
         return frozenset(name for _, name in self.rates)
 
     def of(self, name: str, source: Source) -> Records | None:
@@ -102,7 +102,7 @@ class LogContents:
         return chosen if len(chosen) else None
 
     def vehicles(self) -> list[Source]:
-        """Return the autopilots; without a HEARTBEAT, who told a position."""
+        """Return the autopilots; without HEARTBEAT, the senders of positions."""
         found: dict[Source, None] = {}
         heartbeats = self.records.get("HEARTBEAT")
         if heartbeats is not None:
@@ -206,7 +206,7 @@ def _mend(records: Records, usual_s: float) -> int:
 
 
 def _since(records: Records, begun_s: float) -> None:
-    """Count time from the beginning; a clock that was set back turns nothing round."""
+    """Count time from the start; a clock set back does not reverse the order."""
     records["time_s"] = np.maximum.accumulate(np.maximum(records["time_s"] - begun_s, 0.0))
 
 

@@ -1,4 +1,4 @@
-"""How often each message came in a recording. Pure."""
+"""Rate of each message in a recording. Pure."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class MessageRate:
 
     @property
     def rate_hz(self) -> float | None:
-        """How often it came, from the first to the last; None for one alone."""
+        """Rate from the first to the last; None for a single one."""
         passed_s = self.last_s - self.first_s
         return (self.count - 1) / passed_s if passed_s > 0.0 else None
 

@@ -1,4 +1,4 @@
-"""What the sensors in a log told of obstacles, and how near they were. No ROS."""
+"""Obstacles reported by the sensors in a log, and the clearance to them. No ROS."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from flight_reports.flight_recording import RecordingError, read_recording
 from navigation_core.mapping.obstacles import Obstacles
 
 LARGEST_LOG_BYTES = 8 << 20
-"""All of a log goes through the code that flies, which takes some three seconds for each MB."""
+"""The whole log passes the flight code, which takes about 3 s per MB."""
 _SENSORS = frozenset({"OBSTACLE_DISTANCE", "DISTANCE_SENSOR"})
 
 
 @dataclass(frozen=True)
 class Sensed:
-    """Obstacles of the map that the sensors in a log make.
+    """Obstacles in the map built from the sensors in a log.
 
     Attributes:
         ever: all that were ever in the map.
@@ -31,7 +31,7 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Clearance:
-    """How near the nearest thing was that a scanner measured.
+    """Distance of the nearest obstacle measured by a scanner.
 
     Attributes:
         time_s: shape (n,), since the log's first packet.
@@ -60,12 +60,12 @@ def read_clearance(contents: LogContents, vehicle: Source) -> Clearance:
 
 
 def obstacles_left_out(contents: LogContents) -> bool:
-    """Tell whether the log has what obstacles are seen from, but too much of it."""
+    """Return whether the log has obstacle data, but is too long."""
     return contents.counts.bytes > LARGEST_LOG_BYTES and bool(_SENSORS & contents.names)
 
 
 def read_sensed(contents: LogContents, vehicle: Source) -> Sensed | None:
-    """Return what the sensors of a vehicle saw.
+    """Return the obstacles sensed by a vehicle.
 
     Returns:
         None if nothing was seen, the log is too long, or another vehicle was the one to see.

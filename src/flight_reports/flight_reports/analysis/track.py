@@ -1,4 +1,4 @@
-"""Where a recorded vehicle was, and where it was told to be. No ROS."""
+"""Recorded track and setpoints of a vehicle. No ROS."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _VELOCITY_IGNORED = 0b111 << 3
 
 @dataclass(frozen=True)
 class Track:
-    """Where a vehicle was. Lengths in metres, times in seconds.
+    """Track of a vehicle. Lengths in metres, times in seconds.
 
     Attributes:
         time_s: shape (n,); n is 0 without a position.
@@ -48,7 +48,7 @@ class Track:
 
     @property
     def length_m(self) -> float:
-        """The way that was flown, in three dimensions; wandering while standing is left out."""
+        """Distance flown in three dimensions, without position noise at rest."""
         if not len(self.time_s):
             return 0.0
         total_m, here = 0.0, self.position_enu_m[0]
@@ -68,7 +68,7 @@ class Track:
 
 
 def read_track(contents: LogContents, vehicle: Source) -> Track:
-    """Return where a vehicle was, in the map frame if the log tells its origin."""
+    """Return the track of a vehicle, in the map frame if its origin is known."""
     local = contents.of("LOCAL_POSITION_NED", vehicle)
     places = contents.of("GLOBAL_POSITION_INT", vehicle)
     if places is not None:
@@ -134,7 +134,7 @@ def read_setpoints(
 
 
 def local_samples(contents: LogContents, vehicle: Source) -> tuple[Samples, Samples]:
-    """Return what LOCAL_POSITION_NED tells: positions (NED, m) and velocities (NED, m/s)."""
+    """Return the positions (NED, m) and velocities (NED, m/s) of LOCAL_POSITION_NED."""
     local = contents.of("LOCAL_POSITION_NED", vehicle)
     if local is None:
         return _joined([]), _joined([])
@@ -186,12 +186,12 @@ def _local_track(local: Records | None) -> Track:
         ned[:, [1, 0, 2]] * (1.0, 1.0, -1.0),
         _vectors(local, "vx", "vy", "vz"),
         None,
-        "The log has no valid global position: the map is in the vehicle's own local frame.",
+        "The log has no valid global position; the map uses the vehicle's local frame.",
     )
 
 
 def _stood_by(contents: LogContents, vehicle: Source, time_s: Floats) -> NDArray[np.bool_]:
-    """Tell at which times the estimator stood by its position, as far as it says anything."""
+    """Return at which times the estimator reported a valid position, as far as known."""
     stood = np.ones(len(time_s), dtype=np.bool_)
     for name in ESTIMATORS:
         told = contents.of(name, vehicle)
@@ -222,7 +222,7 @@ def _frame(
     remark = ""
     if finder.frame is None:
         finder.tell(_place(places[0], "lat", "lon", "alt"))
-        remark = "The log doesn't tell the map's origin: the map begins at the first position."
+        remark = "The log has no map origin; the first position is the origin."
     frame = finder.frame
     assert frame is not None
     return frame, remark

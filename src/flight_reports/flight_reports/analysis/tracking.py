@@ -1,4 +1,4 @@
-"""How well a vehicle followed its setpoints. Pure."""
+"""Setpoint tracking error of a vehicle. Pure."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Tracking:
-    """How setpoints were followed; metres for positions, m/s for velocities.
+    """Tracking error; metres for positions, m/s for velocities.
 
     Attributes:
         unit: "m" or "m/s".
@@ -69,7 +69,7 @@ class Tracking:
 
 
 def tracking(setpoints: Samples, followed: Samples, unit: str) -> Tracking | None:
-    """Compare setpoints with what followed.
+    """Compare setpoints with the response.
 
     Of positions, those are left out that the vehicle was still on its way to: after a step of
     the setpoints it has first to come within a metre. What remains is how well it followed.
@@ -108,13 +108,13 @@ def tracking(setpoints: Samples, followed: Samples, unit: str) -> Tracking | Non
 
 
 def _is_told(time_s: Floats, told_s: Floats) -> NDArray[np.bool_]:
-    """Tell which times lie between two that are near each other."""
+    """Return which times lie between two adjacent ones."""
     after = np.clip(np.searchsorted(told_s, time_s), 1, len(told_s) - 1)
     return told_s[after] - told_s[after - 1] <= _PAUSE_S
 
 
 def _follows(setpoints: Samples, error: Floats) -> NDArray[np.bool_]:
-    """Tell which setpoints the vehicle was following, not still on its way to."""
+    """Return which setpoints the vehicle was tracking, not still approaching."""
     time_s = setpoints.time_s
     moved_m = np.linalg.norm(np.diff(setpoints.vectors_ned, axis=0), axis=1)
     paused_s = np.diff(time_s)
@@ -132,7 +132,7 @@ def _follows(setpoints: Samples, error: Floats) -> NDArray[np.bool_]:
 
 
 def _delay_s(setpoints: Samples, followed: Samples, kept: NDArray[np.bool_]) -> float | None:
-    """Return the delay for which what followed is nearest to the setpoints."""
+    """Return the delay with the smallest error between response and setpoints."""
     time_s, wanted = setpoints.time_s[kept], setpoints.vectors_ned[kept]
     if np.linalg.norm(wanted.std(axis=0)) < _DELAY_SPREAD:
         return None

@@ -1,4 +1,4 @@
-"""What in a recorded flight is worth a look. Pure."""
+"""Warnings about a recorded flight. Pure."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ASKING = ("SET_MESSAGE_INTERVAL", "REQUEST_")
 
 @dataclass(frozen=True)
 class Warned:
-    """Something worth a look, once for all the times that it happened.
+    """A warning, once for all occurrences.
 
     Attributes:
         first: when it happened first, and what.
@@ -35,7 +35,7 @@ class Warned:
 
 
 def warnings(flight: Flight) -> list[Warned]:
-    """Return what is worth a look, by time; what happened again and again is there once."""
+    """Return the warnings by time; repeated ones appear once."""
     moments = [moment for moment in flight.retold.moments if _counts(moment, flight)]
     led = _leader(flight)
     moments += causes(flight, None if led is None else led.source)
@@ -49,7 +49,7 @@ def warnings(flight: Flight) -> list[Warned]:
 
 
 def _counts(moment: Moment, flight: Flight) -> bool:
-    """Tell whether something deserves a look: not what the one that leads the vehicle does."""
+    """Return whether an event is a warning; acts of the controlling station are not."""
     if moment.kind == "station" and not flight.retold.noted.goals:
         led = _leader(flight)
         return led is None or moment.by != led.source
@@ -57,7 +57,7 @@ def _counts(moment: Moment, flight: Flight) -> bool:
 
 
 def _leader(flight: Flight) -> Speaker | None:
-    """Return who led the vehicle: by setpoints, or else by most commands."""
+    """Return the controlling sender: by setpoints, or else by most commands."""
     commanders = [speaker for speaker in flight.speakers if speaker.requests + speaker.setpoints]
     return max(commanders, key=lambda s: (s.setpoints, s.requests), default=None)
 
@@ -74,11 +74,11 @@ def _of_goals(flight: Flight, happened: list[Moment]) -> list[Moment]:
             told.append(Moment(goal.ended_s, "goal", text, Severity.BAD))
         elif goal.ended_s is None:
             end_s = flight.contents.duration_s
-            text = f"The recording ends before goal {goal.short_id} does"
+            text = f"The recording ends before goal {goal.short_id} ended"
             told.append(Moment(end_s, "goal", text, Severity.WARNING))
     for time_s, event in noted.events:
         if event.happened.event == "REJECTED":
-            text = _with("A goal was refused", event.happened.message)
+            text = _with("A goal was rejected", event.happened.message)
             told.append(Moment(time_s, "goal", text, Severity.WARNING))
     return told
 
@@ -89,7 +89,7 @@ def _of_link(flight: Flight) -> list[Moment]:
         Moment(
             begin_s,
             "silence",
-            f"Nothing was heard of the vehicle for {end_s - begin_s:.1f} s",
+            f"The vehicle was silent for {end_s - begin_s:.1f} s",
             Severity.BAD,
         )
         for begin_s, end_s in link.gaps
@@ -101,13 +101,13 @@ def _of_link(flight: Flight) -> list[Moment]:
         who = "the vehicle" if speaker.source == flight.source else named(speaker.source)
         if not quality.numbers_follow:
             text = (
-                f"The sequence numbers of {who} don't follow one another: "
-                "the log may hold several links, or leave messages out; its loss is not known"
+                f"The sequence numbers of {who} are not consecutive: "
+                "the log may combine several links or omit messages; its loss is unknown"
             )
             told.append(Moment(0.0, "loss", text, Severity.WARNING))
         elif quality.loss_share >= _LOSS:
             severity = Severity.BAD if quality.loss_share >= _LOSS_BAD else Severity.WARNING
-            text = f"{quality.lost} packets of {who} are missing ({quality.loss_share:.1%})"
+            text = f"{quality.lost} packets of {who} were lost ({quality.loss_share:.1%})"
             worst = int(np.argmax(np.nan_to_num(quality.loss)))
             told.append(Moment(float(quality.intervals_s[worst]), "loss", text, severity))
     return told
@@ -137,13 +137,13 @@ def _about_command(command: Command, any_answered: bool) -> tuple[str, Severity]
 
 
 def _of_others(flight: Flight) -> list[Moment]:
-    """Tell of stations that commanded beside the one that led the vehicle."""
+    """Return warnings about other stations that sent commands."""
     led = _leader(flight)
     told = []
     for speaker in flight.speakers:
         if speaker.requests + speaker.setpoints and speaker is not led:
             times_s = [c.time_s for c in flight.commands if c.by == speaker.source]
-            text = f"Station {named(speaker.source)} ({speaker.what}) sent commands, too"
+            text = f"Ground station {named(speaker.source)} ({speaker.what}) also sent commands"
             told.append(Moment(min(times_s, default=0.0), "station", text, Severity.WARNING))
     return told
 
@@ -153,50 +153,50 @@ def _of_recorder(flight: Flight) -> list[Moment]:
     told = []
     if counts.steps_back > 0:
         text = (
-            f"The recorder's clock went back {counts.steps_back} times; what was recorded "
-            "meanwhile is shown at one moment"
+            f"The recorder's clock stepped back {counts.steps_back} times; what was recorded "
+            "until it caught up is shown at one moment"
         ).replace("back 1 times", "back once")
         told.append(Moment(0.0, "clock", text, Severity.WARNING))
     if flight.contents.times_mended:
-        text = f"{flight.contents.times_mended} packets have a time that can't be right"
+        text = f"{flight.contents.times_mended} packets have an implausible time"
         told.append(Moment(0.0, "damage", text, Severity.WARNING))
     if counts.bad_checksums:
-        text = f"{counts.bad_checksums} packets have a wrong checksum and were left out"
+        text = f"{counts.bad_checksums} packets have a wrong checksum and were skipped"
         told.append(Moment(0.0, "damage", text, Severity.WARNING))
     if counts.bytes_outside:
-        text = f"{counts.bytes_outside} bytes of the file belong to no packet"
+        text = f"{counts.bytes_outside} bytes of the file are outside packets"
         told.append(Moment(0.0, "damage", text, Severity.WARNING))
     return told
 
 
 def lacking(flight: Flight) -> list[str]:
-    """Return sentences on what the log doesn't contain."""
+    """Return sentences about missing content of the log."""
     told = []
     noted, retold = flight.retold.noted, flight.retold
     if not len(flight.track.time_s):
-        told.append("The log has no position of this vehicle: there is no map and no altitude.")
+        told.append("The log has no position of this vehicle; map and altitude are missing.")
     if flight.track.remark:
         told.append(flight.track.remark)
     if not noted.goals:
         told.append(
             "The log has no goals, plans or replans: it was recorded by another program, or no "
-            "goal was given (navigation_server --tlog notes them)."
+            "goal was sent (navigation_server --tlog records them)."
         )
     if not retold.battery and not retold.voltage:
         told.append("The log has no battery level.")
     elif not retold.battery:
-        told.append("The log has the battery's voltage, but not how much is left.")
+        told.append("The log has the battery voltage, but not the remaining charge.")
     if flight.position_tracking is None and flight.velocity_tracking is None:
-        told.append("The log has too few setpoints that can be compared with what the vehicle did.")
+        told.append("The log has too few setpoints to evaluate tracking.")
     if not retold.name:
-        told.append("The log has no HEARTBEAT of this vehicle: its modes are not known.")
+        told.append("The log has no HEARTBEAT of this vehicle; its modes are unknown.")
     if retold.state.firmware_version is None:
-        told.append("The log does not tell the firmware's version.")
+        told.append("The log has no firmware version.")
     return told
 
 
 def reason(message: str, code: str) -> str:
-    """Return what the server said of an end, without the code before it."""
+    """Return the server's message about an end, without the code."""
     return message.removeprefix(f"{code}: ")
 
 

@@ -1,4 +1,4 @@
-"""Two recorded flights laid over each other. No ROS."""
+"""Overlay of two recorded flights. No ROS."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from flight_reports.page.page import Plots, page
 from flight_reports.page.sections import not_in_the_log, replans
 from flight_reports.page.series import Row, points, stacked
 
-# Farther apart, two flights are not of one place: each begins at the origin then.
+# Beyond this distance, two flights have no common origin.
 _SAME_PLACE_M = 5000.0
 _COLOURS = ("@track", "@other")
 _LETTERS = ("A", "B")
 _WS_PER_WH = 3600.0
-_SERIES = ("altitude (m)", "speed (m/s)", "off setpoint (m)", "battery (%)", "remaining (m)")
+_SERIES = ("altitude (m)", "speed (m/s)", "tracking error (m)", "battery (%)", "remaining (m)")
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Alignment:
     """What both flights are counted from.
 
     Attributes:
-        event: for people, "the first goal's acceptance".
+        event: for people, "acceptance of the first goal".
         times_s: of it, in each flight's own time.
     """
 
@@ -48,9 +48,9 @@ class Alignment:
 def align(first: Flight, second: Flight) -> Alignment:
     """Return the first event that both flights have: a goal, the take-off, a movement."""
     for event, attribute in (
-        ("the first goal's acceptance", "goal_s"),
-        ("the take-off (a metre above the first position)", "takeoff_s"),
-        ("the first movement (faster than 0.5 m/s)", "moved_s"),
+        ("acceptance of the first goal", "goal_s"),
+        ("take-off (1 m above the first position)", "takeoff_s"),
+        ("first movement (faster than 0.5 m/s)", "moved_s"),
     ):
         a, b = getattr(first, attribute), getattr(second, attribute)
         if a is not None and b is not None:
@@ -59,7 +59,7 @@ def align(first: Flight, second: Flight) -> Alignment:
 
 
 def comparison_page(first: Flight, second: Flight) -> str:
-    """Return the page that lays two flights over each other."""
+    """Return the page that overlays two flights."""
     plots = Plots()
     flights = (first, second)
     alignment = align(first, second)
@@ -84,15 +84,15 @@ def comparison_page(first: Flight, second: Flight) -> str:
 
 
 def in_one_frame(first: Flight, second: Flight) -> tuple[tuple[Track, Track], str]:
-    """Return both tracks in the map frame of the first, and a sentence on how they lie."""
+    """Return both tracks in the map frame of the first, and a sentence about the frames."""
     a, b = first.track, second.track
     if a.frame is not None and b.frame is not None:
         north_m, east_m, _ = a.frame.ned_m(b.frame.origin)
         if math.hypot(north_m, east_m) <= _SAME_PLACE_M:
             tracks = a, laid_into(b, a.frame)
-            return tracks, "Both tracks lie where they were flown, in the map frame of A."
+            return tracks, "Both tracks are shown in the map frame of A."
     tracks = (_from_begin(a), _from_begin(b))
-    return tracks, "The flights are not known to be of one place: each track begins at the origin."
+    return tracks, "The flights have no common origin: each track begins at its own."
 
 
 def _from_begin(track: Track) -> Track:
@@ -117,7 +117,7 @@ def _who(flights: tuple[Flight, Flight]) -> Markup:
 
 def _about(alignment: Alignment, placed: str) -> str:
     a, b = alignment.times_s
-    return f"Time is counted from {alignment.event}: {a:.1f} s into A, {b:.1f} s into B. {placed}"
+    return f"Time zero is {alignment.event}: {a:.1f} s into A, {b:.1f} s into B. {placed}"
 
 
 def _map(flights: tuple[Flight, Flight], tracks: tuple[Track, Track]) -> Figure:
@@ -166,7 +166,7 @@ def _of(flight: Flight) -> dict[str, tuple[Floats, Floats]]:
         "remaining (m)": points(noted.distance_m),
     }
     if told is not None:
-        series["off setpoint (m)"] = (told.time_s, told.horizontal)
+        series["tracking error (m)"] = (told.time_s, told.horizontal)
     return series
 
 
@@ -193,18 +193,18 @@ def _signed(change: float | None, unit: str, digits: int) -> str:
 
 
 _FIGURES = (
-    ("duration from there on", "s", 1),
+    ("duration from time zero", "s", 1),
     ("distance flown", "m", 1),
-    ("highest above the first position", "m", 1),
-    ("fastest over the ground", "m/s", 1),
+    ("maximum height above the first position", "m", 1),
+    ("maximum ground speed", "m/s", 1),
     ("battery used", "%", 0),
     ("energy used", "Wh", 2),
-    ("off its position setpoints, across, RMS", "m", 2),
-    ("off its position setpoints, across, most", "m", 2),
-    ("behind its position setpoints", "s", 2),
+    ("horizontal tracking error, RMS", "m", 2),
+    ("horizontal tracking error, maximum", "m", 2),
+    ("tracking delay", "s", 2),
     ("goals", "", 0),
     ("goals reached", "", 0),
-    ("first goal took", "s", 1),
+    ("duration of the first goal", "s", 1),
     ("replans", "", 0),
     ("packets lost", "%", 1),
 )

@@ -1,4 +1,4 @@
-"""The plots of a report, as Plotly's figures: plain data, for the page to draw. Pure.
+"""Plots of a report as Plotly figures in plain data. Pure.
 
 A colour that begins with "@" is one of the page's own (`report_page.css`), so that the plots
 follow the reader's choice of light or dark.
@@ -69,7 +69,7 @@ def _break_s(time_s: Floats) -> float:
 
 
 def numbers(values: Floats) -> list[float | None]:
-    """Return numbers for JSON, to a millimetre; what is no number is None."""
+    """Return numbers for JSON, rounded to 0.001; NaN becomes None."""
     return [None if value != value else value for value in np.round(values, 3).tolist()]
 
 
@@ -150,7 +150,7 @@ def flown(track: Track, name: str, colour: str) -> Trace:
 
 
 def cursor() -> Trace:
-    """Return the place that the other plot points at: none yet."""
+    """Return the marker of the other plot's cursor: none yet."""
     look = {"symbol": "circle-open", "size": 16, "color": "@ink", "line": {"width": 3}}
     return {**markers([], [], "cursor", **look), "showlegend": False, "hoverinfo": "skip"}
 
@@ -204,7 +204,7 @@ def _replans(flight: Flight) -> list[Trace]:
     times_s = [
         time_s for (_, before), (time_s, after) in itertools.pairwise(counts) if after > before
     ]
-    return _at_times(flight, [(time_s, "planned anew") for time_s in times_s], "replans",
+    return _at_times(flight, [(time_s, "replanned") for time_s in times_s], "replans",
                      symbol="diamond", color="@plan")  # fmt: skip
 
 
@@ -217,7 +217,7 @@ def _modes(flight: Flight) -> list[Trace]:
 def _worth_a_look(flight: Flight) -> list[Trace]:
     told = [(t_s, warned.first.text) for warned in warnings(flight) for t_s in warned.times_s]
     told = [(time_s, text) for time_s, text in told if time_s > 0.0]
-    return _at_times(flight, told, "worth a look", symbol="triangle-up", color="@bad")
+    return _at_times(flight, told, "warnings", symbol="triangle-up", color="@bad")
 
 
 def _at_times(flight: Flight, told: list[tuple[float, str]], name: str, **look: Any) -> list[Trace]:
@@ -250,5 +250,5 @@ def _goals(flight: Flight) -> list[Trace]:
 
 
 def moment_colour(moment: Moment) -> str:
-    """Return the page's colour for what happened."""
+    """Return the page's colour for an event."""
     return _SEVERITIES.get(moment.severity, "@mode")

@@ -1,4 +1,4 @@
-"""Small pieces of HTML. Whatever comes from a log is escaped here. Pure."""
+"""HTML elements for reports, with all text from logs escaped. Pure."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 
 class Markup(str):
-    """Text that is HTML already."""
+    """Text that is already HTML."""
 
     __slots__ = ()
 
@@ -68,7 +68,7 @@ def number(value: float | None, unit: str = "", digits: int = 1) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a duration as people write it."""
+    """Return a duration in the usual notation."""
     minutes, rest = divmod(seconds, 60.0)
     if not minutes:
         return f"{seconds:.1f} s"

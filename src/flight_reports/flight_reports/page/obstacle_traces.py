@@ -1,4 +1,4 @@
-"""Obstacles on the map of a report, as the sensors in the log told of them. No ROS."""
+"""Sensed obstacles on the map of a report. No ROS."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def obstacle_traces(sensed: Sensed | None) -> list[Trace]:
     return [
         _outlines(obstacles, name, opacity)
         for obstacles, name, opacity in (
-            (gone, "seen once", 0.25),
+            (gone, "sensed earlier", 0.25),
             (sensed.at_end, "obstacles at the end", 0.7),
         )
         if len(obstacles)

@@ -1,4 +1,4 @@
-"""The page of a report: one HTML file that needs nothing else, not even a network."""
+"""The page of a report: one self-contained HTML file that works offline."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from flight_reports.page.series import series_figure
 _TRACK_POINTS_MAX = 4000
 # Lines, markers and bars only: a quarter of the whole library (npm: plotly.js-basic-dist-min).
 _PLOTLY = "plotly-basic.min.js"
-_TOO_LONG = "Obstacles are drawn for logs of up to 8 MB; this one is longer."
-_NO_SCRIPT = "The plots of this page are drawn by a script, which this browser doesn't run."
+_TOO_LONG = "Obstacles are drawn only for logs of up to 8 MB."
+_NO_SCRIPT = "The plots of this page need JavaScript."
 
 
 class Plots:
@@ -49,7 +49,7 @@ class Plots:
         }
 
     def as_json(self) -> str:
-        """Return everything as JSON that can stand within a script element."""
+        """Return everything as JSON that is safe in a script element."""
         text = json.dumps({"figures": self.figures, "tracks": self.tracks}, allow_nan=False,
                           separators=(",", ":"))  # fmt: skip
         return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

@@ -1,4 +1,4 @@
-"""The parts of a report that are read: figures of the flight, goals, tracking, warnings. Pure."""
+"""Text sections of a report: flight summary, goals, tracking, warnings. Pure."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from flight_reports.page.html import Markup, at, duration, element, joined, numb
 from navigation_bridge.recording.recorded_notes import RecordedGoal
 
 _TIMES_MAX = 6
-_SIGNS = {Severity.BAD: "▲ bad", Severity.WARNING: "● look", Severity.INFO: "note"}
+_SIGNS = {Severity.BAD: "▲ error", Severity.WARNING: "● warning", Severity.INFO: "note"}
 
 
 def summary(flight: Flight) -> Markup:
-    """Return the flight's figures: what one wants to know first."""
+    """Return the summary of the flight."""
     track, retold = flight.track, flight.retold
     begun = datetime.fromtimestamp(flight.contents.begun_unix_s, timezone.utc)
     facts = [
-        ("vehicle", retold.name or "not told"),
-        ("firmware", retold.state.firmware_version or "not told"),
+        ("vehicle", retold.name or "unknown"),
+        ("firmware", retold.state.firmware_version or "unknown"),
         ("recorded", f"{begun:%Y-%m-%d %H:%M:%S} UTC"),
         ("duration", duration(flight.contents.duration_s)),
-        ("armed", duration(flight.armed_s) if retold.armed else "not told"),
+        ("armed", duration(flight.armed_s) if retold.armed else "unknown"),
     ]
     if len(track.time_s):
         up_m = track.position_enu_m[:, 2]
@@ -41,7 +41,7 @@ def summary(flight: Flight) -> Markup:
         done = sum(goal.code == "SUCCESS" for goal in noted)
         facts += [("goals", f"{done} of {len(noted)} reached"), ("replans", str(replans(flight)))]
     link = flight.link
-    facts.append(("packets lost", f"{link.loss_share:.1%}" if link.numbers_follow else "not known"))
+    facts.append(("packets lost", f"{link.loss_share:.1%}" if link.numbers_follow else "unknown"))
     return element(
         "dl",
         *(element("div", element("dt", k), element("dd", v)) for k, v in facts),
@@ -51,11 +51,11 @@ def summary(flight: Flight) -> Markup:
 
 def _battery(percent: list[float]) -> str:
     first, last, least = percent[0], percent[-1], min(percent)
-    return f"{first:.0f} → {last:.0f} %" + (f", least {least:.0f} %" if least < last - 1.0 else "")
+    return f"{first:.0f} → {last:.0f} %" + (f", min {least:.0f} %" if least < last - 1.0 else "")
 
 
 def replans(flight: Flight) -> int:
-    """Return how often the way was planned anew in all goals."""
+    """Return the number of replans of all goals."""
     counts = [count for _, count in flight.retold.noted.replans]
     return int(
         sum(max(after - before, 0) for before, after in zip([0, *counts], counts, strict=False))
@@ -63,7 +63,7 @@ def replans(flight: Flight) -> int:
 
 
 def not_in_the_log(flight: Flight) -> Markup:
-    """Return what the log doesn't contain, plainly."""
+    """Return the list of missing content."""
     told = lacking(flight)
     if not told:
         return Markup()
@@ -80,8 +80,8 @@ def goals(flight: Flight, section: str) -> Markup:
     noted = flight.retold.noted.goals
     if not noted:
         return Markup()
-    heads = ("", "goal", "accepted", "aim (m: east, north, up)", "what it did", "end", "took",
-             "off by", "replans", "in the server's words")  # fmt: skip
+    heads = ("", "goal", "accepted", "target (m: east, north, up)", "progress", "end", "duration",
+             "error", "replans", "server message")  # fmt: skip
     rows = [_goal(flight, goal, place, section) for place, goal in enumerate(noted)]
     return joined((element("h3", "Goals"), table(heads, rows, "goals")))
 
@@ -125,7 +125,7 @@ def _error_m(flight: Flight, goal: RecordedGoal) -> float | None:
 
 
 def tracking(flight: Flight) -> Markup:
-    """Return how well setpoints were followed; nothing without setpoints."""
+    """Return the tracking table; nothing without setpoints."""
     rows = [
         _tracking_row(name, told)
         for name, told in (
@@ -136,14 +136,14 @@ def tracking(flight: Flight) -> Markup:
     ]
     if not rows:
         return Markup()
-    heads = ("setpoints of", "across, RMS", "across, most", "up and down, RMS", "up and down, most",
-             "behind by", "compared", "left out")  # fmt: skip
+    heads = ("setpoints of", "horizontal, RMS", "horizontal, max", "vertical, RMS", "vertical, max",
+             "delay", "compared", "excluded")  # fmt: skip
     note = (
-        "SET_POSITION_TARGET against the LOCAL_POSITION_NED of the same time. Left out are "
-        "positions that the vehicle was still on its way to. Behind by: the delay at which what "
-        "followed is nearest to what was asked for."
+        "SET_POSITION_TARGET against the LOCAL_POSITION_NED of the same time. Excluded are "
+        "setpoints that the vehicle had not reached yet. Delay: the time shift with the "
+        "smallest difference between setpoint and response."
     )
-    return joined((element("h3", "Following its setpoints"), table(heads, rows, "figures"),
+    return joined((element("h3", "Setpoint tracking"), table(heads, rows, "figures"),
                    element("p", note, class_="note")))  # fmt: skip
 
 
@@ -155,11 +155,11 @@ def _tracking_row(name: str, told: Tracking) -> list[object]:
 
 
 def worth_a_look(flight: Flight, section: str) -> Markup:
-    """Return what is worth a look, each with its time."""
+    """Return the warnings with their times."""
     told = warnings(flight)
-    head = element("h3", "Worth a look")
+    head = element("h3", "Warnings")
     if not told:
-        return joined((head, element("p", "Nothing: no failsafe, no gap, no unanswered command.")))
+        return joined((head, element("p", "None: no failsafe, no gap, no unanswered command.")))
     rows = [_warning_row(warned, section) for warned in told]
     return joined((head, table(("when", "", "about", "what"), rows, "warnings")))
 
@@ -169,28 +169,28 @@ def _warning_row(warned: Warned, section: str) -> list[object]:
     times = joined(element("div", at(t_s, section)) for t_s in warned.times_s[:_TIMES_MAX])
     more = len(warned.times_s) - _TIMES_MAX
     if more > 0:
-        times = joined((times, element("div", f"and {more} times more")))
+        times = joined((times, element("div", f"and {more} more times")))
     sign = element("span", _SIGNS[severity], class_=f"sign {severity.value}")
     return [times, sign, warned.first.kind, warned.first.text]
 
 
 def speakers(flight: Flight) -> Markup:
-    """Return who spoke, and how well it was heard."""
+    """Return the senders and their link quality."""
     heads = ("system/component", "what", "packets", "lost", "repeated", "commands", "setpoints")
     rows = []
     for speaker in flight.speakers:
         link = speaker.link
-        lost = f"{link.lost} ({link.loss_share:.1%})" if link.numbers_follow else "not known"
+        lost = f"{link.lost} ({link.loss_share:.1%})" if link.numbers_follow else "unknown"
         if speaker.is_recorder:
             lost = "–"
         what = speaker.what + (" (this vehicle)" if speaker.source == flight.source else "")
         rows.append([named(speaker.source), what, link.received, lost, link.repeated,
                      speaker.requests, speaker.setpoints])  # fmt: skip
-    return joined((element("h3", "Who spoke"), table(heads, rows, "figures named")))
+    return joined((element("h3", "Senders"), table(heads, rows, "figures named")))
 
 
 def messages(flight: Flight) -> Markup:
-    """Return how often the vehicle's messages came."""
+    """Return the rates of the vehicle's messages."""
     rates = {name: rate for (who, name), rate in flight.contents.rates.items()
              if who == flight.source}  # fmt: skip
     heads = ("message", "count", "per second", "longest gap")

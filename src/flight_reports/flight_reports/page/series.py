@@ -1,4 +1,4 @@
-"""The plots of a report over time, one under the other with one time axis. Pure."""
+"""Time series of a report, stacked on one time axis. Pure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STRIP_PX = 92
 _SPACE_PX = 16
 _BOTTOM_PX = 84
 _LINES_MAX = 40
-# What is farther away is of no interest.
+# Larger distances are not drawn.
 _CLEARANCE_MAX_M = 10.0
 _MODE_TINTS = ("@tint1", "@tint2", "@tint3")
 
@@ -63,7 +63,7 @@ def stacked(rows: list[Row], end_s: float, begin_s: float = 0.0, title: str = ""
         "legend": {"orientation": "h", "y": -44 / total_px, "yanchor": "top", "x": 0},
         "hoverlabel": {"namelength": -1},
         "xaxis": {
-            "title": {"text": title or "time since the log began (s)"},
+            "title": {"text": title or "time since the start of the log (s)"},
             "range": [begin_s, max(end_s, begin_s + 1.0)],
             "anchor": f"y{2 * len(rows) - 1}",
             "showspikes": True, "spikemode": "across", "spikethickness": 1, "spikedash": "solid",
@@ -192,7 +192,7 @@ def _height_and_speed(flight: Flight) -> list[Row]:
         wanted = -flight.setpoints.vectors_ned[:, 2]
         look = {"dash": "dot", "width": 1.5}
         heights.append(
-            line(flight.setpoints.time_s, wanted, "altitude wanted (m)", "@goal", line=look)
+            line(flight.setpoints.time_s, wanted, "altitude setpoint (m)", "@goal", line=look)
         )
     climb = -track.velocity_ned_m_s[:, 2]
     speeds = [
@@ -208,7 +208,7 @@ def _errors(flight: Flight) -> list[Row]:
         return []
     across = line(told.time_s, told.horizontal, "horizontal error (m)", "@track")
     above = line(told.time_s, told.vertical, "vertical error (m)", "@second", line={"width": 1.5})
-    return [Row("off setpoint (m)", [across, above])]
+    return [Row("tracking error (m)", [across, above])]
 
 
 def _clearance(flight: Flight) -> list[Row]:

@@ -1,1 +1,1 @@
-"""Pictures and films of a flight."""
+"""Pictures and videos of a flight."""

@@ -1,4 +1,4 @@
-"""One picture of a recorded flight for each moment: the frames of its film."""
+"""Video frames of a recorded flight."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ _BELOW_GROUND_M = 1.0
 # Left, bottom, width and height, as shares of the picture.
 _ABOVE_FRAME = (0.052, 0.135, 0.514, 0.77)
 _SIDE_FRAME = (0.627, 0.735, 0.358, 0.17)
-# How long an old way fades, a new obstacle glows (seconds of the film).
+# Fade time of an old path and glow time of a new obstacle (seconds of the video).
 _FADE_S = 1.6
 _GLOW_S = 0.5
 
 
 @dataclass(frozen=True)
 class Pace:
-    """Which moments of a flight are shown.
+    """Time range and speed of a video.
 
     Attributes:
         begin_s: first moment.
@@ -111,7 +111,7 @@ class Film:
 
 
 class _Memory:
-    """Since when each obstacle has been known, and what was there before."""
+    """Time since which each obstacle is known, and former obstacles."""
 
     def __init__(self) -> None:
         self.known = NOTHING

@@ -1,4 +1,4 @@
-"""Places the names of goals in a picture where they hide nothing and one another not. Pure."""
+"""Placement of goal labels in a picture without overlaps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers beside a film of a flight: distance, time, speed, battery, status."""
+"""Panel beside a flight video: distance, time, speed, battery, status."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Panel:
         self._recording, self._speedup = recording, speedup
         self._replan_times_s = scene.replan_times_s(recording)
         figure.text(0.036, 0.955, recording.vehicle, fontsize=10, color=scene.INK, weight="bold")
-        figure.text(0.566, 0.957, "drawn from its recording", fontsize=7, color=scene.FAINT,
+        figure.text(0.566, 0.957, "from the recording", fontsize=7, color=scene.FAINT,
                     horizontalalignment="right")  # fmt: skip
         self._axes = axes = figure.add_axes(_FRAME)
         axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
         axes.axis("off")
         self._numbers: list[Text] = []
-        rows = ("distance left", "time left", "speed", "height", "goal", "planned anew")
+        rows = ("distance left", "time left", "speed", "altitude", "goal", "replans")
         for number, name in enumerate(rows):
             x, y = 0.35 * (number % 3), 0.83 - 0.24 * (number // 3)
             axes.text(x, y + 0.115, name, fontsize=7, color=scene.FAINT)
@@ -68,9 +68,9 @@ class Panel:
     def _legend(self) -> None:
         rows = (
             (scene.TRACK, "flown"),
-            (scene.PLAN, "the way that is planned"),
-            (scene.FAINT, "the way as it was before"),
-            (scene.NEW, "obstacle, just discovered"),
+            (scene.PLAN, "planned path"),
+            (scene.FAINT, "previous path"),
+            (scene.NEW, "obstacle, newly sensed"),
             (scene.OBSTACLE, "obstacle, known"),
             (scene.GONE, "no longer there"),
         )
@@ -125,9 +125,9 @@ class Panel:
         status = self._recording.status.at(time_s) or ""
         words = [status]
         if self._is_news(self._replan_times_s, time_s):
-            words.append("planned anew")
+            words.append("replanned")
         if self._is_news(self._recording.goals.times_s[1:], time_s):
-            words.append("another goal was sent")
+            words.append("new goal")
         warnings = self._recording.warnings
         if self._is_news(warnings.times_s, time_s):
             words.append(f"“{warnings.at(time_s)}”")

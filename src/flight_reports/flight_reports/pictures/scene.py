@@ -1,4 +1,4 @@
-"""How a flight looks in pictures and films: colours, views, and the shapes of obstacles."""
+"""Common look of pictures and videos: colours, views, obstacle shapes."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _COLUMN_MAX_M = 0.3
 _BESIDE_M = 2.5
 _SIDE_SHARE = 0.45
 _WAY_POINTS = 200
-_AXES = ("east", "north", "height")
+_AXES = ("east", "north", "altitude")
 
 
 @dataclass(frozen=True)
 class View:
-    """From where a flight is looked at.
+    """Viewpoint of a flight.
 
     Attributes:
         name: for people.
@@ -81,13 +81,13 @@ class View:
         axes.set_ylabel(f"{_AXES[self.upward]} (m)", **look)
 
 
-ABOVE = View("Seen from above", 0, 1)
+ABOVE = View("Top view", 0, 1)
 
 
 def side_view(recording: Recording) -> View:
     """Return the view from the side that shows the longer way."""
     extent = np.ptp(recording.positions_enu_m[:, :2], axis=0)
-    return View("Seen from the side", int(extent[1] > extent[0]), 2)
+    return View("Side view", int(extent[1] > extent[0]), 2)
 
 
 def bounds_m(recording: Recording, margin_m: float) -> tuple[Array, Array]:
@@ -138,8 +138,8 @@ def show_obstacles(
         obstacles: in the map frame.
         heights_m: lowest and highest map z of the picture.
         colours: red, green and blue, shape (3,), or (N, 3) for one each.
-        way_enu_m: the way that is flown, shape (K, 3). From the side everything is seen at once,
-            so what is far from the way is left out.
+        way_enu_m: the way that is flown, shape (K, 3). A side view shows everything at once, so
+            obstacles far from the path are omitted.
     """
     rgb = np.broadcast_to(colours, (len(obstacles), 3))
     outlines = view.shapes(obstacles, heights_m)
@@ -155,7 +155,7 @@ def show_obstacles(
 
 
 def _far_m(obstacles: Obstacles, way_enu_m: Array) -> Array:
-    """Return how far obstacles are from a way, about."""
+    """Return the approximate distance of obstacles from a path."""
     way = way_enu_m[:: max(len(way_enu_m) // _WAY_POINTS, 1), :2]
     middles = np.concatenate([obstacles.posts[:, :2], obstacles.boxes[:, :2]])
     reach = np.concatenate([obstacles.posts[:, 2], np.hypot(*obstacles.boxes[:, 2:4].T)])

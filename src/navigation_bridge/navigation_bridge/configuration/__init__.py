@@ -1,1 +1,1 @@
-"""Parameters and settings: read, checked, explained."""
+"""Parameters and settings of a server: reading and validation."""

@@ -1,4 +1,4 @@
-"""YAML files of people, held to a JSON Schema; what is wrong is one sentence with its place."""
+"""YAML files validated against a JSON Schema, with errors that name line and key."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _SIZE_MAX_BYTES = 10_000_000
 
 
 def read_text(path: Path, error_type: type[ValueError]) -> str:
-    """Read a file of people.
+    """Read a text file.
 
     Args:
         path: the file.
-        error_type: what to raise when it cannot be read.
+        error_type: raised if it cannot be read.
     """
     try:
         if path.stat().st_size > _SIZE_MAX_BYTES:
@@ -26,16 +26,16 @@ def read_text(path: Path, error_type: type[ValueError]) -> str:
     except OSError as error:
         raise error_type(f"{path}: {error.strerror or error}.") from None
     except UnicodeDecodeError:
-        raise error_type(f"{path}: this is not a text file.") from None
+        raise error_type(f"{path}: not a text file.") from None
 
 
 def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:
-    """Return what YAML holds.
+    """Parse YAML.
 
     Args:
         text: the YAML.
-        name: of the file, for sentences.
-        error_type: what to raise when it is none.
+        name: name of the file, for messages.
+        error_type: raised if it is not valid YAML.
     """
     try:
         return yaml.load(text, Loader=_Loader)
@@ -49,7 +49,7 @@ def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:
 
 
 def hold(data: object, rules: Mapping[str, Any], where: str, error_type: type[ValueError]) -> None:
-    """Hold data to a JSON Schema.
+    """Validate data against a JSON Schema.
 
     Args:
         data: what was read.
@@ -62,18 +62,18 @@ def hold(data: object, rules: Mapping[str, Any], where: str, error_type: type[Va
     if error is None:
         return
     path = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error.absolute_path)
-    what = error.message if len(error.message) < 200 else "this is not what it must be"
+    what = error.message if len(error.message) < 200 else "does not match the schema"
     raise error_type(f"{where}: {path.lstrip('.')}{': ' if path else ''}{what}.")
 
 
 class _Loader(yaml.SafeLoader):
-    """Refuses a key that is written twice, of which YAML would forget one."""
+    """Rejects duplicate keys, of which YAML would drop one."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen = set()
         for key, _ in node.value:
             if key.value in seen:
-                problem = f"{key.value!r} is written twice"
+                problem = f"duplicate key {key.value!r}"
                 raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
             seen.add(key.value)
         return super().construct_mapping(node, deep)

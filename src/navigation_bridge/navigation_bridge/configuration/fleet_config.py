@@ -1,4 +1,4 @@
-"""The settings of a server's vehicles, held against each other. No ROS."""
+"""Cross-checked settings of a server's vehicles. No ROS."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def make_vehicle_config(name: str, values: Mapping[str, ParameterValue]) -> Serv
 def check_server_wide(
     name: str, own: Mapping[str, ParameterValue], server: Mapping[str, ParameterValue]
 ) -> None:
-    """Check that no vehicle sets for itself what the server has once.
+    """Check that no vehicle sets a parameter of the server as a whole.
 
     Raises:
         ConfigurationError: it does.
@@ -51,13 +51,13 @@ def check_server_wide(
         # What is given for all nodes, as by -p, is given for the vehicles', too.
         if own[parameter] != server.get(parameter):
             raise ConfigurationError(
-                f"Vehicle {name}: parameter {parameter} is the server's; set it on the node "
+                f"Vehicle {name}: parameter {parameter} belongs to the server; set it on the node "
                 "/navigation_server."
             )
 
 
 def check_fleet(configs: Mapping[str, ServerConfig]) -> None:
-    """Check that each of several vehicles can be told from the others.
+    """Check that several vehicles have distinct system ids.
 
     Raises:
         ConfigurationError: two have the same system id, or one of several has none.
@@ -68,12 +68,12 @@ def check_fleet(configs: Mapping[str, ServerConfig]) -> None:
         if system_id == 0 and len(configs) > 1:
             raise ConfigurationError(
                 f"Vehicle {name}: parameter target_system is 0; with several vehicles each needs "
-                "the MAVLink system id of its own."
+                "its own MAVLink system id."
             )
         if system_id in systems:
             raise ConfigurationError(
                 f"Vehicles {systems[system_id]} and {name} have the same target_system, "
-                f"{system_id}; with one server each vehicle needs a system id of its own."
+                f"{system_id}; each vehicle of a server needs its own system id."
             )
         systems[system_id] = name
         check_links_apart(config.link_url, config.gcs_links)

@@ -1,4 +1,4 @@
-"""Obstacles that people know, from a YAML file held to `obstacles.schema.json`. No ROS."""
+"""Known obstacles from a YAML file that follows `obstacles.schema.json`. No ROS."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ToMap = Callable[[tuple[float, float, float]], tuple[float, float, float]]
 
 
 class ObstaclesError(ValueError):
-    """A file of obstacles cannot be used; the sentence says where and why."""
+    """An obstacle file is invalid; the message says where and why."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class KnownObstacles:
 
     @property
     def needs_origin(self) -> bool:
-        """Whether the map origin must be known before they can be placed."""
+        """True if the obstacles can be placed only with a known map origin."""
         return self.frame == _WGS84 and bool(self.items)
 
     def placed(self, to_map: ToMap) -> tuple[KnownObstacle, ...]:
@@ -80,10 +80,10 @@ def _obstacle(
 
 
 def read_obstacles(path: Path) -> KnownObstacles:
-    """Read a file of obstacles.
+    """Read an obstacle file.
 
     Raises:
-        ObstaclesError: it cannot be read, or does not hold to the schema.
+        ObstaclesError: it cannot be read, or does not match the schema.
     """
     text = read_text(path, ObstaclesError)
     return parse_obstacles(text, str(path))
@@ -97,7 +97,7 @@ def parse_obstacles(text: str, name: str) -> KnownObstacles:
         name: of the file, for sentences.
 
     Raises:
-        ObstaclesError: it is no YAML, or does not hold to the schema.
+        ObstaclesError: it is not YAML, or does not match the schema.
     """
     data = load_yaml(text, name, ObstaclesError)
     outside = {**data, "obstacles": []} if isinstance(data, dict) else data
@@ -112,7 +112,7 @@ def parse_obstacles(text: str, name: str) -> KnownObstacles:
 
 @cache
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a file of obstacles."""
+    """Return the JSON Schema of an obstacle file."""
     file = resources.files("navigation_bridge.configuration").joinpath("obstacles.schema.json")
     return dict(json.loads(file.read_text("utf-8")))
 
@@ -120,24 +120,24 @@ def schema() -> dict[str, Any]:
 def _check(item: object, frame: str, where: str) -> None:
     kind = item.get("kind") if isinstance(item, dict) else None
     if not isinstance(item, dict) or kind not in _PLACES:
-        raise ObstaclesError(f"{where} needs a kind: {', '.join(_PLACES)}.")
+        raise ObstaclesError(f"{where}: kind is missing; give one of {', '.join(_PLACES)}.")
     title = f"{where} ({item.get('name', kind)})"
     hold(item, {**schema()["$defs"][kind], "$defs": schema()["$defs"]}, title, ObstaclesError)
     unit, other = _UNITS[frame], _UNITS[_MAP if frame == _WGS84 else _WGS84]
     for place in _PLACES[kind]:
         if f"{place}_{other}" in item:
             raise ObstaclesError(
-                f"{title}: {place}_{other} is not for frame: {frame}; write {place}_{unit}."
+                f"{title}: {place}_{other} does not fit frame: {frame}; use {place}_{unit}."
             )
         if f"{place}_{unit}" not in item:
-            raise ObstaclesError(f"{title}: a {kind} needs {place}_{unit}.")
+            raise ObstaclesError(f"{title}: {place}_{unit} is missing; a {kind} needs it.")
     _check_finite(item, title)
     if kind == "wall" and item[f"from_{unit}"] == item[f"to_{unit}"]:
-        raise ObstaclesError(f"{title}: it ends where it begins.")
+        raise ObstaclesError(f"{title}: start and end are the same point.")
 
 
 def _check_finite(item: Mapping[str, Any], where: str) -> None:
-    """YAML knows .nan and .inf, and a schema's limits let NaN through."""
+    """YAML has .nan and .inf, and the limits of a schema accept NaN."""
     for key, value in item.items():
         for number in value if isinstance(value, list) else [value]:
             if isinstance(number, float) and not math.isfinite(number):

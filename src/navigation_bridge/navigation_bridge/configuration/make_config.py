@@ -1,4 +1,4 @@
-"""The typed settings that parameters make, checked. No ROS in here."""
+"""Typed, validated settings made from parameters. No ROS."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _Text = Callable[[str], str]
 # MAV_TYPE_GCS and MAV_TYPE_ONBOARD_CONTROLLER (common.xml); None leaves it to the profile.
 _HEARTBEAT_TYPES: dict[str, int | None] = {"auto": None, "gcs": 6, "onboard": 18}
 
-# Asked of the vehicle's range sensors.
+# Requested rate of the vehicle's range sensors.
 _RANGES_HZ = 10.0
 
 
@@ -77,7 +77,7 @@ class ServerConfig:
 
 
 def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
-    """Build the settings from parameter values; what is missing takes its default.
+    """Build the settings from parameter values; missing ones have their defaults.
 
     Raises:
         ConfigurationError: an unknown name, a bad value, or values that contradict.
@@ -106,7 +106,7 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
     if number("speed_default_m_s") > number("speed_max_m_s"):
         raise ConfigurationError("Parameter speed_default_m_s must not be above speed_max_m_s.")
     for name in ("link_lost_abort_s", "position_timeout_s"):
-        # The other way round, silence would be taken for something else than a lost link.
+        # Otherwise silence would be attributed to something other than a lost link.
         if number(name) <= number("heartbeat_timeout_s"):
             raise ConfigurationError(f"Parameter {name} must be above heartbeat_timeout_s.")
     gcs_links = texts(merged["gcs_links"])

@@ -1,4 +1,4 @@
-"""Reads ROS parameter files without ROS: what they set for the server and for its vehicles."""
+"""Reader of ROS parameter files for a server and its vehicles. No ROS."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PARAMETERS_KEY = "ros__parameters"
 
 @dataclass(frozen=True)
 class ParameterFile:
-    """What a parameter file sets, unchecked.
+    """Unchecked content of a parameter file.
 
     Attributes:
         server: of the node without a namespace.
@@ -36,8 +36,8 @@ class ParameterFile:
 def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
     """Return the parameters that a ROS parameter file sets for ``node_name``.
 
-    ROS ignores what is meant for another node, so that a slip in the name would leave a
-    vehicle with the defaults, without a word.
+    ROS silently ignores parameters of other nodes; a typo in the name would leave a vehicle with
+    the defaults.
 
     Raises:
         ConfigurationError: it cannot be read, is no parameter file, or is for other nodes.
@@ -49,7 +49,7 @@ def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
     server = {**nodes.get(_ANY_NODE, {}), **nodes.get(node_name, {})}
     if not server:
         raise ConfigurationError(
-            f"{path} sets no parameter of {node_name}; write them below '{node_name}:' and "
+            f"{path} sets no parameter of {node_name}; put them under '{node_name}:' and "
             "'ros__parameters:', as in bridge_config/sitl.yaml."
         )
     names = texts(server.get("vehicles", []))
@@ -57,7 +57,7 @@ def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
         namespace, _, last = name.rpartition("/")
         if last == node_name and namespace and namespace not in names:
             raise ConfigurationError(
-                f"{path} sets parameters of /{name}, but the parameter vehicles does not name "
+                f"{path} sets parameters of /{name}, but the parameter vehicles does not list "
                 f"'{namespace}'."
             )
     return ParameterFile(
@@ -102,7 +102,7 @@ def check_parameter_files(arguments: Sequence[str], node_name: str) -> None:
 
 
 def _nodes(tree: Any, above: str) -> Iterator[tuple[str, dict[str, ParameterValue]]]:
-    """Find nodes, whose names may be written at once or as namespaces one below the other."""
+    """Yield the nodes, whose names may be written in one or as nested namespaces."""
     if not isinstance(tree, dict):
         return
     for key, below in tree.items():

@@ -1,4 +1,4 @@
-"""Checks parameter values against the table, one by one. No ROS."""
+"""Validation of single parameter values against the table. No ROS."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ _NAME_LENGTH_MAX = 64
 
 
 class ConfigurationError(ValueError):
-    """A parameter has a value that cannot be used; the sentence says which and what to do."""
+    """A parameter value is invalid; the message names it and the remedy."""
 
 
 def texts(value: ParameterValue) -> tuple[str, ...]:
-    """Return the texts of a list, without the empty ones: ROS has no empty list of texts."""
+    """Return the strings of a list without empty ones: ROS has no empty string list."""
     return tuple(text for text in value if text) if isinstance(value, list) else ()
 
 
 def unknown_parameter(name: str) -> ConfigurationError:
-    """Return the error about a parameter that does not exist, with the name that is nearest."""
+    """Return the error about an unknown parameter, with the closest name."""
     near = difflib.get_close_matches(name, SPECS, 1)
     advice = f"did you mean '{near[0]}'?" if near else "docs/parameters.md lists them."
     return ConfigurationError(f"There is no parameter '{name}'; {advice}")
@@ -115,7 +115,7 @@ def _check_station_links(urls: Iterable[str]) -> None:
 
 
 def check_links_apart(link_url: str, station_urls: Iterable[str]) -> None:
-    """Check that no ground station is to be served on the vehicle's own link.
+    """Check that no ground station link is the vehicle's own link.
 
     Raises:
         ConfigurationError: one is.

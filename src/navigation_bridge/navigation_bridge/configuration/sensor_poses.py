@@ -1,4 +1,4 @@
-"""Poses and turns of sensors and of the vehicle that carries them. No ROS."""
+"""Poses of sensors and of the vehicle that carries them. No ROS."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 
 
 class SensorPoseError(ValueError):
-    """A pose is written in another way; the sentence says how it is written."""
+    """A pose is malformed; the message gives the format."""
 
 
 @dataclass(frozen=True)
 class SensorPose:
-    """Where a sensor is on the vehicle, and how it is turned.
+    """Pose of a sensor on the vehicle.
 
     Attributes:
         position_flu_m: forward, left, up from base_link.
@@ -88,7 +88,7 @@ def turn(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Array:
 
 @dataclass(frozen=True)
 class Carrier:
-    """The vehicle at a moment, as what carries sensors.
+    """Pose of the vehicle that carries the sensors, at one moment.
 
     Attributes:
         position_enu_m: where it is in the map frame. What drives is taken to be at height 0: the
@@ -115,7 +115,7 @@ class Carrier:
 
 
 def carrier_at(state: VehicleState, map_frame: MapFrame, level: bool, now: float) -> Carrier | None:
-    """Return where the vehicle is and how it is turned, None if that is not known well enough.
+    """Return the pose of the vehicle, None if it is not known well enough.
 
     Its last position is moved on by its velocity, its last attitude by its rates.
 

@@ -1,4 +1,4 @@
-"""How goals are treated: the settings of the bridge. No ROS."""
+"""Settings of the bridge for the handling of goals. No ROS."""
 
 from __future__ import annotations
 
@@ -12,41 +12,41 @@ from navigation_core.tasks.flying.goto import GotoConfig
 
 
 class BatteryPolicy(Enum):
-    """What is done about a battery that will not do for the goal and the way back."""
+    """Action on insufficient battery for the goal and the return."""
 
     REJECT = "reject"
-    """The goal is refused, or ends with the vehicle holding."""
+    """The goal is rejected, or ends with the vehicle holding."""
     WARN = "warn"
     IGNORE = "ignore"
 
 
 class StationPause(Enum):
-    """What a pause by a ground station is to the active goal."""
+    """Effect of a pause by a ground station on the active goal."""
 
     CANCEL = "cancel"
-    """The goal's end."""
+    """The goal ends."""
     PAUSE = "pause"
-    """A pause of the goal, which the ground station may end."""
+    """The goal is paused until the ground station resumes it."""
 
 
 class MissedWaypoint(Enum):
-    """What becomes of a waypoint of a route that was passed outside its radius."""
+    """Handling of a waypoint that was passed outside its radius."""
 
     CONTINUE = "continue"
-    """The route is flown on, and does not succeed."""
+    """The route is continued, but does not succeed."""
     TURN_BACK = "turn_back"
-    """It is flown to once more, twice at most."""
+    """The waypoint is approached again, at most twice."""
 
 
 @dataclass(frozen=True)
 class SafetyConfig:
-    """What is watched beside the flight itself.
+    """Settings of the safety checks.
 
     Attributes:
         fence_margin_m: how far targets must be inside of the vehicle's own fence.
-        battery_policy: what is done when the battery will not do.
-        battery_reserve: fraction that must be left after the way back.
-        battery_endurance_s: how long a full battery lasts, until it was measured.
+        battery_policy: action on insufficient battery.
+        battery_reserve: fraction that must remain after the return.
+        battery_endurance_s: endurance of a full battery, until the consumption is measured.
         position_doubt_timeout_s: how long a goal is held because the position is in doubt.
     """
 
@@ -59,7 +59,7 @@ class SafetyConfig:
 
 @dataclass(frozen=True)
 class ObstacleConfig:
-    """How obstacles are seen and avoided.
+    """Settings of obstacle detection and avoidance.
 
     Attributes:
         vehicle_radius_m: half of the vehicle's greatest width.

@@ -1,1 +1,1 @@
-"""Goals as they are sent, checked and admitted, and their life cycle."""
+"""Requests, admission and life cycle of goals."""

@@ -1,4 +1,4 @@
-"""Whether a goal can be taken now, and the task that it becomes. No ROS."""
+"""Admission of goals: checks a goal and makes its task. No ROS."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def admit(
     active_goal_id: str | None,
     now: float,
 ) -> Admitted | Rejection:
-    """Return what a request means for this vehicle, or the first reason against it."""
+    """Return the admitted goal for this vehicle, or the first reason for rejection."""
     if isinstance(request, NavigateRequest):
         rejection = check_request(request)
         if rejection is not None:
             return rejection
-    # Who has lost the position must still be able to land.
+    # A vehicle without a position must still be able to land.
     needs_position = not isinstance(request, LandRequest)
     situation = _situation(vehicle, map_frame, config, obstacles, searcher, needs_position, now)
     if isinstance(situation, Rejection):
@@ -86,7 +86,7 @@ def _situation(
     if not vehicle.connected or profile is None:
         return Rejection(
             OutcomeCode.NO_VEHICLE,
-            "No autopilot is heard on the link; check link_url and that the vehicle is on.",
+            "No autopilot is heard on the link; check link_url and the vehicle's power.",
         )
     if profile.unsupported is not None:
         return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, profile.unsupported)
@@ -94,7 +94,7 @@ def _situation(
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
             f"Goals on this vehicle ({profile.name}) are not supported; docs/autopilots.md lists "
-            "those that are.",
+            "the supported ones.",
         )
     position, pose = state.global_position, map_frame.pose(state)
     if not needs_position:
@@ -141,13 +141,11 @@ def _navigate(request: NavigateRequest, situation: Situation) -> Admitted | Reje
 def _take_off(request: TakeoffRequest, situation: Situation) -> Admitted | Rejection:
     traits = situation.traits
     if not traits.flies:
-        return Rejection(
-            OutcomeCode.UNSUPPORTED_VEHICLE, f"A {traits.name} cannot take off; it drives."
-        )
+        return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, f"A {traits.name} cannot take off.")
     if situation.flies:
         return Rejection(
             OutcomeCode.ALREADY_FLYING,
-            "The vehicle flies already; send a Navigate goal to change its height.",
+            "The vehicle is already airborne; send a Navigate goal to change its altitude.",
         )
     rejection = situation.may_move()
     if rejection is not None:
@@ -212,17 +210,17 @@ def _vehicle_led(
     if mode is None:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
-            f"{situation.profile.name} has no mode for a {goal.name}; docs/autopilots.md says what "
-            "each vehicle can do.",
+            f"{situation.profile.name} has no mode for a {goal.name}; docs/autopilots.md lists "
+            "what each vehicle supports.",
         )
     if not situation.vehicle.state.armed:
         return Rejection(
-            OutcomeCode.NOT_FLYING, f"The vehicle is disarmed, so there is no {goal.name} to do."
+            OutcomeCode.NOT_FLYING, f"The vehicle is disarmed; a {goal.name} is not possible."
         )
     if traits.flies and not situation.flies:
         return Rejection(
             OutcomeCode.NOT_FLYING,
-            f"The vehicle is on the ground, so there is no {goal.name} to do.",
+            f"The vehicle is on the ground; a {goal.name} is not possible.",
         )
     config, vehicle = situation.config.goto, situation.vehicle
     if goal is RETURN_TO_LAUNCH:

@@ -1,4 +1,4 @@
-"""What a goal has become once it is admitted, and what admission looks at. No ROS."""
+"""Admitted goals, and the situation that admission checks. No ROS."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Handover(NamedTuple):
 
 @dataclass(frozen=True)
 class Admitted:
-    """A request that can be worked on.
+    """An admitted request.
 
     Attributes:
         description: what it aims at, for the log.
@@ -54,7 +54,7 @@ class Admitted:
 
 @dataclass(frozen=True)
 class Situation:
-    """What admission looks at, gathered once.
+    """Input of admission, gathered once.
 
     Attributes:
         vehicle: the vehicle, which is connected and has a profile.
@@ -76,7 +76,7 @@ class Situation:
 
     @property
     def traits(self) -> Traits:
-        """What this vehicle can do, by its kind and its parameters."""
+        """Capabilities of this vehicle, by its kind and its parameters."""
         return traits_of(self.profile, self.vehicle.parameters)
 
     @property
@@ -107,22 +107,22 @@ class Situation:
         )
 
     def may_move(self) -> Rejection | None:
-        """Return why a goal may not set the vehicle off, or None."""
+        """Return the reason why a goal may not start the vehicle, or None."""
         goto = self.config.goto
         if not self.vehicle.state.armed and not goto.may_arm:
             word = "pilot" if goto.may_take_off else "never"
             by_hand = "arm and take off" if self.traits.flies and word == "never" else "arm it"
             return Rejection(
                 OutcomeCode.ARMING_NOT_ALLOWED,
-                f"The vehicle is disarmed and the parameter arming is '{word}'; {by_hand} "
+                f"The vehicle is disarmed and parameter arming is '{word}'; {by_hand} "
                 "yourself, or set arming to 'auto'.",
             )
         if self.traits.flies and not self.flies and not goto.may_leave_ground:
             told = self.vehicle.state.landed_state is LandedState.ON_GROUND
-            where = "is on the ground" if told else "does not say that it flies"
+            where = "is on the ground" if told else "does not report that it is airborne"
             return Rejection(
                 OutcomeCode.TAKEOFF_NOT_ALLOWED,
-                f"The vehicle {where} and the parameter arming is 'never'; take off yourself, or "
-                "set arming to 'pilot', so that goals take off with a vehicle that you have armed.",
+                f"The vehicle {where} and parameter arming is 'never'; take off yourself, or "
+                "set arming to 'pilot', so that goals take off once the vehicle is armed.",
             )
         return None

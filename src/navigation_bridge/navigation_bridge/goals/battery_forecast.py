@@ -1,4 +1,4 @@
-"""Whether the battery will do for a goal and the way back. No ROS."""
+"""Battery check for a goal and the return. No ROS."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _DRIVING_M_S = 0.3
 _BEGIN_S, _SETTLE_S = 10.0, 3.0
 # The vehicle's own failsafe comes first: it acts within this time.
 _FAILSAFE_ACTS_S = 2.0
-_SAID_LOW = "The autopilot says that its battery is low."
+_SAID_LOW = "The autopilot reports a low battery."
 
 
 class BatteryReckoning:
-    """Measures consumption, and reckons with it."""
+    """Measures the consumption and predicts the charge."""
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig) -> None:
         """Begin with the configured endurance."""
@@ -35,16 +35,16 @@ class BatteryReckoning:
 
     @property
     def is_known(self) -> bool:
-        """Whether the vehicle tells what is left."""
+        """True if the vehicle reports its remaining charge."""
         return self._consumption.remaining is not None
 
     def configure(self, config: BridgeConfig) -> None:
-        """Go on with other settings."""
+        """Apply other settings."""
         self._config = config
         self._consumption.endurance_s = config.safety.battery_endurance_s
 
     def observe(self, now: float) -> None:
-        """Take in what the battery says now."""
+        """Process the current battery state."""
         state, profile = self._vehicle.state, self._vehicle.profile
         under_way = state.armed and state.landed_state in (
             LandedState.TAKEOFF,
@@ -66,7 +66,7 @@ class BatteryReckoning:
         return plan.speeds_m_s[-1]
 
     def _back_s(self, start_enu_m: Vector3, plan: FlightPlan) -> float:
-        """Return the time of the way from a place to the launch point, landing included."""
+        """Return the time from a position to the launch point, landing included."""
         home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
         limits = self._config.goto.limits
         way_m = math.dist(start_enu_m[:2], home[:2])
@@ -74,7 +74,7 @@ class BatteryReckoning:
         return way_m / self._return_speed_m_s(plan) + height_m / limits.speed_down_m_s
 
     def problem(self, plan: FlightPlan, start_enu_m: Vector3) -> str | None:
-        """Say why the battery will not do for a plan from a place, and the way back."""
+        """Return why the battery is insufficient for a plan and the return, or None."""
         if battery_is_low(self._vehicle.state.battery):
             return _SAID_LOW
         goal_s = _BEGIN_S + plan.duration_s(start_enu_m) + _SETTLE_S
@@ -84,10 +84,10 @@ class BatteryReckoning:
         if prediction is None or prediction.back >= reserve:
             return None
         words = prediction.describe()
-        return f"{words[0].upper()}{words[1:]}; battery_reserve is {100 * reserve:g} %."
+        return f"Insufficient battery: {words}; battery_reserve is {100 * reserve:g} %."
 
     def says_low(self, now: float) -> str | None:
-        """Say that the autopilot calls the battery low, and has not acted on it."""
+        """Return the warning that the autopilot reports a low battery but does not act, or None."""
         if not battery_is_low(self._vehicle.state.battery):
             self._low_since_s = None
         elif self._low_since_s is None:
@@ -97,13 +97,13 @@ class BatteryReckoning:
         return None
 
     def runs_low(self, plan: FlightPlan, here_enu_m: Vector3) -> str | None:
-        """Say why it is time to turn back from a place on the way of a plan."""
+        """Return why the charge requires turning back from a position on the path, or None."""
         prediction = self._consumption.predict(0.0, self._back_s(here_enu_m, plan))
         reserve = self._config.safety.battery_reserve
         if prediction is None or prediction.back >= reserve:
             return None
         return (
-            f"The battery is at {100 * prediction.now:.0f} %; the way back takes "
+            f"The battery is at {100 * prediction.now:.0f} %; the return takes "
             f"{prediction.back_s:.0f} s and would leave {100 * max(prediction.back, 0.0):.0f} %, "
             f"below battery_reserve ({100 * reserve:g} %)."
         )

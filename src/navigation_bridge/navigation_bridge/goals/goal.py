@@ -1,4 +1,4 @@
-"""One accepted goal, and what the bridge says about goals. No ROS."""
+"""One accepted goal and the outputs of the bridge about goals. No ROS."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class GoalFeedback:
         status: what is happening.
         height_m: height above the ground; None while it is not known.
         route: how far the route is flown, for a goal that has one.
-        replans: how often the way was planned anew because of obstacles.
+        replans: number of replans because of obstacles.
         late_s: the worst delay of a setpoint in the last seconds.
     """
 
@@ -73,7 +73,7 @@ class GoalFeedback:
 
 @dataclass(frozen=True)
 class GoalFinished:
-    """The one end of a goal.
+    """The result of a goal.
 
     Attributes:
         goal_id: UUID of the goal as hexadecimal digits.
@@ -100,7 +100,7 @@ class GoalFinished:
 
 @dataclass(frozen=True)
 class GoalRejected:
-    """A goal was refused before acceptance."""
+    """A goal was rejected before acceptance."""
 
     rejection: Rejection
 
@@ -112,7 +112,7 @@ class GoalRejected:
 
 @dataclass(frozen=True)
 class LogLine:
-    """Something that people should read in the server's log."""
+    """A line for the server's log."""
 
     level: LogLevel
     text: str
@@ -120,14 +120,14 @@ class LogLine:
 
 @dataclass(frozen=True)
 class Annotation:
-    """A message that belongs into the recording only: what ROS saw, beside what flew."""
+    """A message for the recording only, about ROS-side events."""
 
     message: Message
 
 
 @dataclass(frozen=True)
 class ServiceDone:
-    """A service that took the vehicle a while has its answer.
+    """Answer of a service request that waited for the vehicle.
 
     Attributes:
         number: what :meth:`Bridge.serve` was given.
@@ -142,10 +142,10 @@ class ServiceDone:
 
 @dataclass(frozen=True)
 class GoalHappened:
-    """An event of a goal's life, for those who watch.
+    """Event in the life cycle of a goal, for observers.
 
     Attributes:
-        goal_id: UUID as hexadecimal digits; empty for a goal that was refused.
+        goal_id: UUID as hexadecimal digits; empty for a rejected goal.
         event: "ACCEPTED", "REJECTED", "STATUS" or "ENDED", as in GoalEvent.msg.
         what: the new status, or the code; empty for ACCEPTED.
         message: for people.
@@ -159,7 +159,7 @@ class GoalHappened:
 
 @dataclass(frozen=True)
 class PlanChanged:
-    """The way that is flown was planned, or is over.
+    """A new planned path, or the end of the last one.
 
     Attributes:
         path_enu_m: points of the way in the map frame; empty when there is none.
@@ -170,7 +170,7 @@ class PlanChanged:
 
 @dataclass(frozen=True)
 class CancelWanted:
-    """A station has cancelled a goal: the vehicle stops, and the action is to be cancelled, too.
+    """A ground station has cancelled a goal; the action must be cancelled as well.
 
     Attributes:
         goal_id: UUID of the goal as hexadecimal digits.
@@ -194,7 +194,7 @@ Output: TypeAlias = (
 
 @dataclass
 class Yielded:
-    """A vehicle that a station has stopped in a mode of its own; nothing is sent to it.
+    """A vehicle stopped by a ground station in another mode; nothing is sent to it.
 
     Attributes:
         since_s: since when.
@@ -222,7 +222,7 @@ class PositionDoubt:
 
 @dataclass
 class ActiveGoal:
-    """A goal that has been accepted and has not ended, with its task and its clocks.
+    """An accepted goal that has not ended, with its task and timers.
 
     Attributes:
         goal_id: UUID as hexadecimal digits.
@@ -288,7 +288,7 @@ class ActiveGoal:
 
     @property
     def ending(self) -> bool:
-        """Whether it is being brought to an end: cancelled, or stopped for a reason."""
+        """True while the goal is being ended: cancelled, or stopped for a reason."""
         return self.cancel_requested_s is not None or self.closing is not None
 
     def begin_cancel(self, now: float) -> None:
@@ -317,7 +317,7 @@ class ActiveGoal:
         self.state = next_state(self.state, event)
 
     def end_of(self, outcome: Outcome) -> Outcome:
-        """Return the outcome that the goal ends in: only a client's cancel ends CANCELED."""
+        """Return the outcome of the goal: only a client's cancel ends CANCELED."""
         if outcome.code is OutcomeCode.CANCELED and self.closing is not None:
             return self.closing
         return outcome
@@ -325,7 +325,7 @@ class ActiveGoal:
     def finish(
         self, outcome: Outcome, pose: MapPose | None, now: float, said: str = ""
     ) -> GoalFinished:
-        """End the goal and return what to tell the client.
+        """End the goal and return its result.
 
         Args:
             outcome: how it ended.
@@ -346,7 +346,7 @@ class ActiveGoal:
         words = [self.cancelled_by, outcome.message] if self.cancelled_by else [outcome.message]
         message = f"{code.value}: {' '.join([*words, *dict.fromkeys(self.notes)])}"
         if said and said not in message:
-            message += f" The autopilot said: '{said}'."
+            message += f" The autopilot reported: '{said}'."
         return GoalFinished(
             goal_id=self.goal_id,
             state=self.state,

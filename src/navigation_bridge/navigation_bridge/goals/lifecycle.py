@@ -1,4 +1,4 @@
-"""The life cycle of one goal, as a table.
+"""Transition table of the life cycle of a goal.
 
 A goal follows the states of a ROS 2 action goal (design.ros2.org, "Actions": goal
 states). The bridge keeps its own copy of that machine because the vehicle decides how
@@ -39,7 +39,7 @@ class GoalState(Enum):
 
 
 class GoalEvent(Enum):
-    """What can happen to a goal."""
+    """Events of a goal."""
 
     EXECUTE = "EXECUTE"
     CANCEL = "CANCEL"
@@ -65,7 +65,7 @@ TRANSITIONS: dict[tuple[GoalState, GoalEvent], GoalState] = {
 
 
 class LifecycleError(Exception):
-    """A goal was told something that cannot happen in its state: a bug in the caller."""
+    """An event is not allowed in the state of the goal: a bug in the caller."""
 
 
 def next_state(state: GoalState, event: GoalEvent) -> GoalState:
@@ -78,7 +78,7 @@ def next_state(state: GoalState, event: GoalEvent) -> GoalState:
         return TRANSITIONS[(state, event)]
     except KeyError:
         raise LifecycleError(
-            f"A goal that is {state.value} cannot take {event.value}; "
+            f"A goal in state {state.value} does not accept event {event.value}; "
             "check for a terminal state before acting on a goal."
         ) from None
 

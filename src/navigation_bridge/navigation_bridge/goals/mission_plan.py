@@ -1,4 +1,4 @@
-"""A route as the items of a vehicle's mission, and the vehicle's reports about them. No ROS."""
+"""A route as mission items, and the vehicle's progress reports about them. No ROS."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class PlannedItem:
 def plan_items(
     plan: MissionPlan, profile: Profile, map_frame: MapFrame, state: VehicleState
 ) -> tuple[PlannedItem, ...]:
-    """Write a plan as items, in the way that the vehicle's firmware and kind understand.
+    """Convert a plan to mission items for the vehicle's firmware and kind.
 
     The rules are those of the profile: heights above home, or above sea level where home moves
     in flight; a heading as an item of its own; a stay as loitering where the vehicle cannot
@@ -147,7 +147,7 @@ def _compass_deg(yaw_enu_rad: float) -> float:
 
 
 class MissionTracker:
-    """Reads what the vehicle says about the mission that was uploaded last."""
+    """Tracks the vehicle's progress reports about the mission uploaded last."""
 
     def __init__(self, items: tuple[PlannedItem, ...], rules: MissionRules) -> None:
         """Track these items, numbered as the vehicle numbers them by `rules`."""
@@ -163,7 +163,7 @@ class MissionTracker:
         self._disowned = False
 
     def disown(self) -> None:
-        """Somebody else has stored a mission: what is there is theirs, not to be removed."""
+        """Another station has stored a mission; it must not be removed."""
         self._disowned = True
 
     def report(self, state: VehicleState, changed: str = "") -> MissionReport | None:

@@ -1,4 +1,4 @@
-"""What a task is told about the vehicle, made from its MAVLink state. No ROS."""
+"""Observation of the vehicle for a task, made from its MAVLink state. No ROS."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _AIRBORNE: dict[LandedState, bool | None] = {
 
 
 def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
-    """Say what a mode, by the autopilot's own name, is good for."""
+    """Classify a mode by the autopilot's own name."""
     if profile is None or not name:
         return VehicleMode.OTHER
     for mode, known in (
@@ -41,7 +41,7 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
 
 
 def velocity_only(profile: Profile | None) -> bool:
-    """Whether the vehicle is told velocities only, so that the last one drives it on."""
+    """True if the vehicle receives velocities only and keeps moving with the last one."""
     return profile is not None and profile.setpoint_form is SetpointField.VELOCITY
 
 

@@ -1,4 +1,4 @@
-"""What obstacles mean for a goal before it begins. No ROS."""
+"""Obstacle checks of a goal before it starts. No ROS."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 
 __all__ = ["avoidance_of", "check_obstacles"]
 
-_NO_SENSOR = "No obstacle sensor is heard, so only the known obstacles are avoided."
-_MISSION = "The autopilot flies the mission by itself, so that obstacles are not avoided."
-_PLANE = "The autopilot of a plane leads it by itself, so that obstacles are not avoided."
+_NO_SENSOR = "No obstacle sensor reports; only the known obstacles are avoided."
+_MISSION = "The autopilot flies the mission itself; obstacles are not avoided."
+_PLANE = "A plane is guided by its own autopilot; obstacles are not avoided."
 _ROUNDING_M = 0.01
 _NAMED_MAX = 4
 
@@ -26,7 +26,7 @@ _NAMED_MAX = 4
 def check_obstacles(
     targets_enu_m: tuple[Vector3, ...], avoid: bool, by_mission: bool, situation: Situation
 ) -> tuple[str, ...] | Rejection:
-    """Return what to tell about a goal and obstacles, or why it cannot be.
+    """Return the warnings about obstacles for a goal, or a rejection.
 
     What sensors have seen may have moved until the vehicle is there, so only known obstacles
     speak against a target.
@@ -56,11 +56,11 @@ def _check_targets(
     for target, obstacle in itertools.product(targets_enu_m, known):
         (away_m,) = Obstacles.of((obstacle,)).clearance_m(np.array([_level(target, situation)]))
         if away_m < kept_m:
-            where = "inside of" if away_m <= 0.0 else f"{away_m:.2f} m from"
+            where = "inside" if away_m <= 0.0 else f"{away_m:.2f} m from"
             return Rejection(
                 OutcomeCode.NO_PATH,
                 f"The target {_told(target)} is {where} the known obstacle {_named(obstacle)}; "
-                f"{kept_m:.2f} m are to be kept (vehicle_radius_m and obstacle_margin_m).",
+                f"the required clearance is {kept_m:.2f} m (vehicle_radius_m + obstacle_margin_m).",
             )
     return None
 
@@ -68,7 +68,7 @@ def _check_targets(
 def _straight(
     targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
 ) -> tuple[str, ...]:
-    """Return one sentence about all known obstacles that the straight ways hit, if any."""
+    """Return one sentence about all known obstacles on the straight legs, if any."""
     if situation.pose is None or not known or not targets_enu_m:
         return ()
     x, y, z = situation.pose.position_enu_m
@@ -87,9 +87,9 @@ def _straight(
     if not hits:
         return ()
     named = [
-        f"{name} on the way to {_listed(list(dict.fromkeys(ends)))}" for name, ends in hits.items()
+        f"{name} on the path to {_listed(list(dict.fromkeys(ends)))}" for name, ends in hits.items()
     ]
-    return (f"Obstacles are not avoided, and straight ways hit known ones: {_listed(named)}.",)
+    return (f"Obstacles are not avoided, and straight legs hit known ones: {_listed(named)}.",)
 
 
 def _listed(words: list[str]) -> str:
@@ -104,7 +104,7 @@ def _level(point: Vector3, situation: Situation) -> Vector3:
 
 
 def avoidance_of(avoid: bool, situation: Situation) -> AvoidanceConfig | None:
-    """Return how a task that flies by setpoints keeps away from obstacles.
+    """Return the obstacle avoidance of a task that flies by setpoints.
 
     Args:
         avoid: whether obstacles are to be avoided; if not, there is nothing to return.

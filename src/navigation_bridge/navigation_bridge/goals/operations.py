@@ -1,4 +1,4 @@
-"""What a task or a service wants done, asked of the vehicle. No ROS."""
+"""Operations that a task or a service requests from the vehicle. No ROS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""QGroundControl's `.plan` and `QGC WPL 110` files as waypoints of a route. No ROS.
+"""QGroundControl `.plan` and `QGC WPL 110` files as waypoints of a route. No ROS.
 
 Formats: https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html and
 https://mavlink.io/en/file_formats/. What a route does not have is refused with a sentence, or
@@ -51,7 +51,7 @@ _LEFT_OUT = frozenset(
 
 
 class PlanError(ValueError):
-    """A file cannot be flown; the sentence says which item or line, and why."""
+    """A file cannot be used as a route; the message names the item or line and the reason."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _read(path: Path, reader: _Reader) -> Route:
     except OSError as error:
         raise PlanError(f"{path}: {error.strerror or error}.") from None
     except UnicodeDecodeError:
-        raise PlanError(f"{path}: this is not a text file.") from None
+        raise PlanError(f"{path}: not a text file.") from None
     try:
         items, notes, zero_is_north = reader(text)
         maker = _RouteMaker(zero_is_north)
@@ -128,13 +128,13 @@ def _plan_items(text: str) -> tuple[list[_Item], list[str], bool]:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:  # also a number of thousands of digits
         line = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
-        raise PlanError(f"{line}this is not JSON.") from None
+        raise PlanError(f"{line}not valid JSON.") from None
     mission = document.get("mission") if isinstance(document, dict) else None
     if document is None or not isinstance(mission, dict) or document.get("fileType") != "Plan":
-        raise PlanError("this is not a QGroundControl plan (fileType 'Plan' with a mission).")
+        raise PlanError("not a QGroundControl plan (fileType 'Plan' with a mission).")
     entries = mission.get("items")
     if not isinstance(entries, list):
-        raise PlanError("the mission has no list of items.")
+        raise PlanError("the mission has no item list.")
     notes = []
     for key, what in (("geoFence", ("polygons", "circles")), ("rallyPoints", ("points",))):
         part = document.get(key)
@@ -153,14 +153,14 @@ def _entry(entry: Any, where: str) -> Iterator[_Item]:
         yield _simple(entry, where)
         return
     if entry.get("type") != "ComplexItem":
-        raise PlanError(f"{where} is a {entry.get('type')!r}; only SimpleItem can be flown.")
+        raise PlanError(f"{where} is a {entry.get('type')!r}; only SimpleItem is supported.")
     name = entry.get("complexItemType")
     transects = entry.get("TransectStyleComplexItem")
     inner = transects.get("Items") if isinstance(transects, dict) else None
     if not isinstance(inner, list) or not inner:
         raise PlanError(
             f"{where} is a complex item ({name}) without its waypoints; open the plan in "
-            "QGroundControl and save it again, or make simple items of it."
+            "QGroundControl and save it again, or convert it to simple items."
         )
     for place, item in enumerate(inner, start=1):
         inside = f"{where} ({name}), its item {place}"
@@ -172,9 +172,9 @@ def _entry(entry: Any, where: str) -> Iterator[_Item]:
 def _simple(entry: dict[str, Any], where: str) -> _Item:
     command, frame, params = entry.get("command"), entry.get("frame"), entry.get("params")
     if type(command) is not int or type(frame) is not int:
-        raise PlanError(f"{where} has no whole numbers as command and frame.")
+        raise PlanError(f"{where}: command and frame must be integers.")
     if not isinstance(params, list) or len(params) != 7:
-        raise PlanError(f"{where} has not seven params.")
+        raise PlanError(f"{where} does not have seven params.")
     values = []
     for number, value in enumerate(params, start=1):
         if value is not None and (isinstance(value, bool) or not isinstance(value, (int, float))):
@@ -189,7 +189,7 @@ def _simple(entry: dict[str, Any], where: str) -> _Item:
 def _wpl_items(text: str) -> tuple[list[_Item], list[str], bool]:
     lines = text.splitlines()
     if not lines or lines[0].strip() != _WPL_HEADER:
-        raise PlanError(f"line 1: a waypoint file begins with {_WPL_HEADER!r}.")
+        raise PlanError(f"line 1: a waypoint file must begin with {_WPL_HEADER!r}.")
     items = []
     for number, line in enumerate(lines[1:], start=2):
         if not line.strip() or line.startswith("#"):
@@ -212,7 +212,7 @@ def _wpl_items(text: str) -> tuple[list[_Item], list[str], bool]:
 
 
 class _RouteMaker:
-    """Takes items one by one, and remembers what they say about those that follow."""
+    """Converts items one by one and carries state over to the following ones."""
 
     def __init__(self, zero_is_north: bool) -> None:
         self.waypoints: list[WaypointRequest] = []
@@ -223,11 +223,11 @@ class _RouteMaker:
         self._left_out = 0
 
     def finish(self) -> None:
-        """Say what was left out, and that something is there."""
+        """Report skipped items, and reject an empty route."""
         if not self.waypoints:
-            raise PlanError("there is no waypoint in it.")
+            raise PlanError("it contains no waypoint.")
         if self._left_out:
-            self.notes.append(f"{self._left_out} items of cameras and gimbals are left out.")
+            self.notes.append(f"{self._left_out} camera and gimbal items are skipped.")
 
     def take(self, item: _Item, following: list[_Item]) -> None:
         """Take an item; `following` are those behind it."""
@@ -238,9 +238,9 @@ class _RouteMaker:
             )
             self._yaw_deg = math.nan
         elif command == mavlink.MAV_CMD_NAV_TAKEOFF and not self.waypoints:
-            self.notes.append(f"{item.where}: the take-off is the server's own, if it is needed.")
+            self.notes.append(f"{item.where}: take-off skipped; the server does it if needed.")
         elif command in _ENDS and not any(other.command in _WAYPOINTS for other in following):
-            text = f"{item.where}: {_name(command)} is left out; the vehicle holds at the end."
+            text = f"{item.where}: {_name(command)} is skipped; the vehicle holds at the end."
             self.notes.append(text)
         elif command in _LEFT_OUT:
             self._left_out += 1
@@ -259,7 +259,7 @@ class _RouteMaker:
             self.waypoints[-1] = replace(last, hold_time_s=stay_s)
         else:
             name = _name(item.command)
-            raise PlanError(f"{item.where} is {name}, which a route does not have here.")
+            raise PlanError(f"{item.where}: {name} is not supported in a route.")
 
 
 def _waypoint(
@@ -267,12 +267,12 @@ def _waypoint(
 ) -> WaypointRequest:
     reference = _FRAMES.get(item.frame)
     if reference is None:
-        raise PlanError(f"{item.where}: a waypoint in MAV_FRAME {item.frame} cannot be flown.")
+        raise PlanError(f"{item.where}: MAV_FRAME {item.frame} is not supported for a waypoint.")
     latitude_deg, longitude_deg, altitude_m = item.params[4:7]
     if not all(math.isfinite(value) for value in item.params[4:7]):
-        raise PlanError(f"{item.where}: the waypoint has no place.")
+        raise PlanError(f"{item.where}: the waypoint has no position.")
     if latitude_deg == 0.0 and longitude_deg == 0.0:
-        raise PlanError(f"{item.where}: the waypoint is at 0, 0, which stands for no place.")
+        raise PlanError(f"{item.where}: the waypoint is at 0, 0, which means no position.")
     own_deg = item.params[3]
     is_waypoint = item.command == mavlink.MAV_CMD_NAV_WAYPOINT
     if is_waypoint and math.isfinite(own_deg) and (own_deg != 0.0 or zero_is_north):

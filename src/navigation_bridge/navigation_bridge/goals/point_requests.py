@@ -1,4 +1,4 @@
-"""Goals to a point: checked, and resolved into the map frame. No ROS."""
+"""Goals to a single position, checked and resolved into the map frame. No ROS."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ORIENTATION_FIELDS = tuple(f"target_pose.pose.orientation.{axis}" for axis in "
 
 
 def check_request(request: NavigateRequest) -> Rejection | None:
-    """Check all that can be judged without a vehicle: numbers, frame, speed, orientation."""
+    """Check a request without a vehicle: numbers, frame, speed, orientation."""
     numbers = {
         **dict(zip(_POSITION_FIELDS, request.position, strict=True)),
         **dict(zip(_ORIENTATION_FIELDS, request.orientation_xyzw, strict=True)),
@@ -41,7 +41,7 @@ def check_request(request: NavigateRequest) -> Rejection | None:
     if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84):
         return Rejection(
             OutcomeCode.UNKNOWN_FRAME,
-            f"Frame '{request.frame_id}' is not known; use '{FRAME_MAP}' (ENU metres from the "
+            f"Unknown frame '{request.frame_id}'; use '{FRAME_MAP}' (ENU metres from the "
             f"vehicle's local origin), '{FRAME_BASE_LINK}' (FLU metres from the vehicle) or "
             f"'{FRAME_WGS84}' (latitude, longitude, altitude above mean sea level).",
         )
@@ -58,8 +58,7 @@ def check_request(request: NavigateRequest) -> Rejection | None:
     if 0.0 < request.max_speed_m_s < SPEED_MIN_M_S:
         return Rejection(
             OutcomeCode.INVALID_NUMBER,
-            f"max_speed is {request.max_speed_m_s:g} m/s; the least speed that can be flown is "
-            f"{SPEED_MIN_M_S:g} m/s.",
+            f"max_speed is {request.max_speed_m_s:g} m/s; the minimum is {SPEED_MIN_M_S:g} m/s.",
         )
     norm = math.sqrt(math.fsum(part * part for part in request.orientation_xyzw))
     if norm > _ZERO_QUATERNION and abs(norm - 1.0) > _NORM_TOLERANCE:
@@ -71,21 +70,21 @@ def check_request(request: NavigateRequest) -> Rejection | None:
     if norm > _ZERO_QUATERNION and _yaw_enu_rad(request.orientation_xyzw) is None:
         return Rejection(
             OutcomeCode.INVALID_ORIENTATION,
-            "The orientation points straight up or down, so that it has no yaw; send one that "
-            "turns about z, or all zeros to face the direction of travel.",
+            "The orientation points straight up or down and has no yaw; send a rotation "
+            "about z, or all zeros to face the direction of travel.",
         )
     return None
 
 
 def check_geodetic(position: Vector3) -> Rejection | None:
-    """Say why latitude and longitude (degrees) are no place on earth, or None."""
+    """Return why latitude and longitude (degrees) are not a position on earth, or None."""
     latitude_deg, longitude_deg, _ = position
     if abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0:
         return None
     return Rejection(
         OutcomeCode.INVALID_NUMBER,
-        f"({latitude_deg:g}, {longitude_deg:g}) is no place on earth; give the latitude (-90 to "
-        "90 degrees) first, then the longitude (-180 to 180 degrees).",
+        f"({latitude_deg:g}, {longitude_deg:g}) is not a position on earth; give latitude (-90 to "
+        "90 degrees) first, then longitude (-180 to 180 degrees).",
     )
 
 
@@ -105,7 +104,7 @@ def on_ground(position_enu_m: Vector3, ground_enu_m: float, traits: Traits) -> V
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
             f"A {traits.name} cannot climb: the target is {height_m:.1f} m above the ground; give "
-            f"the height of the ground, to {GROUND_TOLERANCE_M:g} m.",
+            f"the altitude of the ground, within {GROUND_TOLERANCE_M:g} m.",
         )
     return (position_enu_m[0], position_enu_m[1], ground_enu_m)
 

@@ -1,4 +1,4 @@
-"""What clients ask for, as it was sent. No ROS."""
+"""Requests of clients, as sent. No ROS."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from navigation_bridge.names import (
 )
 from navigation_core.geometry import Vector3
 
-# More laps than this are a mistake.
+# Upper limit against typing errors.
 LAPS_MAX = 1000
 
 
@@ -40,7 +40,7 @@ class NavigateRequest:
 
 
 class AltitudeReference(Enum):
-    """What the third number of a geodetic waypoint is counted from."""
+    """Altitude reference of a geodetic waypoint."""
 
     AMSL = "above mean sea level"
     HOME = "above home"

@@ -1,4 +1,4 @@
-"""Whether a route can be flown now: by setpoints, as a mission, or by a plane. No ROS."""
+"""Admission of routes: by setpoints, as a mission, or by a plane. No ROS."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ __all__ = ["admit_plane", "admit_route"]
 # Assumed speed of a plane that none is asked of (FW_AIRSPD_TRIM; ArduPlane's is more).
 _PLANE_M_S = 15.0
 _NO_YAW = "The orientation was ignored: a plane circles its target."
-_AIRSPEED = "A plane's max_speed is an airspeed; its ground speed differs by the wind."
-_NO_SPEED = "max_speed was ignored: this plane's speed is not changed by command."
+_AIRSPEED = "A plane's max_speed is an airspeed; the ground speed depends on the wind."
+_NO_SPEED = "max_speed was ignored: the speed of this plane cannot be commanded."
 
 
 def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | Rejection:
-    """Return what a route means for this vehicle, or the first reason against it."""
+    """Return the admitted route for this vehicle, or the first reason for rejection."""
     rejection = situation.may_move()
     if rejection is not None:
         return rejection
@@ -36,7 +36,7 @@ def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | R
     if request.by_mission and rules is None:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
-            f"How {situation.profile.name} takes missions is not known; use setpoints.",
+            f"Missions are not supported on {situation.profile.name}; use setpoints.",
         )
     waypoints = resolve_waypoints(
         request,
@@ -112,8 +112,8 @@ def _mission(
     if count > MISSION_WAYPOINTS_MAX:
         return Rejection(
             OutcomeCode.INVALID_WAYPOINTS,
-            f"The mission has {count} waypoints over all laps; at most {MISSION_WAYPOINTS_MAX} are "
-            "stored in a vehicle. Use setpoints.",
+            f"The mission has {count} waypoints over all laps; the limit is {MISSION_WAYPOINTS_MAX}"
+            ". Use setpoints.",
         )
     config, traits = situation.config.goto, situation.traits
     rejection = None if traits.hovers else _check_circles(waypoints, situation)
@@ -133,7 +133,7 @@ def _mission(
 
 
 def _check_circles(waypoints: tuple[RouteWaypoint, ...], situation: Situation) -> Rejection | None:
-    """Say which waypoint a plane cannot circle: too low, or too near to the volume's edge."""
+    """Reject a waypoint that a plane cannot circle: too low, or too close to the limit."""
     traits, ground_m = situation.traits, situation.ground_enu_m
     radius_m, volume = traits.circle_radius_m, situation.config.volume
     for index, waypoint in enumerate(waypoints):
@@ -149,8 +149,8 @@ def _check_circles(waypoints: tuple[RouteWaypoint, ...], situation: Situation) -
         if away_m + circle_m > volume.radius_max_m:
             return Rejection(
                 OutcomeCode.OUTSIDE_VOLUME,
-                f"Waypoint {index} is {away_m:.0f} m from the map origin and a plane's circle "
-                f"reaches {circle_m:.0f} m further, but the flight volume ends at "
+                f"Waypoint {index} is {away_m:.0f} m from the map origin and the loiter circle "
+                f"extends {circle_m:.0f} m further; the flight volume ends at "
                 f"{volume.radius_max_m:g} m.",
             )
     return None

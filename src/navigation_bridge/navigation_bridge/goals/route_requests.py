@@ -1,4 +1,4 @@
-"""The waypoints that a client asks for, checked and resolved into the map frame. No ROS."""
+"""Requested waypoints, checked and resolved into the map frame. No ROS."""
 
 from __future__ import annotations
 
@@ -31,9 +31,8 @@ MISSION_WAYPOINTS_MAX = 500
 RADIUS_MIN_M = 0.05
 HOLD_TIME_MAX_S = 3600.0
 _NO_TERRAIN = (
-    "heights above the ground need a mission, and a vehicle that says by TERRAIN_REPORT that it "
-    "has the terrain around it; give "
-    "them above home or above mean sea level."
+    "heights above the ground need a mission and a vehicle that reports its terrain data in "
+    "TERRAIN_REPORT; give altitudes above home or above mean sea level."
 )
 
 
@@ -108,11 +107,11 @@ def _place(
 def _problem_of_route(request: WaypointsRequest) -> str | None:
     count = len(request.waypoints)
     if count == 0:
-        return "The route has no waypoint; send at least one."
+        return "The route has no waypoints; send at least one."
     if count > WAYPOINTS_MAX:
         return f"The route has {count} waypoints; send at most {WAYPOINTS_MAX}."
     if request.laps > LAPS_MAX:
-        return f"The route is to be flown {request.laps} times; ask for at most {LAPS_MAX}."
+        return f"The route has {request.laps} laps; send at most {LAPS_MAX}."
     return _problem_of_speed(request.max_speed_m_s)
 
 

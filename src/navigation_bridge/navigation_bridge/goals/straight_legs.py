@@ -1,4 +1,4 @@
-"""The straight ways of a goal that the server flies, for the checks of fence and battery."""
+"""Straight legs of a goal flown by the server, for the fence and battery checks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from navigation_core.geometry import Vector3, distance
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """Where a goal leads.
+    """Targets of a goal and the straight legs between them.
 
     Attributes:
         targets_enu_m: its targets in the map frame, in order.

@@ -1,1 +1,1 @@
-"""What tells about obstacles, brought together in the map frame."""
+"""Obstacle sources, combined in the map frame."""

@@ -1,4 +1,4 @@
-"""The boundary of the vehicle's own fence as walls that ways are planned around. No ROS.
+"""Boundary of the vehicle's own fence as walls for path planning. No ROS.
 
 A way may come as near to the fence as its targets may (``fence_margin_m``), which is another
 distance than that to an obstacle. So each wall is moved outwards, by the difference.
@@ -15,7 +15,7 @@ from navigation_core.safety.fences import Area, Circle, Fence, Point2
 
 __all__ = ["fence_walls"]
 
-# How far the corners of a polygon may be from the circle that it stands for.
+# Largest distance of a polygon's corners from the circle that it approximates.
 _SAGITTA_M = 0.25
 _SIDES_MAX = 180
 _LONGER_MAX = 3.0
@@ -44,7 +44,7 @@ def fence_walls(fence: Fence, shift_m: float) -> tuple[KnownObstacle, ...]:
 
 
 def _corners(area: Area) -> tuple[Point2, ...]:
-    """Return corners in counter-clockwise order; the sides of a circle touch it from outside."""
+    """Return corners in counter-clockwise order; the sides of a circle are tangents."""
     if isinstance(area, Circle):
         sides = _SIDES_MAX
         if area.radius_m > _SAGITTA_M:

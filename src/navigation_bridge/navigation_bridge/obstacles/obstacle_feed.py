@@ -1,4 +1,4 @@
-"""Everything that tells about obstacles, brought together in the map frame. No ROS.
+"""All obstacle sources, combined in the map frame. No ROS.
 
 Sensors of the vehicle (MAVLink) and of ROS feed an obstacle map; known obstacles and the
 boundary of the vehicle's fence are joined to what it holds.
@@ -30,7 +30,7 @@ __all__ = ["LASER_SCAN", "POINT_CLOUD", "ObstacleFeed", "SensorPoints", "SensorS
 Array: TypeAlias = NDArray[np.float64]
 
 LASER_SCAN, POINT_CLOUD = "LaserScan", "PointCloud2"
-# A beam that looks further down than this is meant for the ground (sine of 30 degrees).
+# A beam that points further down than this measures the ground (sine of 30 degrees).
 _DOWNWARDS = 0.5
 _ORIGIN_MOVED_M = 0.1
 # A cloud takes up to 20 ms; setpoints go out every 50 ms on the same thread.
@@ -72,10 +72,10 @@ class SensorPoints:
 
 
 class ObstacleFeed:
-    """Knows what is in the way of one vehicle; see the module."""
+    """Obstacles of one vehicle, from all sources."""
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
-        """Start knowing only what is configured."""
+        """Start with the configured obstacles only."""
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
@@ -92,7 +92,7 @@ class ObstacleFeed:
         self._joined = NOTHING
 
     def start(self, now: float) -> None:
-        """Count the silence of what is configured from now on."""
+        """Start the silence timers of the configured sensors."""
         for topic, kind in (
             (self._config.scan_topic, LASER_SCAN),
             (self._config.points_topic, POINT_CLOUD),
@@ -101,7 +101,7 @@ class ObstacleFeed:
                 self._heard_s.setdefault(kind, now)
 
     def configure(self, config: ObstacleConfig) -> None:
-        """Go on with other settings; the size and the cells of the map stay as they are."""
+        """Apply other settings; size and cells of the map stay as they are."""
         self._config = config
         self._standing.configure(config)
 
@@ -109,7 +109,7 @@ class ObstacleFeed:
 
     @property
     def obstacles(self) -> Obstacles:
-        """Everything in the way: the same object until something about it is new."""
+        """All obstacles: the same object until something changes."""
         parts = (self._standing.known, self.sensed, self._standing.walls)
         if len(self._joined_from) != len(parts) or any(
             old is not new for old, new in zip(self._joined_from, parts, strict=True)
@@ -120,12 +120,12 @@ class ObstacleFeed:
 
     @property
     def standing(self) -> StandingObstacles:
-        """What does not move: what is known, and what bounds the flight."""
+        """Static obstacles: the known ones, and the limits of the flight."""
         return self._standing
 
     @property
     def sensed(self) -> Obstacles:
-        """Those that sensors have seen."""
+        """Sensed obstacles."""
         sensed = self._map.obstacles()
         if sensed is not self._sensed_from:
             self._sensed_from = sensed
@@ -134,12 +134,12 @@ class ObstacleFeed:
 
     @property
     def has_sensor(self) -> bool:
-        """Whether one was ever heard, or is configured."""
+        """True if a sensor has ever reported, or is configured."""
         return bool(self._heard_s)
 
     @property
     def reach_m(self) -> float:
-        """How far the sensor sees that told something last; infinite if none says."""
+        """Range of the sensor that reported last; infinite if unknown."""
         return self._reach_m
 
     @property
@@ -148,17 +148,17 @@ class ObstacleFeed:
         return self._config.sensor_timeout_s
 
     def ages_s(self, now: float) -> dict[str, float]:
-        """Return how long ago each kind of sensor told something, by its name."""
+        """Return the age of the last reading of each kind of sensor, by its name."""
         return {kind: now - heard_s for kind, heard_s in self._heard_s.items()}
 
     def age_s(self, now: float) -> float:
-        """Return how long the most silent kind of sensor has been silent; 0 without any."""
+        """Return the longest silence of any kind of sensor; 0 without sensors."""
         return max(self.ages_s(now).values(), default=0.0)
 
     # --- what sensors tell -----------------------------------------------------------
 
     def take_ranges(self, measured: RangesMeasured, now: float) -> None:
-        """Take what a sensor of the vehicle measured."""
+        """Process a measurement of a sensor of the vehicle."""
         directions = np.array(measured.directions, dtype=np.float64)
         beam = measured.source is RangeSource.DISTANCE_SENSOR
         if beam and abs(directions[0, 2]) > _DOWNWARDS:
@@ -169,7 +169,7 @@ class ObstacleFeed:
         if not beam:
             self._scans_until_s = now + self._config.sensor_timeout_s
         elif now < self._scans_until_s:
-            return  # a scan says the same, and finer: beams are often the nearest of many sectors
+            return  # a scan has the same in finer resolution
         turned = {
             RangeAxes.BODY: carrier.from_body,
             RangeAxes.LEVEL: carrier.from_level,
@@ -187,7 +187,7 @@ class ObstacleFeed:
         self._map.integrate(scan, self._ground_m(), now)
 
     def take_scan(self, scan: SensorScan, now: float) -> None:
-        """Take a scan from ROS, unless it follows another within 0.08 s."""
+        """Process a scan from ROS, unless it follows another within 0.08 s."""
         carrier = None if self._is_soon(LASER_SCAN, now) else self._hear(LASER_SCAN, now)
         if carrier is None:
             return
@@ -206,7 +206,7 @@ class ObstacleFeed:
         self._map.integrate(rays, self._ground_m(), now)
 
     def take_points(self, cloud: SensorPoints, now: float) -> None:
-        """Take a cloud of points from ROS, unless it follows another within 0.08 s."""
+        """Process a point cloud from ROS, unless it follows another within 0.08 s."""
         carrier = None if self._is_soon(POINT_CLOUD, now) else self._hear(POINT_CLOUD, now)
         if carrier is None:
             return
@@ -229,7 +229,7 @@ class ObstacleFeed:
         return False
 
     def _hear(self, kind: str, now: float) -> Carrier | None:
-        """Return where the vehicle is, if that is known, with the map about it.
+        """Return the pose of the vehicle, if known, and centre the map on it.
 
         From the first reading on, only what can be placed counts as heard.
         """

@@ -1,4 +1,4 @@
-"""`LaserScan` and `PointCloud2` as arrays, whatever is in them."""
+"""`LaserScan` and `PointCloud2` as validated arrays."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FAR_M = 1e6
 
 
 class SensorMessageError(ValueError):
-    """A message cannot be what it says; the sentence says why."""
+    """A message is inconsistent; the text says why."""
 
 
 def scan_of(message: Any) -> SensorScan:

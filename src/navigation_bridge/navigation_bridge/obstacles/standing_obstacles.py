@@ -1,4 +1,4 @@
-"""Obstacles that do not move: those of a file, and the bounds of the flight. No ROS."""
+"""Static obstacles: those of a file, and the bounds of the flight volume. No ROS."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def drives(vehicle: Vehicle) -> bool:
 
 
 class StandingObstacles:
-    """Puts into the map what the sensors need not see."""
+    """Places obstacles in the map that need no sensor."""
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
-        """Start with what the configuration knows."""
+        """Start with the configured obstacles."""
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
@@ -48,12 +48,12 @@ class StandingObstacles:
         self._walls_about: tuple[int, int] | None = None
 
     def configure(self, config: ObstacleConfig) -> None:
-        """Go on with other settings."""
+        """Apply other settings."""
         self._config = config
 
     @property
     def known(self) -> Obstacles:
-        """Those of the file, as tables: the same object until something about them is new."""
+        """The known obstacles as tables: the same object until something changes."""
         self._place()
         return self._known
 
@@ -64,7 +64,7 @@ class StandingObstacles:
         return self._placed
 
     def _place(self) -> None:
-        """Put the file's obstacles where the map frame and the kind of vehicle want them."""
+        """Place the known obstacles for the map frame and the kind of vehicle."""
         known, frame = self._config.known, self._map_frame.frame
         on_ground = drives(self._vehicle)
         key = (known, frame if known.needs_origin else None, on_ground)
@@ -85,7 +85,7 @@ class StandingObstacles:
 
     @property
     def fence(self) -> Fence | None:
-        """The vehicle's own fence, as far as it is known."""
+        """The vehicle's own fence, if known."""
         return self._fence
 
     @property
@@ -100,7 +100,7 @@ class StandingObstacles:
         volume: FlightVolume,
         place: tuple[float, float] | None,
     ) -> None:
-        """Take the boundaries of the vehicle's fence and of the flight volume for walls.
+        """Make walls of the boundaries of the vehicle's fence and of the flight volume.
 
         Ways may come as near to them as targets may. Who is outside must be able to come back
         in, so then there is no wall.
@@ -127,7 +127,7 @@ class StandingObstacles:
         self._see_walls(place or (0.0, 0.0))
 
     def _see_walls(self, place: tuple[float, float]) -> None:
-        """Choose the walls that are near; the same object until the vehicle is elsewhere."""
+        """Select nearby walls; the same object until the vehicle has moved on."""
         about = round(place[0] / _WALLS_STEP_M), round(place[1] / _WALLS_STEP_M)
         if about != self._walls_about:
             self._walls_about = about

@@ -1,1 +1,1 @@
-"""Notes in recordings, recordings played again, goals worked on against them."""
+"""Notes in recordings, replay, and shadow goals."""

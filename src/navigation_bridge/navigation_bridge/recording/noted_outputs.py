@@ -1,4 +1,4 @@
-"""What a server put out while it was recorded, from its notes: as if it happened again. No ROS."""
+"""Outputs of a recorded server, restored from its notes. No ROS."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from navigation_core.tasks.base import RouteProgress, Status
 
 
 class NotedOutputs:
-    """Turns the notes about one vehicle into the bridge's outputs of that time.
+    """Converts the notes about one vehicle to the bridge's outputs at that time.
 
     What the notes don't repeat (pose, height, battery) is what the replayed bridge knows.
     """

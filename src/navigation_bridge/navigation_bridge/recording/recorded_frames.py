@@ -1,4 +1,4 @@
-"""Where a recorded vehicle was, when nothing tells the origin of the server's map frame."""
+"""Frame of a recorded track without the origin of the server's map frame."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Frame(Protocol):
 
 
 class FromFirstPosition:
-    """For a recording that never tells where the map's origin lies."""
+    """For a recording without a map origin."""
 
     def __init__(self) -> None:
         """Start without an origin."""

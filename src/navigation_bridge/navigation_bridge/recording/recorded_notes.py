@@ -1,4 +1,4 @@
-"""What the server noted into a recording, put together again: goals, plans, progress."""
+"""Goals, plans and progress, restored from the server's notes in a recording."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from navigation_core.geometry import Vector3
 
 @dataclass
 class RecordedGoal:
-    """A goal of the server, and what became of it. Times are those given to the reader.
+    """A recorded goal and its result. Times are those given to the reader.
 
     Attributes:
         goal_id: UUID as hexadecimal digits; of old recordings the first eight.
@@ -28,7 +28,7 @@ class RecordedGoal:
         final_error_m: distance to the target at the end; None if it is not known.
         elapsed_s: how long it took by the server's clock, or None.
         waypoints_reached: of a route.
-        replans: how often the way was planned anew because of obstacles.
+        replans: number of replans because of obstacles.
     """
 
     goal_id: str
@@ -82,7 +82,7 @@ class NotesReader:
     _texts: StatusTexts = field(default_factory=StatusTexts)
 
     def take(self, time_s: float, message: Message) -> None:
-        """Take in a message of the recorder."""
+        """Process a message of the recorder."""
         kind = message.get_type()
         if kind == "STATUSTEXT":
             self._take_chunk(time_s, message)
@@ -165,7 +165,7 @@ class NotesReader:
         self.goals[-1].targets_enu_m += (target,)
 
     def _take_old_status(self, time_s: float, text: str) -> None:
-        """Take what older versions noted: "goal ID STATUS", "goal ID ended CODE"."""
+        """Process notes of older versions: "goal ID STATUS", "goal ID ended CODE"."""
         _, short_id, *words = f"{text} ".split(" ")
         what = " ".join(words).strip()
         goal = self._goal(short_id)

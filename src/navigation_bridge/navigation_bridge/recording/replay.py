@@ -1,4 +1,4 @@
-"""Plays a recording through what flies: bridge and vehicle see it as they would have live.
+"""Player that feeds a recording to bridge and vehicle as if it were live.
 
 Nothing in here waits, reads a clock or sends: time is what the recording says, and what the
 bridge wants to send is dropped. So a recording gives the same again and again, as fast as the
@@ -37,7 +37,7 @@ _TIMERS_MAX = 100_000
 
 
 class ReplayError(RuntimeError):
-    """The bridge asks to be called again and again at one time: a defect of ours."""
+    """The bridge sets its deadline to the same time endlessly: an internal error."""
 
 
 @dataclass
@@ -86,7 +86,7 @@ class RecordedTime:
 
 @dataclass(frozen=True)
 class Played:
-    """One thing that happened: a message came, or a timer was due.
+    """One event: a message or a timer.
 
     Attributes:
         now: seconds since the recording began.
@@ -103,7 +103,7 @@ class Played:
 
 
 def open_recording(path: str) -> tuple[TlogReader, float]:
-    """Return a recording and when it begins (s since 1970).
+    """Return a recording and its start time (s since 1970).
 
     Raises:
         LinkError: it can't be read, or holds nothing.
@@ -111,7 +111,7 @@ def open_recording(path: str) -> tuple[TlogReader, float]:
     reader = TlogReader(path)
     first = next(iter(reader), None)
     if first is None:
-        raise LinkError(f"{path} holds no MAVLink packet: there is nothing to replay.")
+        raise LinkError(f"{path} contains no MAVLink packets; nothing to replay.")
     return reader, first[0]
 
 
@@ -156,7 +156,7 @@ class Player:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing is left; timers that are due later don't count."""
+        """True at the end of the recording; later timers are ignored."""
         return self._next is None
 
     def due_s(self) -> float | None:
@@ -169,7 +169,7 @@ class Player:
         return max(self.now, deadline)
 
     def step(self) -> list[Played]:
-        """Let the next thing happen: a timer, or the messages of a packet.
+        """Process the next event: a timer, or the messages of a packet.
 
         Raises:
             ReplayError: timers of the application do not come to rest.
@@ -195,9 +195,7 @@ class Player:
     def _run_timer(self, deadline: float, unix_s: float) -> Played:
         self._timers += 1
         if self._timers > _TIMERS_MAX:
-            raise ReplayError(
-                f"The timers do not come to rest {self.now:.3f} s into the recording."
-            )
+            raise ReplayError(f"The timers did not settle {self.now:.3f} s into the recording.")
         self.now = max(self.now, deadline)
         self._application.handle_timer(self.now)
         self._application.messages_to_send()

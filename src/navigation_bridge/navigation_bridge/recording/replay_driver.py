@@ -1,4 +1,4 @@
-"""Plays a recording to a fleet in a thread of its own, in the place of a driver. No ROS.
+"""Thread that replays a recording to a fleet in place of a driver. No ROS.
 
 What happens, and in which order, is the same at any speed: only the waiting is different.
 """
@@ -33,18 +33,18 @@ _LATEST_UNIX_S = 2.0**31 - 366 * 86_400
 
 
 class ReplayedApplication(Application, Protocol):
-    """What a recording is played to."""
+    """Receiver of a replayed recording."""
 
     def take_note(self, message: Message, now: float) -> None:
         """Take in a note of the recorder."""
 
     def begin_again(self) -> None:
-        """Forget all that was heard: the recording is played from its beginning."""
+        """Reset: the recording is played from its start."""
 
 
 @dataclass(frozen=True)
 class Position:
-    """How far a recording is played.
+    """Progress of a replay.
 
     Attributes:
         recording_s: seconds since its beginning.
@@ -66,7 +66,7 @@ class Position:
 
 
 class ReplayDriver:
-    """Plays a recording; takes work from other threads as a driver does.
+    """Plays a recording; accepts work from other threads like a driver.
 
     Attributes:
         clock: the time that the application is told; it stands still between two packets.
@@ -93,7 +93,7 @@ class ReplayDriver:
         self.on_time: Callable[[float], None] = lambda _unix_s: None
         self.on_end: Callable[[], None] = lambda: None
         self._reader, begin_unix_s = open_recording(path)
-        # What ROS cannot express is damage.
+        # Times that ROS cannot represent are damage.
         self.begin_unix_s = begin_unix_s if begin_unix_s < _LATEST_UNIX_S else 0.0
         self._own_component = own_component
         self._speed = speed
@@ -110,7 +110,7 @@ class ReplayDriver:
         self._anchor = (0.0, 0.0)
 
     def play_to(self, application: ReplayedApplication) -> None:
-        """Say what the recording is played to; before :meth:`start`."""
+        """Set the receiver of the recording, before :meth:`start`."""
         self._application = application
         self._make_player()
 
@@ -120,7 +120,7 @@ class ReplayDriver:
         return self._thread.is_alive()
 
     def start(self) -> None:
-        """Begin to play."""
+        """Start to play."""
         self._set_anchor()
         self._thread.start()
 
@@ -163,15 +163,15 @@ class ReplayDriver:
         self.post(lambda: self._change(speed, self._paused))
 
     def pause(self, paused: bool) -> None:
-        """Stand still, or go on."""
+        """Pause or resume."""
         self.post(lambda: self._change(self._speed, paused))
 
     def rewind(self, play: bool) -> None:
-        """Go back to the beginning, and play from there or wait."""
+        """Go back to the start, and play or stop there."""
         self.post(lambda: self._rewind(play))
 
     def position(self) -> Position:
-        """Say how far it is; on the thread, or by :meth:`call`."""
+        """Return the progress; on the thread, or by :meth:`call`."""
         player = self._playing()
         time = player.time
         recording_s = player.now - self._begin_s

@@ -1,4 +1,4 @@
-"""Runs ``navigation_server --shadow-goals``: what would have become of goals. No ROS."""
+"""Entry point of ``navigation_server --shadow-goals``. No ROS."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SUCCESS = "SUCCESS"
 
 
 def run_shadow_goals(config: ServerConfig, path: Path, json_output: bool) -> int:
-    """Work on the goals of a file and print what became of them.
+    """Run the goals of a file and print their results.
 
     Args:
         config: settings, with a recording as the link.
@@ -41,7 +41,7 @@ def run_shadow_goals(config: ServerConfig, path: Path, json_output: bool) -> int
     link = parse_url(config.link_url)
     if link.kind is not LinkKind.TLOG:
         raise ConfigurationError(
-            f"Shadow goals are worked on against a recording: give --link tlog:PATH, not {link}."
+            f"Shadow goals run against a recording: give --link tlog:PATH, not {link}."
         )
     goals = read_shadow_goals(path)
     reader, _ = open_recording(link.path)

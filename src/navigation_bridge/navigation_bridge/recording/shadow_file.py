@@ -1,4 +1,4 @@
-"""Reads the goals of ``--shadow-goals`` from YAML, held to `shadow_goals.schema.json`. No ROS."""
+"""Reader of the YAML file of ``--shadow-goals`` (`shadow_goals.schema.json`). No ROS."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ _REFERENCES = {
 
 
 class ShadowGoalsError(ValueError):
-    """A file of shadow goals cannot be used; the sentence says where and why."""
+    """A shadow goal file is invalid; the message says where and why."""
 
 
 @dataclass(frozen=True)
 class ShadowGoal:
-    """A goal that is worked on against a recording.
+    """A goal to run against a recording.
 
     Attributes:
         at_s: when it is sent, in seconds from the recording's beginning.
@@ -70,16 +70,16 @@ class ShadowGoal:
 
 @cache
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a file of shadow goals."""
+    """Return the JSON Schema of a shadow goal file."""
     file = resources.files("navigation_bridge.recording").joinpath("shadow_goals.schema.json")
     return dict(json.loads(file.read_text("utf-8")))
 
 
 def read_shadow_goals(path: Path) -> tuple[ShadowGoal, ...]:
-    """Read a file of shadow goals; they come in the order of their times.
+    """Read a shadow goal file; goals are ordered by time.
 
     Raises:
-        ShadowGoalsError: it cannot be read, or does not hold to the schema.
+        ShadowGoalsError: it cannot be read, or does not match the schema.
     """
     name = str(path)
     data = load_yaml(read_text(path, ShadowGoalsError), name, ShadowGoalsError)
@@ -98,7 +98,7 @@ def read_shadow_goals(path: Path) -> tuple[ShadowGoal, ...]:
 def _goal(item: Any, where: str) -> ShadowGoal:
     action = item.get("action") if isinstance(item, dict) else None
     if action not in _ACTIONS:
-        raise ShadowGoalsError(f"{where} needs an action: {', '.join(_ACTIONS)}.")
+        raise ShadowGoalsError(f"{where}: action is missing; give one of {', '.join(_ACTIONS)}.")
     definitions = schema()["$defs"]
     title = f"{where} ({action})"
     hold(item, {**definitions[action], "$defs": definitions}, title, ShadowGoalsError)
@@ -154,9 +154,9 @@ def _vector(position: Mapping[str, float]) -> Vector3:
 
 
 def _check_finite(value: object, where: str) -> None:
-    """YAML knows .nan and .inf, and a schema's limits let NaN through."""
+    """YAML has .nan and .inf, and the limits of a schema accept NaN."""
     if isinstance(value, float) and not math.isfinite(value):
-        raise ShadowGoalsError(f"{where}: {value} is no finite number.")
+        raise ShadowGoalsError(f"{where}: {value} is not a finite number.")
     children = value.values() if isinstance(value, dict) else value
     for child in children if isinstance(children, (list, type({}.values()))) else ():
         _check_finite(child, where)

@@ -1,4 +1,4 @@
-"""Works on goals against a recording: what would have become of them. No ROS, nothing is sent.
+"""Goals run against a recording, with their results; nothing is sent. No ROS.
 
 The goals go to a real bridge, which hears the recording. What it asks of the vehicle is never
 sent, so only what the recorded vehicle did anyway happens: a goal that needs GUIDED ends with
@@ -20,12 +20,12 @@ from navigation_bridge.recording.replay import Player
 from navigation_bridge.recording.shadow_file import ShadowGoal
 
 REJECTED, NOT_SENT, OPEN = "REJECTED", "NOT_SENT", "OPEN"
-"""Ends besides the codes of goals: refused, later than the recording, and not ended with it."""
+"""Results besides the codes of goals: rejected, after the end of the recording, and still open."""
 
 
 @dataclass
 class ShadowResult:
-    """What became of a goal. Times are seconds from the recording's beginning.
+    """Result of a shadow goal. Times are seconds from the recording's beginning.
 
     Attributes:
         goal: what was asked.
@@ -49,7 +49,7 @@ class ShadowResult:
 def work_shadow_goals(
     records: Iterable[tuple[float, bytes]], config: ServerConfig, goals: Sequence[ShadowGoal]
 ) -> list[ShadowResult]:
-    """Play a recording to a bridge that is given goals on its way.
+    """Play a recording to a bridge and send it goals.
 
     Args:
         records: (unix time in seconds, packet), as ``TlogReader`` yields them.

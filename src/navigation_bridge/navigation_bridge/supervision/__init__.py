@@ -1,1 +1,1 @@
-"""What is watched beside the flight itself: health, position, pilots, other stations."""
+"""Supervision of a flight: health, position, pilots, ground stations."""

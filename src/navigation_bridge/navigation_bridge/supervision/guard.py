@@ -1,4 +1,4 @@
-"""What is watched beside the flight itself, before a goal and during it. No ROS.
+"""Safety checks before and during a goal. No ROS.
 
 Fence and volume, battery, health of the vehicle, and failsafes that leave it in the mode in
 which it follows us. Failsafes that change the mode are judged in
@@ -39,14 +39,14 @@ _FAILSAFE_ACTS_S = 2.0
 # To stop what a vehicle does against these makes them worse. Others leave it fit to be held: a
 # server that died, and is there again, lets it return for nothing.
 _NOT_TO_STOP = frozenset({FailsafeKind.BATTERY, FailsafeKind.FENCE, FailsafeKind.GPS})
-_UNKNOWN_FENCE = "The vehicle's own fence is not known yet, so it was not checked."
-_UNKNOWN_AREAS = "The areas of the vehicle's own fence are not known yet, so were not checked."
-_UNKNOWN_BATTERY = "The vehicle does not tell what is left in its battery."
+_UNKNOWN_FENCE = "The vehicle's own fence is not known yet and was not checked."
+_UNKNOWN_AREAS = "The zones of the vehicle's own fence are not known yet and were not checked."
+_UNKNOWN_BATTERY = "The vehicle does not report its remaining battery."
 
 
 @dataclass
 class _Memory:
-    """What is remembered about the goal that is being worked on.
+    """State of the checks for the active goal.
 
     Attributes:
         goal_id: whose it is.
@@ -64,7 +64,7 @@ class _Memory:
 
 
 class Guard:
-    """Checks goals before they begin, and the vehicle while they run."""
+    """Checks goals before they start, and the vehicle while they run."""
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class Guard:
         config: BridgeConfig,
         standing: StandingObstacles,
     ) -> None:
-        """Begin to watch ``vehicle``; its fence is told to ``standing``."""
+        """Start to monitor ``vehicle``; its fence is passed to ``standing``."""
         self._standing = standing
         self._vehicle = vehicle
         self._map_frame = map_frame
@@ -86,20 +86,20 @@ class Guard:
         self._known_areas: tuple[Area, ...] = ()
 
     def configure(self, config: BridgeConfig) -> None:
-        """Go on with other settings."""
+        """Apply other settings."""
         self._config = config
         self._battery.configure(config)
 
     def observe_battery(self, now: float) -> None:
-        """Take in what the battery says now."""
+        """Process the current battery state."""
         self._battery.observe(now)
 
     # --- before acceptance -------------------------------------------------------------
 
     def check(self, admitted: Admitted, now: float) -> Admitted | Rejection:
-        """Say what is against a goal that is sound in itself, or add what is to be told."""
+        """Return a rejection for a well-formed goal, or add its warnings."""
         if admitted.plan is None:
-            return admitted  # what brings it down and home is never refused
+            return admitted  # a landing or a return is never rejected
         rejection = self._check_health(now)
         if rejection is not None:
             return rejection
@@ -132,25 +132,25 @@ class Guard:
         vehicle, state = self._vehicle, self._vehicle.state
         faults = estimator_faults(state)
         if faults:
-            text = f"The vehicle is not fit to fly: {'; '.join(faults)}."
+            text = f"The vehicle is unhealthy: {'; '.join(faults)}."
             return Rejection(OutcomeCode.UNHEALTHY, text)
         if not state.armed:
             words = arming_faults(state, now)
             if words:
-                text = f"The autopilot would not arm. It says: {'; '.join(words)}."
+                text = f"The autopilot's pre-arm checks fail: {'; '.join(words)}."
                 return Rejection(OutcomeCode.UNHEALTHY, text)
         elif state.failsafe is not None and not vehicle.in_control_mode:
             hold = "" if state.failsafe.kind in _NOT_TO_STOP else " call the hold service,"
             text = (
-                f"The vehicle is in a failsafe ({state.failsafe.text}) and acts by itself in "
-                f"{vehicle.mode_name}; wait until it is over,{hold} or take the vehicle back by "
-                "hand."
+                f"The vehicle is in a failsafe ({state.failsafe.text}) and flies on its own in "
+                f"{vehicle.mode_name}; wait until it ends,{hold} or take over "
+                "manually."
             )
             return Rejection(failsafe_code(state.failsafe), text)
         return None
 
     def fence(self) -> Fence | None:
-        """Return what the vehicle keeps to by itself, None while that is not known."""
+        """Return the vehicle's own fence, None while unknown."""
         vehicle = self._vehicle
         if vehicle.profile is None:
             return None
@@ -158,7 +158,7 @@ class Guard:
         return fence_of(vehicle.profile, vehicle.parameters, home, self._areas())
 
     def tell_fence(self) -> None:
-        """Let ways be planned inside of the fence as it is known now, and of the volume."""
+        """Plan paths inside the fence as known now, and inside the volume."""
         here, margin_m = self._here(), self._config.safety.fence_margin_m
         place = None if here is None else here[:2]
         self._standing.bound(self.fence(), margin_m, self._config.volume, place)
@@ -181,7 +181,7 @@ class Guard:
     def _check_fence(
         self, fence: Fence, plan: FlightPlan, first: int, margin_m: float, closed: bool
     ) -> Rejection | None:
-        """Check the ways from the vehicle through the targets from the ``first`` on.
+        """Check the legs from the vehicle through the targets from the ``first`` on.
 
         ``closed`` leads back to the first of these. Where ways are found around obstacles, they
         are found inside of the fence, too, so that only the targets are checked.
@@ -202,7 +202,7 @@ class Guard:
     # --- while flying ------------------------------------------------------------------
 
     def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
-        """Say why a goal must end with the vehicle holding; notes what is only to be told."""
+        """Return why a goal must end with the vehicle holding; add warnings to its notes."""
         memory = self._memory
         if memory.goal_id != goal.goal_id:
             memory = self._memory = _Memory(goal.goal_id)
@@ -224,7 +224,7 @@ class Guard:
         return self._watch_battery(goal, goal.plan, here, now)
 
     def _watch_failsafe(self, goal: ActiveGoal, memory: _Memory, now: float) -> Outcome | None:
-        """Judge a failsafe that has had the time to change the mode and did not."""
+        """Handle a failsafe that did not change the mode in time."""
         failsafe = self._vehicle.state.failsafe
         if failsafe is None or failsafe.kind is memory.failsafe:
             return None
@@ -235,23 +235,23 @@ class Guard:
         if goal.plan is None:
             # It lands or returns, perhaps because of it: that is no failsafe that did not act.
             if not began_before:
-                goal.notes.append(f"The vehicle reported a failsafe meanwhile ({failsafe.text}).")
+                goal.notes.append(f"The vehicle reported a failsafe on the way ({failsafe.text}).")
             return None
         policy = self._config.safety.battery_policy
         ends = failsafe.kind in (FailsafeKind.FENCE, FailsafeKind.GPS) or (
             failsafe.kind is FailsafeKind.BATTERY and policy is BatteryPolicy.REJECT
         )
         if ends and not began_before:
-            text = f"The vehicle is in a failsafe and left in our control: {failsafe.text}."
+            text = f"The vehicle is in a failsafe but still under our control: {failsafe.text}."
             return Outcome(failsafe_code(failsafe), text, None)
         if began_before:
             goal.notes.append(
-                f"The vehicle was in a failsafe already when the goal came ({failsafe.text})."
+                f"The vehicle was already in a failsafe when the goal arrived ({failsafe.text})."
             )
             return None
         goal.notes.append(
-            f"The vehicle reported a failsafe ({failsafe.text}) and did not act on it, so the goal "
-            "went on."
+            f"The vehicle reported a failsafe ({failsafe.text}) but took no action; the goal "
+            "continued."
         )
         return None
 

@@ -1,4 +1,4 @@
-"""The time after a goal, and before one, on autopilots that obey only a running stream.
+"""Setpoint stream before and after a goal, for autopilots that require one.
 
 A PX4 gives control only to whoever has streamed setpoints for a while, and takes the end of
 the stream for a failure: it would return to launch. So the stream runs before control is
@@ -15,7 +15,7 @@ from navigation_bridge.goals.observation import hold_setpoint_ned
 
 
 class Parking:
-    """Hands the vehicle over to its own hold mode while the stream still runs."""
+    """Switches the vehicle to its own hold mode while the setpoint stream still runs."""
 
     def __init__(self, vehicle: Vehicle, period_s: float) -> None:
         """Prepare; nothing is sent before :meth:`begin` or :meth:`keep_streaming`."""
@@ -27,7 +27,7 @@ class Parking:
 
     @property
     def needed(self) -> bool:
-        """Whether this vehicle takes the end of the stream for a failure."""
+        """True if this vehicle treats the end of the stream as a failure."""
         profile = self._vehicle.profile
         return profile is not None and profile.prestream_s > 0.0
 
@@ -37,7 +37,7 @@ class Parking:
         return self._operation_id
 
     def begin(self, setpoint: SetpointNed, now: float) -> bool:
-        """Have the vehicle hold by itself; False if it does not need that."""
+        """Switch the vehicle to its hold mode; False if it does not need that."""
         vehicle = self._vehicle
         if not (self.needed and vehicle.stream_open and vehicle.in_control_mode):
             return False
@@ -59,11 +59,11 @@ class Parking:
         self._send(hold_setpoint_ned(self._vehicle, None), now)
 
     def give_up(self) -> None:
-        """Somebody else takes the vehicle from here; the stream is left as it is."""
+        """Release the vehicle; the stream stays as it is."""
         self._setpoint = self._operation_id = None
 
     def finish(self, event: OperationFinished) -> bool:
-        """Take note of an operation's end; True if it was this one's."""
+        """Process the end of an operation; True if it was this one's."""
         if self._operation_id is None or event.operation_id != self._operation_id:
             return False
         self.give_up()
@@ -71,7 +71,7 @@ class Parking:
         return True
 
     def next_deadline(self) -> float | None:
-        """Return when :meth:`handle_timer` wants to be called."""
+        """Return the time of the next call of :meth:`handle_timer`."""
         return None if self._setpoint is None else self._next_s
 
     def handle_timer(self, now: float) -> None:

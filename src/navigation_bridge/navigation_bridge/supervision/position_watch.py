@@ -1,4 +1,4 @@
-"""A position that is given, but not to be relied on: what becomes of goals then. No ROS.
+"""Handling of goals while the reported position is in doubt. No ROS.
 
 A goal that has begun is held, by velocity, and goes on when all is well again, or ends with
 NO_POSITION when that takes too long. Its result says for how long the doubt lasted, and why.
@@ -19,10 +19,10 @@ _JUMP_RECENT_S = 60.0
 
 
 class PositionWatch:
-    """Follows one vehicle's position, and what its doubts are to the active goal."""
+    """Monitors one vehicle's position and handles doubts for the active goal."""
 
     def __init__(self, report: Reporter, timeout_s: float) -> None:
-        """Begin with nothing seen.
+        """Start without observations.
 
         Args:
             report: where a doubt is told.
@@ -33,7 +33,7 @@ class PositionWatch:
         self._trust = PositionTrust()
 
     def configure(self, timeout_s: float) -> None:
-        """Go on with another limit."""
+        """Apply another timeout."""
         self._timeout_s = timeout_s
 
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
@@ -41,7 +41,7 @@ class PositionWatch:
         self._trust.observe(before, state, now)
 
     def check(self, now: float) -> tuple[Rejection | None, str]:
-        """Say what is against a goal before it begins, and else what is to be told with it."""
+        """Return a rejection of a goal before it starts, or a warning."""
         trust = self._trust
         if trust.complaint:
             text = f"The position is in doubt: {trust.complaint}."
@@ -51,12 +51,12 @@ class PositionWatch:
             return None, ""
         text = (
             f"The position jumped by {jump_m:.1f} m, {now - jumped_s:.0f} s ago, and has not "
-            "jumped back: places may be so far off."
+            "jumped back; positions may be off by that much."
         )
         if now - jumped_s > _JUMP_RECENT_S:
             return None, text
         wait_s = _JUMP_RECENT_S - (now - jumped_s)
-        hint = f"Look where the vehicle is; goals are taken again in {wait_s:.0f} s."
+        hint = f"Check where the vehicle is; goals are accepted again in {wait_s:.0f} s."
         return Rejection(OutcomeCode.NO_POSITION, f"{text} {hint}"), ""
 
     def begin(self, goal: ActiveGoal) -> None:
@@ -64,7 +64,7 @@ class PositionWatch:
         goal.doubt.jumps_ned_m = self._trust.jump_ned_m
 
     def reason(self, goal: ActiveGoal) -> str:
-        """Say why the position is in doubt for a goal; empty while it is not."""
+        """Return why the position is in doubt for a goal; empty if it is not."""
         jump_m = self._trust.jump_m(goal.doubt.jumps_ned_m)
         if jump_m > JUMP_MAX_M:
             return f"the position has jumped by {jump_m:.1f} m"
@@ -76,7 +76,7 @@ class PositionWatch:
         if not reason:
             if doubt.since_s is not None:
                 self.conclude(goal, now)
-                self._tell(goal, "The position is good again.")
+                self._tell(goal, "The position is reliable again.")
             return None
         if doubt.since_s is None:
             doubt.since_s = now
@@ -90,13 +90,13 @@ class PositionWatch:
         return Outcome(OutcomeCode.NO_POSITION, text, None)
 
     def conclude(self, goal: ActiveGoal, now: float) -> None:
-        """Add to the goal's result what there was of a doubt."""
+        """Add past doubts to the notes of the goal."""
         doubt = goal.doubt
         if doubt.since_s is None:
             return
         goal.notes.append(
-            f"The position was in doubt for {now - doubt.since_s:.1f} s, from "
-            f"{doubt.since_s - goal.accepted_s:.0f} s on ({'; '.join(doubt.reasons)})."
+            f"The position was in doubt for {now - doubt.since_s:.1f} s, starting at "
+            f"{doubt.since_s - goal.accepted_s:.0f} s ({'; '.join(doubt.reasons)})."
         )
         doubt.since_s, doubt.reasons = None, ()
 

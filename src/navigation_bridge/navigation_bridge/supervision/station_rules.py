@@ -1,4 +1,4 @@
-"""What an act of another station is to a goal: the rules, as pure functions. No ROS."""
+"""Rules for the effect of ground station actions on a goal, as pure functions. No ROS."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.tasks.base import VehicleMode
 
 STOPS = frozenset({StationAct.CLEARED_MISSION, StationAct.REPLACED_MISSION, StationAct.PAUSED})
-"""What makes a vehicle stop."""
+"""Acts that stop a vehicle."""
 
 
 class Consequence(Enum):
-    """What an act is to a goal."""
+    """Effect of an act on a goal."""
 
     NOTE = auto()
-    """It is told, and names who did it if the mode changes."""
+    """Logged only; names the station if the mode changes."""
     CANCEL = auto()
     PAUSE = auto()
     GO_ON = auto()
@@ -30,7 +30,7 @@ class Consequence(Enum):
 def consequence(
     acted: StationActed, goal: ActiveGoal, on_pause: StationPause, vehicle: Vehicle
 ) -> Consequence:
-    """Say what an act is to a goal.
+    """Return the effect of an act on a goal.
 
     A landing and a return go on whatever becomes of the mission, and through a pause that the
     vehicle does not follow: with an empty battery they are what keeps it safe. What has
@@ -52,10 +52,10 @@ def consequence(
 
 
 def told(acted: StationActed) -> str:
-    """Return a sentence: which system did what, and how."""
-    who = "A station that was not seen"
+    """Return a sentence: system, act and command."""
+    who = "An unknown ground station"
     if acted.station is not None:
-        who = f"Station {acted.station[0]}/{acted.station[1]}"
+        who = f"Ground station {acted.station[0]}/{acted.station[1]}"
     return f"{who} {acted.act.value} ({acted.how})."
 
 
@@ -109,6 +109,6 @@ def working_mode(goal: ActiveGoal) -> VehicleMode:
 
 
 def note_text(acted: StationActed) -> str:
-    """Return the words for the recording."""
+    """Return the text for the recording."""
     who = "?" if acted.station is None else f"{acted.station[0]}/{acted.station[1]}"
     return f"station {who} {acted.how}"

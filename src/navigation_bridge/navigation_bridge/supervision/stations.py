@@ -1,4 +1,4 @@
-"""What other stations do to the vehicle, and what that means for the goal. No ROS.
+"""Ground station actions on the vehicle and their effect on the goal. No ROS.
 
 Cancelling a MAVLink mission and cancelling a goal are one thing: whoever removes the mission,
 replaces it or stops the vehicle has cancelled the goal, which then ends CANCELED. A pause may be
@@ -47,10 +47,10 @@ _PAUSE_CONTINUE = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
 
 
 class Stations:
-    """Follows what stations do, and lets the goal end, pause or go on by it."""
+    """Monitors ground stations; ends, pauses or resumes the goal accordingly."""
 
     def __init__(self, vehicle: Vehicle, report: Reporter, parking: Parking) -> None:
-        """Begin with nothing seen."""
+        """Start without observations."""
         self._vehicle = vehicle
         self._report = report
         self._parking = parking
@@ -71,7 +71,7 @@ class Stations:
     def take(
         self, acted: StationActed, goal: ActiveGoal | None, on_pause: StationPause, now: float
     ) -> None:
-        """Draw the consequence of an act."""
+        """Apply the effect of an act."""
         self._last = (acted, now)
         self._follow_pause(acted)
         sentence = told(acted)
@@ -102,7 +102,7 @@ class Stations:
         goal.next_step_s = min(goal.next_step_s, now)
 
     def change_mode(self, event: ModeChanged, goal: ActiveGoal | None, now: float) -> bool:
-        """Take a change of mode that we did not ask for; True if a station's act explains it."""
+        """Handle a mode change not requested here; True if an act of a station explains it."""
         if goal is None:
             return False
         acted = self._recent(now)
@@ -121,18 +121,18 @@ class Stations:
         return acted is not None and acted.act is StationAct.CONTINUED
 
     def leave_mode(self) -> None:
-        """Take note of any change of mode: what was paused in the old one is so no more."""
+        """Process a mode change: a pause in the old mode is over."""
         self._stands_in_mode = False
 
     def take_away(self, goal: ActiveGoal, event: ModeChanged, now: float) -> None:
-        """Fall silent: the mode was changed, and whose change it was may show a moment later."""
+        """Stop sending: the mode has changed, and the origin of the change may show later."""
         acted = self._recent(now)
         by = "" if acted is None else told(acted)
         goal.takeover = Takeover(event.name, now, by).watched(self._vehicle.state)
         self._let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:
-        """Add who was seen to take the vehicle away, to an end that comes of that."""
+        """Add the station that took control to an outcome caused by it."""
         acted = self._recent(now)
         taken = outcome.code in (OutcomeCode.DISARMED, OutcomeCode.PILOT_OVERRIDE)
         if acted is None or not taken or acted.act is not StationAct.CHANGED_MODE:
@@ -144,7 +144,7 @@ class Stations:
     def yields(
         self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
     ) -> bool:
-        """Say whether the vehicle holds because a station made it, so that it is left alone."""
+        """Return whether a ground station made the vehicle hold, so that it is left alone."""
         if goal.yielded is None and self._is_taken(goal, observation, config):
             still = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
             goal.yielded = Yielded(now, still)
@@ -154,10 +154,10 @@ class Stations:
     def step(
         self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
     ) -> Outcome | None:
-        """Watch a vehicle that is left alone; the outcome once the goal is over."""
+        """Monitor a vehicle that is left alone; return the outcome at the end of the goal."""
         assert goal.yielded is not None
         if not observation.armed and not goal.ending:
-            text = "The vehicle was disarmed while a station had it paused."
+            text = "The vehicle was disarmed while paused by a ground station."
             return Outcome(OutcomeCode.DISARMED, text, None)
         if not goal.ending:
             return None
@@ -174,7 +174,7 @@ class Stations:
     # --- inside ------------------------------------------------------------------------
 
     def _give_away(self, goal: ActiveGoal, sentence: str, now: float) -> None:
-        """The station flies it now; a stop of its own before was a part of that."""
+        """The station has taken control; its stop before was a part of that."""
         goal.takeover = Takeover("", now, sentence)
         if goal.cancelled_by_pause:
             goal.cancelled_by, goal.cancelled_by_pause = "", False
@@ -198,11 +198,11 @@ class Stations:
         text = "The goal was cancelled."
         profile = self._vehicle.profile
         if profile is not None and not traits_of(profile).hovers:
-            return f"{text} It circles."
+            return f"{text} The plane is circling."
         if not observation.armed:
-            return f"{text} Its motors are off."
+            return f"{text} The motors are off."
         if yielded.stopped.holds(observation, config.position_stale_s):
-            return f"{text} The vehicle stands still."
+            return f"{text} The vehicle is holding."
         asked_s = yielded.since_s
         if goal.cancel_requested_s is not None:
             asked_s = max(asked_s, goal.cancel_requested_s)
@@ -226,13 +226,13 @@ class Stations:
         goal.cancelled_by = told(acted)
         goal.cancelled_by_pause = acted.act is StationAct.PAUSED
         goal.begin_cancel(now)
-        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: cancelled by a station")
+        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: cancelled by a ground station")
         self._report.cancel_wanted(goal)
 
     def _pause(self, goal: ActiveGoal, sentence: str, now: float) -> None:
         goal.paused_by = sentence
         goal.task.pause(now)
-        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: paused by a station")
+        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: paused by a ground station")
 
     def _go_on(self, goal: ActiveGoal, now: float) -> None:
         goal.paused_by = ""
@@ -242,7 +242,7 @@ class Stations:
             goal.yielded = None
             goal.task.take_up(now)
         goal.next_step_s = min(goal.next_step_s, now)
-        self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: a station lets it go on")
+        self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed by a ground station")
 
     def _follow_pause(self, acted: StationActed) -> None:
         profile = self._vehicle.profile

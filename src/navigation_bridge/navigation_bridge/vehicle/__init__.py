@@ -1,1 +1,1 @@
-"""The vehicle as goals see it: what it can do, where it is, who else flies it."""
+"""Vehicle aspects for goals: capabilities, position, other operators."""

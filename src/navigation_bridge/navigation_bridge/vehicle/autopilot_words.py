@@ -1,4 +1,4 @@
-"""Which of the autopilot's texts belongs into the reason for a goal's end. Pure."""
+"""Selection of the autopilot's texts for the reason of a goal's end. Pure."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def worst_text(
 
 
 def answers_in(event: OperationFinished, texts: Iterable[StatusText]) -> frozenset[StatusText]:
-    """Return the texts by which a vehicle refused a request; the event's reason quotes them."""
+    """Return the texts with which a vehicle rejected a request; the event's reason quotes them."""
     if event.result is not OperationResult.REFUSED or event.kind in _FLOWN:
         return frozenset()
     return frozenset(text for text in texts if f'"{text.text}"' in event.reason)

@@ -1,4 +1,4 @@
-"""How a rover or a boat drives, by its own parameters. No ROS."""
+"""Driving characteristics of a rover or boat, from its parameters. No ROS."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Driving(NamedTuple):
-    """What the parameters say; None where they do not.
+    """Driving characteristics from parameters; None where unknown.
 
     Attributes:
         turning_radius_m: of the tightest turn at low speed.

@@ -1,4 +1,4 @@
-"""The vehicle's failsafes as codes of a goal's end. No ROS."""
+"""Outcome codes for the failsafes of the vehicle. No ROS."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _CODES = {
 }
 
 FAILSAFE_CODES = frozenset({OutcomeCode.VEHICLE_FAILSAFE, *_CODES.values()})
-"""The codes of goals that a failsafe of the vehicle has ended."""
+"""Outcome codes of goals ended by a failsafe of the vehicle."""
 
 
 def failsafe_code(failsafe: Failsafe | None) -> OutcomeCode:

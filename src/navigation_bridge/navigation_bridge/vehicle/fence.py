@@ -58,7 +58,7 @@ def fence_of(
     home_enu_m: Vector3 | None,
     areas: tuple[Area, ...] = (),
 ) -> Fence | None:
-    """Return the fence that the vehicle keeps to, or None while it is not known.
+    """Return the vehicle's own fence, or None while unknown.
 
     Args:
         profile: the vehicle's.
@@ -78,7 +78,7 @@ def _circle(home_enu_m: Vector3, radius_m: float) -> Circle:
 
 
 def _sorted(areas: Sequence[Area], union: bool) -> tuple[list[Area], tuple[Area, ...]]:
-    """Part uploaded areas into those that all count and those of which one is enough."""
+    """Split uploaded areas into those that all apply and those of which one is enough."""
     alternatives = [area for area in areas if union and area.inclusion]
     return [area for area in areas if area not in alternatives], tuple(alternatives)
 

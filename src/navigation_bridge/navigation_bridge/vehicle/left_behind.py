@@ -1,4 +1,4 @@
-"""What a server that stops leaves behind, in a sentence. Pure."""
+"""Final state of the vehicle in a sentence, for a server that stops. Pure."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ _PLACES = {
 
 
 class WhatIsLeft(NamedTuple):
-    """How a vehicle stands, and whether somebody has to look after it."""
+    """Final state of a vehicle, and whether it needs attention."""
 
     sentence: str
     needs_attention: bool
 
 
 def what_is_left(vehicle: Vehicle) -> WhatIsLeft:
-    """Return how a vehicle stands as its server stops, as far as it is known.
+    """Return the state of a vehicle when its server stops, as far as known.
 
     A vehicle that is not heard may do anything: it always needs attention.
     """
     if not vehicle.discovered:
-        return WhatIsLeft("Server stopped. No vehicle was heard.", False)
+        return WhatIsLeft("Server stopped. No vehicle was found.", False)
     state = vehicle.state
     place = _PLACES.get(state.landed_state)
-    where = place or "where it is (in the air or on the ground: unknown)"
+    where = place or "airborne or on the ground (unknown)"
     armed = "armed" if state.armed else "disarmed"
     facts = f"{where}, {armed}, in mode {vehicle.mode_name}"
     if not vehicle.connected:
-        text = f"Server stopped. The vehicle is not heard; when last heard it was {facts}."
+        text = f"Server stopped. The vehicle is silent; last known state: {facts}."
         return WhatIsLeft(text, True)
-    return WhatIsLeft(f"Server stopped. It leaves the vehicle {facts}.", state.armed)
+    return WhatIsLeft(f"Server stopped. Vehicle left {facts}.", state.armed)

@@ -1,4 +1,4 @@
-"""How well the vehicle is heard: rates, losses and latency. No ROS."""
+"""Health of the vehicle's link: rates, losses and latency. No ROS."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mavlink_vehicle.vehicle import Vehicle
 
 @dataclass
 class LinkHealth:
-    """Counts of the last period, told apart from those since the start.
+    """Link statistics of the last period and since the start.
 
     Attributes:
         loss_share: share of the messages of the last period that were lost.
@@ -26,7 +26,7 @@ class LinkHealth:
     _time_s: float | None = None
 
     def update(self, vehicle: Vehicle, statistics: LinkStatistics, now: float) -> None:
-        """Take the counts of this moment; the period ends here."""
+        """Take the current counts; the period ends here."""
         frames, lost = statistics.frames - self._frames, statistics.lost_total - self._lost
         period_s = None if self._time_s is None else now - self._time_s
         self._frames, self._lost, self._time_s = statistics.frames, statistics.lost_total, now
@@ -39,13 +39,13 @@ class LinkHealth:
             "lost since start": str(statistics.lost_total),
             "bad checksums since start": str(statistics.bad_crc),
             "bytes outside frames since start": str(statistics.bytes_dropped),
-            "messages of unknown kind since start": str(statistics.unknown),
+            "unknown messages since start": str(statistics.unknown),
             "unsigned messages since start": str(statistics.unsigned),
             "wrongly signed messages since start": str(statistics.badly_signed),
             "replayed messages since start": str(statistics.replayed),
-            "messages that came twice since start": str(statistics.duplicates),
-            "messages too many since start": str(statistics.throttled),
+            "duplicate messages since start": str(statistics.duplicates),
+            "messages over the rate limit since start": str(statistics.throttled),
             "last HEARTBEAT": "never" if heard_s is None else f"{now - heard_s:.1f} s ago",
             "round trip": "unknown" if round_trip_s is None else f"{1000.0 * round_trip_s:.1f} ms",
-            "refused messages": ", ".join(sorted(vehicle.refused_messages)) or "none",
+            "rejected message requests": ", ".join(sorted(vehicle.refused_messages)) or "none",
         }

@@ -17,7 +17,7 @@ _DRIVING = frozenset({10, 11})
 
 @dataclass(frozen=True)
 class MapPose:
-    """Where the vehicle is: ENU metres from the map origin, yaw ENU in radians."""
+    """Pose of the vehicle: ENU metres from the map origin, yaw ENU in radians."""
 
     position_enu_m: Vector3
     yaw_enu_rad: float
@@ -50,7 +50,7 @@ class MapFrame:
         return None if frame is None else frame.origin
 
     def update(self, state: VehicleState) -> None:
-        """Learn from a new state; begin anew when the autopilot restarted or shows what it is."""
+        """Update from a new state; reset if the autopilot restarted or is identified."""
         vehicle = state.boot_count, state.autopilot
         if vehicle != self._vehicle:
             self._vehicle = vehicle

@@ -1,4 +1,4 @@
-"""Who changed the mode, when nobody here did: a pilot, or a failsafe of which kind. No ROS.
+"""Attribution of mode changes not requested here: pilot, or kind of failsafe. No ROS.
 
 The mode, the state and the words that tell a failsafe's kind come in any order, up to a second
 apart. So the server falls silent at once, and judges when the time is up.
@@ -21,7 +21,7 @@ _MAV_STATE_CRITICAL = 5
 
 @dataclass(frozen=True)
 class Takeover:
-    """A change of mode that nobody here asked for.
+    """A mode change not requested by this server.
 
     Attributes:
         mode_name: the mode; empty when it is the same, but the vehicle was sent elsewhere.
@@ -41,20 +41,20 @@ class Takeover:
         return self if state.failsafe is None else replace(self, failsafe=state.failsafe)
 
     def judge(self, state: VehicleState, now: float) -> tuple[OutcomeCode, str] | None:
-        """Say whose change it was, as a code and a sentence; None while it is not clear yet."""
+        """Return the origin of the change as a code and a sentence; None while unclear."""
         if now - self.seen_s < _JUDGE_S:
             return None  # an older sign may be known before the one that this is about
         failsafe = state.failsafe or self.failsafe
         if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
-            left = "control is left to the pilot until a new goal comes."
-            changed = f"The mode became {self.mode_name}, which this server did not ask for;"
-            words = [changed if self.mode_name else "The vehicle was sent elsewhere;", left]
+            left = "control stays with the pilot until a new goal arrives."
+            changed = f"The mode changed to {self.mode_name}, not requested by this server;"
+            words = [changed if self.mode_name else "The vehicle was redirected;", left]
             return OutcomeCode.PILOT_OVERRIDE, " ".join([*words, *filter(None, [self.by])])
         said = failsafe_words(state, failsafe, self.seen_s)
         mode = self.mode_name
-        text = f"A failsafe of the vehicle changed the mode to {mode}; control is left to it."
+        text = f"A vehicle failsafe changed the mode to {mode}; control stays with it."
         if failsafe is not None and failsafe.text not in said:
-            text += f" It is known by this: {failsafe.text}."
+            text += f" Evidence: {failsafe.text}."
         if said:
-            text += f" It said: {'; '.join(dict.fromkeys(said))}."
+            text += f" The autopilot reported: {'; '.join(dict.fromkeys(said))}."
         return failsafe_code(failsafe), text

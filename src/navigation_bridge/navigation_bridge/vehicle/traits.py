@@ -1,4 +1,4 @@
-"""What a vehicle can do, by its profile. No ROS."""
+"""Capabilities of a vehicle, by its profile. No ROS."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def circle_radius_m(
 
 
 def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Traits:
-    """Return what navigation has to know about a kind of vehicle, and about this one.
+    """Return the traits of a kind of vehicle and of this one, for navigation.
 
     Args:
         profile: its kind and firmware.
@@ -96,13 +96,13 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
 
 
 def _setpoint_timeout_s(profile: Profile, parameters: Mapping[str, float]) -> float:
-    """Return for how long it goes on with the last setpoint when none follows."""
+    """Return how long the vehicle follows its last setpoint."""
     told = parameters.get(profile.setpoint_timeout_parameter)
     return profile.setpoint_timeout_s if told is None else max(told, 0.0)
 
 
 def limits_of(traits: Traits, limits: Limits) -> Limits:
-    """Return the limits of the server, no higher than what the vehicle's autopilot drives at."""
+    """Return the limits of the server, capped by those of the autopilot."""
     return replace(
         limits,
         speed_horizontal_m_s=min(limits.speed_horizontal_m_s, traits.speed_max_m_s),
