@@ -55,7 +55,7 @@ def _ready(make: Callable[..., Simulation], **settings: Any) -> Simulation:
     simulation = make(vehicles=[VehicleConfig(**settings)])
     firmware = simulation.vehicles[0].copter
     known = simulation.run_until(lambda: firmware.estimator.position_ok, READY_LIMIT_S)
-    assert known, "the simulated vehicle does not find its position"
+    assert known, "the simulated vehicle has no position"
     simulation.run_for(1.0)
     simulation.link.read()
     return simulation

@@ -91,7 +91,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return 2
         except OSError as error:
             folder = Path(options.tlog).parent
-            why = error.strerror if folder.is_dir() else f"there is no folder {folder}; create it"
+            why = (
+                error.strerror
+                if folder.is_dir()
+                else f"the folder {folder} does not exist; create it"
+            )
             print(f"mavlink_sitl: cannot write {options.tlog}: {why}", file=sys.stderr)
             return 2
         stack.callback(runner.close)

@@ -1,4 +1,4 @@
-"""`python -m mavlink_sitl.compare RECORDING`: a recorded conversation, played again.
+"""`python -m mavlink_sitl.compare RECORDING`: replays a recorded conversation and compares.
 
 What the ground station sent in a tlog is written to a simulated vehicle at the recorded
 times, and what the two vehicles answered is compared: acknowledgements, modes, landed states,
@@ -65,7 +65,7 @@ def report(flight: Conversation, verdict: Verdict) -> list[str]:
             word = "other"
         lines.append(f"{word:<9} {title}")
         lines += [f"    {difference}" for difference in unlisted]
-        lines += [f"    {difference} (meant: {line.reason})" for difference, line in meant]
+        lines += [f"    {difference} (expected: {line.reason})" for difference, line in meant]
     for from_s, to_s in spans(flight):
         distance_m = rms_distance_m(flight, from_s, to_s)
         if math.isfinite(distance_m):
@@ -83,18 +83,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(
         prog="mavlink_sitl.compare",
-        description="Play what a ground station sent in a recording to a simulated vehicle, "
-        "and compare what the two vehicles answered.",
-        epilog="Exits with 0 when all is the same or meant to differ, with 1 when something "
-        "else differs, with 2 when the recording cannot be played.",
+        description="Replay a recorded ground station's messages to a simulated vehicle and "
+        "compare the answers of the two vehicles.",
+        epilog="Exit codes: 0 if there are no unexpected differences, 1 if there are, 2 if the "
+        "recording cannot be replayed.",
     )
-    parser.add_argument("recording", type=Path, help="a tlog with both directions in it")
+    parser.add_argument("recording", type=Path, help="a tlog with the messages of both directions")
     parser.add_argument(
         "--param",
         action="append",
         default=[],
         metavar="NAME=NUMBER",
-        help="a parameter that the recorded vehicle did not have at its default",
+        help="a parameter that was not at its default in the recorded vehicle",
     )
     options = parser.parse_args(arguments)
     try:
@@ -111,7 +111,7 @@ def _parameter(text: str) -> tuple[str, float]:
     except ValueError:
         number = math.nan
     if not name or not math.isfinite(number):
-        raise RecordingError(f"--param {text}: it should be NAME=NUMBER")
+        raise RecordingError(f"--param {text}: write NAME=NUMBER")
     return name.upper(), number
 
 
@@ -122,7 +122,7 @@ def _compare(path: Path, parameters: Mapping[str, float]) -> int:
         verdicts.append(judge(flight, name))
         print("\n".join(report(flight, verdicts[-1])))
     for line in stale(name, verdicts):
-        print(f"stale     no longer so, to be taken out of the file: {line}")
+        print(f"stale     no longer occurs; remove it from the file: {line}")
     return SAME if all(verdict.equal for verdict in verdicts) else DIFFERENT
 
 

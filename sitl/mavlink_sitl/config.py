@@ -1,4 +1,4 @@
-"""What a simulated vehicle is: the answers to the command line's questions, checked."""
+"""The validated configuration of a simulated vehicle."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class VehicleConfig:
         except KeyError:
             known = ", ".join(f"{v} with {a}" for v, a in PERSONALITIES)
             raise ConfigurationError(
-                f"there is no {self.vehicle} with {self.autopilot} yet; there is: {known}"
+                f"{self.vehicle} with {self.autopilot} is not supported; supported are: {known}"
             ) from None
 
 

@@ -37,7 +37,7 @@ class Hit(NamedTuple):
 
 
 class Clearance(NamedTuple):
-    """How far a vehicle is from the nearest obstacle, in truth.
+    """The true distance of a vehicle to the nearest obstacle.
 
     Attributes:
         distance_m: from the vehicle's place to the obstacle's surface, 0 within; infinity where
@@ -111,7 +111,7 @@ class Environment:
         self._offset[index] = self._frame.to_local(origin)
 
     def positions(self) -> Array:
-        """Where the vehicles are in the world, shape (N, 3), NED metres."""
+        """The positions of the vehicles in the world, shape (N, 3), NED metres."""
         return self._physics.table("north_m", "east_m", "down_m") + self._offset
 
     def _ground_down(self, position: Array) -> Array:
@@ -194,7 +194,7 @@ class Environment:
         self._excused[index] = True
 
     def clearance(self, index: int) -> Clearance:
-        """How far one vehicle is from the obstacle that is nearest to it now."""
+        """The distance of one vehicle to its nearest obstacle."""
         found = self._shapes
         if not len(found):
             return Clearance(math.inf, "", False)

@@ -1,4 +1,4 @@
-"""Plain records that the layers hand each other through `simulation`.
+"""Plain records that the layers exchange through `simulation`.
 
 `autopilot`, `world` and `dynamics` know nothing of one another; these are the words they
 share. No behaviour here beyond construction. Numbers are floats of one vehicle.
@@ -14,7 +14,7 @@ from mavlink_sitl.geodesy import GeoPoint
 
 
 class Result(IntEnum):
-    """How a command was taken; the numbers are MAV_RESULT's."""
+    """The result of a command; the numbers are MAV_RESULT's."""
 
     ACCEPTED = 0
     TEMPORARILY_REJECTED = 1
@@ -24,7 +24,7 @@ class Result(IntEnum):
 
 
 class Severity(IntEnum):
-    """How bad a text is; the numbers are MAV_SEVERITY's."""
+    """The severity of a text; the numbers are MAV_SEVERITY's."""
 
     CRITICAL = 2
     ERROR = 3
@@ -56,7 +56,7 @@ class SystemStatus(IntEnum):
 
 
 class Motion(NamedTuple):
-    """Where one vehicle is and how it moves, as its estimator believes.
+    """The estimated position and motion of one vehicle.
 
     Positions are NED metres from the estimator's origin, velocities NED m/s, angles radians
     (roll right, pitch up, yaw clockwise from North).
@@ -77,7 +77,7 @@ class Motion(NamedTuple):
 
 
 class GpsReading(NamedTuple):
-    """What the receiver says. fix_type as in GPS_FIX_TYPE; eph and epv are 1/100."""
+    """A reading of the GPS receiver. fix_type as in GPS_FIX_TYPE; eph and epv are 1/100."""
 
     fix_type: int
     satellites: int
@@ -91,7 +91,7 @@ class GpsReading(NamedTuple):
 
 
 class BatteryReading(NamedTuple):
-    """What the power monitor says."""
+    """A reading of the power monitor."""
 
     voltage_v: float
     current_a: float
@@ -101,7 +101,7 @@ class BatteryReading(NamedTuple):
 
 
 class RangeReading(NamedTuple):
-    """What the range sensors see, metres; infinity where nothing is within reach.
+    """Readings of the range sensors in metres; infinity where nothing is in range.
 
     Attributes:
         sectors_m: clockwise from the nose in equal steps, the whole way round.
@@ -134,7 +134,7 @@ class Observation(NamedTuple):
 
 
 class YawMode(IntEnum):
-    """What the yaw controller follows."""
+    """The reference of the yaw controller."""
 
     HOLD = 0
     ANGLE = 1
@@ -143,7 +143,7 @@ class YawMode(IntEnum):
 
 
 class Motors(IntEnum):
-    """What the motors may do."""
+    """The permitted motor state."""
 
     OFF = 0
     IDLE = 1
@@ -154,7 +154,7 @@ class Motors(IntEnum):
 
 @dataclass(frozen=True)
 class Limits:
-    """How fast and how abruptly a vehicle may move; m/s, m/s2 and m/s3, all above 0."""
+    """The kinematic limits of a vehicle; m/s, m/s2 and m/s3, all above 0."""
 
     speed_xy_m_s: float = 10.0
     speed_up_m_s: float = 2.5
@@ -167,7 +167,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Guidance:
-    """What the controllers are to do until told otherwise. Plain floats, NED, SI units.
+    """The controllers' reference until the next one. Plain floats, NED, SI units.
 
     Horizontally and vertically the target is a position, a velocity or an acceleration, with
     those of higher order as feed-forward: `track_position_*` and `track_velocity_*` are 1 or

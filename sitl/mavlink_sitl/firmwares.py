@@ -1,4 +1,4 @@
-"""Which class runs which personality. Part of `simulation` (the same layer)."""
+"""Maps each personality to its firmware class. Part of `simulation` (the same layer)."""
 
 from __future__ import annotations
 

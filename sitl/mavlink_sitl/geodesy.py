@@ -1,4 +1,4 @@
-"""Degrees to metres around a point, the way each firmware does it.
+"""Degrees to metres around a point, with the projection of each firmware.
 
 Each firmware lays its local frame over the earth by a projection of its own:
 
@@ -36,7 +36,7 @@ class Projection(Protocol):
     """Turns latitude and longitude into metres North and East of an origin, and back."""
 
     def to_local(self, origin: GeoPoint, point: GeoPoint) -> tuple[float, float]:
-        """How far North and East of the origin a place is, metres."""
+        """A position in metres north and east of the origin."""
         ...
 
     def to_geodetic(self, origin: GeoPoint, north_m: float, east_m: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What the controllers of ground vehicles and planes are told, beside what copters are told."""
+"""Guidance inputs of the controllers of ground vehicles and planes, beside those of copters."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mavlink_sitl.exchange import Guidance
 
 @dataclass(frozen=True)
 class DriveGuidance(Guidance):
-    """What a rover or a boat is to do until told otherwise.
+    """The reference of a rover or a boat until the next one.
 
     `motors` FLY drives at `speed_m_s` and steers by `yaw_mode`; IDLE rolls; MANUAL passes
     `throttle` (-1..1) and `steering` on. `north_m` and `east_m` say where to, for telemetry.
@@ -29,7 +29,7 @@ class DriveGuidance(Guidance):
 
 @dataclass(frozen=True)
 class GlideGuidance(Guidance):
-    """What a plane is to do until told otherwise.
+    """The reference of a plane until the next one.
 
     `motors` FLY controls bank, climb and airspeed; IDLE closes the throttle; MANUAL passes
     `throttle` on with the wings level. `north_m`, `east_m`, `down_m` say where to.

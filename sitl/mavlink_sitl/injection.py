@@ -1,4 +1,4 @@
-"""Failures on purpose, while it flies: by MAV_CMD_INJECT_FAILURE and by SIM_* parameters.
+"""Failure injection in flight, by MAV_CMD_INJECT_FAILURE and by SIM_* parameters.
 
 Part of `simulation` (the same layer). A command of unit and type is looked up in a table;
 what is not in it is UNSUPPORTED. The parameters are the firmware's own: ArduPilot's SIM_*
@@ -39,7 +39,7 @@ LINK_FAULTS = {
 
 
 class Failures:
-    """What is broken on a vehicle on purpose.
+    """The injected failures of a vehicle.
 
     Args:
         vehicle: it.

@@ -1,4 +1,4 @@
-"""The command line: what can be asked, and how it is read."""
+"""The command line options and their parser."""
 
 from __future__ import annotations
 
@@ -30,10 +30,9 @@ ONBOARD_PORTS = range(14540, 14550)
 """PX4 speaks to companion computers on these, with other streams than to ground stations"""
 
 _DESCRIPTION = """\
-A simulated autopilot that speaks MAVLink: a copter, rover, boat or plane with the personality
-of ArduPilot or PX4.
-By default it sends to a ground station or a bridge that listens on UDP port 14550 of this
-machine, in real time."""
+A simulated MAVLink autopilot: a copter, rover, boat or plane that behaves like ArduPilot or PX4.
+By default it runs in real time and sends to UDP port 14550 of this machine, on which a ground
+station or a bridge listens."""
 
 _EPILOG = """\
 examples:
@@ -42,8 +41,8 @@ examples:
   python -m mavlink_sitl --speedup 10 --seed 7 --tlog flight.tlog
   python -m mavlink_sitl --fault loss=0.2,delay=0.5 --battery cells=4,capacity=5000
 
-Interrupt (Ctrl-C) or terminate it to end it; it then exits with 0. A wrong option exits
-with 2 and one sentence."""
+Stop it with Ctrl-C or SIGTERM; it then exits with 0. An invalid option prints one sentence and
+exits with 2."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -163,48 +162,62 @@ def make_parser() -> argparse.ArgumentParser:
         action="append",
         type=_address,
         metavar="ADDRESS",
-        help="udpout://HOST:PORT (send to someone who listens), udpin://HOST:PORT (listen and "
-        "answer), tcpin://HOST:PORT (serve clients) or tcpout://HOST:PORT; pymavlink's "
-        f"udpout:HOST:PORT is understood too; may be repeated (default: {DEFAULT_LINK}; with px4 "
-        "also port 14540; with px4 the ports 14540 to 14549 are companion computers' links)",
+        help="link to use: udpout://HOST:PORT (send), udpin://HOST:PORT (listen), "
+        "tcpin://HOST:PORT (TCP server) or tcpout://HOST:PORT (TCP client); pymavlink's "
+        f"form udpout:HOST:PORT is accepted, too; may be repeated (default: {DEFAULT_LINK}; "
+        "with px4 also port 14540; with px4, ports 14540 to 14549 are links to companion "
+        "computers)",
     )
     add(
         "--speedup",
-        type=_number("the speed-up", 0.01, 1000.0),
+        type=_number("the speedup", 0.01, 1000.0),
         default=1.0,
         metavar="FACTOR",
-        help="simulated seconds per second, 0.01 to 1000, as far as the machine can (default: 1)",
+        help="simulated seconds per second of real time, 0.01 to 1000, limited by the machine "
+        "(default: 1)",
     )
-    add("--seed", type=int, default=0, help="of everything random (default: 0)")
+    add(
+        "--seed",
+        type=int,
+        default=0,
+        help="seed for sensor noise, wind gusts and link faults (default: 0)",
+    )
     add(
         "--home",
         type=_home,
         metavar="LAT,LON,ALT,HEADING",
-        help="where it starts: degrees, degrees, metres above sea level, degrees from North "
-        f"(default: {DEFAULT_HOME.latitude_deg},{DEFAULT_HOME.longitude_deg},"
+        help="home position: degrees, degrees, metres above sea level, heading in degrees from "
+        f"north (default: {DEFAULT_HOME.latitude_deg},{DEFAULT_HOME.longitude_deg},"
         f"{DEFAULT_HOME.altitude_amsl_m:g},{DEFAULT_HEADING_DEG:g})",
     )
-    add("--system-id", type=int, default=1, metavar="ID", help="MAVLink's, 1..255 (default: 1)")
+    add(
+        "--system-id",
+        type=int,
+        default=1,
+        metavar="ID",
+        help="MAVLink system id, 1 to 255 (default: 1)",
+    )
     add(
         "--count",
         type=int,
         default=1,
         metavar="N",
-        help="so many vehicles, 4 m apart to the East, with system ids from --system-id on; all "
-        "speak on the same links (default: 1)",
+        help="number of vehicles, placed 4 m apart towards the east, with consecutive system ids "
+        "from --system-id; all share the same links (default: 1)",
     )
     add(
         "--ready-after",
         type=_number("the time until ready", 0.0, 3600.0),
         default=2.0,
         metavar="SECONDS",
-        help="from power-up until it knows its position; the real one takes 41.6 (default: 2)",
+        help="time from power-up until the position is known; 41.6 s on the real firmware "
+        "(default: 2)",
     )
-    add("--tlog", metavar="PATH", help="record all traffic, both directions, with timestamps")
+    add("--tlog", metavar="PATH", help="record the traffic of both directions as a tlog")
     add(
         "--summary",
         metavar="PATH",
-        help="when it ends, write as JSON what truly happened: least clearance, collisions",
+        help="at the end, write the true least clearance and the collisions as JSON",
     )
     add(
         "--fault",
@@ -219,7 +232,7 @@ def make_parser() -> argparse.ArgumentParser:
         ),
         default={},
         metavar="KEY=NUMBER,...",
-        help="a bad link, seeded: loss, duplicate and corrupt (shares, 0..1), delay and jitter "
+        help="link faults: loss, duplicate and corrupt (fractions, 0 to 1), delay and jitter "
         "(seconds)",
     )
     add(
@@ -234,23 +247,23 @@ def make_parser() -> argparse.ArgumentParser:
         ),
         default={},
         metavar="KEY=NUMBER,...",
-        help="cells, capacity (mAh), resistance (ohm), remaining (0..1) "
-        "(default: cells=3,capacity=11600,resistance=0.01,remaining=1)",
+        help="battery: cells, capacity (mAh), resistance (ohm), remaining (0 to 1) (default: "
+        "cells=3,capacity=11600,resistance=0.01,remaining=1)",
     )
     add(
         "--wind",
         type=_wind,
         metavar="SPEED,FROM[,GUST]",
-        help="wind instead of the world's: metres per second, the direction it comes from in "
-        "degrees, and the standard deviation of gusts (default: none)",
+        help="wind that replaces the world's: speed in m/s, direction it comes from in degrees, "
+        "and standard deviation of gusts in m/s (default: none)",
     )
     add(
         "--world",
         type=_world,
         default=World(),
         metavar="FILE",
-        help="obstacles, ground, wind and sensors around the vehicle, YAML (see docs/sitl.md; "
-        "examples in bridge_config/worlds); a plain in still air when not given",
+        help="YAML file of obstacles, ground, wind and sensors (see docs/sitl.md; examples in "
+        "bridge_config/worlds; default: flat ground, no wind)",
     )
     add(
         "--param",
@@ -258,10 +271,9 @@ def make_parser() -> argparse.ArgumentParser:
         type=_parameter,
         default=[],
         metavar="NAME=NUMBER",
-        help="a firmware parameter other than its default, for example BATT_FS_LOW_ACT=2; "
-        "may be repeated",
+        help="set a firmware parameter, for example BATT_FS_LOW_ACT=2; may be repeated",
     )
-    add("--quiet", action="store_true", help="print nothing but errors")
+    add("--quiet", action="store_true", help="print errors only")
     return parser
 
 

@@ -1,4 +1,4 @@
-"""The simulation: owns simulated time and steps everything at a fixed rate.
+"""The simulation: owns simulated time and steps all vehicles at a fixed rate.
 
 No sockets, no threads, no clock. A program under test reads and writes a vehicle's `link`,
 and time passes when `run_for` or `run_until` says so:
@@ -50,7 +50,7 @@ TRUE_FIELDS = (
 
 
 class Truth(NamedTuple):
-    """Where the vehicles really are, whatever their sensors say. Row i is vehicle i.
+    """The true state of the vehicles. Row i is vehicle i.
 
     Attributes:
         position_ned_m: shape (N, 3), from each vehicle's home.
@@ -138,7 +138,7 @@ class Simulation:
 
     @property
     def truth(self) -> Truth:
-        """Where the vehicles really are."""
+        """The true state of the vehicles."""
         fields = np.empty((len(self.vehicles), len(TRUE_FIELDS)))
         for fleet in self._fleets:
             fields[fleet.rows] = fleet.physics.table(*TRUE_FIELDS)
@@ -156,7 +156,7 @@ class Simulation:
 
     @property
     def estimate(self) -> Truth:
-        """What the vehicles believe, in the same form; `collided` is still the truth."""
+        """The estimated state of the vehicles, in the same form; `collided` is still the truth."""
         truth = self.truth
         motions = np.array([vehicle.copter.motion for vehicle in self.vehicles], dtype=np.float64)
         offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
@@ -172,7 +172,7 @@ class Simulation:
             ValueError: the time is negative or not a number.
         """
         if not seconds >= 0.0 or math.isinf(seconds):
-            raise ValueError(f"time runs forwards: {seconds} s is not possible")
+            raise ValueError(f"time cannot advance by {seconds} s")
         self.run_to_us(self._now_us + round(seconds * 1e6))
 
     def run_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:

@@ -1,4 +1,4 @@
-"""What truly happened to the vehicles of a run, for programs: `--summary FILE`."""
+"""The true result of a run as JSON: `--summary FILE`."""
 
 from __future__ import annotations
 

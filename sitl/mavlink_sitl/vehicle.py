@@ -1,4 +1,4 @@
-"""One simulated vehicle: firmware, MAVLink side, link, and what can be done to it.
+"""One simulated vehicle: firmware, MAVLink side, link, and the test operations on it.
 
 Part of `simulation` (the same layer): joins the autopilot and the MAVLink services with the
 lanes of `physics`.
@@ -34,7 +34,7 @@ REBOOT_US = 1_200_000
 
 
 class FrameLog(Protocol):
-    """Where frames are recorded."""
+    """The record of frames."""
 
     def write(self, unix_time_us: int, frame: bytes) -> None:
         """Record a frame."""
@@ -293,7 +293,7 @@ class SimulatedVehicle(VehicleBody):
     # What few messages tell, worked out when it is asked for.
 
     def gps_reading(self) -> GpsReading | None:
-        """What the receiver says, or None before it is found."""
+        """The reading of the receiver, or None before it is found."""
         return self.receiver() if self.copter.estimator.gps_started else None
 
     # What can be done to it.

@@ -1,4 +1,4 @@
-"""One vehicle's place in the arrays: its sensors, its battery, and what can break of them.
+"""One vehicle's row in the arrays: its sensors, its battery, and their failures.
 
 Part of `simulation` (the same layer), below the vehicle that joins it with a firmware.
 """
@@ -59,7 +59,7 @@ class VehicleBody:
         return LocalFrame(self.origin, self._projection)
 
     def truth(self) -> Motion:
-        """Where it is."""
+        """Its true state."""
         return self._physics.motion(self._lane, truth=True)
 
     def truth_point(self) -> GeoPoint:
@@ -76,17 +76,17 @@ class VehicleBody:
         return self._physics.servos(self._lane)
 
     def look_around(self) -> RangeReading | None:
-        """What its range sensors see, or None when it has none."""
+        """The readings of its range sensors, or None if it has none."""
         return None if self._environment is None else self._environment.look_around(self._lane)
 
     def clearance(self) -> Clearance:
-        """How far it truly is from the nearest obstacle."""
+        """The true distance to the nearest obstacle."""
         if self._environment is None:
             return Clearance(math.inf, "", False)
         return self._environment.clearance(self._lane)
 
     def receiver(self) -> GpsReading:
-        """What the receiver says; made once for each sample."""
+        """The reading of the receiver; made once per sample."""
         lost_at_s = self._gps_lost_at_s
         # What the estimator follows is in the sample already.
         taken = self._physics.misled_by(self._lane)
@@ -163,7 +163,7 @@ class VehicleBody:
 
     @property
     def battery_consumed_mah(self) -> float:
-        """What has been taken from the pack."""
+        """The charge taken from the pack."""
         return self._physics.at(self._physics.battery.consumed_mah, self._lane)
 
     def set_battery_remaining(self, fraction: float) -> None:

@@ -1,6 +1,6 @@
 """The wall clock around a simulation, and its sockets.
 
-One thread: it lets simulated time catch up with the wall clock times the speed-up, hands on
+One thread: it lets simulated time catch up with the wall clock times the speedup, hands on
 what the vehicle says, and sleeps until the next tick or the next packet.
 """
 

@@ -7,7 +7,7 @@ PACKAGE = "navigation_core"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Where to go next: trajectories, planning and tasks, without ROS or MAVLink",
+    description="Trajectories, path planning and navigation tasks, without ROS or MAVLink",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@users.noreply.github.com",

@@ -30,7 +30,9 @@ QUIET = (
     "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=10000",
 )  # fmt: skip
 EVIL = '<img src=x onerror=alert(1)></script><script>document.title="broken"</script>'
-LONG = "No way to (20.0, 18.0, 4.0) m keeps 2.00 m clear of all 448 obstacles: it is walled in"
+LONG = (
+    "No path to (20.0, 18.0, 4.0) m keeps 2.00 m clear of all 448 obstacles: the target is enclosed"
+)
 GOAL_ID = "d000e038" + 24 * "a"
 
 in_a_browser = pytest.mark.skipif(

@@ -164,7 +164,7 @@ def test_the_way_back_is_reckoned_at_the_vehicles_own_speed(
     # The goal's own speed is neither the default (3 m/s) nor the vehicle's.
     refused = flight.check(flight.request(400.0, 0.0, height_m, speed=10.0))
     assert refused is not None
-    (back_s,) = (float(s) for s in re.findall(r"(\d+) s for the way back", refused.message))
+    (back_s,) = (float(s) for s in re.findall(r"(\d+) s for the return", refused.message))
     assert back_s == pytest.approx(400.0 / speed_m_s + height_m, abs=2.0), refused.message
 
 
@@ -176,7 +176,7 @@ def test_the_way_back_is_reckoned_at_the_goals_speed_while_the_vehicles_is_not_k
     flight.reconfigure(battery_reserve=0.9, battery_endurance_s=60.0)
     refused = flight.check(flight.request(400.0, 0.0, 0.0, speed=10.0))
     assert refused is not None
-    assert "40 s for the way back" in refused.message
+    assert "40 s for the return" in refused.message
 
 
 def test_the_battery_of_px4s_own_simulation_does_not_ground_it() -> None:

@@ -148,7 +148,7 @@ def test_a_plane_is_refused_what_it_cannot_do() -> None:
     pair = pair_of("plane")
     vehicle = pair.vehicle
     for operation, words in (
-        (vehicle.land(pair.now), "has no mode for it"),
+        (vehicle.land(pair.now), "has no mode for this"),
         (vehicle.take_off(40.0, pair.now), "is disarmed"),
         (vehicle.reposition(0.0, 0.0, 0.0, pair.now), "is disarmed"),
     ):
@@ -158,5 +158,5 @@ def test_a_plane_is_refused_what_it_cannot_do() -> None:
     achieve(pair, vehicle.take_control(pair.now))
     achieve(pair, vehicle.arm(pair.now))
     vehicle.open_stream(pair.now)
-    with pytest.raises(SetpointError, match="sent to places by reposition"):
+    with pytest.raises(SetpointError, match="sent to targets by reposition"):
         vehicle.send_setpoint(SetpointNed(position_ned_m=(1.0, 0.0, -50.0)), pair.now)

@@ -158,10 +158,10 @@ def test_an_item_that_the_vehicle_does_not_take_is_named() -> None:
         pair = pair_of(autopilot)
         end = upload(pair, [*MISSION, unknown])
         assert end.result is OperationResult.REFUSED
-        assert "does not take the command of an item" in end.reason
+        assert "does not support an item's command" in end.reason
     bad_frame = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_LOCAL_NED)
     end = upload(pair_of(), [bad_frame])
-    assert "does not take the frame" in end.reason
+    assert "does not support the frame" in end.reason
     end = upload(pair_of(), [waypoint(1.0)] * 700)
     assert end.result is OperationResult.REFUSED
     assert "no space" in end.reason

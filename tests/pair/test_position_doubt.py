@@ -210,7 +210,7 @@ def test_the_limit_is_a_parameter() -> None:
     end = flight.run_to_end(goal)
     assert end.code is OutcomeCode.NO_POSITION, end.message
     assert flight.now - held_s < 12.0
-    assert "the GPS is 20 m from where the estimator is" in end.message
+    assert "the GPS is 20 m from the estimated position" in end.message
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
@@ -220,7 +220,7 @@ def test_what_the_autopilot_does_about_a_lost_fix_is_its_own_failsafe(autopilot:
     flight.run_to_status(goal, "HOLDING")
     end = flight.run_to_end(goal)
     assert end.code is OutcomeCode.FAILSAFE_GPS, end.message
-    assert "the GPS has no 3D fix any more" in end.message
+    assert "the GPS has lost its 3D fix" in end.message
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)

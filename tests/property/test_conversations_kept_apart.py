@@ -1,4 +1,4 @@
-"""What the autopilot says to other stations changes nothing for us, whenever it says it.
+"""The autopilot's messages to other stations never affect our conversations.
 
 The same story is told twice to two vehicles of ours: once with everything, once with a message
 of no meaning in the place of each that is for somebody else. Both must send the same, at the

@@ -1,4 +1,4 @@
-"""Flights among obstacles that appear, stay, move and vanish: they end, and nothing is hit."""
+"""Flights among obstacles that appear, stay, move and vanish: they end without a collision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flights to a point under any schedule of refusals, losses, interventions and cancels."""
+"""Flights to a point under any schedule of rejections, losses, interventions and cancels."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _assert_honest(flight: Flight, vehicle: PointMass, config: GotoConfig) -> No
         assert outcome.final_error_m is not None
         assert outcome.final_error_m <= config.arrival_radius_m
         assert vehicle.speed <= config.arrival_speed_m_s
-    if outcome.code is OutcomeCode.CANCELED and "stands still" in outcome.message:
+    if outcome.code is OutcomeCode.CANCELED and "has stopped" in outcome.message:
         assert vehicle.speed <= config.stop_speed_m_s
 
 

@@ -1,4 +1,4 @@
-"""Properties of the map of what range sensors see, with any scans from anywhere."""
+"""Properties of the obstacle map, with any scans from anywhere."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def scans(draw: st.DrawFn) -> RayScan:
 
 
 @given(st.lists(st.tuples(scans(), grounds), max_size=12), st.booleans())
-def test_whatever_it_is_told_its_obstacles_are_sound_few_and_within_the_window(
+def test_whatever_it_reads_its_obstacles_are_sound_few_and_within_the_window(
     told: list[tuple[RayScan, float | None]], as_points: bool
 ) -> None:
     seen, size_m = ObstacleMap(_SIZE_M, 0.5, 0.4), _SIZE_M

@@ -1,4 +1,4 @@
-"""Clearances against the plainest reckoning: one obstacle, one point of a line at a time."""
+"""Clearances against the simplest calculation: one obstacle, one point of a line at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ways around obstacles in random worlds: always clear, never missed, hardly ever long."""
+"""Paths around obstacles in random worlds: always clear, never missed, rarely long."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _cell(
 
 @settings(max_examples=30, deadline=None)
 @given(seeds, counts, kinds)
-def test_a_way_that_a_coarse_grid_finds_is_found_and_no_longer(
+def test_a_path_that_a_coarse_grid_finds_is_found_and_no_longer(
     seed: int, count: int, kind: str
 ) -> None:
     world = random_world(seed, count, kind)
@@ -93,7 +93,7 @@ def test_a_way_that_a_coarse_grid_finds_is_found_and_no_longer(
 
 @settings(max_examples=12, deadline=None)
 @given(seeds, counts, st.sampled_from(["gap", "maze", "closed"]))
-def test_no_way_is_said_only_where_there_is_none(seed: int, count: int, kind: str) -> None:
+def test_no_path_is_said_only_where_there_is_none(seed: int, count: int, kind: str) -> None:
     world = random_world(seed, count, kind)
     answer = planned(world, PlanLimits(CLEARANCE_M))
     ends = world.start_enu_m, world.goal_enu_m

@@ -1,4 +1,4 @@
-"""Properties of driving to a point: no target makes a car or a boat circle about it."""
+"""Driving to a point: no target makes a car or a boat circle it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Routes: continuous, within the limits, near their corners, without needless stops."""
+"""Routes: continuous, within the limits, close to their corners, without needless stops."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_a_leg_keeps_to_its_own_limits() -> None:
     assert norm(middle.velocity_enu_m_s) > 3.0
 
 
-def test_no_point_and_a_number_that_is_not_finite_are_refused() -> None:
+def test_no_point_and_a_number_that_is_not_finite_are_rejected() -> None:
     start = KinematicState((0.0, 0.0, 5.0))
     with pytest.raises(TrajectoryError, match="at least one point"):
         plan_route(start, [])

@@ -1,4 +1,4 @@
-"""Logs that were cut, changed and added to: whatever is still whole in them is read."""
+"""Logs that were cut, changed or extended: every intact record is read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames: every pair there and back, every heading, and signs against facts known beforehand."""
+"""Frames: every round trip, every heading, and signs against known facts."""
 
 from __future__ import annotations
 

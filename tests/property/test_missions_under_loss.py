@@ -1,4 +1,4 @@
-"""Missions are written, read and cleared truthfully, whatever the link does to the messages."""
+"""Missions are written, read and cleared correctly under any link faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings that were damaged in any way are replayed in an orderly way, to their end."""
+"""Damaged recordings are replayed to their end without an error."""
 
 from __future__ import annotations
 

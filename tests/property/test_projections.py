@@ -1,4 +1,4 @@
-"""How local frames lie over the earth: there and back, against the ellipsoid, and measured."""
+"""Projections of local frames: round trips, against the ellipsoid, and measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every protocol, under any schedule of loss, delay, doubling and reordering, ends once."""
+"""Every protocol ends once, under any schedule of loss, delay, duplication and reordering."""
 
 from __future__ import annotations
 

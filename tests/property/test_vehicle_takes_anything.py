@@ -1,4 +1,4 @@
-"""Whatever a vehicle or somebody in its name sends: no exception, no nonsense in the state."""
+"""Any input from a vehicle or an impostor: no exception, no invalid state."""
 
 from __future__ import annotations
 

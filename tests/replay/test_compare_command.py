@@ -32,7 +32,7 @@ def test_differences_that_are_meant_are_told_with_their_reason(
     assert main([str(DATA / "px4_offboard_loss_stop.tlog")]) == 0
     said = capsys.readouterr().out
     assert "meant     order of landed states" in said
-    assert "(meant: the landing detector of the real one let go once" in said
+    assert "(expected: the landing detector of the real one let go once" in said
     assert "m apart" in said
 
 
@@ -129,8 +129,8 @@ def test_what_cannot_be_played_is_said_in_one_sentence(
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("px4/offboard_10m_20n_gt_truth", "nobody speaks to the vehicle"),
-        ("real/sub_small", "there is no submarine with ardupilot here"),
+        ("px4/offboard_10m_20n_gt_truth", "no ground station sends to the vehicle"),
+        ("real/sub_small", "submarine with ardupilot is not supported"),
         ("real/copter_2018-09-17", "a pilot flew it by radio"),
     ],
 )

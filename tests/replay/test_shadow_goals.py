@@ -97,7 +97,7 @@ def test_a_cancel_stops_as_far_as_the_recorded_vehicle_did(
     )
     (result,) = shadowed(path, goal)
     assert result.end == "CANCELED"
-    assert "stands still" in result.message
+    assert "has stopped" in result.message
 
 
 def test_goals_end_by_what_was_recorded_with_its_reason() -> None:

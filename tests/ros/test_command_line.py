@@ -45,7 +45,7 @@ def test_help_and_usage(command: list[str]) -> None:
         (["--ros-args", "--params-file", "no/such/file.yaml"], "Cannot read no/such/file.yaml: "),
         (["--ros-args", "-p", "armin:=never"], "did you mean 'arming'?"),
         (["--ros-args", "-p", "setpoint_rate_hz:=fast"], "setpoint_rate_hz"),
-        (["--tlog", "no/such/a.tlog"], "there is no folder no/such; create it first."),
+        (["--tlog", "no/such/a.tlog"], "the folder no/such does not exist; create it first."),
         (["--timeout", "3"], "--timeout is for --check"),
     ],
     ids=[
@@ -200,8 +200,8 @@ def test_a_bad_plan_file_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("link", "reason"),
     [
-        ("tcpout://127.0.0.1:1", "Connection refused; trying again."),
-        ("serial:///dev/no_such_device:57600", "trying again."),
+        ("tcpout://127.0.0.1:1", "Connection refused; retrying."),
+        ("serial:///dev/no_such_device:57600", "retrying."),
     ],
 )
 def test_a_link_that_is_not_there_is_a_warning_and_not_ready(link: str, reason: str) -> None:

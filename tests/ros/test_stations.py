@@ -81,7 +81,7 @@ def test_a_goal_that_a_station_cancels_goes_through_canceling_to_canceled(
     assert record.status == GoalStatus.STATUS_CANCELED
     sentence = "Ground station 254/190 cleared the mission (MISSION_CLEAR_ALL)."
     assert result.message.startswith(f"CANCELED: {sentence}")
-    assert "stands still" in result.message
+    assert "has stopped" in result.message
     states = list(dict.fromkeys(watched.states))
     assert states == [GoalStatus.STATUS_CANCELING, GoalStatus.STATUS_CANCELED]
     assert sentence in watched.told

@@ -1,1 +1,1 @@
-"""How vehicles and batteries move: pure functions over lanes (see `mavlink_sitl.lanes`)."""
+"""Dynamics of vehicles and batteries: pure functions over lanes (see `mavlink_sitl.lanes`)."""

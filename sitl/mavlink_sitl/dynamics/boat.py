@@ -1,4 +1,4 @@
-"""A motor boat: slower to answer than a car, drifts outwards in turns and with the wind.
+"""A motor boat: responds more slowly than a car, drifts outwards in turns and with the wind.
 
 No recording exists of one; the numbers are those of a two-metre hull with an outboard motor:
 5 m/s at full throttle, a turn of some 60 degrees a second at most, and a tenth of the wind's
@@ -14,7 +14,7 @@ from mavlink_sitl.lanes import Lane, Ops
 
 
 class BoatModel(NamedTuple):
-    """What the vehicle is built like; the same for all lanes."""
+    """The parameters of the vehicle model; the same for all lanes."""
 
     max_thrust_m_s2: float = 2.0
     motor_time_constant_s: float = 0.4

@@ -16,7 +16,7 @@ GRAVITY_M_S2 = 9.80665
 
 
 class PlaneModel(NamedTuple):
-    """What the aircraft is built like; the same for all lanes. Speeds are true airspeeds."""
+    """The parameters of the aircraft model; the same for all lanes. Speeds are true airspeeds."""
 
     max_thrust_m_s2: float = 17.8
     drag_1_m: float = 0.0175
@@ -65,7 +65,7 @@ class PlaneState(NamedTuple):
 
 
 class PlaneCommand(NamedTuple):
-    """What the autopilot asks of the aircraft; lanes."""
+    """The autopilot's commands to the aircraft; lanes."""
 
     bank_rad: Lane
     climb_m_s: Lane

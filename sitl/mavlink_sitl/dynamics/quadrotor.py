@@ -20,7 +20,7 @@ GRAVITY_M_S2 = 9.80665
 
 
 class QuadrotorModel(NamedTuple):
-    """What the vehicle is built like; the same for all lanes."""
+    """The parameters of the vehicle model; the same for all lanes."""
 
     drag_linear_1_s: float = 0.29
     """Drag deceleration per speed through the air."""
@@ -65,7 +65,7 @@ class QuadrotorState(NamedTuple):
 
 
 class QuadrotorCommand(NamedTuple):
-    """What the autopilot asks of the vehicle. Every field is a lane."""
+    """The autopilot's commands to the vehicle. Every field is a lane."""
 
     lean_north: Lane
     lean_east: Lane

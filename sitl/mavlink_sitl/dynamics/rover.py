@@ -1,4 +1,4 @@
-"""A car: front wheels that steer, no sideways motion.
+"""A car with front-wheel steering and no sideways motion.
 
 Fitted to the recording `rover_guided`: rolling with the throttle closed loses half of the
 speed in 1.4 s (HOLD at 4.3 m/s); 5 % of throttle keep 1 m/s; steering to the stop the radius
@@ -14,7 +14,7 @@ from mavlink_sitl.lanes import Lane, Ops
 
 
 class RoverModel(NamedTuple):
-    """What the vehicle is built like; the same for all lanes."""
+    """The parameters of the vehicle model; the same for all lanes."""
 
     max_thrust_m_s2: float = 10.0
     """Acceleration at full throttle; brakes are the motor run backwards."""
@@ -53,7 +53,7 @@ class GroundState(NamedTuple):
 
 
 class GroundCommand(NamedTuple):
-    """What the autopilot asks of the vehicle; lanes in -1..1."""
+    """The autopilot's commands to the vehicle; lanes in -1..1."""
 
     throttle: Lane
     steering: Lane

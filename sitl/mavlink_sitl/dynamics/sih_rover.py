@@ -1,4 +1,4 @@
-"""The car of PX4's own simulator (SIH, airframe 10045): it slides, and does not start gently.
+"""The car of PX4's own simulator (SIH, airframe 10045): it slides and starts abruptly.
 
 After `Sih::generate_rover_ackermann_dynamics` of v1.17 and the mass, inertia and drag of the
 airframe. A motor force against friction and a drag that grows with the square of the speed, and
@@ -19,7 +19,7 @@ _GRAVITY_M_S2 = 9.81
 
 
 class SihRoverModel(NamedTuple):
-    """What the vehicle is built like; the same for all lanes."""
+    """The parameters of the vehicle model; the same for all lanes."""
 
     mass_kg: float = 20.0
     """SIH_MASS"""

@@ -16,7 +16,7 @@ class AddressError(ValueError):
 
 @dataclass(frozen=True)
 class LinkAddress:
-    """Where a link goes to, or listens.
+    """The address to which a link sends, or on which it listens.
 
     Attributes:
         kind: one of KINDS.
@@ -50,8 +50,8 @@ def parse_address(text: str) -> LinkAddress:
     kind = "tcpout" if kind == "tcp" else kind
     if match is None or kind not in KINDS:
         raise AddressError(
-            f"{text!r} is no link: write KIND://HOST:PORT with one of {', '.join(KINDS)}, "
-            "for example udpout://127.0.0.1:14550"
+            f"{text!r} is not a link: write KIND://HOST:PORT with one of {', '.join(KINDS)}, for "
+            "example udpout://127.0.0.1:14550"
         )
     port = int(match["port"])
     address = LinkAddress(kind, match["host"].strip("[]") or "127.0.0.1", port)

@@ -1,4 +1,4 @@
-"""Sockets that carry MAVLink: UDP and TCP, listening and calling. Loopback unless told."""
+"""Sockets that carry MAVLink: UDP and TCP, listening and connecting; loopback by default."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class LinkFaults:
-    """How bad a link is; the same in both directions.
+    """The faults of a link; the same in both directions.
 
     Attributes:
         loss: share of datagrams that are lost, 0..1.

@@ -1,4 +1,4 @@
-"""Bytes to messages and back; the only import of pymavlink.
+"""Encodes and decodes messages; the only import of pymavlink.
 
 Messages that come in are pymavlink's. Those that go out are plain tuples made from
 pymavlink's own tables: its objects with their headers cost more than what is in them.

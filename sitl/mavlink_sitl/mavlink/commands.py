@@ -1,4 +1,4 @@
-"""COMMAND_LONG and COMMAND_INT: what each is answered, and what it causes.
+"""COMMAND_LONG and COMMAND_INT: the answer and the effect of each.
 
 A COMMAND_LONG is read as a COMMAND_INT in MAV_FRAME_GLOBAL_RELATIVE_ALT, as the firmware
 does. Each rule here was seen in the recordings (`copter_acks`); a command that is not here

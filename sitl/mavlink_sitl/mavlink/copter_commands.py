@@ -1,4 +1,4 @@
-"""Commands that only copters know here, or that every ArduPilot answers alike on the ground.
+"""Commands known only to copters here, or answered alike by every ArduPilot on the ground.
 
 What `copter_acks` shows is answered as there; the rest follows ArduCopter's source.
 """

@@ -155,4 +155,4 @@ BY_KIND: dict[str, dict[int, Handler | None]] = {
     "boat": _ROVER,
     "plane": _PLANE,
 }
-"""By kind of vehicle and command: what is answered another way"""
+"""By vehicle type and command: what is answered another way"""

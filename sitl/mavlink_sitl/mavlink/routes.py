@@ -1,4 +1,4 @@
-"""Which link of an ArduPilot a message goes to, by MAVLink's rules of routing.
+"""Routes an ArduPilot's messages to links by MAVLink's routing rules.
 
 Measured with the real firmware on two links: a COMMAND_ACK, the requests of an upload and its
 MISSION_ACK go only where their target was heard; SET_MODE, which names no component, is handed
@@ -17,7 +17,7 @@ _NO_FURTHER = frozenset(("RADIO", "RADIO_STATUS", "SETUP_SIGNING"))
 
 
 class Routes:
-    """Where everybody was heard.
+    """The links on which each sender was heard.
 
     Args:
         system_id: our own.

@@ -132,7 +132,7 @@ class MavlinkServer:
             self.outboxes[place].append(self._encoders[place].encode(message))
 
     def take_frames(self, place: int) -> list[bytes]:
-        """What is to be sent on a link, once."""
+        """The frames to send on a link, once."""
         frames, self.outboxes[place] = self.outboxes[place], []
         return frames
 
@@ -155,7 +155,7 @@ class MavlinkServer:
     # Time.
 
     def next_due_us(self) -> int:
-        """When `tick` has something to do."""
+        """The time at which `tick` has something to do."""
         if self._parameters.busy:
             return self.now_us
         due_us = self.streams.next_due_us
@@ -191,7 +191,7 @@ class MavlinkServer:
         return (self.now_us - self._boot_us) * 1000 + 1
 
     def flush_events(self) -> None:
-        """Tell the outside what happened in the firmware."""
+        """Report the events of the firmware to the outside."""
         events = self.copter.events
         while events:
             event = events.popleft()
@@ -218,7 +218,7 @@ class MavlinkServer:
     def receive(
         self, data: bytes, now_us: int, datagram: bool = True, place: int = 0
     ) -> list[bytes]:
-        """Take bytes from the link and act on the messages in them.
+        """Process the messages in bytes from the link.
 
         Args:
             data: the bytes.

@@ -119,7 +119,7 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
 
 
 def place_of(copter: Copter, command: Command, long_frame: int) -> Vector | None:
-    """Where a command is about, in the local frame; None when that is nowhere.
+    """The position a command names, in the local frame; None if it names none.
 
     Args:
         copter: the vehicle.

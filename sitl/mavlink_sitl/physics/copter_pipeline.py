@@ -180,7 +180,7 @@ class Physics:
         )
 
     def moving_target(self, index: int) -> tuple[float, float, float]:
-        """Where a vehicle's target is now, NED metres."""
+        """The present target of a vehicle, NED metres."""
         horizontal = self.control.horizontal
         return (
             self.at(horizontal.target_north_m, index),
@@ -189,7 +189,7 @@ class Physics:
         )
 
     def motion(self, index: int, truth: bool = False) -> Motion:
-        """Where a vehicle believes to be, or where it is."""
+        """The estimated or the true motion of a vehicle."""
         body, error = self.body, self.error
         if truth:
             if self._true_rows[0] is not body:
@@ -244,7 +244,7 @@ class Physics:
         )
 
     def battery_reading(self, index: int, capacity_mah: float) -> BatteryReading:
-        """What a vehicle's power monitor says, told how much the pack holds."""
+        """The reading of a vehicle's power monitor, given the capacity of the pack."""
         state = self.battery
         if self._battery_rows[0] is not state:
             fraction = 1.0 - state.consumed_mah / max(self.pack.capacity_mah, 1.0)
@@ -302,7 +302,7 @@ class Physics:
         self.control = self.control._replace(horizontal=level)
 
     def misled_by(self, index: int) -> Vector:
-        """How much of a receiver's error a vehicle's estimator has taken over by now."""
+        """The part of a receiver's error that a vehicle's estimator has adopted."""
         return (
             self.at(self._misled[0], index),
             self.at(self._misled[1], index),
@@ -314,7 +314,7 @@ class Physics:
         self.efficiency = self.with_value(self.efficiency, index, efficiency)
 
     def stop_dead(self, index: int) -> None:
-        """Take a vehicle's speed away: it has hit something."""
+        """Stop a vehicle at once: it has hit something."""
         for axis in ("north", "east", "down"):
             name = f"velocity_{axis}_m_s"
             lane = self.with_value(getattr(self.body, name), index, 0.0)

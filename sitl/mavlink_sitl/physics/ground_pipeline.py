@@ -68,7 +68,7 @@ class RoverPhysics(ToldPhysics):
         return round(1500 + 500 * steering), 0, round(1500 + 500 * throttle), 0
 
     def stop_dead(self, index: int) -> None:
-        """Take a vehicle's speed away: it has hit something."""
+        """Stop a vehicle at once: it has hit something."""
         super().stop_dead(index)
         for name in ("forward_m_s", "right_m_s"):
             lane = self.with_value(getattr(self.body, name), index, 0.0)

@@ -78,11 +78,11 @@ class PlanePhysics(ToldPhysics):
         )
 
     def airspeed_m_s(self, index: int) -> float:
-        """What the airspeed sensor shows."""
+        """The reading of the airspeed sensor."""
         return max(self.at(self.body.airspeed_m_s, index), 0.0) / TRUE_OVER_INDICATED
 
     def stop_dead(self, index: int) -> None:
-        """Take a vehicle's speed away: it has hit something."""
+        """Stop a vehicle at once: it has hit something."""
         super().stop_dead(index)
         lane = self.with_value(self.body.airspeed_m_s, index, 0.0)
         self.body = self.body._replace(airspeed_m_s=lane)

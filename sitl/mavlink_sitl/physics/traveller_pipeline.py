@@ -1,4 +1,4 @@
-"""What the pipelines of rovers, boats and planes share. Part of `simulation` (the same layer)."""
+"""The common base of the pipelines of rovers, boats and planes. Part of `simulation`."""
 
 from __future__ import annotations
 
@@ -56,6 +56,6 @@ class ToldPhysics(Physics):
             lane[index] = value
 
     def moving_target(self, index: int) -> tuple[float, float, float]:
-        """Where a vehicle is going."""
+        """The destination of a vehicle."""
         told = self._told[index]
         return told.north_m, told.east_m, told.down_m

@@ -1,1 +1,1 @@
-"""Recorded conversations with real autopilots: read, played again, and compared."""
+"""Recorded conversations with real autopilots: read, replayed and compared."""

@@ -1,4 +1,4 @@
-"""What two conversations are compared by, and how the differences are found.
+"""The aspects in which two conversations are compared, and how differences are found.
 
 Acknowledgements, modes and landed states are sequences: they are aligned, so that one answer
 too many is one difference and not a hundred. HEARTBEAT comes once a second, so an armed state

@@ -1,4 +1,4 @@
-"""Whether somebody commanded the vehicle of a recording on a link that is not in it.
+"""Detects commands to a recorded vehicle on a link that is not in the recording.
 
 A recording of one of several links has everything that the vehicle told on it, and only what
 was sent on it: played again, the vehicle does not do what it was told elsewhere.
@@ -10,8 +10,7 @@ from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.recordings.recording import Recording
 
 NOTE = (
-    "somebody else commanded it on a link that is not in the recording: "
-    "most differences come from that"
+    "it was also commanded on a link that is not in the recording; most differences come from that"
 )
 _COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
 _ARMING = frozenset(

@@ -1,4 +1,4 @@
-"""The file of differences that are meant, `differences.yaml`, and judging by it."""
+"""The file of expected differences, `differences.yaml`, and the comparison with it."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Meant:
 
 @dataclass(frozen=True)
 class SetUp:
-    """What a recording does not tell about its vehicle."""
+    """Facts about a vehicle that its recording does not contain."""
 
     parameters: Mapping[str, float]
     excluded: bool
@@ -127,7 +127,7 @@ def plain_name(stem: str) -> str:
 
 
 def set_up(name: str) -> SetUp | None:
-    """What the file says of a recording, or None."""
+    """The entry of a recording in the file, or None."""
     entry = document()["recordings"].get(name)
     if entry is None:
         return None

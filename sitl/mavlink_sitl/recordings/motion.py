@@ -1,4 +1,4 @@
-"""The way through the air: time to each target, and distance at equal times."""
+"""Compares motion: time to each target, and distance at equal times."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def track(messages: Timed) -> NDArray[np.float64]:
 
 
 def spans(flight: Conversation) -> list[tuple[float, float]]:
-    """When the real vehicle was armed and followed setpoints."""
+    """The times in which the real vehicle was armed and followed setpoints."""
     kind = flight.start.config.vehicle
     wanted = OFFBOARD if flight.recording.autopilot == "px4" else GUIDED[kind]
     found: list[tuple[float, float]] = []

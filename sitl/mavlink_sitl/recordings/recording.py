@@ -1,4 +1,4 @@
-"""A tlog as a conversation with each vehicle in it.
+"""Reads a tlog as a conversation with each vehicle in it.
 
 Whatever a file holds, what comes out is conversations or one sentence. Places that are no
 record are passed over and counted; a file may begin and end anywhere.
@@ -73,11 +73,11 @@ class Recording:
 
     @property
     def end_s(self) -> float:
-        """When the vehicle was heard last."""
+        """The time at which the vehicle was last heard."""
         return self.real[-1][0]
 
     def of(self, *kinds: str) -> Timed:
-        """What the vehicle said, of these kinds."""
+        """The messages of the vehicle, of these types."""
         return [(t, m) for t, m in self.real if m.get_type() in kinds]
 
 
@@ -85,7 +85,7 @@ def read(path: Path) -> list[Recording]:
     """The conversations of a tlog, one for each vehicle.
 
     Args:
-        path: a tlog with both directions in it.
+        path: a tlog with the messages of both directions.
 
     Raises:
         RecordingError: there is no known vehicle in it, or nobody speaks to it.
@@ -101,9 +101,11 @@ def read(path: Path) -> list[Recording]:
     others = [(t, f) for t, f in frames if _sender(f) not in vehicles]
     sent = [(t, m) for t, m in _decoded(others, None) if m.get_type() != "BAD_DATA"]
     if not sent:
-        raise RecordingError(f"nobody speaks to the vehicle in {path}: there is nothing to play")
+        raise RecordingError(
+            f"no ground station sends to the vehicle in {path}: there is nothing to replay"
+        )
     notes = (
-        (f"{lost_bytes} bytes that are no record of this conversation were passed over",)
+        (f"{lost_bytes} bytes that are not part of this conversation were skipped",)
         if lost_bytes
         else ()
     )
@@ -226,13 +228,15 @@ def _vehicle_time(records: Timed, own: Sender) -> tuple[Timed, str]:
             if clock.restarts(wall_s, message):
                 if 0 < alive < len(timed) and timed[alive][0] > clock.boot_wall_s + SILENCE_S:
                     del timed[alive:]
-                note = f"started again by itself {clock.boot_s:.1f} s after power-up: the end here"
+                note = f"restarted by itself {clock.boot_s:.1f} s after power-up: the end here"
                 break
         timed.append((wall_s, clock.offset_s, message))
     first_s = next((offset for _, offset, _ in timed if offset is not None), None)
     if first_s is None:
         first_s = records[0][0]
-        note = "the vehicle does not tell the time since its power-up: taken as the beginning"
+        note = (
+            "the vehicle does not report the time since its power-up: it is taken as starting there"
+        )
     return [
         (wall - (first_s if offset is None else offset), message) for wall, offset, message in timed
     ], note
@@ -247,7 +251,7 @@ class _Clock:
         self._first_run = True
 
     def restarts(self, wall_s: float, message: Message) -> bool:
-        """Take a message of the vehicle in; true when it started again and nobody had asked."""
+        """Process a message of the vehicle; true if it restarted unasked."""
         self.heard_s = wall_s
         boot_ms = getattr(message, "time_boot_ms", 0)
         if not boot_ms:

@@ -1,4 +1,4 @@
-"""Plays the ground station's half of a recording to a simulated vehicle."""
+"""Replays the ground station's messages of a recording to a simulated vehicle."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Conversation:
 
     @property
     def sent(self) -> Timed:
-        """What the ground station said."""
+        """The messages of the ground station."""
         return self.recording.sent
 
     @property
     def real(self) -> Timed:
-        """What the real vehicle said."""
+        """The messages of the real vehicle."""
         return self.recording.real
 
 

@@ -1,4 +1,4 @@
-"""What a recording tells of the vehicle before its first record: kind, place, parameters, state.
+"""The initial state of a recorded vehicle: type, position, parameters and state.
 
 Most of it is said in so many words (HEARTBEAT, PARAM_VALUE, MISSION_ITEM_INT); some settings
 are only known by what they did, and `_given_away` names these.
@@ -82,7 +82,7 @@ def start_of(recording: Recording, parameters: Mapping[str, float] | None = None
     if kind is None or (kind, recording.autopilot) not in PERSONALITIES:
         name = dialect.enums["MAV_TYPE"].get(beat.type)
         said = name.name.removeprefix("MAV_TYPE_").lower() if name else f"vehicle {beat.type}"
-        raise RecordingError(f"there is no {said} with {recording.autopilot} here")
+        raise RecordingError(f"{said} with {recording.autopilot} is not supported")
     known = PERSONALITIES[kind, recording.autopilot].parameters
     names = {spec.name for spec in known}
     found = {**_told(recording), **_given_away(recording, kind), **(parameters or {})}
@@ -233,7 +233,7 @@ def _unknown_mission(recording: Recording) -> tuple[str, ...]:
     had = told is not None and 0 < getattr(told, "total", 0) < UINT16_MAX
     if uploads or not had or _mission(recording):
         return ()
-    return ("the mission that it had is not in the recording, and it flies without one",)
+    return ("its stored mission is not in the recording; it flies without one",)
 
 
 def _unasked(recording: Recording) -> dict[int, float]:
@@ -323,5 +323,5 @@ def _battery_thresholds(recording: Recording) -> dict[str, float]:
 
 
 def first(messages: Timed, holds: Callable[[Message], bool]) -> float | None:
-    """When something was said first."""
+    """The time of the first message."""
     return next((t for t, m in messages if holds(m)), None)

@@ -1,4 +1,4 @@
-"""What the world does by chance: gusts of wind, and times without GPS. Seeded.
+"""A world's random disturbances: gusts of wind and GPS outages. Seeded.
 
 Each vehicle draws from its own generators, so adding a vehicle changes nothing for the
 others.
@@ -57,7 +57,7 @@ class Gusts:
 
 
 class Dropouts:
-    """When receivers lose their fix by themselves.
+    """Random losses of the GPS fix.
 
     Args:
         quality: how often and for how long.
@@ -78,7 +78,7 @@ class Dropouts:
         return time_s + generator.expovariate(per_s) if per_s else math.inf
 
     def changes(self, time_s: float) -> list[tuple[int, bool]]:
-        """Which vehicles lose (False) or find (True) their satellites now."""
+        """The vehicles that lose (False) or regain (True) their satellites now."""
         if time_s < self._soonest_s:
             return []
         found = []

@@ -39,14 +39,14 @@ class WorldError(ValueError):
 
 
 class _Loader(yaml.SafeLoader):
-    """Refuses a key that is written twice."""
+    """Rejects a key that is given twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen = set()
         for key, _ in node.value:
             if key.value in seen:
                 raise yaml.MarkedYAMLError(
-                    problem=f"{key.value!r} is written twice", problem_mark=key.start_mark
+                    problem=f"{key.value!r} is given twice", problem_mark=key.start_mark
                 )
             seen.add(key.value)
         return super().construct_mapping(node, deep)
@@ -73,7 +73,7 @@ def load_world(path: str | FilePath) -> World:
     except OSError as error:
         raise WorldError(f"cannot read the world {path}: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise WorldError(f"the world {path} is not a text in UTF-8") from None
+        raise WorldError(f"the world {path} is not text in UTF-8") from None
     return parse_world(text, str(path))
 
 
@@ -141,9 +141,9 @@ def _check(data: object) -> None:
         if error.validator == "additionalProperties" and isinstance(error.instance, dict):
             known = error.schema["properties"]
             extra = next(key for key in error.instance if key not in known)
-            raise _WrongError([*path, extra], f"is not known here; there is: {', '.join(known)}")
+            raise _WrongError([*path, extra], f"is unknown; known are: {', '.join(known)}")
         raise _WrongError(
-            path, error.message if len(error.message) < 120 else "is not what it must be"
+            path, error.message if len(error.message) < 120 else "has an invalid value"
         )
     _check_finite(data, [])
 
@@ -201,7 +201,7 @@ def _obstacle(data: dict[str, Any], number: int) -> Obstacle:
     needed, allowed = _KEYS[kind]
     for key in data:
         if key not in needed | allowed | _ALWAYS:
-            raise _WrongError([*here, key], f"is not for a {kind}")
+            raise _WrongError([*here, key], f"does not apply to a {kind}")
     for key in sorted(needed - set(data)):
         raise _WrongError(here, f"a {kind} needs {key}")
     if kind != "wall" and ("at_m" in data) == ("path" in data):
@@ -238,6 +238,6 @@ def _wall(data: dict[str, Any], here: list[str | int], common: dict[str, Any]) -
 def _path(data: dict[str, Any], here: list[str | int]) -> Path:
     points = tuple((float(n), float(e)) for n, e in data["points_m"])
     if all(point == points[0] for point in points):
-        raise _WrongError([*here, "path", "points_m"], "are all the same place")
+        raise _WrongError([*here, "path", "points_m"], "are all the same position")
     turn = data.get("at_the_end", "turn_round") == "turn_round"
     return Path(points, data["speed_m_s"], turn)

@@ -1,4 +1,4 @@
-"""What a world is made of: plain frozen records, in metres from the world's origin.
+"""The records that make up a world, in metres from the world's origin.
 
 North and East are horizontal; heights and altitudes point up. The origin is a place on
 earth, or the home of the first vehicle when the world does not say.
@@ -31,7 +31,7 @@ class Path:
     back_and_forth: bool = True
 
     def at(self, time_s: float) -> Place:
-        """Where it is after so many seconds."""
+        """Its position after a time in seconds."""
         corners = list(self.points_m)
         corners += corners[-2:0:-1] + corners[:1] if self.back_and_forth else corners[:1]
         lengths = [math.dist(a, b) for a, b in itertools.pairwise(corners)]
@@ -113,7 +113,7 @@ class Ground:
 
 @dataclass(frozen=True)
 class GpsQuality:
-    """How good the receivers are in this world.
+    """The quality of the GPS receivers in this world.
 
     Attributes:
         noise_m: standard deviation of the position on each axis.

@@ -1,4 +1,4 @@
-"""What the range sensors see: rays from the true position and attitude, with seeded noise.
+"""Range sensors: rays from the true position and attitude, with seeded noise.
 
 The scanner is fixed to the body, so its beams tilt with it: they look over what is low when
 the nose is up, and meet the ground when it is down.
@@ -47,7 +47,7 @@ def to_ned(roll_rad: Array, pitch_rad: Array, yaw_rad: Array) -> Array:
 
 
 def measure(sensor: RangeSensor, along_m: Array, seed: str) -> RangeReading:
-    """What the sensor makes of true distances.
+    """The sensor's reading of true distances.
 
     Args:
         sensor: its reach and noise.

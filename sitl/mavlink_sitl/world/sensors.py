@@ -20,7 +20,7 @@ from mavlink_sitl.lanes import Lane, Ops
 
 
 class SensorModel(NamedTuple):
-    """How well the vehicles know where they are."""
+    """The accuracy of the vehicles' estimates."""
 
     update_s: float = 0.2
     """The GPS runs at 5 Hz; the error changes course as often."""
@@ -124,7 +124,7 @@ def gps_reading(
     velocity_ned_m_s: tuple[float, float, float],
     model: SensorModel,
 ) -> GpsReading:
-    """What a receiver with a fix reports; the numbers are those recorded from the firmware."""
+    """The reading of a receiver with a fix; the numbers were recorded from the firmware."""
     north, east, _ = velocity_ned_m_s
     return GpsReading(
         fix_type=6,

@@ -61,7 +61,7 @@ class Shapes:
             self._centre[i] = path.at(time_s)
 
     def gaps(self, position_ned_m: Array) -> Array:
-        """How far the sides are, horizontally, 0 within the outline.
+        """The horizontal distances to the sides, 0 within the outline.
 
         Args:
             position_ned_m: shape (N, 3).
@@ -84,7 +84,7 @@ class Shapes:
         return np.stack([n * cosine + e * sine, e * cosine - n * sine], axis=-1)
 
     def heights_apart(self, down_m: Array) -> Array:
-        """How far above its top or below its bottom a height is, 0 between.
+        """The distance of a height above its top or below its bottom, 0 between.
 
         Args:
             down_m: shape (N,).
@@ -96,7 +96,7 @@ class Shapes:
         return np.maximum(np.maximum(self.top_down_m - down, down - self.bottom_down_m), 0.0)
 
     def cast(self, origin_ned_m: Array, ray: Array, reach_m: float) -> Array:
-        """How far rays go until they meet an obstacle.
+        """The lengths of rays to an obstacle.
 
         Args:
             origin_ned_m: shape (N, 3), where each vehicle's rays begin.
@@ -151,7 +151,7 @@ def _no_zero(value: Array) -> Array:
 
 
 def cast_on_ground(ground: Ground, origin_ned_m: Array, ray: Array, reach_m: float) -> Array:
-    """How far rays go until they meet the ground.
+    """The lengths of rays to the ground.
 
     On a grid the rays are walked along in steps of half its spacing, and the place between two
     steps is then found by halving.

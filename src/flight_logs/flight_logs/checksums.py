@@ -94,7 +94,7 @@ def _right_block(
 
 @cache
 def _tables() -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """Make what a checksum goes on by.
+    """Make the table by which a checksum continues.
 
     After one byte it is `by_byte[low byte of (crc ^ byte)] ^ crc >> 8`, and after two, as it has
     no more than 16 bits, `by_pair[crc ^ pair]`.

@@ -1,4 +1,4 @@
-"""From records to columns of Arrow, which keep unit and enum beside each field."""
+"""Turns records into Arrow columns, with unit and enum of each field."""
 
 from __future__ import annotations
 

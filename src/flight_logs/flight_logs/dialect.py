@@ -1,4 +1,4 @@
-"""How each message lies in memory, by pymavlink's definitions of the dialect.
+"""The memory layout of each message, from pymavlink's definitions of the dialect.
 
 Nothing here is written by hand but the names that NumPy has for C's types: the fields, their
 order on the wire, their units and enums are those of the generated classes.

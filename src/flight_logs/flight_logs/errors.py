@@ -1,4 +1,4 @@
-"""Errors of this package: each carries one sentence that says what to do."""
+"""Errors of this package; each carries a sentence that says what to do."""
 
 from __future__ import annotations
 
@@ -24,4 +24,4 @@ class SwappedStampsError(LogError):
 
 
 class ExportError(LogError):
-    """What was read can't be written."""
+    """The messages cannot be written."""

@@ -1,4 +1,4 @@
-"""Logs written anew as Parquet or CSV: one file for each message."""
+"""Exports logs as Parquet or CSV, one file per message."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FIELDS_FILE = "fields.csv"
 
 
 class Format(Enum):
-    """What to write; the value is also the end of the files' names."""
+    """The file format; the value is also the file extension."""
 
     PARQUET = "parquet"
     CSV = "csv"
@@ -31,7 +31,7 @@ class Format(Enum):
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written.
+    """The written files and rows.
 
     Attributes:
         rows: how many rows the file of each message has.

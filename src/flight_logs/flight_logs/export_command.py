@@ -1,4 +1,4 @@
-"""The command `tlog_export`: writes the messages of a log as Parquet or CSV."""
+"""The command `tlog_export`: exports the messages of a log as Parquet or CSV."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def make_parser() -> argparse.ArgumentParser:
     """Return what reads the command line."""
     parser = argparse.ArgumentParser(
         prog="tlog_export",
-        description="Write the messages of a telemetry log (tlog), a file for each.",
+        description="Export the messages of a telemetry log (tlog), one file per message type.",
     )
     parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
     parser.add_argument("--to", type=Path, required=True, metavar="DIR", help="folder to write to")
@@ -28,18 +28,18 @@ def make_parser() -> argparse.ArgumentParser:
         "--format",
         choices=[kind.value for kind in Format],
         default=Format.PARQUET.value,
-        help="of the files (default: %(default)s)",
+        help="file format (default: %(default)s)",
     )
     parser.add_argument(
         "--messages",
         type=_names,
         metavar="A,B",
-        help="only these, for example ATTITUDE,GPS_RAW_INT",
+        help="export only these messages, for example ATTITUDE,GPS_RAW_INT",
     )
     parser.add_argument(
         "--enum-names",
         action="store_true",
-        help="write MAV_STATE_ACTIVE in place of 4, and so on",
+        help="write enum names instead of numbers, for example MAV_STATE_ACTIVE instead of 4",
     )
     return parser
 
@@ -72,15 +72,15 @@ def _summary(exported: Exported, folder: Path) -> str:
     counts = exported.counts
     skipped = {
         "with bad checksums": counts.bad_checksums,
-        "of messages that the dialect doesn't have": sum(counts.unknown_messages.values()),
+        "of messages unknown to the dialect": sum(counts.unknown_messages.values()),
     }
     told = [f"{count} {what}" for what, count in skipped.items() if count]
     if counts.bytes_outside:
-        told.append(f"{counts.bytes_outside} bytes that belong to no packet")
+        told.append(f"{counts.bytes_outside} bytes outside packets")
     rows = sum(exported.rows.values())
-    done = f"Wrote {rows} messages of {len(exported.rows)} kinds to {folder}."
+    done = f"Wrote {rows} messages of {len(exported.rows)} types to {folder}."
     if not exported.rows:
-        done = "The log has none of those messages; nothing was written."
+        done = "The log has none of these messages; nothing was written."
     return done + (f" Skipped: {', '.join(told)}." if told else "")
 
 

@@ -1,4 +1,4 @@
-"""Where the packets of a piece of a tlog are, found for all of them at once.
+"""Finds the packets in a piece of a tlog, all at once.
 
 Every byte that could begin a packet is a candidate. Nearly all candidates that are none fall
 away because no other packet follows where it should; the checksum decides about the rest.
@@ -67,7 +67,7 @@ class Packets:
 
 @dataclass(frozen=True)
 class Loose:
-    """What stands where a packet should and isn't one; all arrays of shape (n,).
+    """Bytes in the place of a packet that are none; all arrays of shape (n,).
 
     Attributes:
         start: where the first byte is, in the buffer.

@@ -1,4 +1,4 @@
-"""Rows of a table brought together by a key."""
+"""Groups the rows of a table by a key."""
 
 from __future__ import annotations
 

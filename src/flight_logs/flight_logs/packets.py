@@ -1,4 +1,4 @@
-"""The packets of a telemetry log one by one, as bytes: what a replay plays."""
+"""Reads the packets of a telemetry log one by one, as bytes, for a replay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A log's bytes, piece by piece: where its packets are, and when each was recorded."""
+"""Reads a log's bytes piece by piece, with packet positions and timestamps."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def pieces(path: Path, chunk_bytes: int) -> Iterator[Piece]:
 
 
 def _checked(path: Path, scanner: _Scanner) -> Iterator[Piece]:
-    """Pass pieces on, and refuse what isn't a tlog as soon as that is clear."""
+    """Pass pieces on, and reject what isn't a tlog as soon as that is clear."""
     is_tlog = False
     position = 0
     for piece in scanner.pieces():
@@ -94,13 +94,14 @@ def _checked(path: Path, scanner: _Scanner) -> Iterator[Piece]:
 def _refuse_other_formats(path: Path, piece: Piece, stamps: Stamps) -> None:
     if stamps.mostly_missing:
         raise RawStreamError(
-            f"{path} is a raw telemetry stream: its packets have no times. Give the tlog that was "
+            f"{path} is a raw telemetry stream: its packets have no timestamps. Give the tlog "
             "recorded with it."
         )
     if are_swapped(piece.data, piece.packets):
         raise SwappedStampsError(
-            f"The times in {path} are little-endian; a tlog has eight bytes of microseconds since "
-            "1970, big-endian, before each packet. Write it anew with those bytes turned round."
+            f"The timestamps in {path} are little-endian; a tlog has eight bytes of microseconds "
+            "since 1970, big-endian, before each packet. Convert the file by reversing these "
+            "bytes."
         )
 
 

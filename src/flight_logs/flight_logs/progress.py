@@ -1,4 +1,4 @@
-"""A bar for what takes more than two seconds, on a terminal."""
+"""A progress bar on a terminal, for work of more than two seconds."""
 
 from __future__ import annotations
 

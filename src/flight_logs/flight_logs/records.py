@@ -1,4 +1,4 @@
-"""From the places of packets to records: one structured array for each message."""
+"""Turns packet positions into records: one structured array per message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When each packet of a piece of a tlog was recorded, and what to think of those times."""
+"""The timestamps of the packets in a piece of a tlog, and checks of them."""
 
 from __future__ import annotations
 

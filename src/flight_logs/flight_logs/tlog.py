@@ -23,14 +23,14 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Counts:
-    """What was met; counts of several pieces can be added.
+    """Counters of a log; those of several pieces can be added.
 
     Attributes:
         bytes: how many were read.
         packets: packets with a right checksum, of messages that the dialect has.
         signed: those of them that carry a signature (it is not checked; nobody knows the key).
         bad_checksums: records in their place whose checksum is wrong.
-        unknown_messages: records of messages that the dialect doesn't have, by message number.
+        unknown_messages: records of messages unknown to the dialect, by message number.
         bytes_outside: bytes that belong to none of these.
         stamps_lost: packets whose time is missing or damaged; they got the one before.
         steps_back: how often the clock went backwards from one packet to the next.
@@ -66,8 +66,8 @@ class Tlog(Mapping[str, Records]):
     Attributes:
         path: the file.
         counts: what was met, beside the messages.
-        unknown: time, sender and sequence number of records of messages that the dialect doesn't
-            have; nothing tells whether such a record is damaged.
+        unknown: time, sender and sequence number of records of messages unknown to the dialect;
+            such a record may be damaged.
     """
 
     def __init__(

@@ -132,7 +132,7 @@ _SCRATCH = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
 
 
 def with_source(message: Message, system_id: int, component_id: int) -> Message:
-    """Say who sends the message; without it a `Codec` puts in its own ids. Returns it."""
+    """Set the sender of the message; without it a `Codec` puts in its own ids. Returns it."""
     header = message._header
     header.srcSystem = system_id
     header.srcComponent = component_id
@@ -181,7 +181,7 @@ class Codec:
         statistics: what was met so far.
         link_id: what signatures name as the link, 0 to 255. The same for all endpoints of a link,
             however often they come and go: MAVLink's C library, and so an autopilot, follows 16
-            streams (MAVLINK_MAX_SIGNING_STREAMS) and refuses any further one until it restarts.
+            streams (MAVLINK_MAX_SIGNING_STREAMS) and rejects any further one until it restarts.
         frame_observer: called with the raw bytes of each frame that was received, known to
             the dialect or not, SETUP_SIGNING excepted; a recorder goes here.
         unknown_observer: called with the raw bytes of each frame that the dialect lacks.
@@ -315,7 +315,7 @@ class Codec:
         return int(stop - start)
 
     def _trust(self, signing: Signing, frame: bytes, number: int, flags: int) -> bool:
-        """Tell whether the frame may be believed; one that may not is counted."""
+        """Return whether the frame may be believed; one that may not is counted."""
         if not flags:
             trusted: bool = number == _MAY_BE_UNSIGNED
             self.statistics.unsigned += not trusted
@@ -343,7 +343,7 @@ class Codec:
         return stop - start
 
     def _starts_a_frame(self, buffer: bytes, start: int, end: int) -> bool:
-        """Tell whether a whole frame with a right checksum stands at `start`."""
+        """Return whether a whole frame with a right checksum stands at `start`."""
         if start == end or buffer[start] not in (_MAGIC_1, _MAGIC_2):
             return False
         version_2 = buffer[start] == _MAGIC_2

@@ -1,4 +1,4 @@
-"""What the air takes from a multicopter, for a firmware that has to be told.
+"""Estimates the drag of a multicopter, for firmware that needs it as feed-forward.
 
 An acceleration beside a position and a velocity means two things. ArduPilot takes it for how the
 target moves. PX4 takes it for a push of the motors, and leans for that much and no more
@@ -69,7 +69,7 @@ class Drag:
         return replace(setpoint, acceleration_ned_m_s2=push)
 
     def learn(self, attitude: Attitude | None, motion: LocalPosition | None) -> None:
-        """Take in the newest attitude and velocity of a flight."""
+        """Process the newest attitude and velocity of a flight."""
         if attitude is None or motion is None:
             self._begin = None
             return

@@ -1,4 +1,4 @@
-"""What happened to the vehicle: frozen events, named in the past tense.
+"""Events of the vehicle: frozen records, named in the past tense.
 
 `Vehicle.next_event` hands them out in the order in which they came about.
 """
@@ -13,7 +13,7 @@ from mavlink_vehicle.ranges import RangesMeasured, RangesRefused
 
 
 class OperationKind(enum.Enum):
-    """What `Vehicle` was asked to make the autopilot do."""
+    """The kind of an operation requested of `Vehicle`."""
 
     CHANGE_MODE = "mode change"
     ARM = "arming"
@@ -33,14 +33,14 @@ class OperationKind(enum.Enum):
 
 
 class OperationResult(enum.Enum):
-    """How an operation ended; each ends exactly once."""
+    """The result of an operation; each ends exactly once."""
 
     ACHIEVED = "achieved"
     """The vehicle's own state shows it; an acknowledgement alone never does."""
     REFUSED = "refused"
     """The autopilot declined, cannot do it, or gave it up by itself."""
     TIMED_OUT = "timed out"
-    """Neither the state nor a refusal came in time."""
+    """Neither the state nor a rejection came in time."""
     CANCELLED = "cancelled"
     """We stopped it, or another mode was chosen meanwhile (by a pilot or a failsafe)."""
     LINK_LOST = "link lost"
@@ -112,7 +112,7 @@ class SystemStatusChanged:
 
 
 class FailsafeKind(enum.Enum):
-    """What the autopilot acts against."""
+    """The kind of a failsafe."""
 
     BATTERY = "battery"
     FENCE = "fence"
@@ -137,7 +137,7 @@ class FailsafeBegan:
 
 @dataclass(frozen=True)
 class FailsafeEnded:
-    """The failsafe that was told last is over, or the vehicle is disarmed."""
+    """The last reported failsafe is over, or the vehicle is disarmed."""
 
     kind: FailsafeKind
 
@@ -201,7 +201,7 @@ class OperationFinished:
 
 
 class StationAct(enum.Enum):
-    """What somebody else made, or asked, the autopilot to do."""
+    """An action of another station on the autopilot."""
 
     CLEARED_MISSION = "cleared the mission"
     REPLACED_MISSION = "uploaded another mission"
@@ -209,7 +209,7 @@ class StationAct(enum.Enum):
     CONTINUED = "let the vehicle go on"
     CHANGED_MODE = "changed the mode"
     CHANGED_ITEM = "chose another item of the mission"
-    """The mission goes on at another place; it is still ours."""
+    """The mission continues at another item; it is still ours."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,7 @@ class StationActed:
         act: what was done.
         station: MAVLink system and component id of who did it; None when nobody was seen to do
             it and only the vehicle (MISSION_CURRENT, or its words) shows that it was done.
-        how: the message for people, for example "MISSION_CLEAR_ALL" or "DO_PAUSE_CONTINUE 0".
+        how: the message as text, for example "MISSION_CLEAR_ALL" or "DO_PAUSE_CONTINUE 0".
         mode: custom_mode that was asked for, or that a command leads to; None if it names none.
         command: MAV_CMD that asked for it; None when it was no command.
     """

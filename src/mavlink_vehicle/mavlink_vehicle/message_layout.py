@@ -1,4 +1,4 @@
-"""How a message lies on the wire, prepared once for fast decoding."""
+"""The wire layout of a message, prepared once for fast decoding."""
 
 from __future__ import annotations
 

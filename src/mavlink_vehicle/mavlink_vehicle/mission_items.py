@@ -1,4 +1,4 @@
-"""Items of missions, fences and rally points, and how what a vehicle stored differs from them.
+"""Items of missions, fences and rally points, and differences between sent and stored items.
 
 https://mavlink.io/en/services/mission.html
 """
@@ -114,7 +114,7 @@ HOME_PLACEHOLDER = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_G
 
 @dataclass(frozen=True)
 class MissionRules:
-    """What a firmware does with missions.
+    """A firmware's rules for missions.
 
     Attributes:
         home_first: item 0 is home, whatever is sent as such (ArduPilot).
@@ -155,7 +155,7 @@ class MissionRules:
 def first_difference(
     sent: Sequence[MissionItem], stored: Sequence[MissionItem], rules: MissionRules
 ) -> str | None:
-    """Say where what is stored is not what was sent, leaving out what the firmware may change.
+    """Return the first difference between stored and sent items, apart from permitted changes.
 
     Both are without home.
     """
@@ -164,7 +164,7 @@ def first_difference(
     for number, (ours, theirs) in enumerate(zip(sent, stored, strict=True)):
         what = _difference(ours, theirs, rules)
         if what is not None:
-            return f"item {number + rules.offset} has another {what}"
+            return f"item {number + rules.offset} has a different {what}"
     return None
 
 

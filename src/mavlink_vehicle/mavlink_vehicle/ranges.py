@@ -48,7 +48,7 @@ _REASONS_MAX = 20
 
 
 class RangeAxes(enum.Enum):
-    """Which axes directions are given in."""
+    """The axes in which directions are given."""
 
     BODY = "body"
     """Forward, right, down of the vehicle, as it is tilted."""
@@ -81,7 +81,7 @@ class RangeSource(enum.Enum):
 
 @dataclass(frozen=True)
 class RangesMeasured:
-    """What one message of a range sensor tells.
+    """The ranges in one message of a range sensor.
 
     Directions of a scan without a reading are left out. A beam without one is there, since its
     sensor is alive.
@@ -121,7 +121,7 @@ class RangesMeasured:
 
 @dataclass(frozen=True)
 class RangesRefused:
-    """A message of a range sensor makes no sense; told once for each kind of mistake."""
+    """A message of a range sensor makes no sense; reported once per kind of error."""
 
     reason: str
 
@@ -139,7 +139,7 @@ class RangeReader:
         self._reasons: set[str] = set()
 
     def read(self, message: Message, now: float) -> RangesMeasured | RangesRefused | None:
-        """Return what a message of `RANGE_MESSAGES` tells, None for nothing at all."""
+        """Return the ranges in a message of `RANGE_MESSAGES`, None for none."""
         try:
             return _scan(message, now) if message.__class__ is _SCAN else _beam(message, now)
         except _NoReadingError as error:
@@ -154,7 +154,7 @@ class RangeReader:
 
 
 class _NoReadingError(Exception):
-    """The message tells nothing; with a reason if it should not have been sent like that."""
+    """The message has no reading; with a reason if it should not have been sent like that."""
 
 
 def _limits_m(message: Message) -> tuple[float, float]:
@@ -167,12 +167,14 @@ def _limits_m(message: Message) -> tuple[float, float]:
 def _scan(message: Message, now: float) -> RangesMeasured:
     axes = _AXES.get(message.frame)
     if axes is None:
-        raise _NoReadingError(f"its frame {message.frame} counts from neither north nor the nose")
+        raise _NoReadingError(
+            f"its frame {message.frame} is relative to neither north nor the nose"
+        )
     # A negative increment_f turns counter-clockwise (common.xml leaves it open).
     step_deg, offset_deg = message.increment_f or float(message.increment), message.angle_offset
     if not (math.isfinite(step_deg) and math.isfinite(offset_deg)) or step_deg == 0.0:
         raise _NoReadingError(
-            f"its sectors are {step_deg} degrees wide, from {offset_deg} degrees on"
+            f"its sectors are {step_deg} degrees wide, starting at {offset_deg} degrees"
         )
     all_directions = _sectors(step_deg, offset_deg, len(message.distances))
     directions, ranges_m = [], []
@@ -252,7 +254,7 @@ def _direction(message: Message) -> Vector3:
     w, x, y, z = message.quaternion
     length = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(length - 1.0) <= _UNIT_TOLERANCE:
-        raise _NoReadingError("its orientation is CUSTOM and its quaternion is no rotation")
+        raise _NoReadingError("its orientation is CUSTOM and its quaternion is not a rotation")
     w, x, y, z = w / length, x / length, y / length, z / length
     return (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))
 

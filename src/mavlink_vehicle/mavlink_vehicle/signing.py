@@ -1,4 +1,4 @@
-"""MAVLink 2 signing: who holds the key, and which signed frames are new.
+"""MAVLink 2 signing: the key, and the rejection of replayed frames.
 
 The rules are those of https://mavlink.io/en/guide/message_signing.html. They are checked here
 and not by pymavlink's `check_signature`, which notes the time of a frame before it looks at
@@ -28,7 +28,7 @@ _MOST_STREAMS = 1024
 
 
 class Verdict(Enum):
-    """What the signature of a frame is worth."""
+    """The verdict on the signature of a frame."""
 
     GOOD = "good"
     WRONG = "wrong"

@@ -1,4 +1,4 @@
-"""One autopilot, and what it can be asked to do; still without I/O or a clock.
+"""One autopilot and the operations that can be requested of it, without I/O or a clock.
 
 `io.driver` runs a `Vehicle` on real links; a test runs it with a `ManualClock`.
 """
@@ -50,7 +50,7 @@ class Vehicle(VehicleStations):
         if profile is None:
             return self._nobody(kind, now)
         if name not in profile.modes:
-            known = ", ".join(sorted(profile.modes)) or "none that is known"
+            known = ", ".join(sorted(profile.modes)) or "none known"
             reason = f"{profile.name} has no mode {name!r}; its modes are {known}."
             return self._refuse(kind, reason, now)
         return self._to_mode(profile, name, kind, now)
@@ -73,8 +73,8 @@ class Vehicle(VehicleStations):
             return self._refuse(kind, reason, now)
         if not self.stream_open:
             reason = (
-                f"{profile.name} enters {profile.control_mode} only while setpoints come; open "
-                "the stream and send them first."
+                f"{profile.name} enters {profile.control_mode} only while setpoints are received; "
+                "open the stream and send them first."
             )
             return self._refuse(kind, reason, now)
 
@@ -139,7 +139,7 @@ class Vehicle(VehicleStations):
             return self._nobody(kind, now)
         problem = takeoff_problem(height_above_home_m, self.state, profile)
         if problem is not None:
-            return self._refuse(kind, f"Take-off refused: {problem}.", now)
+            return self._refuse(kind, f"Take-off rejected: {problem}.", now)
         timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_home_m)
         goal = TakeoffGoal(height_above_home_m, self.state, profile)
         timing = OperationTiming(timeout_s, doubt_s=_TAKEOFF_DOUBT_S)
@@ -171,7 +171,7 @@ class Vehicle(VehicleStations):
         place = (latitude_deg, longitude_deg, altitude_amsl_m)
         problem = reposition_problem(place, radius_m, self.state, profile)
         if problem is not None:
-            return self._refuse(kind, f"Reposition refused: {problem}.", now)
+            return self._refuse(kind, f"Reposition rejected: {problem}.", now)
         goal = reposition_goal(place, radius_m, self.state, profile)
         timing = OperationTiming(self.config.operation_timeout_s)
         return self._begin(profile, goal, Wanted(mode=goal.custom_mode), timing, now)
@@ -186,13 +186,13 @@ class Vehicle(VehicleStations):
             return self._nobody(kind, now)
         problem = speed_problem(speed_m_s, self.mode_name, profile)
         if problem is not None or profile.speed_command is None:
-            return self._refuse(kind, f"Speed change refused: {problem}.", now)
+            return self._refuse(kind, f"Speed change rejected: {problem}.", now)
         goal = SpeedGoal(speed_m_s, profile.speed_command.speed_type)
         timing = OperationTiming(self.config.operation_timeout_s)
         return self._begin(profile, goal, Wanted(), timing, now)
 
     def cancel_operation(self, now: float) -> None:
-        """End the operation under way, if any, as CANCELLED. The vehicle is not told."""
+        """End the operation under way, if any, as CANCELLED. Nothing is sent to the vehicle."""
         self._slot.cancel("we stopped waiting for it", now)
         self._take_ends()
 
@@ -216,7 +216,7 @@ class Vehicle(VehicleStations):
         """
         profile = self.profile
         if profile is None:
-            raise SetpointError("No vehicle has been heard yet; wait for its HEARTBEAT.")
+            raise SetpointError("No vehicle has been detected yet; wait for its HEARTBEAT.")
         self._notice(now)
         if self.mode_unseen:
             return
@@ -227,8 +227,8 @@ class Vehicle(VehicleStations):
             and not profile.setpoints_before_takeoff
         ):
             raise SetpointError(
-                f"{profile.name} takes off; setpoints would keep it on the ground. Wait for the "
-                "end of the take-off."
+                f"{profile.name} is taking off; setpoints would keep it on the ground. Wait until "
+                "it has taken off."
             )
         if self._stream.is_open:
             self._check_interlock(profile)
@@ -253,7 +253,7 @@ class Vehicle(VehicleStations):
             )
         if not self.state.armed and not profile.setpoints_while_disarmed:
             raise SetpointError(
-                f"{profile.name} is disarmed; a setpoint could set it off later. Arm it first."
+                f"{profile.name} is disarmed; a setpoint could make it move later. Arm it first."
             )
 
     # Inside
@@ -263,8 +263,8 @@ class Vehicle(VehicleStations):
         if profile is None:
             return self._nobody(kind, now)
         if name is None:
-            why = profile.unsupported or f"{profile.name} has no mode for it."
-            sentence = f"{kind.value[0].upper()}{kind.value[1:]} refused: {why}"
+            why = profile.unsupported or f"{profile.name} has no mode for this."
+            sentence = f"{kind.value[0].upper()}{kind.value[1:]} rejected: {why}"
             return self._refuse(kind, sentence, now)
         return self._to_mode(profile, name, kind, now)
 

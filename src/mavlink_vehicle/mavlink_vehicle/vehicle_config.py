@@ -1,4 +1,4 @@
-"""How to talk to one vehicle: the settings of `Vehicle`, checked when they are made."""
+"""The settings of `Vehicle`, validated when they are created."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DEFAULT_RATES_HZ: Mapping[str, float] = MappingProxyType(
 
 @dataclass(frozen=True)
 class VehicleConfig:
-    """How to talk to one vehicle.
+    """Settings for one vehicle.
 
     Attributes:
         target_system: its MAVLink system id; 0 takes the first autopilot that is heard.
@@ -73,7 +73,7 @@ class VehicleConfig:
     mission_retries: int = 20
 
     def __post_init__(self) -> None:
-        """Refuse what makes no sense.
+        """Reject what makes no sense.
 
         Raises:
             ConfigurationError: says which value and what it may be.

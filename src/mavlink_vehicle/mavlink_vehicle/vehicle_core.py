@@ -1,4 +1,4 @@
-"""One autopilot: the protocols put together, still without I/O or a clock.
+"""One autopilot: its protocols combined, without I/O or a clock.
 
 `VehicleCore` is told what arrives (`receive`) and what time it is (`handle_timer`), and says
 what to send, what happened and when it wants to be called again. `vehicle.Vehicle` adds what it
@@ -191,7 +191,7 @@ class VehicleCore:
 
     @property
     def stream_statistics(self) -> StreamStatistics:
-        """What was streamed since the stream was last opened."""
+        """Counters since the stream was last opened."""
         return self._stream.statistics
 
     @property
@@ -211,7 +211,7 @@ class VehicleCore:
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """The parameters of its profile's `wanted_parameters` that it has told, by name."""
+        """The parameters of its profile's `wanted_parameters` that it has reported, by name."""
         return self._parameters.values
 
     @property
@@ -221,7 +221,7 @@ class VehicleCore:
 
     @property
     def address(self) -> Address:
-        """Who talks to whom, as far as it is known."""
+        """The addresses of the conversation, as far as known."""
         system = self.state.system_id
         source = self.config.source_system
         return Address(
@@ -238,7 +238,7 @@ class VehicleCore:
         self._sender.start(now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in one message, whoever sent it."""
+        """Process one message, whoever sent it."""
         self._notice(now)
         header = message._header
         before = self.state
@@ -281,7 +281,7 @@ class VehicleCore:
         return self.state
 
     def _note_setpoint(self, now: float) -> None:
-        """Take note that a setpoint goes out, ours or another computer's."""
+        """Record that a setpoint goes out, ours or another computer's."""
         self.state = self._with_gap(self.state, False, now)
         self._setpoint_s = now
 
@@ -314,7 +314,7 @@ class VehicleCore:
         self._fence.receive(message, now)
 
     def _is_for_another(self, message: Message, now: float) -> bool:
-        """Tell whether it is a COMMAND_ACK to somebody else, and let that be heard."""
+        """Return whether it is a COMMAND_ACK to somebody else, and let that be heard."""
         if message.__class__ is not _COMMAND_ACK or self._is_ours(message):
             return False
         self._hear_answer(message, now)
@@ -333,7 +333,7 @@ class VehicleCore:
             self._take_ranges(message, now)
 
     def _is_ours(self, ack: Message) -> bool:
-        """Tell whether a COMMAND_ACK is for us.
+        """Return whether a COMMAND_ACK is for us.
 
         Without target fields it is, until the autopilot is known to fill them in: from then on
         it answers somebody else, on board or on another link (a PX4, observed).
@@ -376,7 +376,7 @@ class VehicleCore:
         self._take_failsafes()
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent, with our ids in it."""
+        """Return and clear what is to be sent, with our ids in it."""
         messages: list[Message] = []
         for part in self._senders:
             made = part.messages_to_send()
@@ -390,13 +390,13 @@ class VehicleCore:
         return messages
 
     def next_event(self) -> VehicleEvent | None:
-        """Take the next event."""
+        """Return and remove the next event."""
         return self._events.popleft() if self._events else None
 
     # Inside
 
     def _notice(self, now: float) -> None:
-        """Take note that we run, and whether we did not for too long."""
+        """Record that we run, and whether we did not for too long."""
         profile = self.profile
         if profile is None:
             return
@@ -430,7 +430,7 @@ class VehicleCore:
         return _MODE_FIELDS if is_old else ()
 
     def _heartbeat(self, message: Message, now: float) -> None:
-        """Take note of a HEARTBEAT of the vehicle, already in the state."""
+        """Record a HEARTBEAT of the vehicle, already in the state."""
         state = self.state
         self._own_gap.see_mode(now, state.boot_time_ms)
         if self.profile is None:
@@ -511,12 +511,12 @@ class VehicleCore:
         if self.in_control_mode:
             return
         if not requested:
-            self._close_by_interlock(f"the vehicle was switched to {name}, not by our request")
+            self._close_by_interlock(f"the vehicle was switched to {name}, not at our request")
         elif self._is_in_control_mode(before):
-            self._close_by_interlock(f"control was given up for {name}")
+            self._close_by_interlock(f"control was released for {name}")
 
     def _went_back(self, before: VehicleState) -> bool:
-        """Tell whether it took up an earlier mode because it has landed (PX4)."""
+        """Return whether it took up an earlier mode because it has landed (PX4)."""
         profile, state = self.profile, self.state
         if profile is None or not profile.earlier_mode_after_landing:
             return False

@@ -1,4 +1,4 @@
-"""What one autopilot can be asked to do with its stored mission; without I/O or a clock."""
+"""Mission operations of one autopilot; without I/O or a clock."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class VehicleMissions(VehicleOperations):
 
     @property
     def stored_mission(self) -> tuple[MissionItem, ...] | None:
-        """What the last upload, download or clearing read from the vehicle; None before."""
+        """The items read by the last upload, download or clearing; None before."""
         return None if self._last_mission is None else self._last_mission.stored
 
     def upload_mission(self, items: Sequence[MissionItem], now: float) -> int:
@@ -57,7 +57,7 @@ class VehicleMissions(VehicleOperations):
     def clear_mission(self, now: float) -> int:
         """Remove the stored mission; returns the operation's id.
 
-        An ArduPilot refuses it while it flies the mission. A PX4 obeys, and loiters.
+        An ArduPilot rejects it while it flies the mission. A PX4 obeys, and loiters.
         """
         return self._mission_operation(OperationKind.CLEAR_MISSION, (), now)
 
@@ -74,7 +74,7 @@ class VehicleMissions(VehicleOperations):
             return self._refuse(kind, _no_missions(profile), now)
         if not self.state.armed:
             # ArduPilot and PX4 show the mode and wait in it; arming would then set them off.
-            reason = f"Mission start refused: {profile.name} is disarmed; arm it first."
+            reason = f"Mission start rejected: {profile.name} is disarmed; arm it first."
             return self._refuse(kind, reason, now)
         mode = profile.modes[name]
         goal = (
@@ -86,7 +86,7 @@ class VehicleMissions(VehicleOperations):
         return self._begin(profile, goal, Wanted(mode=mode), timing, now)
 
     def set_current_item(self, index: int, now: float) -> int:
-        """Go on with the item of this number; returns the operation's id."""
+        """Continue with the item of this number; returns the operation's id."""
         profile, kind = self.profile, OperationKind.SET_CURRENT_ITEM
         if profile is None:
             return self._nobody(kind, now)
@@ -123,4 +123,4 @@ class VehicleMissions(VehicleOperations):
 
 
 def _no_missions(profile: Profile) -> str:
-    return f"How {profile.name} takes missions is not known, so none is sent."
+    return f"The mission rules of {profile.name} are unknown, so no mission is sent."

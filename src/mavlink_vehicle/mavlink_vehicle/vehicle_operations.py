@@ -1,4 +1,4 @@
-"""How `vehicle.Vehicle` begins an operation, or ends it at once."""
+"""Begins the operations of `vehicle.Vehicle`, or ends them at once."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class VehicleOperations(VehicleCore):
         return operation_id
 
     def _nobody(self, kind: OperationKind, now: float) -> int:
-        reason = "No vehicle has been heard yet; check the link and the vehicle's power."
+        reason = "No vehicle has been detected yet; check the link and the vehicle's power."
         operation_id = self._slot.end_at_once(kind, OperationResult.LINK_LOST, reason, now)
         self._take_ends()
         return operation_id

@@ -1,4 +1,4 @@
-"""What other stations do to one autopilot while we fly it; without I/O or a clock."""
+"""Actions of other ground stations on the autopilot while we fly it; without I/O or a clock."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class VehicleStations(VehicleMissions):
 
     @property
     def mission_change(self) -> str:
-        """How the mission that we uploaded last has become another one; empty while it is ours.
+        """The change of the mission that we uploaded last; empty while it is ours.
 
         Part of a sentence, for example "MISSION_CURRENT shows 4 items instead of 5".
         """
@@ -49,7 +49,7 @@ class VehicleStations(VehicleMissions):
         return self._stations.stations
 
     def overhear(self, message: Message, now: float) -> None:
-        """Take in what a ground station sends to the vehicle, and nothing else.
+        """Process what a ground station sends to the vehicle, and nothing else.
 
         It is never taken for the vehicle's word. What it does to the vehicle comes as
         `StationActed`.
@@ -97,7 +97,7 @@ class VehicleStations(VehicleMissions):
             how = "MISSION_CURRENT shows that it is paused"
             self._stations.pause_changed(StationAct.PAUSED, how, now)
         elif states == (_PAUSED, _ACTIVE):
-            how = "MISSION_CURRENT shows that it goes on"
+            how = "MISSION_CURRENT shows that it was resumed"
             self._stations.pause_changed(StationAct.CONTINUED, how, now)
 
     def _done_to_mission(self, before: VehicleState) -> StationAct | None:
@@ -129,7 +129,7 @@ class VehicleStations(VehicleMissions):
 
 
 def _is_current(mission: MissionProgress, before: MissionProgress | None) -> bool:
-    """Tell whether MISSION_CURRENT has come, not MISSION_ITEM_REACHED or nothing."""
+    """Return whether MISSION_CURRENT has come, not MISSION_ITEM_REACHED or nothing."""
     if before is None or mission is before:
         return before is None
     return mission.reached is before.reached

@@ -1,1 +1,1 @@
-"""Where to go next: trajectories, planning and tasks, without ROS or MAVLink."""
+"""Trajectories, path planning and navigation tasks, without ROS or MAVLink."""

@@ -107,7 +107,7 @@ def wrap_angle(angle_rad: float) -> float:
 
 
 def slew_angle(angle_rad: float, target_rad: float, step_max_rad: float) -> float:
-    """Turn ``angle_rad`` towards ``target_rad`` the shortest way, by ``step_max_rad`` at most.
+    """Turn ``angle_rad`` towards ``target_rad`` the shorter way, by ``step_max_rad`` at most.
 
     Returns:
         The new angle within (-pi, pi]; exactly the wrapped target once it is reached.

@@ -22,10 +22,10 @@ class AxisLimits:
     """Limits of a motion along one direction.
 
     Attributes:
-        speed_forward_m_s: greatest speed along the direction.
-        speed_backward_m_s: greatest speed against it, as a positive number.
-        acceleration_m_s2: greatest acceleration, either way.
-        jerk_m_s3: greatest jerk, either way.
+        speed_forward_m_s: maximum speed along the direction.
+        speed_backward_m_s: maximum speed against it, as a positive number.
+        acceleration_m_s2: greatest acceleration, in either direction.
+        jerk_m_s3: greatest jerk, in either direction.
     """
 
     speed_forward_m_s: float
@@ -36,7 +36,7 @@ class AxisLimits:
 
 @dataclass(frozen=True)
 class Limits:
-    """How fast the vehicle is flown.
+    """Kinematic limits of the vehicle.
 
     Attributes:
         speed_horizontal_m_s: greatest norm of the horizontal velocity.
@@ -57,7 +57,7 @@ class Limits:
     yaw_rate_rad_s: float = math.radians(60.0)
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be flown.
+        """Reject what cannot be flown.
 
         Raises:
             LimitsError: a limit is NaN, infinite, zero or negative.

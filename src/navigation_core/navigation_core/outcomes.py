@@ -1,4 +1,4 @@
-"""How goals end and why they are refused: stable codes with a sentence each."""
+"""Outcomes and rejections of goals: stable codes with a sentence each."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class OutcomeCode(str, Enum):
-    """Why a goal ended or was refused. The value is the stable name that clients see."""
+    """The reason why a goal ended or was rejected. The value is its stable name for clients."""
 
     SUCCESS = "SUCCESS"
     CANCELED = "CANCELED"
@@ -58,7 +58,7 @@ class OutcomeCode(str, Enum):
 
 @dataclass(frozen=True)
 class Rejection:
-    """Why a goal is not accepted.
+    """The reason for which a goal is not accepted.
 
     Attributes:
         code: stable reason.

@@ -1,4 +1,4 @@
-"""Work that takes longer than a setpoint may be late, done beside the flight.
+"""Runs searches that take longer than a setpoint period beside the flight.
 
 A task hands over a piece of work that depends on nothing but its arguments, and asks for its
 result at every step. Who does the work, and how, is the owner's business: a live server has a
@@ -23,10 +23,10 @@ class Search(Protocol[ResultT_co]):
     """A search that was begun."""
 
     def result(self) -> ResultT_co | None:
-        """Return what was found, None while the search goes on; raises what it raised."""
+        """Return the result, None while the search runs; raises what the search raised."""
 
     def abandon(self) -> None:
-        """Say that nobody waits for the result any more."""
+        """Discard the result when it comes."""
 
 
 class Searcher(Protocol):
@@ -34,7 +34,7 @@ class Searcher(Protocol):
 
     @property
     def lead_s(self) -> float:
-        """How long a search is likely to take, so how far ahead its result must begin."""
+        """The expected duration of a search, which is how far ahead its result must begin."""
 
     def begin(self, work: Callable[[IsWanted], ResultT]) -> Search[ResultT]:
         """Begin a search. The work may not change anything that others use."""

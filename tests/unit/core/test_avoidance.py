@@ -1,4 +1,4 @@
-"""Flights that keep away from obstacles: blocked, free again, braked, giving way."""
+"""Obstacle avoidance in flight: blocked, free again, braked, giving way."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def when(begin_s: float, vehicle: PointMass, obstacles: Obstacles) -> Callable[[
     return change
 
 
-def test_a_step_flies_the_old_way_and_only_then_another_one_is_thought_of() -> None:
+def test_a_step_flies_the_old_path_and_only_then_another_one_is_thought_of() -> None:
     task, vehicle = goto(), hovering()
     task.start(vehicle.observe(), vehicle.now)
     for _ in range(40):
@@ -140,7 +140,7 @@ def test_with_nothing_in_the_way_the_flight_is_the_same() -> None:
     ]
 
 
-def test_an_obstacle_beside_the_way_changes_nothing() -> None:
+def test_an_obstacle_beside_the_path_changes_nothing() -> None:
     vehicle, task = hovering(), goto()
     vehicle.obstacles = post(15.0, 4.0)
     watched = Watched(task, vehicle)
@@ -152,12 +152,12 @@ def test_an_obstacle_beside_the_way_changes_nothing() -> None:
 # --- blocked --------------------------------------------------------------------------------
 
 
-def test_without_a_way_the_vehicle_stops_says_why_and_gives_up_after_its_time() -> None:
+def test_without_a_path_the_vehicle_stops_says_why_and_gives_up_after_its_time() -> None:
     vehicle, task = hovering(), goto()
     watched = Watched(task, vehicle)
     flight = watched.fly(when(1.0, vehicle, WALL))
     assert flight.outcome.code is OutcomeCode.NO_PATH
-    assert "no way for 10 s" in flight.outcome.message
+    assert "no path for 10 s" in flight.outcome.message
     assert watched.statuses == [Status.PREPARING, Status.NAVIGATING, Status.BLOCKED]
     assert watched.told[-1].blocked
     assert vehicle.speed < 0.05
@@ -166,7 +166,7 @@ def test_without_a_way_the_vehicle_stops_says_why_and_gives_up_after_its_time() 
     assert ended_s == pytest.approx(11.0, abs=0.5)
 
 
-def test_a_way_that_opens_up_is_taken() -> None:
+def test_a_path_that_opens_up_is_taken() -> None:
     vehicle, task = hovering(), goto()
     watched = Watched(task, vehicle)
 
@@ -180,7 +180,7 @@ def test_a_way_that_opens_up_is_taken() -> None:
     assert watched.told[-1].blocked == ""
 
 
-def test_a_goal_on_the_ground_takes_off_and_waits_when_there_is_no_way() -> None:
+def test_a_goal_on_the_ground_takes_off_and_waits_when_there_is_no_path() -> None:
     vehicle, task = PointMass(), goto()
     vehicle.obstacles = WALL
     assert fly(task, vehicle).outcome.code is OutcomeCode.NO_PATH
@@ -218,7 +218,7 @@ def test_a_cancel_while_blocked_stops_it(after_s: float) -> None:
 
     flight = fly(task, vehicle, change)
     assert flight.outcome.code is OutcomeCode.CANCELED
-    assert "stands still" in flight.outcome.message
+    assert "has stopped" in flight.outcome.message
 
 
 def test_a_pause_while_blocked_stops_the_clock() -> None:
@@ -355,7 +355,7 @@ def test_what_is_seen_in_time_is_flown_around_without_a_stop() -> None:
     assert min(speeds[60:-60]) > 1.0
 
 
-def test_distance_and_time_are_those_of_the_way_before_the_take_off_too() -> None:
+def test_distance_and_time_are_those_of_the_path_before_the_take_off_too() -> None:
     vehicle, task = PointMass(), goto()
     vehicle.obstacles = FENCE
     watched = Watched(task, vehicle)
@@ -371,7 +371,7 @@ def test_distance_and_time_are_those_of_the_way_before_the_take_off_too() -> Non
     assert watched.told[0].time_remaining_s == pytest.approx(took_s, rel=0.3)
 
 
-def test_a_way_that_has_become_clearly_shorter_is_taken() -> None:
+def test_a_path_that_has_become_clearly_shorter_is_taken() -> None:
     vehicle, task = hovering(), goto((60.0, 0.0, 5.0))
     vehicle.obstacles = Obstacles.of((Box("wide", (40.0, 0.0), (0.2, 60.0)),))
     watched = Watched(task, vehicle)
@@ -548,7 +548,7 @@ def test_a_long_route_is_planned_on_in_flight_without_a_stop() -> None:
 
 @pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(AvoidanceConfig)])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-def test_settings_that_make_no_sense_are_refused(field: str, value: float) -> None:
+def test_settings_that_make_no_sense_are_rejected(field: str, value: float) -> None:
     given: object = (value, value) if field == "heights_m" else value
     with pytest.raises(AvoidanceConfigError, match=field):
         dataclasses.replace(AVOIDANCE, **{field: given})  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Every task ends, whatever the vehicle does: each operation that it asks for, and each wait.
+"""Every task ends, whatever the vehicle does: each requested operation and each wait.
 
 A pause is the one exception: it lasts until whoever paused lets the goal go on.
 """

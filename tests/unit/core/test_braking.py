@@ -1,4 +1,4 @@
-"""The brake that acts whatever is planned."""
+"""The brake, which acts independently of the planned path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The path of a trajectory as what drives sees it."""
+"""The path of a trajectory as a ground vehicle follows it."""
 
 from __future__ import annotations
 

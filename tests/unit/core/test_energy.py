@@ -1,4 +1,4 @@
-"""Consumption: measured, never believed when it cannot be, and sound before it is known."""
+"""Consumption: measured, rejected when implausible, and a safe default before it is known."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_an_unknown_battery_predicts_nothing(unknown: float | None) -> None:
     assert estimator.predict(10.0, 10.0) is None
 
 
-def test_a_swapped_battery_begins_anew() -> None:
+def test_a_swapped_battery_restarts_the_estimate() -> None:
     estimator = ConsumptionEstimator(900.0)
     fly(estimator, 1.0, 1.0 / 300.0, 200)
     assert estimator.rate_per_s > 1.5 * PRIOR

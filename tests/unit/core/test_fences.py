@@ -1,4 +1,4 @@
-"""Which targets and ways keep to the vehicle's own fence."""
+"""Targets and straight lines that keep to the vehicle's own fence, and those that do not."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def refused(
     return rejection.message
 
 
-def test_a_target_beyond_the_circle_is_refused_with_both_numbers() -> None:
+def test_a_target_beyond_the_circle_is_rejected_with_both_numbers() -> None:
     fence = Fence((Circle((1.0, 0.0), 50.0),))
     assert not refused(fence, (50.0, 0.0, 5.0))
     text = refused(fence, (61.0, 0.0, 5.0))
@@ -45,7 +45,7 @@ def test_heights_count_from_home() -> None:
         assert words in rejection.message
 
 
-def test_a_way_around_a_corner_is_refused_though_both_ends_are_inside() -> None:
+def test_a_path_around_a_corner_is_rejected_though_both_ends_are_inside() -> None:
     fence = Fence((U,))
     text = refused(fence, (25.0, 25.0, 5.0), start=(5.0, 25.0, 5.0))
     assert "(10.00, 25.00) m" in text
@@ -53,7 +53,7 @@ def test_a_way_around_a_corner_is_refused_though_both_ends_are_inside() -> None:
     assert not refused(fence, *around, start=(5.0, 25.0, 5.0))
 
 
-def test_the_way_back_to_the_first_waypoint_counts_when_there_are_laps() -> None:
+def test_the_return_to_the_first_waypoint_counts_when_there_are_laps() -> None:
     fence = Fence((U,))
     route = ((5.0, 25.0, 5.0), (5.0, 5.0, 5.0), (25.0, 5.0, 5.0), (25.0, 25.0, 5.0))
     assert not refused(fence, *route, start=(5.0, 25.0, 5.0))
@@ -63,7 +63,7 @@ def test_the_way_back_to_the_first_waypoint_counts_when_there_are_laps() -> None
 @pytest.mark.parametrize(
     "area", [Circle((50.0, 0.0), 5.0, False), Polygon(((45, -5), (55, -5), (50, 5)), False)]
 )
-def test_a_way_through_an_exclusion_is_refused(area: Circle | Polygon) -> None:
+def test_a_path_through_an_exclusion_is_rejected(area: Circle | Polygon) -> None:
     assert refused(Fence((area,)), (100.0, 0.0, 5.0))
     assert not refused(Fence((area,)), (100.0, 60.0, 5.0))
     assert refused(Fence((area,)), (50.0, -1.0, 5.0))
@@ -107,7 +107,7 @@ POINT = st.tuples(COORDINATE, COORDINATE)
     st.booleans(),
     st.booleans(),
 )
-def test_a_way_is_accepted_only_if_no_point_of_it_is_outside(
+def test_a_path_is_accepted_only_if_no_point_of_it_is_outside(
     start: tuple[float, float],
     end: tuple[float, float],
     corners: list[tuple[float, float]],

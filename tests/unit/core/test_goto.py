@@ -1,4 +1,4 @@
-"""The life of a flight to a point, in every phase and with everything that can happen."""
+"""The life cycle of a flight to a point, in every phase and with every event."""
 
 from __future__ import annotations
 
@@ -247,7 +247,7 @@ def test_a_yaw_that_is_never_reached_ends_in_timeout_and_is_named() -> None:
     vehicle.observe = lambda: replace(true(), yaw_enu_rad=1.8)  # type: ignore[method-assign]
     flight = fly(task, vehicle)
     assert flight.outcome.code is OutcomeCode.TIMEOUT
-    assert "11 degrees off, where 5 count as turned" in flight.outcome.message
+    assert "yaw error is 11 degrees; arrival requires at most 5" in flight.outcome.message
 
 
 def test_a_vehicle_that_circles_fast_around_the_target_has_not_arrived() -> None:
@@ -263,7 +263,7 @@ def test_a_vehicle_that_circles_fast_around_the_target_has_not_arrived() -> None
     assert "moves at 0.40 m/s" in flight.outcome.message
 
 
-def test_the_dwell_begins_anew_after_the_position_was_lost() -> None:
+def test_the_dwell_restarts_after_the_position_was_lost() -> None:
     vehicle, task = hovering(), goto()
     settled: list[float] = []
 
@@ -362,12 +362,12 @@ def test_a_vehicle_that_was_landed_meanwhile_is_not_lifted_again() -> None:
 @pytest.mark.parametrize(
     ("state", "words"),
     [
-        (OperationState.REFUSED, "was refused: Arm: need 3D fix."),
+        (OperationState.REFUSED, "was rejected: Arm: need 3D fix."),
         (OperationState.TIMED_OUT, "timed out: Arm: need 3D fix."),
-        (OperationState.CANCELLED, "was given up: Arm: need 3D fix."),
+        (OperationState.CANCELLED, "was abandoned: Arm: need 3D fix."),
     ],
 )
-def test_a_refusal_ends_the_goal_with_the_vehicles_reason(
+def test_a_rejection_ends_the_goal_with_the_vehicles_reason(
     kind: OperationKind, code: OutcomeCode, state: OperationState, words: str
 ) -> None:
     vehicle = PointMass(results={kind: state}, reason="Arm: need 3D fix")
@@ -383,7 +383,7 @@ def test_a_refusal_ends_the_goal_with_the_vehicles_reason(
     assert (vehicle.requests[-1].kind is OperationKind.DISARM) is unclear
 
 
-def test_a_refusal_without_a_reason_says_so() -> None:
+def test_a_rejection_without_a_reason_says_so() -> None:
     vehicle = PointMass(results={OperationKind.ARM: OperationState.REFUSED})
     assert "gave no reason" in fly(goto(), vehicle).outcome.message
 
@@ -476,7 +476,7 @@ def test_cancel_before_lift_off_leaves_a_vehicle_armed_that_somebody_else_armed(
     assert flight.setpoints == []
 
 
-def test_a_disarm_that_is_refused_is_admitted() -> None:
+def test_a_disarm_that_is_rejected_is_admitted() -> None:
     vehicle = PointMass(
         delays={OperationKind.TAKE_OFF: 3.0},
         results={OperationKind.DISARM: OperationState.REFUSED},
@@ -485,7 +485,7 @@ def test_a_disarm_that_is_refused_is_admitted() -> None:
     task = goto()
     flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 1.0))
     assert flight.outcome.code is OutcomeCode.CANCELED
-    assert "to disarm was refused: not landed." in flight.outcome.message
+    assert "to disarm was rejected: not landed." in flight.outcome.message
     assert "may still be armed" in flight.outcome.message
 
 
@@ -493,7 +493,7 @@ def test_cancel_while_climbing_stops_in_the_air() -> None:
     vehicle, task = PointMass(), goto((10.0, 5.0, 8.0))
     flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 2.0))
     assert flight.outcome.code is OutcomeCode.CANCELED
-    assert "stands still" in flight.outcome.message
+    assert "has stopped" in flight.outcome.message
     assert vehicle.armed
     assert vehicle.speed < CONFIG.stop_speed_m_s
     assert 0.5 < vehicle.position[2] < 2.5
@@ -513,7 +513,7 @@ def test_a_vehicle_that_lifts_off_instead_of_disarming_is_stopped_in_the_air() -
 
     flight = fly(task, vehicle, lift_off)
     assert flight.outcome.code is OutcomeCode.CANCELED
-    assert "stands still" in flight.outcome.message
+    assert "has stopped" in flight.outcome.message
     assert vehicle.armed
 
 
@@ -691,7 +691,7 @@ def test_no_position_at_the_beginning_waits_and_gives_up() -> None:
     assert isinstance(flight.steps[0][2], Wait)
 
 
-def test_after_a_gap_the_flight_begins_anew_where_the_vehicle_is() -> None:
+def test_after_a_gap_the_flight_restarts_where_the_vehicle_is() -> None:
     vehicle, task = hovering(), goto((40.0, 0.0, 2.5))
     blown = (12.0, 6.0, 2.5)
 
@@ -706,7 +706,7 @@ def test_after_a_gap_the_flight_begins_anew_where_the_vehicle_is() -> None:
     assert distance(after.setpoint.position_enu_m, blown) < 0.05
 
 
-def test_a_gap_while_settling_is_flown_from_anew() -> None:
+def test_a_gap_while_settling_is_flown_again() -> None:
     vehicle, task = hovering(), goto()
     begun: list[float] = []
 
@@ -745,7 +745,7 @@ def test_a_target_that_is_no_number_never_becomes_a_setpoint(bad: float) -> None
     assert flight.setpoints == []
 
 
-def test_resume_plans_anew_without_a_gap() -> None:
+def test_resume_replans_without_a_gap() -> None:
     vehicle, task = hovering(), goto((40.0, 0.0, 2.5))
 
     def blow_away(elapsed_s: float) -> None:

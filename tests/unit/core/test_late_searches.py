@@ -1,4 +1,4 @@
-"""Paths that are searched for beside the flight, and found late, or never."""
+"""Path searches beside the flight that end late, or never."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_path_that_is_found_late_is_joined_without_a_jump(takes_s: float, lead
         assert norm(subtract(b.velocity_enu_m_s, a.velocity_enu_m_s)) <= 0.5
 
 
-def test_the_first_search_is_not_told_to_be_a_blocked_path() -> None:
+def test_the_first_search_is_not_reported_as_a_blocked_path() -> None:
     searched = Searched(0.3, 0.1)
     assert searched.fly(0.0, WALL).outcome.code is OutcomeCode.SUCCESS
     assert Status.BLOCKED not in {progress.status for progress in searched.told}

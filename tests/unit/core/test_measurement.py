@@ -1,4 +1,4 @@
-"""What tasks read from an observation."""
+"""Values that tasks read from an observation."""
 
 import math
 

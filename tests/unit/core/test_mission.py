@@ -1,4 +1,4 @@
-"""The life of a mission, in every phase and with everything that can happen."""
+"""The life cycle of a mission, in every phase and with every event."""
 
 from __future__ import annotations
 
@@ -274,7 +274,7 @@ def test_a_cut_off_upload_leaves_no_half_mission() -> None:
         (START, OutcomeCode.MISSION_REFUSED),
     ],
 )
-def test_a_refusal_ends_it_with_the_reason_and_the_motors_off(
+def test_a_rejection_ends_it_with_the_reason_and_the_motors_off(
     kind: OperationKind, code: OutcomeCode
 ) -> None:
     vehicle = mission(refuses=frozenset({kind}))
@@ -285,7 +285,7 @@ def test_a_refusal_ends_it_with_the_reason_and_the_motors_off(
     assert (CLEAR in vehicle.asked) == (kind is not UPLOAD)
 
 
-def test_a_refused_hold_in_flight_ends_it_before_anything_is_uploaded() -> None:
+def test_a_rejected_hold_in_flight_ends_it_before_anything_is_uploaded() -> None:
     vehicle = flying(mode=VehicleMode.CONTROL, refuses=frozenset({HOLD}))
     assert vehicle.run().code is OutcomeCode.MODE_REFUSED
     assert UPLOAD not in vehicle.asked
@@ -295,21 +295,21 @@ def test_a_vehicle_that_never_answers_ends_it_in_bounded_time() -> None:
     assert mission(answers=False).run().code is OutcomeCode.MISSION_REFUSED
 
 
-def test_a_clear_that_is_refused_is_told() -> None:
+def test_a_clear_that_is_rejected_is_reported() -> None:
     vehicle = flying(refuses=frozenset({CLEAR}))
     cancel = in_phase(MissionPhase.FLYING, lambda mission: mission.task.cancel(mission.now))
     outcome = vehicle.run(cancel)
     assert outcome.code is OutcomeCode.CANCELED
-    assert "remove the mission" in outcome.message
+    assert "clear the mission" in outcome.message
 
 
-def test_it_may_not_arm_unless_told() -> None:
+def test_it_may_not_arm_unless_allowed() -> None:
     vehicle = mission(config=GotoConfig(may_arm=False))
     assert vehicle.run().code is OutcomeCode.ARMING_NOT_ALLOWED
     assert vehicle.asked == []
 
 
-def test_it_may_not_take_off_unless_told() -> None:
+def test_it_may_not_take_off_unless_allowed() -> None:
     vehicle = mission(config=GotoConfig(), armed=True)
     assert vehicle.run().code is OutcomeCode.TAKEOFF_NOT_ALLOWED
     assert vehicle.asked == []

@@ -1,4 +1,4 @@
-"""What moves is found by hits in places that were seen free, and foretold for two seconds."""
+"""Moving obstacles are detected by hits in free space and predicted for two seconds."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_the_velocity_of_what_moves_is_found(
     assert math.dist(found, velocity) < 0.35
 
 
-def test_what_comes_near_is_told_within_two_seconds() -> None:
+def test_what_comes_near_is_reported_within_two_seconds() -> None:
     seen = watch(lambda t: (12.0 - 1.5 * t, 0.0), 0.5, 2.0)
     assert math.dist(the_one(seen.moving), (-1.5, 0.0)) < 0.3
 

@@ -1,4 +1,4 @@
-"""The map of what range sensors see: evidence that gathers, fades, and rolls with the vehicle."""
+"""The obstacle map: evidence accumulates, fades, and moves with the vehicle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Posts and boxes: their shapes, and how far points and lines are from them."""
+"""Cylinders and boxes: shapes, and distances of points and lines to them."""
 
 from __future__ import annotations
 
@@ -134,13 +134,13 @@ def test_joined_holds_both_and_does_not_copy_in_vain() -> None:
         (lambda: Cylinder("c", (0.0, 0.0), 1.0, 3.0, 3.0), "not below its top"),
         (lambda: Cylinder("c", (0.0, 0.0), 1.0, math.nan), "not below its top"),
         (lambda: Box("b", (0.0, 0.0), (0.0, 0.0)), "more than 0"),
-        (lambda: Box("b", (0.0, 0.0), (1.0, -1.0)), "give 0 up"),
+        (lambda: Box("b", (0.0, 0.0), (1.0, -1.0)), "give 0 or more"),
         (lambda: Box("b", (0.0, 0.0), (1.0, math.nan)), "finite"),
         (lambda: Box("b", (0.0, 0.0), (1.0, 1.0), math.inf), "finite"),
         (lambda: Box("b", (0.0, 0.0), (1.0, 1.0), 0.0, 4.0, 3.0), "not below its top"),
     ],
 )  # fmt: skip
-def test_a_shape_that_is_none_is_refused_with_a_sentence(build: object, sentence: str) -> None:
+def test_a_shape_that_is_none_is_rejected_with_a_sentence(build: object, sentence: str) -> None:
     assert callable(build)
     with pytest.raises(ObstacleError, match=sentence):
         build()

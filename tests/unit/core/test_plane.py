@@ -1,4 +1,4 @@
-"""Which place a plane is sent to, and when it has passed or circled it."""
+"""The targets of a plane, and when it has passed or circled them."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_pause_while_it_is_sent_off_asks_for_the_place_where_it_is() -> None:
     assert second.target_enu_m == (5.0, 0.0, 20.0), "no lower than it may circle"
 
 
-def test_a_refused_speed_does_not_end_the_flight_but_is_told_at_its_end() -> None:
+def test_a_rejected_speed_does_not_end_the_flight_but_is_reported_at_its_end() -> None:
     plane = task(waypoint((300.0, 0.0, 60.0), speed_m_s=3.0))
     here: Place = (0.0, 0.0, 60.0)
     plane.step(seen(here), 0.0)

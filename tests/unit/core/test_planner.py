@@ -1,4 +1,4 @@
-"""Ways around obstacles: each rule on a world made for it."""
+"""Paths around obstacles: each rule in a world made for it."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def wall(east: float, low: float, high: float, top: float = math.inf) -> Box:
 # --- in the plane -----------------------------------------------------------------------
 
 
-def test_without_obstacles_the_way_is_straight() -> None:
+def test_without_obstacles_the_path_is_straight() -> None:
     assert plan(START, GOAL, NOTHING, IN_AIR) == Path((START, GOAL))
 
 
@@ -138,23 +138,23 @@ def test_the_same_input_gives_the_same_path() -> None:
 # --- no way -----------------------------------------------------------------------------
 
 
-def test_a_goal_inside_of_an_obstacle_is_told_with_how_far() -> None:
-    assert "inside of an obstacle, by 0.60 m" in reason(POST, goal=(10.4, 0.0, 3.0))
-    assert "inside of an obstacle, by 0.10 m" in reason(wall(20.05, -9.0, 9.0))
+def test_a_goal_inside_an_obstacle_is_reported_with_how_far() -> None:
+    assert "inside an obstacle, by 0.60 m" in reason(POST, goal=(10.4, 0.0, 3.0))
+    assert "inside an obstacle, by 0.10 m" in reason(wall(20.05, -9.0, 9.0))
 
 
-def test_a_goal_too_near_to_an_obstacle_is_told_with_both_distances() -> None:
+def test_a_goal_too_near_to_an_obstacle_is_reported_with_both_distances() -> None:
     told = reason(POST, goal=(12.0, 0.0, 3.0))
     assert "1.00 m from an obstacle" in told
-    assert "1.50 m are to be kept" in told
+    assert "the required clearance is 1.50 m" in told
 
 
-def test_a_goal_above_the_highest_height_is_told_with_the_heights() -> None:
-    assert "40.00 m, outside of 1.00 to 30.00 m" in reason(goal=(20.0, 0.0, 40.0))
+def test_a_goal_above_the_highest_height_is_reported_with_the_heights() -> None:
+    assert "40.00 m, outside 1.00 to 30.00 m" in reason(goal=(20.0, 0.0, 40.0))
 
 
 @pytest.mark.parametrize("at", [START, GOAL], ids=["start", "goal"])
-def test_a_ring_of_posts_about_an_end_is_no_way(at: Vector3) -> None:
+def test_a_ring_of_posts_about_an_end_is_no_path(at: Vector3) -> None:
     posts = [
         Cylinder(
             f"{k}",
@@ -163,7 +163,7 @@ def test_a_ring_of_posts_about_an_end_is_no_way(at: Vector3) -> None:
         )
         for k in range(14)
     ]
-    assert "walled in" in reason(*posts)
+    assert "enclosed" in reason(*posts)
 
 
 def test_a_start_in_the_clearance_is_led_out_without_coming_nearer() -> None:
@@ -204,7 +204,7 @@ def test_a_wall_that_reaches_above_the_highest_height_is_flown_around() -> None:
     assert path.length_m > 40.0
 
 
-def test_a_climb_to_the_goal_is_spread_over_the_way() -> None:
+def test_a_climb_to_the_goal_is_spread_over_the_path() -> None:
     path = way(POST, goal=(20.0, 0.0, 8.0))
     assert 4.0 < path.points_enu_m[1][2] < 7.0
     assert path.length_m < 21.5
@@ -216,7 +216,7 @@ def test_from_under_a_roof_it_comes_out_before_it_rises() -> None:
     assert path.length_m < 40.0
 
 
-def test_what_is_below_the_way_is_not_in_the_way() -> None:
+def test_what_is_below_the_path_is_not_in_the_way() -> None:
     assert way(Cylinder("low", (10.0, 0.0), 1.0, -1.0, 1.4)) == Path((START, GOAL))
 
 
@@ -261,8 +261,8 @@ def test_it_turns_on_the_side_where_there_is_room(side: float) -> None:
     assert all(point[1] * side < 1.0 for point in path.points_enu_m)
 
 
-def test_without_room_to_turn_there_is_no_way() -> None:
+def test_without_room_to_turn_there_is_no_path() -> None:
     corridor = [Box(f"{y}", (0.0, y), (200.0, 0.2)) for y in (-3.0, 3.0)]
     limits = PlanLimits(CLEARANCE_M, None, 4.0, math.pi)
-    assert "no room to turn" in reason(*corridor, limits=limits)
+    assert "none leaves room to turn" in reason(*corridor, limits=limits)
     assert way(*corridor, limits=PlanLimits(CLEARANCE_M, None, 4.0, 0.0)).length_m == 20.0

@@ -1,4 +1,4 @@
-"""When a way is planned anew."""
+"""The replanner: when it replans and when it reports that there is no path."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def check(
     return replanner.check(on, time_s, (x, 0.0, 5.0), least_m, left_m, obstacles, now)
 
 
-def test_a_way_is_kept_while_nothing_comes_nearer_than_the_conflict_distance() -> None:
+def test_a_path_is_kept_while_nothing_comes_nearer_than_the_conflict_distance() -> None:
     replanner, on = flown(), way()
     assert check(replanner, NOTHING, 1.0, on) is Decision.KEEP
     # What a way was planned clear of is not in conflict once it seems a little nearer.
@@ -80,7 +80,7 @@ def test_what_was_passed_is_in_nobodys_way() -> None:
     assert check(replanner, post(10.0, 0.0), 0.1, on, later_s) is Decision.KEEP
 
 
-def test_the_same_obstacles_and_the_same_way_are_looked_at_once() -> None:
+def test_the_same_obstacles_and_the_same_path_are_looked_at_once() -> None:
     replanner, on, obstacles = flown(), way(), post(20.0, 5.0)
     assert check(replanner, obstacles, 0.1, on) is Decision.KEEP
     on.positions_enu_m[:, 1] += 5.0  # It would be in conflict, if anybody looked.
@@ -89,7 +89,7 @@ def test_the_same_obstacles_and_the_same_way_are_looked_at_once() -> None:
     assert replanner.check(on, 0.0, (0.0, 5.0, 5.0), 40.0, 40.0, again, 9.0) is Decision.REPLAN
 
 
-def test_a_shorter_way_is_looked_for_now_and_then_and_only_if_there_can_be_one() -> None:
+def test_a_shorter_path_is_looked_for_now_and_then_and_only_if_there_can_be_one() -> None:
     replanner, on = flown(0.0), way()
     assert check(replanner, post(9.0, 9.0), 2.0, on, left_m=60.0) is Decision.KEEP
     assert check(replanner, post(9.0, 9.1), 3.5, on, left_m=44.0) is Decision.KEEP
@@ -116,7 +116,7 @@ def test_it_does_not_flap_between_two_sides_that_are_about_equal() -> None:
     assert replanner.is_clearly_shorter(42.0, 50.0)
 
 
-def test_while_there_is_no_way_it_is_looked_for_again_and_again_and_then_given_up() -> None:
+def test_while_there_is_no_path_it_is_looked_for_again_and_again_and_then_given_up() -> None:
     replanner, on = flown(), way()
     assert check(replanner, post(20.0, 0.0), 1.0, on) is Decision.REPLAN
     replanner.not_found(HERE, 1.0)
@@ -132,7 +132,7 @@ def test_while_there_is_no_way_it_is_looked_for_again_and_again_and_then_given_u
     assert replanner.state is State.GIVEN_UP
 
 
-def test_a_way_that_opens_up_is_taken_and_counted() -> None:
+def test_a_path_that_opens_up_is_taken_and_counted() -> None:
     replanner, on = flown(), way()
     check(replanner, post(20.0, 0.0), 1.0, on)
     replanner.not_found(HERE, 1.0)
@@ -141,7 +141,7 @@ def test_a_way_that_opens_up_is_taken_and_counted() -> None:
     assert (replanner.state, replanner.replans) == (State.KEEPING, 1)
 
 
-def test_who_is_blocked_again_at_the_same_place_does_not_begin_to_count_anew() -> None:
+def test_who_is_blocked_again_at_the_same_place_does_not_restart_the_count() -> None:
     replanner = flown()
     replanner.stop(HERE, 10.0)
     replanner.wait(12.0, True)

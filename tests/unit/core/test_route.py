@@ -1,4 +1,4 @@
-"""Routes by setpoints: which waypoints count, and what becomes of those that were missed."""
+"""Routes by setpoints: reached waypoints, and the handling of missed ones."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_one_that_passed_a_waypoint_outside_its_radius_does_not() -> None:
     assert told(task, vehicle).reached == 2
 
 
-def test_it_is_told_while_the_rest_is_flown() -> None:
+def test_it_is_reported_while_the_rest_is_flown() -> None:
     vehicle, task = hovering(), route()
     each_step, missed = gust(vehicle), []
 

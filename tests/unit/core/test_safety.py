@@ -1,4 +1,4 @@
-"""Which targets are refused, and what people are told."""
+"""Rejected targets and their messages."""
 
 import math
 
@@ -51,7 +51,7 @@ def test_every_coordinate_must_be_finite(axis: int, bad: float) -> None:
         ((1.0, 2.0, 60.0), None, None, OutcomeCode.OUTSIDE_VOLUME, ["61.00 m above", "50 m"]),
     ],
 )
-def test_a_refusal_has_a_code_and_all_numbers(
+def test_a_rejection_has_a_code_and_all_numbers(
     position: tuple[float, float, float],
     speed: float | None,
     yaw: float | None,

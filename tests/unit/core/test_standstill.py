@@ -1,4 +1,4 @@
-"""When a vehicle counts as standing still, by its positions over a window."""
+"""Standstill detection over a window of positions."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_without_a_dwell_it_looks_at_a_few_positions_all_the_same() -> None:
     assert verdicts[-1]
 
 
-def test_one_noisy_velocity_or_position_does_not_begin_it_anew() -> None:
+def test_one_noisy_velocity_or_position_do_not_restart_it() -> None:
     still = standstill()
     for step in range(60):
         velocity = (0.45, 0.0, 0.0) if step == 35 else (0.1, 0.0, 0.0)
@@ -83,7 +83,7 @@ def test_a_position_that_is_only_repeated_or_old_says_nothing() -> None:
     assert "an unknown speed" in still.failure(10.0)
 
 
-def test_a_px4_that_holds_stands_still_although_its_velocity_says_otherwise() -> None:
+def test_a_px4_that_holds_has_stopped_although_its_velocity_says_otherwise() -> None:
     """Recorded: from 51 to 84 s after its start it holds, and says 0.2 to 0.7 m/s."""
     codec, still = Codec(1, 191), standstill()
     verdicts, slow = [], []

@@ -1,4 +1,4 @@
-"""Limits, and single trajectories that are easy to reason about."""
+"""Limits, and single trajectories with known properties."""
 
 import dataclasses
 import math
@@ -141,7 +141,7 @@ def test_noise_of_a_hover_hardly_bends_the_path() -> None:
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_what_is_not_finite_is_refused(bad: float) -> None:
+def test_what_is_not_finite_is_rejected(bad: float) -> None:
     origin = KinematicState((0.0, 0.0, 0.0))
     with pytest.raises(TrajectoryError, match="NaN or infinite"):
         plan_to(origin, (bad, 0.0, 0.0), LIMITS)

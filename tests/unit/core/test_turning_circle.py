@@ -1,4 +1,4 @@
-"""How tight a vehicle turns, and what that is learned from."""
+"""The estimate of a turning radius, and how it is learned."""
 
 from __future__ import annotations
 

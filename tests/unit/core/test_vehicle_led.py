@@ -1,4 +1,4 @@
-"""Landing and return: judged by what the vehicle says and measures."""
+"""Landing and return, judged by the vehicle's reports and measurements."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def under_way(
     return task
 
 
-def test_a_refusal_ends_it_with_the_vehicles_reason() -> None:
+def test_a_rejection_ends_it_with_the_vehicles_reason() -> None:
     task = VehicleLed(LAND, GotoConfig(), COPTER)
     task.start(FLYING, 0.0)
     task.step(FLYING, 0.0)
@@ -210,7 +210,7 @@ def test_a_cancel_asks_for_hold_and_ends_at_a_standstill() -> None:
     answer = task.step(replace(moving, time_s=5.1), 5.1)
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.CANCELED
-    assert "stands still" in answer.message
+    assert "has stopped" in answer.message
 
 
 def test_a_cancel_says_when_the_vehicle_does_not_stop() -> None:

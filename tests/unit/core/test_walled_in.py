@@ -1,4 +1,4 @@
-"""The quick proof that there is no way, against a grid that knows nothing of it."""
+"""The quick proof that no path exists, checked against an independent grid."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_what_is_said_to_be_walled_in_has_no_way(seed: int) -> None:
 
 
 @pytest.mark.parametrize("ends", [(START, GOAL), (GOAL, START)], ids=["goal", "start"])
-def test_an_end_within_a_closed_ring_is_walled_in(ends: tuple[np.ndarray, np.ndarray]) -> None:
+def test_an_end_within_a_closed_ring_is_enclosed(ends: tuple[np.ndarray, np.ndarray]) -> None:
     assert is_walled_in(*ends, ring(6.0, 0.5), 1.5, (3.0, 10.0))
     assert is_walled_in(*ends, ring(6.0, 2.0), 1.5, (3.0, 10.0))
 
@@ -51,7 +51,7 @@ def test_an_end_within_a_closed_ring_is_walled_in(ends: tuple[np.ndarray, np.nda
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_nothing_is_said_where_there_may_be_a_way(
+def test_nothing_is_said_where_there_may_be_a_path(
     obstacles: Obstacles, goal: np.ndarray, heights_m: tuple[float, float], why: str
 ) -> None:
     assert not is_walled_in(np.add(START, (-20.0, 0.0, 0.0)), goal, obstacles, 1.5, heights_m), why

@@ -1,4 +1,4 @@
-"""Files that are no tlogs get one sentence; damaged ones give what is whole in them."""
+"""Files that are not tlogs get one sentence; of damaged ones the intact part is read."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_what_holds_no_packet_is_no_tlog(path: Path, content: bytes) -> None:
         read_tlog(path)
 
 
-def test_two_gigabytes_of_zeros_are_refused_with_little_memory(path: Path) -> None:
+def test_two_gigabytes_of_zeros_are_rejected_with_little_memory(path: Path) -> None:
     path.touch()
     os.truncate(path, 2 * GIB)
     tracemalloc.start()
@@ -114,10 +114,12 @@ def test_a_log_that_ends_within_a_packet_gives_all_before_it(path: Path) -> None
                 read_tlog(path)
 
 
-def test_a_raw_stream_is_told_from_a_tlog(path: Path) -> None:
+def test_a_raw_stream_is_distinguished_from_a_tlog(path: Path) -> None:
     for packets in (heartbeats(1), heartbeats(50), random_packets(1, 50)):
         path.write_bytes(b"".join(packets))
-        with pytest.raises(RawStreamError, match="raw telemetry stream: its packets have no times"):
+        with pytest.raises(
+            RawStreamError, match="raw telemetry stream: its packets have no timestamps"
+        ):
             read_tlog(path)
 
 

@@ -1,4 +1,4 @@
-"""Exports hold what the arrays hold, with units and enums, and refuse in one sentence."""
+"""Exports equal the arrays, with units and enums; errors are one sentence."""
 
 from __future__ import annotations
 
@@ -117,10 +117,10 @@ def test_the_command_tells_what_it_wrote_and_skipped(
     path.write_bytes(RECORDING.read_bytes() + b"rest")
     assert main([str(path), "--to", str(tmp_path / "out"), "--messages", "attitude,HEARTBEAT"]) == 0
     out = capsys.readouterr().out
-    assert "messages of 2 kinds" in out
-    assert "4 bytes that belong to no packet" in out
+    assert "messages of 2 types" in out
+    assert "4 bytes outside packets" in out
     assert main([str(path), "--to", str(tmp_path / "no"), "--messages", "WIND_COV"]) == 0
-    assert "none of those messages" in capsys.readouterr().out
+    assert "none of these messages" in capsys.readouterr().out
     assert not (tmp_path / "no").exists()
 
 

@@ -1,4 +1,4 @@
-"""What arrays of a log offer: layouts, units and enums of the dialect, parts, progress."""
+"""Arrays of a log: layouts, units and enums of the dialect, parts, progress."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The packets of a log one by one are those that the arrays are made of."""
+"""The packets of a log, one by one, equal those behind the arrays."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_how_far_it_is_can_be_followed() -> None:
     assert told[-1] == (LOG.stat().st_size, LOG.stat().st_size)
 
 
-def test_what_is_no_log_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_log_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "text.tlog"
     path.write_bytes(b"no log\n" * 1000)
     with pytest.raises(NotATlogError):

@@ -1,4 +1,4 @@
-"""A bar appears on a terminal when something takes long, and nowhere else."""
+"""The progress bar appears on a terminal during long work, and nowhere else."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def air() -> Px4Station:
 
 
 @pytest.mark.parametrize(("mode", "name"), REFUSED)
-def test_a_refused_mode_is_told_to_a_ground_station_and_to_nobody_else(
+def test_a_rejected_mode_is_reported_to_a_ground_station_and_to_nobody_else(
     air: Px4Station, mode: tuple[int, int], name: str
 ) -> None:
     for component in (COMPANION_COMPONENT, STATION_COMPONENT):
@@ -97,7 +97,7 @@ def test_an_auto_mode_that_does_not_exist_has_a_text_of_its_own(
     assert said(air, begin_s) == "Unsupported auto mode|"
 
 
-def test_refusals_are_told_once_a_second() -> None:
+def test_rejections_are_told_once_a_second() -> None:
     air = hovering()
     station = Px4Station(air.simulation, system=255, component=STATION_COMPONENT)
     for _ in range(5):
@@ -210,7 +210,7 @@ def test_a_takeoff_without_a_height_climbs_by_mis_takeoff_alt_from_where_it_is()
     assert -air.position[2] == pytest.approx(12.5, abs=0.7)
 
 
-def test_the_default_height_is_told_once_it_is_armed() -> None:
+def test_the_default_height_is_reported_once_it_is_armed() -> None:
     ground = ready_px4()
     ground.gcs_heartbeat()
     begin_s = ground.now_s
@@ -226,7 +226,7 @@ def test_the_default_height_is_told_once_it_is_armed() -> None:
 # Ground station lost.
 
 
-def test_who_comes_back_is_told_so() -> None:
+def test_a_station_that_comes_back_is_reported() -> None:
     air = flying_px4(parameters={"NAV_DLL_ACT": 2.0, "COM_DL_LOSS_T": 5.0})
     assert air.mode(px4.LOITER) == ACCEPTED
     air.gcs_heartbeat()

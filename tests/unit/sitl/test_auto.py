@@ -63,7 +63,7 @@ def test_mission_start_changes_into_auto_and_takes_off() -> None:
     until_reached(station, 2)
 
 
-def test_a_mission_that_does_not_begin_with_a_take_off_is_refused_when_armed() -> None:
+def test_a_mission_that_does_not_begin_with_a_take_off_is_rejected_when_armed() -> None:
     station = copter().ready()
     upload(station, [home(), waypoint(10, 0)])
     station.mode(GUIDED)

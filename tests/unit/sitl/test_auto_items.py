@@ -1,4 +1,4 @@
-"""Items that a copter does besides flying from place to place: DO_*, CONDITION_*, curves."""
+"""Copter mission items other than waypoints: DO_*, CONDITION_*, curves."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def test_do_land_start_goes_on_with_the_landing_sequence() -> None:
         mav.MAV_CMD_DO_SET_ROI_LOCATION,
     ],
 )
-def test_a_place_that_is_not_on_earth_is_refused(command: int) -> None:
+def test_a_place_that_is_not_on_earth_is_rejected(command: int) -> None:
     station = copter().ready()
     nowhere = item(command, up_m=5.0)
     nowhere.x = 2_000_000_000
@@ -246,7 +246,7 @@ def test_set_home_elsewhere_by_command() -> None:
     assert station.command(home_command, 5) == 4
 
 
-def test_a_waypoint_is_told_as_reached_under_the_number_of_what_is_done_with_it() -> None:
+def test_a_waypoint_is_reported_as_reached_under_the_number_of_what_is_done_with_it() -> None:
     station = begun(
         waypoint(6, 0, 6),
         do(mav.MAV_CMD_DO_CHANGE_SPEED, 1.0, 3.0, -1.0),

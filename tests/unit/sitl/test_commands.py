@@ -1,4 +1,4 @@
-"""What the real ArduCopter was observed to answer to each command."""
+"""The real ArduCopter's observed answer to each command."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def test_takeoff_to_an_impossible_height_fails(ground: GroundStation, height_m: 
     assert result in (FAILED, DENIED)
 
 
-def test_takeoff_to_nan_is_refused(ground: GroundStation) -> None:
+def test_takeoff_to_nan_is_rejected(ground: GroundStation) -> None:
     ground.arm()
     assert ground.command(TAKEOFF, 0, 0, 0, 0, 0, 0, math.nan) == DENIED
 
@@ -361,7 +361,7 @@ def test_change_speed_limits_guided_until_the_next_mode() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, -3.0, math.nan])
-def test_change_speed_to_nonsense_is_refused(speed: float) -> None:
+def test_change_speed_to_nonsense_is_rejected(speed: float) -> None:
     assert flying(5.0).command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, speed) in (FAILED, DENIED)
 
 

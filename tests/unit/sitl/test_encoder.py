@@ -1,4 +1,4 @@
-"""The simulator's frames are those that pymavlink makes."""
+"""The simulator's frames equal those of pymavlink."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Failures on purpose, by command and by parameter, and the failsafes that answer them."""
+"""Failure injection by command and by parameter, and the resulting failsafes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was observed of the real firmware and holds for rovers, boats and planes, too.
+"""Rules observed on the real firmware that hold for rovers, boats and planes, too.
 
 The rules of one kind alone are in `test_rover.py`, `test_plane.py` and `test_kinds_telemetry.py`.
 """

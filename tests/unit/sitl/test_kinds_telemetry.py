@@ -1,4 +1,4 @@
-"""What rovers, boats and planes tell: recorded in `rover_guided` and `plane_guided`."""
+"""Telemetry of rovers, boats and planes: recorded in `rover_guided` and `plane_guided`."""
 
 from __future__ import annotations
 

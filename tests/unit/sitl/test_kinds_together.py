@@ -37,7 +37,7 @@ def test_each_kind_says_what_it_is() -> None:
     assert types == [10, 2, 11, 1, 10]
 
 
-def test_each_goes_where_it_is_told_and_the_truth_is_in_the_order_of_the_list() -> None:
+def test_each_goes_where_commanded_and_the_truth_is_in_the_order_of_the_list() -> None:
     stations = together()
     simulation = stations[0].simulation
     for place in (0, 2, 4):
@@ -73,8 +73,8 @@ def test_the_same_seed_gives_the_same_bytes_for_all_kinds() -> None:
     assert logs[0] == logs[1]
 
 
-def test_a_kind_that_does_not_exist_is_refused_with_a_sentence() -> None:
-    with pytest.raises(ConfigurationError, match="no submarine with px4"):
+def test_a_kind_that_does_not_exist_is_rejected_with_a_sentence() -> None:
+    with pytest.raises(ConfigurationError, match="submarine with px4 is not supported"):
         VehicleConfig(vehicle="submarine", autopilot="px4")
 
 
@@ -124,7 +124,7 @@ def test_a_boat_keeps_its_place_against_the_wind_where_it_has_arrived() -> None:
 
 
 @pytest.mark.parametrize("speed_m_s", [1.5, 3.0])
-def test_a_boat_keeps_the_speed_that_it_is_told(speed_m_s: float) -> None:
+def test_a_boat_keeps_the_commanded_speed(speed_m_s: float) -> None:
     station = boat_in((0.0, 0.0, 0.0))
     speeds = []
     for _ in range(200):
@@ -176,7 +176,7 @@ def test_models_give_the_same_for_one_and_for_many() -> None:
         assert alone[0] == pytest.approx(among[0], abs=1e-9)
 
 
-def test_controllers_stop_what_is_not_told_to_move() -> None:
+def test_controllers_stop_what_is_not_commanded_to_move() -> None:
     o = ScalarOps()
     _, throttle, steering = drive_controller.step(
         drive_controller.initial(o),

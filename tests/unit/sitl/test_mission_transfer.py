@@ -100,7 +100,7 @@ def test_a_bad_item_ends_the_upload_with_its_result(
     assert answer(station, waypoint(1, 1)).type == mav.MAV_MISSION_ERROR, "nothing is under way"
 
 
-def test_too_many_items_are_refused(station: GroundStation) -> None:
+def test_too_many_items_are_rejected(station: GroundStation) -> None:
     got = answer(station, mav.MAVLink_mission_count_message(1, 1, 5000, 0))
     assert got.type == mav.MAV_MISSION_NO_SPACE
     assert "Only 650 items are supported" in station.texts()

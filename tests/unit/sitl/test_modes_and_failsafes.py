@@ -204,7 +204,7 @@ def test_guided_may_be_chosen_out_of_rtl() -> None:
 # The pilot.
 
 
-def test_a_mode_change_by_the_pilot_is_told_at_once_and_without_an_ack() -> None:
+def test_a_mode_change_by_the_pilot_is_reported_at_once_and_without_an_ack() -> None:
     station = flying(10.0)
     station.log.clear()
     assert station.vehicle.pilot_mode_change("LOITER")

@@ -1,4 +1,4 @@
-"""The command line: every wrong one gets one sentence and exit code 2."""
+"""The command line: every invalid option gets one sentence and exit code 2."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ def test_everything_at_once() -> None:
     [
         (
             "--vehicle submarine",
-            "there is no submarine with ardupilot yet; there is: copter with ardupilot",
+            "submarine with ardupilot is not supported; supported are: copter with ardupilot",
         ),
-        ("--autopilot inav", "there is no copter with inav yet"),
-        ("--link nonsense", "'nonsense' is no link: write KIND://HOST:PORT"),
+        ("--autopilot inav", "copter with inav is not supported"),
+        ("--link nonsense", "'nonsense' is not a link: write KIND://HOST:PORT"),
         ("--link udpout://127.0.0.1:0", "no usable port"),
-        ("--link serial:///dev/ttyACM0:57600", "is no link"),
-        ("--speedup 0", "the speed-up must be a number from 0.01 to 1000, not '0'"),
-        ("--speedup fast", "the speed-up must be a number"),
-        ("--speedup nan", "the speed-up must be a number"),
+        ("--link serial:///dev/ttyACM0:57600", "is not a link"),
+        ("--speedup 0", "the speedup must be a number from 0.01 to 1000, not '0'"),
+        ("--speedup fast", "the speedup must be a number"),
+        ("--speedup nan", "the speedup must be a number"),
         ("--seed x", "seed"),
         ("--home 1,2,3", "write LAT,LON,ALT_AMSL_M,HEADING_DEG as numbers, not '1,2,3'"),
         ("--home 91,2,3,4", "latitude of home must be -90 to 90"),

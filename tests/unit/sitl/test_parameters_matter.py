@@ -1,4 +1,4 @@
-"""A parameter that exists does something: for each one a flight that goes another way with it."""
+"""Every parameter has an effect: each has a flight that differs with it."""
 
 from __future__ import annotations
 

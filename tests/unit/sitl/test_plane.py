@@ -1,4 +1,4 @@
-"""What ArduPlane does: each rule was observed on the real firmware (`plane_guided`)."""
+"""ArduPlane: each rule was observed on the real firmware (`plane_guided`)."""
 
 from __future__ import annotations
 

@@ -275,7 +275,7 @@ def test_garbage_on_every_kind_of_link_does_not_stop_it() -> None:
 
 def test_quiet_prints_nothing() -> None:
     with running("--quiet", "--link", "tcpin://127.0.0.1:0", "--speedup", "abc") as program:
-        assert "the speed-up must be a number" in program.first_line
+        assert "the speedup must be a number" in program.first_line
         assert program.process.wait(WAIT_S) == 2
 
 
@@ -293,6 +293,6 @@ def test_a_log_that_cannot_be_written_gets_one_sentence(tmp_path: Path) -> None:
     path = tmp_path / "no" / "such.tlog"
     with running("--tlog", str(path)) as program:
         assert program.first_line == (
-            f"mavlink_sitl: cannot write {path}: there is no folder {path.parent}; create it"
+            f"mavlink_sitl: cannot write {path}: the folder {path.parent} does not exist; create it"
         )
         assert program.process.wait(WAIT_S) == 2

@@ -1,4 +1,4 @@
-"""What the real PX4 v1.17 was observed to do; each rule is a test that names it."""
+"""Observed behaviour of the real PX4 v1.17; each rule is a test that names it."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_component_0_is_answered_and_another_one_is_met_with_silence(ground: Px4
     assert ground.command(512, 242, component=42) == -1
 
 
-def test_unknown_things_are_refused_as_the_real_one_refuses_them(ground: Px4Station) -> None:
+def test_unknown_things_are_rejected_as_the_real_one_rejects_them(ground: Px4Station) -> None:
     assert ground.command(31999) == UNSUPPORTED
     assert ground.command(512, 9999) == DENIED
     assert ground.command(511, 9999, 100000) == FAILED
@@ -295,7 +295,7 @@ def test_a_mode_that_somebody_chooses_ends_the_failsafe(air: Px4Station) -> None
 
 
 @pytest.mark.parametrize("frame", [0, 7, 9, 12])
-def test_illegal_frames_are_refused_at_every_message_and_count_as_loss(
+def test_illegal_frames_are_rejected_at_every_message_and_count_as_loss(
     air: Px4Station, frame: int
 ) -> None:
     air.gcs_heartbeat()
@@ -314,7 +314,7 @@ def test_a_mask_that_leaves_nothing_is_invalid_and_counts_as_loss(air: Px4Statio
 
 
 @pytest.mark.parametrize("field", ["x", "vx", "afx", "yaw", "yaw_rate"])
-def test_nan_in_a_field_that_counts_is_refused(air: Px4Station, field: str) -> None:
+def test_nan_in_a_field_that_counts_is_rejected(air: Px4Station, field: str) -> None:
     values = dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "afx", "afy", "afz"), 0.0)
     values.update(z=-10.0, yaw=0.0, yaw_rate=0.0)
     values[field] = NAN
@@ -359,7 +359,7 @@ def test_global_setpoints_honour_their_frame(air: Px4Station, frame: int, altitu
 
 
 @pytest.mark.parametrize("frame", [0, 3, 10])
-def test_the_global_frames_without_int_are_refused(air: Px4Station, frame: int) -> None:
+def test_the_global_frames_without_int_are_rejected(air: Px4Station, frame: int) -> None:
     message = mav.MAVLink_set_position_target_global_int_message(
         0, 1, 1, frame, 0xDF8, 473977430, 85455940, 500, 0, 0, 0, 0, 0, 0, 0, 0
     )

@@ -129,7 +129,7 @@ def test_a_count_of_zero_clears(ground: Px4Station) -> None:
     [(item(31999, 5.0), 3), (item(16, 5.0, frame=1), 2)],
     ids=["unknown command", "bad frame"],
 )
-def test_a_refused_upload_leaves_the_previous_mission(
+def test_a_rejected_upload_leaves_the_previous_mission(
     ground: Px4Station, bad: Message, result: int
 ) -> None:
     assert upload(ground, near_home(MISSION)) == 0
@@ -171,7 +171,7 @@ def test_mission_mode_says_mission_also_in_land_and_takeoff_and_else_suspended(
         assert ground.last("MISSION_CURRENT").mission_mode == mission_mode
 
 
-def test_a_reached_item_is_told_ten_times() -> None:
+def test_a_reached_item_is_reported_ten_times() -> None:
     air = ready_px4().quiet()
     assert upload(air, near_home([take_off(5.0), waypoint(100.0, 0.0)])) == 0
     assert air.mode(px4.MISSION) == ACCEPTED

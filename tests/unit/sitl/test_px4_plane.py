@@ -1,4 +1,4 @@
-"""PX4's planes: what the source of v1.17 says of them, and its simulated plane did."""
+"""PX4's planes, after the source of v1.17 and its simulated plane."""
 
 from __future__ import annotations
 

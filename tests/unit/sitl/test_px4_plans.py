@@ -1,4 +1,4 @@
-"""What PX4 does with fences, safe points and missions that cannot be flown.
+"""PX4 with fences, safe points and missions that cannot be flown.
 
 Uploads and feasible missions as seen of the real one; the rest is read in the firmware (navigator,
 commander's failsafes).
@@ -317,7 +317,7 @@ def test_items_without_a_place_come_in_the_frame_mission_and_others_in_a_global_
     assert "IGN MISSION_ITEM: Invalid item\t" not in ground.texts(), "no ground station is heard"
 
 
-def test_what_px4_does_not_fly_is_refused_and_so_are_other_frames() -> None:
+def test_what_px4_does_not_fly_is_rejected_and_so_are_other_frames() -> None:
     ground = ready_px4()
     for command in (18, 34, 82, 94):
         assert upload(ground, [item(command, 10.0, up_m=10.0, frame=6)]) == UNSUPPORTED_ITEM
@@ -383,7 +383,7 @@ def test_an_item_marked_as_current_is_where_a_new_mission_begins() -> None:
     assert air.last("MISSION_CURRENT").seq == 0
 
 
-def test_of_a_waypoint_and_a_deed_after_it_only_the_deed_is_told_as_reached() -> None:
+def test_of_a_waypoint_and_a_deed_after_it_only_the_deed_is_reported_as_reached() -> None:
     air = flying_px4()
     slower = item(178, frame=2, params=(1.0, 2.0, -1.0), anywhere=True)
     mission = [*near_home([waypoint(3.0, 0.0)]), slower, *near_home([waypoint(60.0, 0.0)])]
@@ -394,7 +394,7 @@ def test_of_a_waypoint_and_a_deed_after_it_only_the_deed_is_told_as_reached() ->
     assert air.changes("MISSION_ITEM_REACHED", "seq") == [1]
 
 
-def test_an_infeasible_mission_is_refused_in_the_air() -> None:
+def test_an_infeasible_mission_is_rejected_in_the_air() -> None:
     air = flying_px4()
     mission = [waypoint(10.0, 0.0), take_off(10.0)]
     assert upload(air, near_home(mission)) == 0

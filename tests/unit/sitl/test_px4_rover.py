@@ -1,4 +1,4 @@
-"""PX4's rovers and boats: what the source of v1.17 says of them, and its simulated rover did."""
+"""PX4's rovers and boats, after the source of v1.17 and its simulated rover."""
 
 from __future__ import annotations
 

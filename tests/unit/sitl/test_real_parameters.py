@@ -1,4 +1,4 @@
-"""Parameters have the names and types of the real firmwares, and are told as there.
+"""Parameters have the names and types of the real firmware and are sent as there.
 
 `tests/data/real_parameters.tsv` has the facts: of each parameter that is offered here the
 MAV_PARAM_TYPE in the lists of the real simulators (ArduPilot 4.7-dev, PX4 v1.17).
@@ -77,7 +77,7 @@ def test_21_values_come_unasked_in_the_first_6_seconds() -> None:
     assert (types["BARO1_GND_PRESS"], types["INS_GYR_ID"], types["EK3_SRC1_POSXY"]) == (9, 6, 2)
 
 
-def test_the_length_of_the_mission_is_told_with_each_item_of_an_upload() -> None:
+def test_the_length_of_the_mission_is_reported_with_each_item_of_an_upload() -> None:
     """As in `copter_auto_cleared`; home counts, once it is set."""
     station = copter().ready()
     assert unasked(station)[-1] == "MIS_TOTAL"

@@ -1,4 +1,4 @@
-"""What ArduRover does, for cars: each rule was observed on the real firmware (`rover_guided`)."""
+"""ArduRover for cars: each rule was observed on the real firmware (`rover_guided`)."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def test_rtl_is_not_armable() -> None:
     assert "Arm: RTL mode not armable" in station.texts()
 
 
-def test_auto_without_a_mission_is_refused_with_words() -> None:
+def test_auto_without_a_mission_is_rejected_with_words() -> None:
     station = rover()
     assert station.mode(AUTO) == FAILED
     assert "No Mission. Can't set AUTO." in station.texts()
@@ -321,7 +321,7 @@ def test_a_velocity_runs_out_after_3_s_with_words() -> None:
     assert speed(station) < 0.1
 
 
-def test_an_acceleration_is_refused_with_words_each_time() -> None:
+def test_an_acceleration_is_rejected_with_words_each_time() -> None:
     station = driving()
     station.setpoint(ACCELERATION, acceleration=(1.0, 0.0, 0.0))
     station.setpoint(ACCELERATION, acceleration=(1.0, 0.0, 0.0))

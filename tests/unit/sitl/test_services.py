@@ -53,7 +53,7 @@ def test_with_a_key_only_signed_frames_are_taken_and_ours_are_signed(
     assert frame[2] & 1
 
 
-def test_a_replayed_and_a_forged_frame_are_refused(station: GroundStation) -> None:
+def test_a_replayed_and_a_forged_frame_are_rejected(station: GroundStation) -> None:
     station.send(mav.MAVLink_setup_signing_message(1, 1, KEY, NOW))
     signer = signing_station()
     first = request(signer)
@@ -86,7 +86,7 @@ def test_the_key_is_not_changed_while_armed(station: GroundStation) -> None:
     assert ping(station, request(mav.MAVLink(None, 255, 190))) == 1
 
 
-def test_a_time_that_no_signature_can_hold_is_refused(station: GroundStation) -> None:
+def test_a_time_that_no_signature_can_hold_is_rejected(station: GroundStation) -> None:
     station.send(mav.MAVLink_setup_signing_message(1, 1, KEY, 2**64 - 1))
     assert ping(station, request(mav.MAVLink(None, 255, 190))) == 1
 

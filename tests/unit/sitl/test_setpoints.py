@@ -1,4 +1,4 @@
-"""What the real ArduCopter was observed to do with each kind of setpoint."""
+"""The real ArduCopter's observed response to each kind of setpoint."""
 
 from __future__ import annotations
 
@@ -325,7 +325,7 @@ NAN, INF = math.nan, math.inf
         (VELOCITY - YAW_RATE, (0, 0, 0), (0, 0, 0), (0, 0, 0), 0, NAN),
     ],
 )
-def test_nan_is_refused_with_a_text_and_never_stops_the_simulator(
+def test_nan_is_rejected_with_a_text_and_never_stops_the_simulator(
     hover: GroundStation,
     mask: int,
     position: Vector,
@@ -425,7 +425,7 @@ def test_a_latitude_that_is_none_is_ignored(hover: GroundStation) -> None:
     assert hover.position == pytest.approx((0.0, 0.0, -10.0), abs=0.2)
 
 
-def test_an_altitude_of_nan_is_refused(hover: GroundStation) -> None:
+def test_an_altitude_of_nan_is_rejected(hover: GroundStation) -> None:
     send_global(hover, 6, math.nan)
     assert hover.texts()[-1] == "Setpoint ignored: altitude not usable"
 

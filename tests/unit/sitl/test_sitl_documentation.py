@@ -1,4 +1,4 @@
-"""docs/sitl.md names what there is, and its example runs."""
+"""docs/sitl.md is complete, and its example runs."""
 
 from __future__ import annotations
 

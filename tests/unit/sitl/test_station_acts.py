@@ -1,4 +1,4 @@
-"""What a ground station's acts do in flight, as measured on the real simulators of both firmwares.
+"""Effects of ground station actions in flight, as measured on both firmware simulators.
 
 Each test names what was seen there, with a companion computer and a station on two links.
 """
@@ -208,7 +208,7 @@ def test_a_mission_over_the_one_flown_is_flown_at_once_under_the_old_number() ->
     assert station.velocity[0] < -1.0
 
 
-def test_auto_without_a_mission_is_refused_in_flight() -> None:
+def test_auto_without_a_mission_is_rejected_in_flight() -> None:
     station = flying(8.0)
     assert station.mode(AUTO) == mav.MAV_RESULT_FAILED
     assert "Mode change to AUTO failed: init failed" in station.texts()

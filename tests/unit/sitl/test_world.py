@@ -1,4 +1,4 @@
-"""Worlds: files, rays, wind, ground, collisions, and what the range sensors say of them."""
+"""Worlds: files, rays, wind, ground, collisions, and readings of the range sensors."""
 
 from __future__ import annotations
 
@@ -70,17 +70,17 @@ def test_the_schema_is_itself_a_schema() -> None:
 
 
 BAD = {
-    "wind: {speed: 3}": "w:1: wind.speed: is not known here",
+    "wind: {speed: 3}": "w:1: wind.speed: is unknown",
     "wind:\n  speed_m_s: fast": "w:2: wind.speed_m_s: 'fast' is not of type 'number'",
     "gps:\n  noise_m: .nan": "w:2: gps.noise_m: must be a finite number",
     "wind: [1": "w:1: ",
-    "name: a\nname: b": "w:2: 'name' is written twice",
+    "name: a\nname: b": "w:2: 'name' is given twice",
     "[]": "w:1: [] is not of type 'object'",
     "obstacles:\n- {kind: tree, height_m: 3}": "w:2: obstacles[0].kind: 'tree' is not one of",
     "obstacles:\n- kind: cylinder\n  at_m: [0, 0]": "w:2: obstacles[0]: 'height_m' is a required",
     "obstacles:\n- {kind: box, height_m: 1, at_m: [1, 1]}": "w:2: obstacles[0]: a box needs size_m",
     "obstacles:\n- kind: wall\n  height_m: 1\n  radius_m: 3\n  from_m: [0, 0]\n  to_m: [1, 0]": (
-        "w:4: obstacles[0].radius_m: is not for a wall"
+        "w:4: obstacles[0].radius_m: does not apply to a wall"
     ),
     "obstacles:\n- {kind: cylinder, radius_m: 1, height_m: 1}": (
         "w:2: obstacles[0]: a cylinder needs either at_m or path"
@@ -91,7 +91,7 @@ BAD = {
     "ground:\n  grid:\n    corner_m: [0, 0]\n    spacing_m: 1\n    heights_m:\n    - [1, 2]\n"
     "    - [1, 2, 3]": "w:7: ground.grid.heights_m[1]: has 3 heights where the first row has 2",
     "obstacles:\n- kind: box\n  size_m: [1, 1]\n  height_m: 1\n  path:\n    speed_m_s: 1\n"
-    "    points_m: [[1, 1], [1, 1]]": "w:7: obstacles[0].path.points_m: are all the same place",
+    "    points_m: [[1, 1], [1, 1]]": "w:7: obstacles[0].path.points_m: are all the same position",
     "a: &a [*a]": "w:1: ",
     "\t- x": "w:1: ",
 }

@@ -1,4 +1,4 @@
-"""docs/autopilots.md tells what the profiles and the tests say."""
+"""docs/autopilots.md agrees with the profiles and the tests."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def test_make_fills_in_zeros_and_keeps_what_is_given() -> None:
         ("BATTERY_STATUS", {"voltages": [1, 2]}, "has 10 elements, not 2"),
     ],
 )
-def test_make_refuses_with_a_sentence(name: str, fields: dict[str, Any], words: str) -> None:
+def test_make_rejects_with_a_sentence(name: str, fields: dict[str, Any], words: str) -> None:
     with pytest.raises(MessageError, match=words):
         make(name, **fields)
 
@@ -78,7 +78,7 @@ def test_message_ids_go_by_name() -> None:
         message_id("NOPE")
 
 
-def test_ids_outside_mavlink_are_refused() -> None:
+def test_ids_outside_mavlink_are_rejected() -> None:
     with pytest.raises(MessageError, match="system id is 1 to 255, not 0"):
         Codec(0, 1)
     with pytest.raises(MessageError, match="component id is 1 to 255, not 256"):

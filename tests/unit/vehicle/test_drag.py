@@ -1,4 +1,4 @@
-"""What the air takes from a multicopter: learned from leans, added where the firmware needs it."""
+"""The drag of a multicopter: learned from lean angles, added where the firmware needs it."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ def test_calls_return_and_raise_in_the_caller(bench: Bench) -> None:
         bench.driver.call(lambda: 1 / 0)
     assert bench.driver.call(lambda: bench.driver.call(lambda: "from inside")) == "from inside"
     assert not bench.errors
-    with pytest.raises(DriverError, match="started before"):
+    with pytest.raises(DriverError, match="already been started"):
         bench.driver.start()
 
 
@@ -427,7 +427,7 @@ class Hanging:
         return []
 
 
-def test_after_a_hang_in_its_own_turn_the_application_is_told_before_anything_leaves() -> None:
+def test_after_a_hang_in_its_own_turn_the_application_is_informed_before_anything_leaves() -> None:
     clock = ManualClock(10.0)
     hanging = Hanging(clock)
     link = open_link("udpin://127.0.0.1:0")

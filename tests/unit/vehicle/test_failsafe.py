@@ -1,4 +1,4 @@
-"""Failsafes: what shows them, what they are about, and when they are told."""
+"""Failsafes: their signs, their kinds, and when they are reported."""
 
 from __future__ import annotations
 
@@ -246,7 +246,7 @@ def drain(watch: FailsafeWatch) -> list[FailsafeBegan | FailsafeEnded]:
     return events
 
 
-def test_a_known_kind_is_told_at_once_and_an_unknown_one_waits_for_its_text() -> None:
+def test_a_known_kind_is_reported_at_once_and_an_unknown_one_waits_for_its_text() -> None:
     watch = FailsafeWatch()
     watch.start(0.0)
     watch.observe(Failsafe(1.0, FailsafeKind.RC, "Radio Failsafe"), 1.0)
@@ -264,7 +264,7 @@ def test_a_known_kind_is_told_at_once_and_an_unknown_one_waits_for_its_text() ->
     assert drain(watch) == [FailsafeBegan(FailsafeKind.BATTERY, "Battery Failsafe")]
 
 
-def test_a_failsafe_without_a_text_is_told_when_the_text_has_had_its_time() -> None:
+def test_a_failsafe_without_a_text_is_reported_when_the_text_has_had_its_time() -> None:
     watch = FailsafeWatch()
     watch.observe(Failsafe(9.0, FailsafeKind.OTHER, "critical"), 9.0)
     watch.handle_timer(9.4)
@@ -273,7 +273,7 @@ def test_a_failsafe_without_a_text_is_told_when_the_text_has_had_its_time() -> N
     assert drain(watch) == [FailsafeBegan(FailsafeKind.OTHER, "critical")]
 
 
-def test_a_failsafe_that_is_over_before_it_was_told_is_not_told() -> None:
+def test_a_failsafe_that_is_over_before_it_was_reported_is_not_reported() -> None:
     watch = FailsafeWatch()
     watch.observe(Failsafe(9.0, FailsafeKind.OTHER, "critical"), 9.0)
     watch.observe(None, 9.2)

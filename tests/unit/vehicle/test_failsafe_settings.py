@@ -1,4 +1,4 @@
-"""What the parameters about failures are called, and how their numbers are told."""
+"""Names and values of failsafe parameters as text."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_only_what_is_flown_by_a_stream_tells_what_follows_its_end() -> None:
     assert streamed == {"PX4 multicopter", "PX4 rover", "PX4 boat"}
 
 
-def test_a_number_is_told_with_its_meaning_or_its_unit() -> None:
+def test_a_number_is_reported_with_its_meaning_or_its_unit() -> None:
     choice = FailsafeSetting("A", "a", {0: "nothing", 2: "land"})
     assert choice.describe(2.0) == "2 (land)"
     assert choice.describe(7.0) == "7"

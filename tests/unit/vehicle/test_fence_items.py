@@ -1,4 +1,4 @@
-"""The uploaded fence: read, read again, and never in the way of another transfer."""
+"""The uploaded fence: read, reread, and never in conflict with another transfer."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_messages_of_other_lists_are_not_its_own() -> None:
     assert reading.reader.items == ()
 
 
-def test_a_fence_that_is_replaced_while_it_is_read_is_read_anew() -> None:
+def test_a_fence_that_is_replaced_while_it_is_read_is_reread() -> None:
     reading = Reading()
     reading.tell("MISSION_COUNT", 0.1, count=2)
     reading.circle(0.2)

@@ -1,4 +1,4 @@
-"""Whether the autopilot is fit to fly, by what it says of itself."""
+"""The autopilot's fitness to fly, by its own reports."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_what_the_estimator_lacks_is_named(flags: int, words: str) -> None:
 
 def test_the_bit_for_gps_glitches_is_another_one_on_px4() -> None:
     px4 = after(say("ESTIMATOR_STATUS", flags=0x33F | 0x400), autopilot=PX4)
-    assert estimator_faults(px4) == ("the estimator sees GPS glitches",)
+    assert estimator_faults(px4) == ("the estimator reports GPS glitches",)
     assert estimator_faults(after(say("EKF_STATUS_REPORT", flags=0x33F | 0x400))) == ()
 
 

@@ -208,7 +208,7 @@ def test_udpin_turns_away_whom_it_has_no_room_for_until_somebody_is_silent(
             collect(link, b"x")
     assert link.receive() == []
     assert len(link.peers) == MAX_PEERS
-    assert sum("turned away, too many" in report for report in reports) == 1
+    assert sum("rejected: too many peers" in report for report in reports) == 1
     first, last = link.peers[0], sockets[-1].getsockname()
     link.poll(PEER_QUIET_S)
     for one in sockets[1:MAX_PEERS]:
@@ -259,7 +259,7 @@ def test_a_taken_port_and_an_unknown_host_are_said_plainly(
     link = opened("udpin://127.0.0.1:0")
     with pytest.raises(LinkError, match=r"Cannot open udpin://127.0.0.1:.*in use"):
         open_link(f"udpin://127.0.0.1:{link.port}")
-    with pytest.raises(LinkError, match=r"host 'no.such.host.invalid' is not known"):
+    with pytest.raises(LinkError, match=r"host 'no.such.host.invalid' is unknown"):
         open_link("udpout://no.such.host.invalid:14550")
 
 
@@ -297,7 +297,7 @@ def test_tcp_connects_when_the_peer_comes_and_again_when_it_comes_back(
     caller = opened(f"tcp:127.0.0.1:{port}", reports.append, warn)
     caller.poll(0.0)
     until(lambda: bool(reports), caller)
-    assert "refused; trying again" in reports[0]
+    assert "refused; retrying" in reports[0]
     for turn in range(2):
         listener = open_link(f"tcpin://127.0.0.1:{port}")
         until(lambda: caller.is_open, caller)
@@ -305,9 +305,9 @@ def test_tcp_connects_when_the_peer_comes_and_again_when_it_comes_back(
         assert collect(listener, b"hello", caller) == b"hello"
         listener.close()
         until(lambda: not (caller.receive() or caller.is_open), caller)
-        assert reports[-1].endswith("the connection ended; trying again.")
+        assert reports[-1].endswith("the connection ended; retrying.")
         assert len(reports) <= 3 * (turn + 2)  # not one for each attempt
-    assert warnings == [text for text in reports if text.endswith("trying again.")]
+    assert warnings == [text for text in reports if text.endswith("retrying.")]
     assert any(text.endswith(": connected.") for text in reports)
 
 
@@ -378,7 +378,7 @@ def test_an_unplugged_serial_port_is_reported_and_tried_again(
     link.poll(0.0)
     os.close(master)
     until(lambda: not (link.receive() or link.is_open), link)
-    assert warnings[-1].endswith("trying again.")
+    assert warnings[-1].endswith("retrying.")
     assert link.filenos() == ()
     assert link.poll(50.0) is not None or link.is_open
 
@@ -390,7 +390,7 @@ def test_a_missing_device_is_waited_for(opened: Callable[..., Link], tmp_path: P
     assert link.poll(0.5) == 1.0
     assert link.poll(1.0) == 2.0
     assert len(reports) == 1
-    assert "there is no such device; trying again" in reports[0]
+    assert "no such device; retrying" in reports[0]
 
 
 # Recordings

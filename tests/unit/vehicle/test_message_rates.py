@@ -121,7 +121,7 @@ def test_a_lost_command_is_repeated() -> None:
 
 
 @pytest.mark.parametrize("result", [DENIED, FAILED, UNSUPPORTED])
-def test_a_refused_message_is_asked_for_once_until_a_restart(result: int) -> None:
+def test_a_rejected_message_is_asked_for_once_until_a_restart(result: int) -> None:
     """Every question makes an ArduPilot tell all ground stations that it has no such message."""
     rates = make_rates(ODOMETRY=5.0, SYS_STATUS=2.0)
     autopilot = Autopilot(rates, {"ODOMETRY": result})
@@ -213,7 +213,7 @@ def test_an_old_firmware_is_asked_for_the_group() -> None:
     assert len(autopilot.asked) == 2
 
 
-def test_what_is_refused_and_comes_unasked_is_not_called_refused() -> None:
+def test_what_is_rejected_and_comes_unasked_is_not_called_rejected() -> None:
     rates = make_rates(MISSION_CURRENT=2.0)
     autopilot = Autopilot(rates, {"MISSION_CURRENT": FAILED})
     autopilot.intervals_s[42], autopilot.next_s[42] = 1.0, 0.0
@@ -223,7 +223,7 @@ def test_what_is_refused_and_comes_unasked_is_not_called_refused() -> None:
     assert len(autopilot.asked) == 1
 
 
-def test_what_comes_after_all_is_no_longer_called_refused() -> None:
+def test_what_comes_after_all_is_no_longer_called_rejected() -> None:
     rates = make_rates(GLOBAL_POSITION_INT=4.0)
     autopilot = Autopilot(rates, {"GLOBAL_POSITION_INT": UNSUPPORTED})
     rates.resume(ADDRESS, frozenset(), 0.0)
@@ -233,7 +233,7 @@ def test_what_comes_after_all_is_no_longer_called_refused() -> None:
     assert not rates.refusals
 
 
-def test_paused_it_is_silent_and_resumed_it_begins_anew() -> None:
+def test_paused_it_is_silent_and_resumed_it_restarts() -> None:
     rates = make_rates(GLOBAL_POSITION_INT=20.0)
     autopilot = Autopilot(rates)
     rates.resume(ADDRESS, frozenset(), 0.0)
@@ -327,7 +327,7 @@ def test_denied_is_not_yet_until_there_is_a_position() -> None:
     assert not requests.missing
 
 
-def test_a_late_refusal_is_not_taken_for_the_next_messages() -> None:
+def test_a_late_rejection_is_not_taken_for_the_next_messages() -> None:
     requests = MessageRequests(["AUTOPILOT_VERSION", "HOME_POSITION"])
     requests.resume(ADDRESS, 0.0)
     requests.handle_timer(1.0)  # no answer in time
@@ -337,7 +337,7 @@ def test_a_late_refusal_is_not_taken_for_the_next_messages() -> None:
 
 class TestOptional:
     @pytest.mark.parametrize("result", [DENIED, ACCEPTED])
-    def test_what_is_optional_is_no_refusal_and_is_asked_for_once(self, result: int) -> None:
+    def test_what_is_optional_is_no_rejection_and_is_asked_for_once(self, result: int) -> None:
         rates = MessageRates({}, TIMING, {"OBSTACLE_DISTANCE": 10.0})
         autopilot = Autopilot(rates, {"OBSTACLE_DISTANCE": result})
         autopilot.has_sensors = False

@@ -1,4 +1,4 @@
-"""The mission service, message by message, with what each firmware was seen to do."""
+"""The mission service, message by message, with the observed behaviour of each firmware."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def test_without_a_clear_answer_to_the_last_item_reading_back_tells(
     assert names(upload) == ["MISSION_ITEM_INT"], "a transfer that began anew is served"
 
 
-def test_every_refusal_has_a_sentence_and_the_first_one_counts(upload: MissionUpload) -> None:
+def test_every_rejection_has_a_sentence_and_the_first_one_counts(upload: MissionUpload) -> None:
     upload.receive(say("MISSION_REQUEST", **US, seq=0), 10.1)
     upload.receive(ack(mavlink.MAV_MISSION_UNSUPPORTED_FRAME), 10.2)
     upload.receive(ack(mavlink.MAV_MISSION_UNSUPPORTED), 10.3)

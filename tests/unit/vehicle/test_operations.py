@@ -1,4 +1,4 @@
-"""Operations by script: every way in which one can end."""
+"""Scripted operations: every way in which one can end."""
 
 from __future__ import annotations
 
@@ -165,10 +165,10 @@ def test_without_heartbeat_it_is_the_link_that_was_lost() -> None:
     script.wait(20.0)
     end = script.end()
     assert end.result is LINK_LOST
-    assert end.reason.endswith("and no HEARTBEAT comes.")
+    assert end.reason.endswith("and no HEARTBEAT is received.")
 
 
-def test_a_refusal_waits_for_its_reasons() -> None:
+def test_a_rejection_waits_for_its_reasons() -> None:
     script = Script(ArmGoal(True))
     script.say(script.autopilot("STATUSTEXT", severity=2, text="Arm: Battery failsafe"))
     script.say(script.autopilot.ack(ARM, FAILED))
@@ -180,7 +180,7 @@ def test_a_refusal_waits_for_its_reasons() -> None:
     assert end.result is REFUSED
     assert end.kind is OperationKind.ARM
     assert end.reason == (
-        "Arming refused: COMPONENT_ARM_DISARM was answered FAILED; autopilot: "
+        "Arming rejected: COMPONENT_ARM_DISARM was answered FAILED; autopilot: "
         '"Arm: Battery failsafe", "Arm: Need Position Estimate".'
     )
 
@@ -195,14 +195,14 @@ def test_older_texts_are_not_taken_for_reasons() -> None:
     assert "Mission" not in script.end().reason
 
 
-def test_a_state_that_contradicts_the_refusal_wins() -> None:
+def test_a_state_that_contradicts_the_rejection_wins() -> None:
     script = Script(ArmGoal(True))
     script.say(script.autopilot.ack(ARM, FAILED))
     script.say(script.autopilot.heartbeat(armed=True))
     assert script.end().result is ACHIEVED
 
 
-def test_the_refusal_of_a_repetition_is_doubted_for_longer() -> None:
+def test_the_rejection_of_a_repetition_is_doubted_for_longer() -> None:
     script = Script(ArmGoal(True))
     script.wait(0.6)
     script.say(script.autopilot.ack(ARM, FAILED))
@@ -222,7 +222,7 @@ def test_the_first_of_two_answers_is_a_lie_where_the_profile_says_so() -> None:
     assert "DO_SET_MODE was answered TEMPORARILY_REJECTED" in end.reason
 
 
-def test_elsewhere_a_refusal_after_an_acceptance_is_of_a_repetition() -> None:
+def test_elsewhere_a_rejection_after_an_acceptance_is_of_a_repetition() -> None:
     script = Script()
     script.say(script.autopilot.ack(SET_MODE, ACCEPTED))
     script.say(script.autopilot.ack(SET_MODE, FAILED))
@@ -232,7 +232,7 @@ def test_elsewhere_a_refusal_after_an_acceptance_is_of_a_repetition() -> None:
     assert script.end().result is ACHIEVED
 
 
-def test_acceptance_after_a_refusal_is_waited_on() -> None:
+def test_acceptance_after_a_rejection_is_waited_on() -> None:
     script = Script()
     script.say(script.autopilot.ack(SET_MODE, FAILED))
     script.say(script.autopilot.ack(SET_MODE, ACCEPTED))
@@ -258,7 +258,7 @@ def test_already_so_needs_no_command() -> None:
     script = Script(state=state)
     end = script.end()
     assert end.result is ACHIEVED
-    assert end.reason == "Mode change to GUIDED: already so."
+    assert end.reason == "Mode change to GUIDED: nothing to do."
     assert not script.sent
 
 
@@ -383,7 +383,7 @@ def test_disarming_by_itself_ends_the_take_off() -> None:
     ],
 )
 @pytest.mark.parametrize("first", ["sign", "refusal"])
-def test_a_repetition_refused_in_the_air_does_not_end_the_take_off(
+def test_a_repetition_rejected_in_the_air_does_not_end_the_take_off(
     sign: object, first: str
 ) -> None:
     """The first acknowledgement was lost; the second says "already flying"."""

@@ -1,4 +1,4 @@
-"""What other stations do to the vehicle is told once, with who did it; our own doing never is."""
+"""Actions of other stations are reported once, with the sender; our own never are."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def told(acts: list[StationActed]) -> list[tuple[StationAct, tuple[int, int] | N
 
 
 @pytest.mark.parametrize("mission_type", [0, 255])
-def test_clearing_is_told_at_first_sight(network: Network, mission_type: int) -> None:
+def test_clearing_is_reported_at_first_sight(network: Network, mission_type: int) -> None:
     acts = network.say("MISSION_CLEAR_ALL", mission_type=mission_type)
     assert told(acts) == [(CLEARED, QGC, "MISSION_CLEAR_ALL")]
 
@@ -199,7 +199,7 @@ def test_commands_are_told_as_what_they_mean(
         (mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, ()),
     ],
 )
-def test_what_does_not_touch_the_flight_is_not_told(
+def test_what_does_not_touch_the_flight_is_not_reported(
     network: Network, command: int, params: tuple[float, ...]
 ) -> None:
     assert network.command(command, *params) == []
@@ -312,7 +312,7 @@ def test_what_a_station_says_is_never_taken_for_the_vehicles_word(network: Netwo
     assert network.vehicle.state is before
 
 
-def test_before_the_vehicle_is_known_nothing_is_told() -> None:
+def test_before_the_vehicle_is_known_nothing_is_reported() -> None:
     vehicle = Vehicle()
     vehicle.start(0.0)
     vehicle.overhear(AutopilotMessages(*QGC)("MISSION_CLEAR_ALL", **VEHICLE), 0.0)
@@ -367,7 +367,7 @@ def test_a_packet_that_comes_twice_and_late_counts_once(network: Network) -> Non
     assert [act.act for act in network.overhear(pause, go_on, pause, go_on)] == [PAUSED, CONTINUED]
 
 
-def test_two_stations_that_do_the_same_are_told_both(network: Network) -> None:
+def test_two_stations_that_do_the_same_are_both_reported(network: Network) -> None:
     assert len(network.say("MISSION_CLEAR_ALL")) == 1
     (act,) = network.say("MISSION_CLEAR_ALL", (250, 190))
     assert act.station == (250, 190)
@@ -426,7 +426,7 @@ def test_an_empty_mission_clears_when_it_is_acknowledged(
     assert told(acts) == [(act, QGC, f"MISSION_COUNT {count}")]
 
 
-def test_a_refused_mission_is_none(network: Network) -> None:
+def test_a_rejected_mission_is_none(network: Network) -> None:
     network.say("MISSION_COUNT", count=5000)
     no_space = mavlink.MAV_MISSION_NO_SPACE
     assert network.to_station("MISSION_ACK", type=no_space) == []
@@ -509,7 +509,7 @@ def test_mission_current_tells_what_nobody_was_seen_to_do(
     assert network.answer(network.current(total, mission_id)) == []
 
 
-def test_a_mission_replaced_before_it_was_told_once_is_noticed() -> None:
+def test_a_mission_replaced_before_it_was_reported_once_is_noticed() -> None:
     """A PX4 tells its mission once a second, and two stations may upload in that time."""
     network = Network("px4")
     network.upload()
@@ -561,7 +561,7 @@ def test_without_a_mission_of_ours_there_is_nothing_to_change() -> None:
         assert network.answer(network.current(total, total)) == []
 
 
-def test_a_change_whose_author_was_seen_is_told_once_and_with_the_author() -> None:
+def test_a_change_whose_author_was_seen_is_reported_once_and_with_the_author() -> None:
     network = Network("px4")
     network.upload()
     network.answer(network.current(3, 8))
@@ -571,7 +571,7 @@ def test_a_change_whose_author_was_seen_is_told_once_and_with_the_author() -> No
     assert network.to_station("MISSION_REQUEST_INT", seq=1) == []
 
 
-def test_a_clearing_that_was_seen_is_not_told_again_by_mission_current() -> None:
+def test_a_clearing_that_was_seen_is_not_reported_again_by_mission_current() -> None:
     network = Network("px4")
     network.upload()
     network.answer(network.current(3, 8))
@@ -626,7 +626,7 @@ def test_mission_current_tells_that_an_arducopter_was_paused_and_goes_on() -> No
     assert (goes_on.act, goes_on.station) == (CONTINUED, None)
 
 
-def test_a_pause_whose_author_was_seen_is_not_told_again() -> None:
+def test_a_pause_whose_author_was_seen_is_not_reported_again() -> None:
     network = flying_its_mission("ardupilot")
     network.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0.0)
     assert network.answer(network.current(3, state=4)) == []

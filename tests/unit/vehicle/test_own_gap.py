@@ -62,7 +62,7 @@ def test_without_a_clock_of_the_vehicle_the_time_decides() -> None:
     assert not gap.is_open
 
 
-def test_a_restarted_vehicle_tells_its_mode_anew() -> None:
+def test_a_restarted_vehicle_reports_its_mode_again() -> None:
     gap, now = gap_after(2.6)
     gap.see_mode(now + 0.1, 4_000)
     assert not gap.is_open

@@ -1,4 +1,4 @@
-"""Parameters that are wanted: asked for until they come, decoded, and kept up to date."""
+"""Required parameters: requested until they arrive, decoded, and kept up to date."""
 
 from __future__ import annotations
 

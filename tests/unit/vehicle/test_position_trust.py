@@ -1,4 +1,4 @@
-"""When a position that is given is not to be relied on."""
+"""Detection of reported positions that cannot be trusted."""
 
 from __future__ import annotations
 
@@ -70,7 +70,9 @@ class Watched:
 
 @pytest.mark.parametrize("speed_m_s", [0.0, 5.0, 25.0])
 @pytest.mark.parametrize("every_s", [0.05, 0.2, 1.0])
-def test_a_flight_at_the_velocity_that_is_told_is_no_jump(speed_m_s: float, every_s: float) -> None:
+def test_a_flight_at_the_velocity_that_is_reported_is_no_jump(
+    speed_m_s: float, every_s: float
+) -> None:
     watched = Watched()
     for step in range(20):
         watched.at(speed_m_s * every_s * step, velocity_m_s=speed_m_s, later_s=every_s)
@@ -117,7 +119,7 @@ def test_what_was_not_heard_of_for_long_has_not_jumped() -> None:
     assert watched.trust.jumped_s is None
 
 
-def test_on_the_ground_and_disarmed_an_estimate_may_be_set_anew() -> None:
+def test_on_the_ground_and_disarmed_an_estimate_may_be_reset() -> None:
     watched = Watched(armed=False)
     watched.at(0.0)
     watched.at(50.0)
@@ -136,8 +138,8 @@ def test_on_the_ground_and_disarmed_an_estimate_may_be_set_anew() -> None:
 @pytest.mark.parametrize(
     ("autopilot", "flags", "ratio", "words"),
     [
-        (ARDUPILOT, 0x33F | 0x8000, 0.01, "the estimator sees GPS glitches"),
-        (PX4, 0x33F | 0x400, 0.01, "the estimator sees GPS glitches"),
+        (ARDUPILOT, 0x33F | 0x8000, 0.01, "the estimator reports GPS glitches"),
+        (PX4, 0x33F | 0x400, 0.01, "the estimator reports GPS glitches"),
         (ARDUPILOT, 0x33F, 5.3, "the estimator rejects its GPS"),
     ],
 )
@@ -175,7 +177,7 @@ def test_a_gps_that_leaves_the_estimate_is_a_complaint_and_one_that_never_agreed
     for _ in range(3):
         watched.gps(20.0)
         watched.at(0.0)
-    assert watched.trust.complaint == "the GPS is 20 m from where the estimator is"
+    assert watched.trust.complaint == "the GPS is 20 m from the estimated position"
     watched.gps(0.5)
     assert watched.trust.complaint == ""
     indoors = Watched()
@@ -202,4 +204,4 @@ def test_a_fix_that_is_lost_is_a_complaint_and_one_that_never_was_is_not() -> No
         assert watched.trust.complaint == ""
     for _ in range(3):
         watched.gps(0.0, fix_type=0)
-    assert watched.trust.complaint == "the GPS has no 3D fix any more"
+    assert watched.trust.complaint == "the GPS has lost its 3D fix"

@@ -100,7 +100,7 @@ def test_a_px4s_heartbeat_chooses(vehicle_type: int, profile: Profile) -> None:
     assert profile_for(mavlink.MAV_AUTOPILOT_PX4, vehicle_type) is profile
 
 
-def test_a_vtol_is_known_and_refused_with_a_sentence() -> None:
+def test_a_vtol_is_known_and_rejected_with_a_sentence() -> None:
     for profile in (px4.VTOL, QUADPLANE):
         assert profile.unsupported is not None
         assert "VTOL vehicles are not supported" in profile.unsupported

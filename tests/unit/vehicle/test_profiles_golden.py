@@ -1,4 +1,4 @@
-"""What goes over the wire for each operation on each kind of vehicle: golden payloads.
+"""Golden payloads of each operation on each vehicle type.
 
 Each is the payload of one frame, little-endian, as MAVLink 2 sends it: without the zeros at its
 end. They were checked by hand against the message definitions; `test_the_golden_payloads_say`
@@ -172,8 +172,8 @@ def test_the_golden_payloads_say() -> None:
 
 
 REFUSALS = [
-    ("ArduRover", "land", "ArduRover has no mode for it"),
-    ("ArduPlane", "land", "ArduPlane has no mode for it"),
+    ("ArduRover", "land", "ArduRover has no mode for this"),
+    ("ArduPlane", "land", "ArduPlane has no mode for this"),
     ("PX4 rover", "take-off", "PX4 rover has no take-off command"),
     ("ArduRover", "take-off", "ArduRover has no take-off command"),
     ("ArduCopter", "reposition", "ArduCopter is flown by setpoints"),
@@ -182,7 +182,7 @@ REFUSALS = [
 
 
 @pytest.mark.parametrize(("name", "action", "words"), REFUSALS)
-def test_what_a_kind_cannot_do_is_refused_with_the_reason(
+def test_what_a_kind_cannot_do_is_rejected_with_the_reason(
     name: str, action: str, words: str
 ) -> None:
     ends: list[OperationFinished] = []
@@ -220,7 +220,7 @@ def test_px4s_offboard_command_comes_after_the_stream() -> None:
 
 @pytest.mark.parametrize("name", VEHICLES)
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, 0.0])
-def test_a_speed_without_sense_is_refused(name: str, bad: float) -> None:
+def test_a_speed_without_sense_is_rejected(name: str, bad: float) -> None:
     mode = situation(name, "speed")[0]
     assert not sent(name, lambda vehicle: vehicle.change_speed(bad, 10.0), mode=mode)
 
@@ -236,7 +236,7 @@ def test_a_speed_command_without_effect_is_not_sent() -> None:
     "place", [(math.nan, 8.5, 500.0), (91.0, 8.5, 500.0), (47.4, 181.0, 500.0), (47.4, 8.5, 1e9)]
 )
 @pytest.mark.parametrize("name", ["ArduPlane", "PX4 plane"])
-def test_a_place_that_is_none_is_refused(name: str, place: tuple[float, float, float]) -> None:
+def test_a_place_that_is_none_is_rejected(name: str, place: tuple[float, float, float]) -> None:
     assert not sent(name, lambda vehicle: vehicle.reposition(*place, 10.0))
     good = (47.4, 8.5, 500.0)
     assert not sent(name, lambda vehicle: vehicle.reposition(*good, 10.0, radius_m=math.nan))

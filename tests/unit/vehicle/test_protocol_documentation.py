@@ -1,4 +1,4 @@
-"""docs/protocols.md and docs/frames_and_units.md tell what the code does."""
+"""docs/protocols.md and docs/frames_and_units.md agree with the code."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_conversions_that_are_named_exist_and_none_is_left_out() -> None:
     assert named == there
 
 
-def test_how_far_each_firmwares_metres_are_off_is_told() -> None:
+def test_how_far_each_firmwares_metres_are_off_is_reported() -> None:
     """Every row: metres that a firmware counts too many on 1000 m, and sideways on 5000 m east."""
     for projection in (ardupilot.PROJECTION, px4.PROJECTION):
         degree_m, _ = projection.to_local(48.0, 8.0, (47.0, 8.0, 0.0))

@@ -1,4 +1,4 @@
-"""What a PX4 does that a client must know, rule by rule, by script.
+"""Rules of PX4 that a client must know, each scripted.
 
 docs/autopilots.md lists the rules and where each of them is held.
 """
@@ -118,7 +118,7 @@ def test_a_mission_start_that_is_rejected_while_the_mission_is_judged_is_asked_f
     assert ends(px4.tell(px4.beat(MISSION))) == [OperationResult.ACHIEVED]
 
 
-def test_a_mission_that_stays_rejected_is_refused() -> None:
+def test_a_mission_that_stays_rejected_is_rejected() -> None:
     px4 = Px4()
     px4.vehicle.start_mission(px4.now)
     results: list[OperationResult] = []
@@ -152,7 +152,7 @@ def standing(mode: int, status: int) -> tuple[Px4, int]:
     return px4, px4.vehicle.arm(px4.now)
 
 
-def test_disarmed_in_offboard_it_is_armed_in_loiter_and_one_end_is_told() -> None:
+def test_disarmed_in_offboard_it_is_armed_in_loiter_and_one_end_is_reported() -> None:
     px4, operation_id = standing(OFFBOARD, 0)
     px4.events()
     assert (len(px4.commands(SET_MODE)), len(px4.commands(ARM))) == (1, 0)
@@ -352,7 +352,7 @@ def test_the_stream_runs_on_until_our_own_hold_is_shown() -> None:
     px4.vehicle.send_setpoint(SPEED, px4.now)
     events = px4.tell(px4.mode(LOITER))
     assert ends(events) == [OperationResult.ACHIEVED]
-    assert StreamClosed("control was given up for AUTO.LOITER") in events
+    assert StreamClosed("control was released for AUTO.LOITER") in events
 
 
 def test_somebody_elses_mode_while_the_stream_runs_ahead_closes_it() -> None:

@@ -120,7 +120,7 @@ class TestObstacleDistance:
     def test_the_frame_says_what_the_sectors_count_from(self, frame: int, axes: RangeAxes) -> None:
         assert read(scan(frame=frame)).axes is axes
 
-    def test_another_frame_is_refused_and_the_reason_given_once(self) -> None:
+    def test_another_frame_is_rejected_and_the_reason_given_once(self) -> None:
         reader = RangeReader()
         told = [reader.read(scan(frame=mavlink.MAV_FRAME_LOCAL_ENU), 1.0) for _ in range(3)]
         assert reader.ignored == 3
@@ -128,14 +128,14 @@ class TestObstacleDistance:
         assert "frame 4" in told[0].reason
         assert told[1:] == [None, None]
 
-    def test_a_reach_below_the_least_distance_is_refused(self) -> None:
+    def test_a_reach_below_the_least_distance_is_rejected(self) -> None:
         assert "max_distance of 10 cm" in refusal(scan(max_distance=10))
 
-    def test_an_increment_of_zero_is_refused(self) -> None:
+    def test_an_increment_of_zero_is_rejected(self) -> None:
         assert "0.0 degrees wide" in refusal(scan(increment=0))
 
     @pytest.mark.parametrize("field", ["increment_f", "angle_offset"])
-    def test_what_is_no_number_is_refused(self, field: str) -> None:
+    def test_what_is_no_number_is_rejected(self, field: str) -> None:
         assert "degrees" in refusal(scan(**{field: math.nan}))
 
     def test_a_scan_that_knows_nothing_is_no_reading_and_no_mistake(self) -> None:
@@ -172,7 +172,7 @@ class TestDistanceSensor:
             measured = read(beam(orientation=orientation))
             assert math.hypot(*measured.directions[0]) == pytest.approx(1.0)
 
-    def test_one_that_is_not_defined_is_refused(self) -> None:
+    def test_one_that_is_not_defined_is_rejected(self) -> None:
         assert "orientation 77" in refusal(beam(orientation=77))
 
     def test_a_custom_orientation_is_its_quaternion(self) -> None:
@@ -183,7 +183,7 @@ class TestDistanceSensor:
         assert measured.directions[0] == pytest.approx((0.0, 0.0, 1.0), abs=1e-6)
 
     @pytest.mark.parametrize("quaternion", [[0.0] * 4, [math.nan, 0.0, 0.0, 0.0]])
-    def test_a_custom_orientation_without_a_rotation_is_refused(
+    def test_a_custom_orientation_without_a_rotation_is_rejected(
         self, quaternion: list[float]
     ) -> None:
         assert "quaternion" in refusal(beam(orientation=100, quaternion=quaternion))

@@ -1,4 +1,4 @@
-"""The rules by which frames are passed on; no sockets, and time is an argument."""
+"""The forwarding rules of frames; no sockets, and time is an argument."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ def test_a_setpoint_is_reduced_to_its_vehicles_form(profile: Profile, sent: list
     assert results == sent
 
 
-def test_a_nan_is_refused_even_in_what_would_be_left_out() -> None:
+def test_a_nan_is_rejected_even_in_what_would_be_left_out() -> None:
     with pytest.raises(SetpointError, match="position_ned_m"):
         legal_setpoint(SetpointNed((math.nan, 0.0, 0.0), velocity_ned_m_s=HERE), ROVER)
 

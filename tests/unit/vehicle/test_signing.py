@@ -216,7 +216,7 @@ def test_a_key_file_that_others_can_read_is_warned_of(tmp_path: Path, mode: int)
     path.chmod(mode)
     _, warning = read_signing_key(str(path))
     assert warning is not None
-    assert "can be read by other users" in warning
+    assert "is readable by other users" in warning
     assert "passphrase" not in warning
 
 
@@ -231,7 +231,7 @@ def test_a_key_file_that_others_can_read_is_warned_of(tmp_path: Path, mode: int)
         (b"0" * 64, "all zeros"),
     ],
 )
-def test_a_file_without_a_key_is_refused_in_a_sentence(
+def test_a_file_without_a_key_is_rejected_in_a_sentence(
     tmp_path: Path, content: bytes, words: str
 ) -> None:
     path = tmp_path / "key"
@@ -240,7 +240,7 @@ def test_a_file_without_a_key_is_refused_in_a_sentence(
         read_signing_key(str(path))
 
 
-def test_a_key_file_that_is_none_is_refused_in_a_sentence(tmp_path: Path) -> None:
+def test_a_key_file_that_is_none_is_rejected_in_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match=r"cannot read .*No such file"):
         read_signing_key(str(tmp_path / "nothing"))
     with pytest.raises(LinkError, match="is not a file"):
@@ -249,6 +249,6 @@ def test_a_key_file_that_is_none_is_refused_in_a_sentence(tmp_path: Path) -> Non
         read_signing_key("\0")
 
 
-def test_a_key_of_another_size_is_refused() -> None:
+def test_a_key_of_another_size_is_rejected() -> None:
     with pytest.raises(ValueError, match="32 bytes, not 31"):
         Signing(bytes(31), lambda: NOW_UNIX_S)

@@ -1,4 +1,4 @@
-"""The round trip: measured by our own questions only."""
+"""The round trip, measured by our own requests only."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ def test_an_empty_file_is_an_empty_recording(tmp_path: Path) -> None:
 
 def test_a_missing_folder_is_said_and_not_made(tmp_path: Path) -> None:
     folder = tmp_path / "flihgts"
-    with pytest.raises(LinkError, match=rf"there is no folder {folder}; create it first\.$"):
+    with pytest.raises(LinkError, match=rf"the folder {folder} does not exist; create it first\.$"):
         TlogWriter(folder / "flight.tlog")
     assert not folder.exists()
 

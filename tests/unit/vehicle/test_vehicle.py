@@ -1,4 +1,4 @@
-"""The vehicle put together, by script: what only shows in the composition."""
+"""The composed vehicle, scripted: behaviour that only shows in the composition."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_events_tell_what_changed(script: Script) -> None:
     ]
 
 
-def test_two_changes_in_the_same_instant_are_both_told(script: Script) -> None:
+def test_two_changes_in_the_same_instant_are_both_reported(script: Script) -> None:
     beats = [script.autopilot.heartbeat(mode=mode) for mode in (RTL, LOITER)]
     changes = script.say(*beats)
     assert [(e.name, e.requested) for e in changes if isinstance(e, ModeChanged)] == [
@@ -182,7 +182,7 @@ def test_one_operation_at_a_time(script: Script) -> None:
     (end,) = script.events()
     assert isinstance(end, OperationFinished)
     assert (end.operation_id, end.result) == (first, OperationResult.CANCELLED)
-    assert end.reason.endswith("ended: arming was asked for instead.")
+    assert end.reason.endswith("ended: arming was requested instead.")
     script.vehicle.cancel_operation(0.0)
     script.vehicle.cancel_operation(0.0)
     assert len(script.events()) == 1
@@ -240,7 +240,7 @@ def test_disarming_closes_the_stream_for_good() -> None:
 def test_setpoints_need_a_vehicle() -> None:
     script = Script()
     script.vehicle.open_stream(0.0)
-    with pytest.raises(SetpointError, match="No vehicle has been heard"):
+    with pytest.raises(SetpointError, match="No vehicle has been detected"):
         script.vehicle.send_setpoint(SetpointNed(position_ned_m=(0.0, 0.0, -1.0)), 0.0)
 
 
@@ -269,12 +269,12 @@ def test_a_profile_may_want_the_stream_before_its_mode(script: Script) -> None:
         ({"message_rates_hz": {"ATTITUDE": float("nan")}}, "between 0"),
     ],
 )
-def test_settings_without_sense_are_refused(changes: dict[str, object], words: str) -> None:
+def test_settings_without_sense_are_rejected(changes: dict[str, object], words: str) -> None:
     with pytest.raises(ConfigurationError, match=words):
         VehicleConfig(**changes)  # type: ignore[arg-type]
 
 
-def test_an_unknown_telemetry_name_is_refused() -> None:
+def test_an_unknown_telemetry_name_is_rejected() -> None:
     with pytest.raises(MessageError, match="no MAVLink message 'ALTITUDES'"):
         Vehicle(VehicleConfig(message_rates_hz={"ALTITUDES": 1.0}))
 

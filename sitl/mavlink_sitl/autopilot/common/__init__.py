@@ -1,1 +1,1 @@
-"""What the firmwares of all vehicles share."""
+"""Firmware parts that all vehicle types share."""

@@ -35,7 +35,7 @@ ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 act
 
 
 def prearm_failures(copter: Firmware) -> list[str]:
-    """Why the vehicle would refuse to arm; empty when it would not.
+    """The failed pre-arm checks; empty if it can arm.
 
     Those of the first half minute were seen of the real copter and rover, armed once a second
     from power-up in STABILIZE, MANUAL and GUIDED.

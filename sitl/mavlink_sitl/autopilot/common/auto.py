@@ -1,4 +1,4 @@
-"""AUTO: carries out the mission, item by item, whatever the vehicle.
+"""AUTO: carries out the mission item by item, for all vehicle types.
 
 From the recordings `copter_auto_cleared` and `rover_auto`, and from the firmware's source:
 
@@ -40,7 +40,7 @@ class Auto(Mode):
     """Carries out the uploaded mission; how an item is flown is the subclasses'.
 
     Attributes:
-        moving: the items that move this kind of vehicle.
+        moving: the items that move this vehicle type.
         untold: the items that are never told as reached.
         task: what it is busy with; None without a mission, or after its end.
         paused: whether it was told to stop on its way.
@@ -78,7 +78,7 @@ class Auto(Mode):
     # The mode.
 
     def enter(self) -> None:
-        """Take the mission up where it was left, or begin it."""
+        """Resume the mission where it was left, or begin it."""
         self.task = None
         self.paused = False
         self._waiting = []
@@ -94,7 +94,7 @@ class Auto(Mode):
             plans.state = MissionState.NOT_STARTED
 
     def start(self, place: int) -> None:
-        """Go on with an item; from the beginning after the end."""
+        """Continue with an item; from the beginning after the end."""
         plans = self.copter.plans
         if plans.state is MissionState.COMPLETE or not (
             self._first <= place < len(plans.mission.items)
@@ -105,7 +105,7 @@ class Auto(Mode):
         self._advance(place)
 
     def update(self) -> None:
-        """Go on with the item in force, or to the next."""
+        """Run one step of the current item, or advance to the next."""
         task = self.task
         if task is None:
             return
@@ -249,7 +249,7 @@ class Auto(Mode):
         raise NotImplementedError
 
     def distance_left_m(self) -> float:
-        """How far it still is to the place of the item in force, over ground."""
+        """The distance over ground to the position of the current item."""
         if self.task is None:
             return 0.0
         here = self.copter.motion[:3]

@@ -1,4 +1,4 @@
-"""What AUTO can be busy with, whatever flies it: one class per kind of item that moves."""
+"""Tasks of AUTO for all vehicle types: one class per type of movement item."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Task:
         return False
 
     def update(self) -> None:
-        """Go on; called at the autopilot's rate."""
+        """Run one step; called at the autopilot's rate."""
 
     def finished(self) -> bool:
         """Whether the next item's turn has come."""

@@ -1,4 +1,4 @@
-"""What the EKF says about itself: when it starts, has an origin, has a position, loses it.
+"""The EKF's reported state: start, origin, position, loss of position.
 
 Times and flags are those seen in the recordings (`copter_guided` for the start; the list in
 the observations of the GPS loss). The numbers themselves come from `world.sensors`.
@@ -29,7 +29,7 @@ RECOVERY_S = 1.0
 
 
 class GlitchRules(NamedTuple):
-    """What a firmware's estimator makes of a receiver that jumps.
+    """A firmware's handling of a GPS glitch.
 
     Attributes:
         gate_m: a jump this far is not believed.
@@ -94,7 +94,7 @@ class Estimator:
         return self._boot_s + at_s * self.time_scale
 
     def update(self, now_s: float, gps_fix: bool, gps_off_m: float = 0.0) -> None:
-        """Take notice of the time and of the receiver, which may be far off the estimate."""
+        """Process the time and the receiver, which may be far off the estimate."""
         self._now_s = now_s
         if gps_off_m > 0.0 or self._flagged or self._rejects_since_s is not None:
             self._judge(now_s, gps_fix, gps_off_m)
@@ -135,7 +135,7 @@ class Estimator:
 
     @property
     def gps_test_ratio(self) -> float:
-        """How far off the receiver is, as a part of what would be believed."""
+        """The GPS innovation as a fraction of its gate."""
         return self.gps_off_m / self.glitch_rules.gate_m
 
     def _outage_s(self) -> float:

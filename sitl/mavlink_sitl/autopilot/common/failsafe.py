@@ -59,7 +59,7 @@ class Failsafes:
         self._gcs_heard_s = now_s
 
     def battery_reasons(self) -> list[str]:
-        """Why the battery forbids arming."""
+        """The reasons for which the battery prevents arming."""
         if self.battery_level == 0:
             return []
         return ["Battery 1 low voltage failsafe", "Battery failsafe"]
@@ -184,7 +184,7 @@ class Failsafes:
         copter.say(Severity.CRITICAL, text)
 
     def _act(self, copter: Copter, mode: int | None) -> None:
-        """Change to LAND or RTL; on the ground disarm instead; LAND when RTL is refused."""
+        """Change to LAND or RTL; on the ground disarm instead; LAND when RTL is rejected."""
         if mode is None:
             return
         if copter.landed:

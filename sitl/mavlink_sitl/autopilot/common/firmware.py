@@ -1,4 +1,4 @@
-"""What every firmware does: start, know, say, arm, and give the controllers their guidance.
+"""The common base of all firmware: start, state, texts, arming, and guidance of controllers.
 
 It is told what is the case (`update`, at a fixed rate) and what people want (the command
 methods, at any time in between). It answers with `guidance` for the controllers and with
@@ -46,7 +46,7 @@ OWN_OUTPUTS, OUTPUTS = 4, 16
 
 
 class Firmware(ABC):
-    """A firmware from power-up to the next; what kind of vehicle it flies is the subclasses'.
+    """A firmware from power-up to the next; what vehicle type it flies is the subclasses'.
 
     Args:
         personality: the firmware.
@@ -161,7 +161,7 @@ class Firmware(ABC):
 
     @property
     def motion(self) -> Motion:
-        """Where it believes to be."""
+        """The estimated motion."""
         return self.observation.motion
 
     @property
@@ -171,7 +171,7 @@ class Firmware(ABC):
 
     @property
     def soft_armed(self) -> bool:
-        """What HEARTBEAT says of it."""
+        """The armed state in HEARTBEAT."""
         return self.armed
 
     @property
@@ -198,7 +198,7 @@ class Firmware(ABC):
         return self.pilot.throttle(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
 
     def pilot_climb_rate_m_s(self) -> float:
-        """What the throttle stick asks for where height is held; positive is up."""
+        """The climb rate of the throttle stick in altitude-hold modes; positive is up."""
         p = self.parameters
         up = p["PILOT_SPEED_UP"] / 100.0
         down = (p["PILOT_SPEED_DN"] or p["PILOT_SPEED_UP"]) / 100.0
@@ -212,7 +212,7 @@ class Firmware(ABC):
         self.navigator.observe(observation.motion, self.estimator.lost)
 
     def update(self, observation: Observation) -> None:
-        """Take notice of the world and act; called at a fixed rate."""
+        """Process the latest state and act; called at a fixed rate."""
         estimator = self.estimator
         had_origin = estimator.has_origin
         self.observe(observation)
@@ -292,7 +292,7 @@ class Firmware(ABC):
 
     @property
     def wanted(self) -> Guidance:
-        """What its mode asked for last."""
+        """The last guidance of its mode."""
         return self._wanted
 
     def _publish(self, guidance: Guidance) -> None:

@@ -1,4 +1,4 @@
-"""Whether the vehicle is on the ground, as far as the firmware can tell."""
+"""Detects whether the vehicle is on the ground, as far as the firmware can tell."""
 
 from __future__ import annotations
 

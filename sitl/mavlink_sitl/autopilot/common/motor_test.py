@@ -72,7 +72,7 @@ class MotorTest:
         return self._value if self._kind == PULSE else 0.0
 
     def outputs_us(self) -> list[int]:
-        """What the four motors are told."""
+        """The outputs to the four motors."""
         outputs = [round(IDLE_US)] * len(OUTPUT_OF_PLACE)
         resting = self._copter.now_s - self._began_s >= self._each_s
         if not resting and 1 <= self._place <= len(OUTPUT_OF_PLACE):
@@ -80,7 +80,7 @@ class MotorTest:
         return outputs
 
     def update(self) -> None:
-        """Go on to the next motor, or end."""
+        """Advance to the next motor, or end."""
         if not self.running:
             return
         gone_s = self._copter.now_s - self._began_s

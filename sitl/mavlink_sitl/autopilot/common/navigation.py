@@ -1,4 +1,4 @@
-"""Where a vehicle is on earth, where its home is, and how fast it may move."""
+"""A vehicle's position on earth, its home, and its speed limits."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Navigator:
         self.forget_speeds()
 
     def observe(self, motion: Motion, lost: bool) -> None:
-        """Take notice of the position; without one, latitude and longitude stay."""
+        """Process the position; without one, latitude and longitude stay."""
         self._here = None
         self._down_m = motion.down_m
         if not lost:
             self._known_at = (motion.north_m, motion.east_m)
 
     def here(self) -> GeoPoint:
-        """Where the vehicle believes to be."""
+        """The estimated position of the vehicle."""
         if self._here is None:
             self._here = self.frame.to_geodetic(*self._known_at, self._down_m)
         return self._here

@@ -1,4 +1,4 @@
-"""What a firmware says about its navigation, for NAV_CONTROLLER_OUTPUT."""
+"""The firmware's navigation report, for NAV_CONTROLLER_OUTPUT."""
 
 from __future__ import annotations
 

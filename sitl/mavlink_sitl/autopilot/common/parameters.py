@@ -1,4 +1,4 @@
-"""The parameters of a vehicle: name, value, type. Every one of them does something."""
+"""The parameters of a vehicle: name, value, type. Each of them has an effect."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class UnknownParameterError(KeyError):
     """No parameter has this name."""
 
     def __init__(self, name: str, known: list[str]) -> None:
-        """Say the name and which there are."""
+        """Name the parameter and the existing ones."""
         self.name = name
         self.known = known
         super().__init__(name)

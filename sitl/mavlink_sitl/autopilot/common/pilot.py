@@ -55,7 +55,7 @@ class Pilot:
     def climb_rate_m_s(
         self, now_s: float, timeout_s: float, up_m_s: float, down_m_s: float
     ) -> float:
-        """What the throttle asks for in modes that hold height; positive is up."""
+        """The climb rate of the throttle in altitude-hold modes; positive is up."""
         offset = self.channels(now_s, timeout_s)[2] - CENTRE_US
         if abs(offset) <= DEADZONE_US:
             return 0.0

@@ -1,4 +1,4 @@
-"""Parameters that ArduPilot saves by itself, and so tells everybody with a PARAM_VALUE.
+"""Parameters that ArduPilot saves by itself and then broadcasts as PARAM_VALUE.
 
 Recorded in every flight in `tlogs/ardupilot`: calibrations while it starts, MIS_TOTAL with each
 item of an upload and when home is set, STAT_FLTTIME and STAT_RUNTIME twice a minute and at

@@ -1,4 +1,4 @@
-"""What rovers, boats and planes have in common, and copters do not."""
+"""The common base of rovers, boats and planes, as opposed to copters."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Traveller(Copter):
 
     @abstractmethod
     def destination_ned_m(self) -> tuple[float, float, float] | None:
-        """Where it is going, for POSITION_TARGET_GLOBAL_INT."""
+        """The destination, for POSITION_TARGET_GLOBAL_INT."""
 
     def pause_or_go_on(self, go_on: bool) -> Result:
         """DO_PAUSE_CONTINUE: the firmware has it for copters only."""

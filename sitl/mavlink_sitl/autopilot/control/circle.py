@@ -1,4 +1,4 @@
-"""Flying round a place: the mode CIRCLE, and what LOITER_TURNS does at its circle."""
+"""Circling a point: the mode CIRCLE, and LOITER_TURNS on its circle."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Orbit:
         self._updated_s = self._copter.now_s
 
     def point(self) -> Vector:
-        """Where on the circle it is to be, NED metres."""
+        """The target point on the circle, NED metres."""
         north, east, down = self._centre
         return (
             north + self._radius_m * math.cos(self._angle_rad),

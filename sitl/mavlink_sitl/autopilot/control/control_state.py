@@ -1,4 +1,4 @@
-"""What the controllers are given, remember and give. Every field of a lane type is a lane."""
+"""The controllers' inputs, state and outputs. Every field of a lane type is a lane."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Targets(NamedTuple):
 
 
 class HorizontalState(NamedTuple):
-    """What the controllers remember about North and East. Every field is a lane."""
+    """The horizontal state of the controllers. Every field is a lane."""
 
     target_north_m: Lane
     target_east_m: Lane
@@ -128,7 +128,7 @@ class VerticalState(NamedTuple):
 
 
 class ControllerState(NamedTuple):
-    """What the controllers remember. NED and SI units.
+    """The state of the controllers. NED and SI units.
 
     Attributes:
         horizontal: targets, desired motion and integrators, North and East.
@@ -144,7 +144,7 @@ class ControllerState(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """Where the estimators believe the vehicles are. Every field is a lane."""
+    """The estimated states of the vehicles. Every field is a lane."""
 
     north_m: Lane
     east_m: Lane
@@ -157,7 +157,7 @@ class Belief(NamedTuple):
 
 
 class Output(NamedTuple):
-    """What the controllers ask of the vehicles. Every field is a lane."""
+    """The outputs of the controllers. Every field is a lane."""
 
     lean_north: Lane
     lean_east: Lane

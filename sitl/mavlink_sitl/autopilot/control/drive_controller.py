@@ -62,7 +62,7 @@ class DriveTargets(NamedTuple):
 
 
 class DriveBody(NamedTuple):
-    """How vehicles move, as their estimators say; lanes."""
+    """The estimated motion of the vehicles; lanes."""
 
     forward_m_s: Lane
     yaw_rad: Lane
@@ -70,7 +70,7 @@ class DriveBody(NamedTuple):
 
 
 class DriveState(NamedTuple):
-    """What the controllers remember; lanes."""
+    """The state of the controllers; lanes."""
 
     speed_m_s: Lane
     """The wanted speed on its way to the target."""
@@ -87,7 +87,7 @@ def initial(o: Ops) -> DriveState:
 
 
 def targets_of(guidance: list[DriveGuidance], o: Ops) -> DriveTargets:
-    """What each vehicle is told, one lane per field."""
+    """The targets of each vehicle, one lane per field."""
 
     def lane(name: str) -> Lane:
         return o.pack([float(getattr(g, name)) for g in guidance])

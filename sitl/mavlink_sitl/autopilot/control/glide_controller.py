@@ -42,7 +42,7 @@ class GlideTargets(NamedTuple):
 
 
 class GlideState(NamedTuple):
-    """What the controllers remember; lanes."""
+    """The state of the controllers; lanes."""
 
     climb_m_s: Lane
     integrator: Lane
@@ -56,7 +56,7 @@ def initial(o: Ops) -> GlideState:
 
 
 def targets_of(guidance: list[GlideGuidance], o: Ops) -> GlideTargets:
-    """What each vehicle is told, one lane per field."""
+    """The targets of each vehicle, one lane per field."""
 
     def lane(name: str) -> Lane:
         return o.pack([float(getattr(g, name)) for g in guidance])

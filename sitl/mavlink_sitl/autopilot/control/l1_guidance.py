@@ -18,7 +18,7 @@ Point = tuple[float, float]
 
 
 class Tracking(NamedTuple):
-    """What the law gives on a straight line.
+    """The output of the law on a straight line.
 
     Attributes:
         sideways_m_s2: acceleration to the right.
@@ -30,7 +30,7 @@ class Tracking(NamedTuple):
 
 
 class Circling(NamedTuple):
-    """What the law gives.
+    """The output of the law.
 
     Attributes:
         sideways_m_s2: acceleration to the right.

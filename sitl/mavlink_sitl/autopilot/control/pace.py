@@ -1,4 +1,4 @@
-"""How fast the time of a track goes: slower while a mission is paused.
+"""The pace of the time along a track: slower while a mission is paused.
 
 Shaped as in ArduPilot's AC_WPNav: the speed that the parameters allow becomes zero within the
 acceleration and jerk of the position controller, and what the track does is scaled with it.

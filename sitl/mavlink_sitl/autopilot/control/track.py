@@ -1,4 +1,4 @@
-"""A way over waypoints: straight legs, joined by corners that are cut within a radius.
+"""A track over waypoints: straight legs, joined by corners that are cut within a radius.
 
 Each leg is a `LineProfile` from rest to rest. While one leg brakes the next one may already
 accelerate; the two motions add up, so that the vehicle rounds the corner without stopping.
@@ -176,7 +176,7 @@ class Track:
     _tail: tuple[TrackLeg, float] | None = None
 
     def at(self, now_s: float) -> Motion3:
-        """Where to be now: the sum of the legs under way."""
+        """The present reference: the sum of the legs under way."""
         motion = self._at(now_s - self._late_s)
         if self.pace.steady:
             return motion

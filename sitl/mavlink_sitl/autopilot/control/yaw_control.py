@@ -1,4 +1,4 @@
-"""Where the nose is to point when somebody asked for it: CONDITION_YAW and regions of interest.
+"""The requested yaw: CONDITION_YAW and regions of interest.
 
 From ArduCopter's source: a heading is turned to at no more than ATC_SLEW_YAW and kept until
 the next waypoint, setpoint or mode; a region of interest is looked at until it is taken away

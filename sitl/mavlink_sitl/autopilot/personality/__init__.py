@@ -1,4 +1,4 @@
-"""What differs between firmwares, as data. One module per firmware and kind of vehicle."""
+"""Differences between firmware, as data; one module per firmware and vehicle type."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ModeSpec:
         number: HEARTBEAT.custom_mode.
         name: the firmware's name.
         behaviour: which class of `autopilot.modes` flies it.
-        requires_position: refused in the air while the estimator has no position.
+        requires_position: rejected in the air while the estimator has no position.
         armable: motors may be armed in it.
         position_controlled: the position controller runs in it (base_mode GUIDED_ENABLED).
         base_flags: HEARTBEAT.base_mode in it, besides CUSTOM_MODE_ENABLED, SAFETY_ARMED and that.

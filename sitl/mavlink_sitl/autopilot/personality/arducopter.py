@@ -27,7 +27,7 @@ from mavlink_sitl.autopilot.personality.shared import (
 from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS
 
 SET_ATTITUDE_TARGET = 0x0040
-"""A capability that other kinds of vehicle do not have here"""
+"""A capability that other vehicle types do not have here"""
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16

@@ -1,4 +1,4 @@
-"""What PX4 v1.17 is whatever it flies: numbers of modes, flags, capabilities."""
+"""PX4 v1.17 for all vehicle types: mode numbers, flags, capabilities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the personalities of ArduPilot share: parameters, and the groups of streams."""
+"""Parameters and stream groups that the personalities of ArduPilot share."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ SIM_WIND = (
 )
 """Of those that the wind moves"""
 COMMON = (*BATTERY, *FENCE, *LINK, *SIMULATION)
-"""Of every kind of vehicle"""
+"""Of every vehicle type"""
 
 
 STREAMS: dict[str, tuple[int, ...]] = {
@@ -81,7 +81,7 @@ def streams(**more: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
     """REQUEST_DATA_STREAM: message ids by stream id; 0 is all of them.
 
     Args:
-        more: what a kind of vehicle sends besides, by group.
+        more: what a vehicle type sends besides, by group.
     """
     by_id = {
         STREAM_IDS[name]: (*messages, *more.get(name, ())) for name, messages in STREAMS.items()
@@ -125,7 +125,7 @@ def saved_calibrations(ids_s: float, gyroscopes_s: float) -> tuple[SavedStep, ..
 
 
 def saved_source(at_s: float) -> tuple[SavedStep, ...]:
-    """Where the estimator has its position from."""
+    """The source of the estimator's position."""
     return (SavedStep(at_s, "EK3_SRC1_POSXY", 3.0, _INT8),)
 
 

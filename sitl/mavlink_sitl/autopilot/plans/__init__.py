@@ -1,1 +1,1 @@
-"""What people upload: missions, fences, rally points."""
+"""Uploaded plans: missions, fences and rally points."""

@@ -1,4 +1,4 @@
-"""The fence: two heights, a circle around home, and what was uploaded.
+"""The fence: two altitudes, a circle around home, and the uploaded areas.
 
 As seen in `copter_fence` and in the observations: a position setpoint outside is ignored in
 silence; with AVOID_ENABLE a velocity towards the fence ends inside it; a breach is said,
@@ -140,7 +140,7 @@ class Fence:
             self.breached = 0
 
     def reasons(self) -> list[str]:
-        """Why the fence forbids arming."""
+        """The reasons for which the fence prevents arming."""
         if not self.enabled:
             return []
         if not self.present:

@@ -1,4 +1,4 @@
-"""What is known about each item of a mission: its name in texts, and of what sort it is."""
+"""Properties of each mission command: its name in texts and its type."""
 
 from __future__ import annotations
 

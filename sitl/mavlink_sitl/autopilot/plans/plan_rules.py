@@ -1,4 +1,4 @@
-"""How a firmware takes and gives missions, fences and rally points, as data.
+"""Each firmware's rules for transfers of missions, fences and rally points, as data.
 
 From the recordings: `copter_auto_cleared`, `rover_auto`, `px4/mission_clear` and
 `px4/probe_ground`, and from what else was seen of the real firmwares.
@@ -87,7 +87,7 @@ class PlanRules:
         capacity: most items of each list.
         too_many_text: what is said about more of them.
         received_texts: what is said about a complete list.
-        bad_item_text: what is said about an item that is refused.
+        bad_item_text: what is said about an item that is rejected.
         not_in_list_text: what is said when the current item is to be one that does not exist.
         commands: the items that are taken, by list.
         frames: the frames that are taken.
@@ -177,7 +177,7 @@ _PX4_DEEDS = frozenset(
     )
 )
 """PX4's items with a place, in a global frame, and those without, in the frame MISSION. An
-upload of each was seen; LOITER_TURNS, splines, CONDITION_YAW and DO_SET_SERVO are refused."""
+upload of each was seen; LOITER_TURNS, splines, CONDITION_YAW and DO_SET_SERVO are rejected."""
 
 PX4_PLANS = PlanRules(
     home_first=False,

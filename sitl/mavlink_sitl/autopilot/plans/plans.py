@@ -1,4 +1,4 @@
-"""What people have uploaded: the mission, the fence and the rally points of one vehicle.
+"""The uploaded mission, fence and rally points of one vehicle.
 
 Storage that outlives a reboot, as the parameters do. The rules of the transfer are
 `mavlink.mission_transfer`'s, of flying it `autopilot.auto`'s.
@@ -157,7 +157,7 @@ class Plans:
         return (self.mission, self.fence, self.rally)[plan_type]
 
     def rewind(self) -> None:
-        """Begin at the beginning next time: what disarming does."""
+        """Restart at the first item next time, as after disarming."""
         self.current = 0
         self.jumps.clear()
 

@@ -1,4 +1,4 @@
-"""Where RTL goes: home, or a rally point that is nearer."""
+"""The target of RTL: home, or a closer rally point."""
 
 from __future__ import annotations
 

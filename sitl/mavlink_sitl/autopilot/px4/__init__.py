@@ -1,1 +1,1 @@
-"""PX4's multicopter firmware: the same hooks as `autopilot.copter`, another temperament."""
+"""PX4's firmware: the same hooks as `autopilot.copter`, different behaviour."""

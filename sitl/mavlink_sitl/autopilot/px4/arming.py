@@ -1,4 +1,4 @@
-"""Arming and disarming as PX4 does it, and the ramp of the motors before lifting off."""
+"""PX4's arming and disarming, and the motor ramp before take-off."""
 
 from __future__ import annotations
 

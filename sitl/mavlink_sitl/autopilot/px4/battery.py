@@ -1,4 +1,4 @@
-"""PX4's battery simulator: it empties with time while armed, whatever the motors do."""
+"""PX4's battery simulator: discharges with time while armed, whatever the motors do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What PX4 does when something is lost: the mode that flies instead of the intended one.
+"""PX4's failsafes: the mode that replaces the intended one.
 
 Read in the firmware's failsafe framework: every cause has an action, and the gravest one flies.
 Where somebody could still take over, it first holds for COM_FAIL_ACT_T. Who chooses another
@@ -38,7 +38,7 @@ _PILOT_GRAVITY, _HOLD_GRAVITY = 2, 3
 
 @dataclass(frozen=True)
 class Action:
-    """What is to be done about one cause.
+    """The action on one cause.
 
     Attributes:
         mode: that flies, or `WARN` or `TERMINATE`.

@@ -1,7 +1,7 @@
-"""Whether PX4 would fly an uploaded mission.
+"""PX4's feasibility check of an uploaded mission.
 
 The checks run when a mission or a fence has been uploaded and once home is known. The upload is
-acknowledged in any case; a mission that fails cannot be flown: AUTO.MISSION is refused in the
+acknowledged in any case; a mission that fails cannot be flown: AUTO.MISSION is rejected in the
 air, and keeps the vehicle from arming on the ground. Seen of the real one: nothing is said but
 a violated fence, MISSION_CURRENT.mission_state tells the rest; a first waypoint far away and
 waypoints below home are feasible. What was not seen is read in the firmware.
@@ -29,7 +29,7 @@ NEEDS_TAKEOFF, NEEDS_LANDING, NEEDS_BOTH, BOTH_OR_NONE = 1, 2, 3, 4
 """MIS_TKO_LAND_REQ"""
 KNOWN_AFTER_S = 0.1
 """The commander looks at the result ten times a second; MISSION_START 10 ms after an upload was
-refused"""
+rejected"""
 
 
 class Feasibility:

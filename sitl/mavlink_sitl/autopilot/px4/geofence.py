@@ -1,4 +1,4 @@
-"""PX4's geofence: a distance from home, a height above it, and what was uploaded.
+"""PX4's geofence: a distance from home, a height above it, and the uploaded areas.
 
 Read in the firmware (geofence, commander's checks): a breach forbids arming, and in flight
 `failsafe` answers it with GF_ACTION. An area that does not contain home, or the vehicle when

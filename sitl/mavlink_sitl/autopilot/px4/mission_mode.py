@@ -1,4 +1,4 @@
-"""AUTO.MISSION of PX4, whatever flies or drives. Seen in the recording `px4/mission_clear`.
+"""AUTO.MISSION of PX4, for all vehicle types. Seen in the recording `px4/mission_clear`.
 
 The list, its order, jumps and conditions are `autopilot.auto`'s; what is said is PX4's: item 0
 counts, nothing names the items, a mission that is cleared in flight ends in AUTO.LOITER.
@@ -25,12 +25,12 @@ class Px4Mission(Px4Mode, Auto):
         return super().has_mission and self.px4.feasibility.holds()
 
     def enter(self) -> None:
-        """Take the mission up where it was left, or begin it."""
+        """Resume the mission where it was left, or begin it."""
         self._announced = self._returns = False
         Auto.enter(self)
 
     def update(self) -> None:
-        """Go on with the item in force, or to the next."""
+        """Run one step of the current item, or advance to the next."""
         if self.px4.armed and not self._announced and self.task is not None:
             self._announced = True
             self.announce()

@@ -1,4 +1,4 @@
-"""What the flight modes of PX4 have in common, whatever flies or drives."""
+"""The common base of the flight modes of PX4, for all vehicle types."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Px4Mode(Mode):
         return Motors.FLY if self.px4.arming.may_lift() else Motors.IDLE
 
     def here(self) -> Vector:
-        """Where the vehicle believes to be."""
+        """The estimated position of the vehicle."""
         motion = self.px4.motion
         return motion.north_m, motion.east_m, motion.down_m
 

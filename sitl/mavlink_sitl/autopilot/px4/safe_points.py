@@ -1,4 +1,4 @@
-"""Where AUTO.RTL goes: home, a safe (rally) point or the mission's landing, by RTL_TYPE.
+"""The target of AUTO.RTL: home, a safe (rally) point or the mission's landing, by RTL_TYPE.
 
 Read in the firmware's `rtl`: 0 home or a safe point; 1 a safe point or the mission's landing,
 home only without either; 3 the nearest of all; 5 safe points only, else here. Types 2 and 4
@@ -29,7 +29,7 @@ Place = tuple[float, float, float]
 
 
 def destination_ned_m(vehicle: Px4Vehicle) -> Place:
-    """Where RTL lands: North, East and down of the ground there, in the local frame."""
+    """The destination of RTL: north, east and down of the ground there, in the local frame."""
     kind = int(vehicle.parameters["RTL_TYPE"])
     here = vehicle.motion[:3]
     home = vehicle.px4_navigator.true_home_ned_m()
@@ -70,7 +70,7 @@ def _place(vehicle: Px4Vehicle, item: PlanItem) -> Place:
 
 
 def return_down_m(vehicle: Px4Vehicle, destination: Place) -> float:
-    """How high RTL flies back: RTL_RETURN_ALT above the destination, less within a cone.
+    """The altitude of RTL: RTL_RETURN_ALT above the destination, less within a cone.
 
     The cone stands on the destination; RTL_CONE_ANG is its half angle, and it counts within
     RTL_MIN_DIST. Inside NAV_ACC_RAD twice the distance is enough.

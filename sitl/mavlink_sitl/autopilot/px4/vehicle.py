@@ -1,4 +1,4 @@
-"""PX4's commander, whatever it flies or drives: intentions, failsafes, arming.
+"""PX4's commander for all vehicle types: intentions, failsafes, arming.
 
 What people choose is an *intention*; what flies may be another mode while a failsafe acts,
 and the intention comes back into force by itself when its reason is gone (a restarted
@@ -42,7 +42,7 @@ HOME_DRIFT_S = 120.0
 HOME_DRIFT_M = 1.2
 """The recorded home went from 487.4 m to 489.8 m in one flight"""
 REFUSAL_TEXT_S = 1.0
-"""A refused mode is told at most once in so long"""
+"""A rejected mode is told at most once in so long"""
 NEEDS_STICKS = ("px4_manual", "px4_altitude", "px4_position")
 """Behaviours of modes that somebody has to hold the sticks for"""
 _NOT_RESTORED = (px4.LAND, px4.RTL, px4.TAKEOFF)
@@ -206,7 +206,7 @@ class Px4Vehicle(Copter):
     # What it does by itself.
 
     def update(self, observation: Observation) -> None:
-        """Take notice of the world and act; called at a fixed rate."""
+        """Process the latest state and act; called at a fixed rate."""
         if observation.time_s >= self.estimator.scaled(self.personality.standby_s):
             self.started = True
         self.battery.update(observation.time_s, self.armed)
@@ -266,7 +266,7 @@ class Px4Vehicle(Copter):
 
         Args:
             number: HEARTBEAT.custom_mode.
-            told: who asks is also told of a refusal by a text.
+            told: who asks is also told of a rejection by a text.
         """
         result = self._change_mode(number)
         if told and result is Result.TEMPORARILY_REJECTED:

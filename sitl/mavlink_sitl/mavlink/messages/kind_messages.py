@@ -107,7 +107,7 @@ _DRIVEN = {**_OWN, 168: _never}
 """Without an airspeed there is no estimate of the wind"""
 
 BY_KIND: dict[str, dict[int, Builder]] = {"rover": _DRIVEN, "boat": _DRIVEN, "plane": _OWN}
-"""By kind of vehicle and message id: what is built another way"""
+"""By vehicle type and message id: what is built another way"""
 
 
 def for_kinds(message_id: int, builder: Builder) -> Builder:

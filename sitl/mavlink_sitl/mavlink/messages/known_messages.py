@@ -1,4 +1,4 @@
-"""The messages that an ArduPilot 4.7 can be asked for, whether it has anything to say or not.
+"""The messages that ArduPilot 4.7 accepts requests for, even if it never sends them.
 
 SET_MESSAGE_INTERVAL and REQUEST_MESSAGE of these are accepted, of all others denied (with a
 text) and failed. Asked of the firmware's own simulator, one number after the other.
@@ -39,4 +39,4 @@ BY_KIND: dict[str, frozenset[int]] = {
     "boat": _ids(_EVERY_KIND, _ROVER),
     "plane": _ids(_EVERY_KIND, _PLANE),
 }
-"""Message ids by kind of vehicle"""
+"""Message ids by vehicle type"""

@@ -1,4 +1,4 @@
-"""Telemetry about place and motion, one function per message.
+"""Telemetry about position and motion, one function per message.
 
 Values before a position and after its loss are those the firmware was recorded to send.
 """

@@ -42,7 +42,7 @@ def _to_body(s: Snapshot, vector: Vector) -> Vector:
 
 
 def specific_force_m_s2(s: Snapshot) -> Vector:
-    """What an accelerometer feels: gravity and turning; changes of speed are left out."""
+    """The specific force: gravity and turning; changes of speed are left out."""
     m = s.motion
     u, v, w = _to_body(s, m[3:6])
     p, q, r = m.roll_rate_rad_s, m.pitch_rate_rad_s, m.yaw_rate_rad_s

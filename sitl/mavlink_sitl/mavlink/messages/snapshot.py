@@ -1,4 +1,4 @@
-"""One vehicle at one moment, as telemetry needs it, and numbers that fit into fields."""
+"""One vehicle at one moment for telemetry, and conversions of numbers to field ranges."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class Instruments(Protocol):
     """What few messages tell and what takes work: asked for when one is made."""
 
     def gps_reading(self) -> GpsReading | None:
-        """What the receiver says; None before it is found."""
+        """The reading of the receiver; None before it is found."""
         ...
 
     def truth(self) -> Motion:
-        """Where the vehicle is, whatever it believes."""
+        """The true position of the vehicle."""
         ...
 
     def truth_point(self) -> GeoPoint:

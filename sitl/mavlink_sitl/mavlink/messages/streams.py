@@ -1,4 +1,4 @@
-"""Which message is due when. Times are integer microseconds, so rates are exact."""
+"""The schedule of message streams. Times are integer microseconds, so rates are exact."""
 
 from __future__ import annotations
 

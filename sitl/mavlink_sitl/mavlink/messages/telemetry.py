@@ -1,4 +1,4 @@
-"""Which function makes which telemetry message."""
+"""Maps each telemetry message to the function that makes it."""
 
 from __future__ import annotations
 

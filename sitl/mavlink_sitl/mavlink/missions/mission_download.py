@@ -1,4 +1,4 @@
-"""The giving half of the mission service: what is stored of the three lists, item by item."""
+"""The download half of the mission service: sends the three stored lists, item by item."""
 
 from __future__ import annotations
 

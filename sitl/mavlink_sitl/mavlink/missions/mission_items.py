@@ -1,4 +1,4 @@
-"""Items of missions, fences and rally points: messages to items and back, and what is wrong."""
+"""Items of missions, fences and rally points: conversion from and to messages, and checks."""
 
 from __future__ import annotations
 

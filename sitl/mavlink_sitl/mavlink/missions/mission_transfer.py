@@ -94,7 +94,7 @@ class MissionServer(MissionDownload):
             self._ack(sender_of(message), items.UNSUPPORTED, message.mission_type)
 
     def next_due_us(self) -> int:
-        """When `tick` has something to do."""
+        """The time at which `tick` has something to do."""
         upload = self._upload
         if upload is None:
             return NEVER_US

@@ -1,1 +1,1 @@
-"""PX4's side of the wire: what it answers, says and streams, a link at a time."""
+"""PX4's MAVLink side: its answers, texts and streams, per link."""

@@ -119,4 +119,4 @@ BUILDERS: dict[str, dict[int, Builder]] = {
     "px4boat": {**messages.BUILDERS, **_DRIVE},
     "px4plane": {**messages.BUILDERS, **_FLY},
 }
-"""By kind of vehicle and message id"""
+"""By vehicle type and message id"""

@@ -1,4 +1,4 @@
-"""How often PX4 sends what unasked, by message id and by what a link is for."""
+"""The rates of unrequested PX4 messages, by message id and link role."""
 
 from __future__ import annotations
 

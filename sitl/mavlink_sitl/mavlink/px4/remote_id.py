@@ -1,4 +1,4 @@
-"""OPEN_DRONE_ID_*: what PX4 tells once a second on every link, asked or not.
+"""OPEN_DRONE_ID_*: sent by PX4 once a second on every link, unrequested.
 
 With values of the firmware's simulator, which has no remote id module: OPEN_DRONE_ID_ARM_STATUS
 never comes.

@@ -149,7 +149,7 @@ class Px4Server(MavlinkServer):
             self.streams.set(message_id, interval_us, self.now_us)
 
     def next_due_us(self) -> int:
-        """When `tick` has something to do."""
+        """The time at which `tick` has something to do."""
         due_us = min(super().next_due_us(), self._ping_due_us)
         if self._reached is not None:
             due_us = min(due_us, self._reached[1])
@@ -204,7 +204,7 @@ class Px4Server(MavlinkServer):
     # What the firmware says.
 
     def flush_events(self) -> None:
-        """Tell all links what happened in the firmware."""
+        """Report the events of the firmware to all links."""
         events = self.copter.events
         while events:
             event = events.popleft()
@@ -214,7 +214,7 @@ class Px4Server(MavlinkServer):
             self._send_telemetry(self._later.pop(0))
 
     def tell(self, event: Event) -> None:
-        """Tell this link."""
+        """Report to this link."""
         if isinstance(event, StatusText):
             if self._gcs_connected():
                 text = StatusText(event.severity, event.text.rstrip("\t") + "\t")
@@ -255,7 +255,7 @@ class Px4Server(MavlinkServer):
         super()._dispatch(message)
 
     def asked_by_station(self) -> bool:
-        """Whether a ground station's own component asks: only that is told of refused modes."""
+        """Whether a ground station's own component asks: only that is told of rejected modes."""
         return bool(self._asker[1] == dialect.MAV_COMP_ID_MISSIONPLANNER)
 
     def acknowledge(self, command: int, result: Result) -> None:

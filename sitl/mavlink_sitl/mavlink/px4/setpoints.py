@@ -1,7 +1,7 @@
 """PX4's reading of SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT.
 
 Every component has its own ignore bit; an ignored one is NaN in the `Setpoint`, and a group
-that is ignored whole is None. What cannot be flown is refused with a text at every message,
+that is ignored whole is None. What cannot be flown is rejected with a text at every message,
 and does not count as part of the stream.
 """
 
@@ -24,7 +24,7 @@ LEAST_QUATERNION = 1e-6
 LOCAL_FRAMES = {1: Frame.LOCAL, 8: Frame.BODY}
 """MAV_FRAME_LOCAL_NED; MAV_FRAME_BODY_NED, of which only velocity and acceleration count"""
 AMSL, RELATIVE, TERRAIN = 5, 6, 11
-"""MAV_FRAME_GLOBAL_INT, _RELATIVE_ALT_INT, _TERRAIN_ALT_INT; 0, 3 and 10 are refused"""
+"""MAV_FRAME_GLOBAL_INT, _RELATIVE_ALT_INT, _TERRAIN_ALT_INT; 0, 3 and 10 are rejected"""
 
 
 class RefusedError(ValueError):

@@ -1,1 +1,1 @@
-"""What touches the world: clocks, links, recordings, and the thread that runs it all."""
+"""Input and output: clocks, links, recordings, and the thread that runs them."""

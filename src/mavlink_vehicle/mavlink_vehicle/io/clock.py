@@ -1,4 +1,4 @@
-"""Where time comes from."""
+"""Clocks: the sources of time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class Clock(Protocol):
 
     @property
     def rate(self) -> float:
-        """How many of its seconds pass in one second of the wall clock."""
+        """Its seconds per second of the wall clock."""
 
     def now(self) -> float:
         """Return the time in seconds."""
@@ -39,7 +39,7 @@ class MonotonicClock:
 
 
 class ManualClock:
-    """Stands still until it is told otherwise: for tests and replays."""
+    """Stands still until it is set: for tests and replays."""
 
     def __init__(self, now_s: float = 0.0) -> None:
         """Begin at `now_s`."""

@@ -42,16 +42,16 @@ _MAX_POSTS = 256
 
 
 class Application(Protocol):
-    """What a driver runs. All methods are called on the driver's thread."""
+    """An application run by a driver. All methods are called on the driver's thread."""
 
     def start(self, now: float) -> None:
         """Begin."""
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a message that came by a vehicle link."""
+        """Process a message that came by a vehicle link."""
 
     def overhear(self, message: Message, now: float) -> None:
-        """Take note of what a ground station sent by a station link; it may be for a vehicle."""
+        """Record what a ground station sent by a station link; it may be for a vehicle."""
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -60,7 +60,7 @@ class Application(Protocol):
         """Return when `handle_timer` wants to be called."""
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent."""
+        """Return and clear what is to be sent."""
 
 
 def _log_error(error: Exception) -> None:
@@ -119,7 +119,7 @@ class Driver:
             DriverError: it was started before.
         """
         if self._thread is not None:
-            raise DriverError("This driver was started before; make a new one.")
+            raise DriverError("This driver has already been started; create a new one.")
         self._thread = threading.Thread(target=self._run, name="vehicle-driver", daemon=True)
         self._thread.start()
 

@@ -1,4 +1,4 @@
-"""Endpoints of the router, and what is counted for them. Pure: time is an argument."""
+"""The endpoints of the router and their counters. Pure: time is an argument."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class LinkStatistics(CodecStatistics):
 
 
 class Heard:
-    """What an endpoint has heard from one source.
+    """The frames an endpoint has received from one source.
 
     Attributes:
         frames: how many.
@@ -83,7 +83,7 @@ class Endpoint:
     """
 
     def __init__(self, station: bool) -> None:
-        """Begin with nobody heard."""
+        """Begin without sources."""
         self.station = station
         self.sources: dict[Source, Heard] = {}
         self.counts = LinkStatistics()

@@ -1,4 +1,4 @@
-"""The links of a router, the endpoints that their peers are, and what was counted there."""
+"""The links of a router, the endpoints of their peers, and their counters."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Port:
 
 
 class RouterStatistics:
-    """What was counted since the start; read it on the router's thread.
+    """Counters since the start; read them on the router's thread.
 
     Attributes:
         gone: counts of the endpoints that are no longer there, by vehicle.

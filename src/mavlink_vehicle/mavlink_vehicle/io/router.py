@@ -1,4 +1,4 @@
-"""Between links and an application: decodes, encodes, passes on, records.
+"""Routes between links and an application: decodes, encodes, forwards, records.
 
 A router has *vehicle links* and *station links*. Each peer of a link is an endpoint with a
 codec of its own, so that nobody's garbage hurts another on the same port. What comes by a
@@ -206,7 +206,7 @@ class Router:
         return messages
 
     def _is_flooded(self, port: Port, endpoint: PeerEndpoint, data: bytes) -> bool:
-        """Tell whether data must be dropped because its sender sends too much."""
+        """Return whether data must be dropped because its sender sends too much."""
         count = count_frames(data)
         speakers = 1 if port.station else max(1, min(len(endpoint.sources), self._vehicles))
         if endpoint.bucket.take(count / speakers, self._now) and (

@@ -1,4 +1,4 @@
-"""Who is reached where, and which frames are passed on. Pure: time is an argument.
+"""The routing table: which frames are forwarded where. Pure: time is an argument.
 
 These are the rules of https://mavlink.io/en/guide/routing.html, and those of
 docs/ground_stations.md about ground stations and loops.
@@ -26,7 +26,7 @@ _MAX_VEHICLE_SOURCES = 4096
 
 
 class RoutingTable(Generic[EndpointT]):
-    """What was learned from the frames that came, and the decisions that follow from it.
+    """Routes learned from received frames, and the forwarding decisions.
 
     Attributes:
         endpoints: all that can be sent to, in the order in which they came.
@@ -46,7 +46,7 @@ class RoutingTable(Generic[EndpointT]):
         self._next_generation_s = 0.0
 
     def add(self, endpoint: EndpointT) -> None:
-        """Take in an endpoint."""
+        """Process an endpoint."""
         self.endpoints.append(endpoint)
 
     def remove(self, endpoint: EndpointT) -> None:
@@ -64,7 +64,7 @@ class RoutingTable(Generic[EndpointT]):
                     self._unroute(source, heard)
 
     def claim(self, source: Source) -> None:
-        """Take note that we send as `source` ourselves."""
+        """Record that we send as `source` ourselves."""
         if source in self.ours:
             return
         self.ours.add(source)

@@ -53,8 +53,8 @@ def read_signing_key(path: str) -> tuple[bytes, str | None]:
     warning = None
     if mode & (stat.S_IRGRP | stat.S_IROTH):
         warning = (
-            f"The signing key in {path} can be read by other users of this machine; "
-            "take that away with chmod 600."
+            f"The signing key in {path} is readable by other users of this machine; restrict it "
+            "with chmod 600."
         )
     return key, warning
 
@@ -80,7 +80,7 @@ def _key(path: str, content: bytes) -> bytes:
         key = bytes.fromhex(text.strip())
         if not any(key):
             raise LinkError(
-                f"signing_key_file: the key in {path} is all zeros, which to MAVLink means none."
+                f"signing_key_file: the key in {path} is all zeros, which MAVLink treats as no key."
             )
         return key
     return hashlib.sha256(text.encode("utf-8")).digest()

@@ -34,7 +34,7 @@ class TlogWriter:
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Create the file, or begin it anew.
+        """Create the file, or begin it again.
 
         Raises:
             LinkError: it can't be written, or its folder does not exist. A folder is never made:
@@ -48,7 +48,7 @@ class TlogWriter:
         except FileNotFoundError as error:
             folder = self.path.parent
             raise LinkError(
-                f"Cannot record to {path}: there is no folder {folder}; create it first."
+                f"Cannot record to {path}: the folder {folder} does not exist; create it first."
             ) from error
         except OSError as error:
             raise LinkError(f"Cannot record to {path}: {error.strerror or error}.") from error
@@ -104,7 +104,7 @@ class TlogReader:
             raise LinkError(f"Cannot read {path}: {error.strerror or error}.") from error
         self.position, self.size = 0, len(self._data)
         if len(self._data) > _STAMP.size and not _begins(self._data):
-            raise LinkError(f"{path} is not a tlog: no MAVLink packet follows the first time.")
+            raise LinkError(f"{path} is not a tlog: no MAVLink packet follows the first timestamp.")
 
     def __iter__(self) -> Iterator[tuple[float, bytes]]:
         """Yield (unix time in seconds, packet)."""
@@ -127,7 +127,7 @@ class TlogReader:
 
 
 def _begins(data: bytes) -> bool:
-    """Tell whether there is a packet at the beginning, or soon after some damage."""
+    """Return whether there is a packet at the beginning, or soon after some damage."""
     if data[_STAMP.size] in (_MAGIC_1, _MAGIC_2):
         return True
     for found in _MAGIC.finditer(data, _STAMP.size, _DAMAGE_MAX):

@@ -1,4 +1,4 @@
-"""Finds a vehicle's local frame from what it tells: its origin, and how it lies over the earth.
+"""Finds a vehicle's local frame from its telemetry: its origin and its projection.
 
 Where the firmware is known, so is its projection. Where it is not, the lengths of its metres
 north and east are measured, by what GLOBAL_POSITION_INT and LOCAL_POSITION_NED say of the same
@@ -108,7 +108,7 @@ class _Axis:
         self._farthest_m = 0.0
 
     def learn(self, angle_rad: float, way_m: float) -> bool:
-        """Take an angle on the earth and its metres in the frame; tell whether that says more."""
+        """Take an angle on the earth and its metres in the frame; return whether it helps."""
         away_m = abs(angle_rad * self._assumed_m)
         if away_m <= self._farthest_m * _FARTHER:
             return False

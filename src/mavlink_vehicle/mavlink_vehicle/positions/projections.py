@@ -1,4 +1,4 @@
-"""How a firmware lays its flat local frame over the round earth.
+"""The projections of each firmware's flat local frame onto the earth.
 
 An autopilot flies in metres north and east of a local origin, and turns every latitude and
 longitude into such metres by a projection of its own. None of them is exact: against the WGS-84

@@ -1,4 +1,4 @@
-"""What ArduPilot, PX4 and others do differently, as data."""
+"""Differences between ArduPilot, PX4 and other firmware, as data."""
 
 from __future__ import annotations
 

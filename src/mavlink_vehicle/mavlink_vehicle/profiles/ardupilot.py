@@ -122,7 +122,7 @@ COPTER = Profile(
     mission_mode="AUTO",
     missions=replace(_MISSIONS, yaw_command=True),
     takeoff=TakeoffForm.ABOVE_HOME,
-    # Refused on the ground and in other modes.
+    # Rejected on the ground and in other modes.
     speed_command=SpeedCommand(1, frozenset({"GUIDED", "AUTO"})),
     # GCS_MAVLink_Copter.cpp, SET_POSITION_TARGET_LOCAL_NED: a position may come with a
     # velocity, and both with an acceleration, but a position with an acceleration alone, or
@@ -162,7 +162,7 @@ ROVER = Profile(
     # With velocity setpoints the setpoint is the speed: DO_CHANGE_SPEED fails then
     # (Rover's mode_guided.cpp, set_desired_speed).
     speed_command=SpeedCommand(1, frozenset({"AUTO"})),
-    # An acceleration is refused, with a text at every message. A yaw beside a velocity wins
+    # An acceleration is rejected, with a text at every message. A yaw beside a velocity wins
     # over its direction, so none is sent: the heading follows the velocity.
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
@@ -190,7 +190,7 @@ PLANE = Profile(
     return_mode="RTL",
     mission_mode="AUTO",
     missions=_PLANE_MISSIONS,
-    # NAV_TAKEOFF is refused outside a mission; the mode takes off and circles at TKOFF_ALT.
+    # NAV_TAKEOFF is rejected outside a mission; the mode takes off and circles at TKOFF_ALT.
     takeoff=TakeoffForm.MODE,
     takeoff_mode="TAKEOFF",
     # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
@@ -209,8 +209,8 @@ PLANE = Profile(
 QUADPLANE = Profile(
     name="ArduPlane VTOL",
     projection=PROJECTION,
-    unsupported="ArduPlane VTOL vehicles are not supported: they hover and glide, and goals "
-    "know only vehicles that do one of the two.",
+    unsupported="ArduPlane VTOL vehicles are not supported: they both hover and fly as planes, "
+    "and goals support only vehicles that do one of the two.",
     modes=PLANE.modes,
     hold_mode="LOITER",
     return_mode="RTL",

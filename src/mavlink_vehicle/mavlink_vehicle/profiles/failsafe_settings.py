@@ -1,4 +1,4 @@
-"""Which parameters say what a vehicle does by itself when something fails, as data.
+"""The failsafe parameters of each firmware, as data.
 
 The meaning of the numbers is that of the firmwares' own parameter descriptions: ArduPilot's
 Parameters.cpp of each vehicle, AP_BattMonitor_Params.cpp and AC_Fence.cpp; PX4's
@@ -38,7 +38,7 @@ class FailsafeSetting:
         return (self.name, self.formerly) if self.formerly else (self.name,)
 
     def describe(self, value: float) -> str:
-        """Return a value for people, with what it means."""
+        """Return a value as text, with what it means."""
         number = f"{value:g}{' ' if self.unit else ''}{self.unit}"
         meaning = self.values.get(int(value)) if value == int(value) else None
         return number if meaning is None else f"{number} ({meaning})"
@@ -60,12 +60,12 @@ _COPTER_BATTERY = (
     "nothing", "land", "RTL", "SmartRTL or RTL", "SmartRTL or land", "terminate",
     "to the mission's landing, or RTL", "brake or land",
 )  # fmt: skip
-_ROVER_ENABLE = ("off", "on", "on, but a mission goes on")
+_ROVER_ENABLE = ("off", "on", "on, but a mission continues")
 _ROVER_BATTERY = ("nothing", "RTL", "hold", "SmartRTL", "SmartRTL or hold", "terminate")
 _PLANE_BATTERY = ("nothing", "RTL", "land", "terminate", "QLAND", "parachute", "loiter to QLAND")
 # Renamed in ArduPilot 4.7.
 _STATION_ID = FailsafeSetting(
-    "MAV_GCS_SYSID", "system id of the ground station that counts", formerly="SYSID_MYGCS"
+    "MAV_GCS_SYSID", "system id of the monitored ground station", formerly="SYSID_MYGCS"
 )
 _FENCE_ENABLE = _choice("FENCE_ENABLE", _FENCE_ON, "off", "on")
 
@@ -73,7 +73,7 @@ ARDUCOPTER = (
     _choice("FS_GCS_ENABLE", _STATION, *_COPTER_ACTIONS),
     _STATION_ID,
     _choice(
-        "FS_THR_ENABLE", _RC, "nothing", "RTL", "RTL, but a mission goes on", "land",
+        "FS_THR_ENABLE", _RC, "nothing", "RTL", "RTL, but a mission continues", "land",
         "SmartRTL or RTL", "SmartRTL or land", "to the mission's landing, or RTL",
         "brake or land",
     ),
@@ -90,9 +90,9 @@ ARDUCOPTER = (
 )  # fmt: skip
 
 ARDUROVER = (
-    _choice("FS_ACTION", "what a failsafe does", "nothing", "RTL", "hold", "SmartRTL or RTL",
+    _choice("FS_ACTION", "failsafe action", "nothing", "RTL", "hold", "SmartRTL or RTL",
             "SmartRTL or hold", "terminate", "loiter or hold"),
-    FailsafeSetting("FS_TIMEOUT", "how long until then", unit="s"),
+    FailsafeSetting("FS_TIMEOUT", "failsafe delay", unit="s"),
     _choice("FS_GCS_ENABLE", _STATION, *_ROVER_ENABLE),
     _STATION_ID,
     _choice("FS_THR_ENABLE", _RC, *_ROVER_ENABLE),
@@ -106,13 +106,13 @@ ARDUROVER = (
 )  # fmt: skip
 
 ARDUPLANE = (
-    _choice("FS_LONG_ACTN", "what a long failsafe does in GUIDED", "goes on", "RTL", "glides",
+    _choice("FS_LONG_ACTN", "long failsafe action in GUIDED", "continue", "RTL", "glides",
             "parachute", "AUTO", "AUTOLAND or RTL"),
-    FailsafeSetting("FS_LONG_TIMEOUT", "how long until then", unit="s"),
+    FailsafeSetting("FS_LONG_TIMEOUT", "failsafe delay", unit="s"),
     _choice("FS_GCS_ENABL", _STATION, "off", "on", "on, by the radio's report, too",
             "on in AUTO only"),
     _STATION_ID,
-    _choice("THR_FAILSAFE", _RC, "off", "on", "no failsafe, but no stale sticks", off=(0, 2)),
+    _choice("THR_FAILSAFE", _RC, "off", "on", "no failsafe; drops stale input", off=(0, 2)),
     _choice("BATT_FS_LOW_ACT", _BATTERY, *_PLANE_BATTERY),
     _choice("BATT_FS_CRT_ACT", _CRITICAL, *_PLANE_BATTERY),
     _FENCE_ENABLE,

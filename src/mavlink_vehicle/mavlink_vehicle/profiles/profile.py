@@ -1,4 +1,4 @@
-"""What one firmware and kind of vehicle does differently, as data."""
+"""The profile of one firmware and vehicle type, as data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mavlink_vehicle.profiles.failsafe_settings import FailsafeSetting
 
 
 class VehicleKind(enum.Enum):
-    """What a vehicle is, as far as flying it is concerned."""
+    """The vehicle type, as far as flying it is concerned."""
 
     COPTER = "copter"
     ROVER = "rover"
@@ -24,7 +24,7 @@ class VehicleKind(enum.Enum):
 
 
 class ModePacking(enum.Enum):
-    """How a custom_mode goes into MAV_CMD_DO_SET_MODE."""
+    """The encoding of a custom_mode in MAV_CMD_DO_SET_MODE."""
 
     WHOLE = "param2"
     """ArduPilot."""
@@ -33,7 +33,7 @@ class ModePacking(enum.Enum):
 
 
 class TakeoffForm(enum.Enum):
-    """How a take-off is asked for, and how its height is meant."""
+    """The form of the take-off command and the reference of its altitude."""
 
     NONE = "none"
     """The vehicle has no such command (rover, boat), or the profile doesn't know it."""
@@ -67,7 +67,7 @@ class SetpointField(enum.Flag):
 
 @dataclass(frozen=True)
 class SpeedCommand:
-    """Where MAV_CMD_DO_CHANGE_SPEED works.
+    """The support for MAV_CMD_DO_CHANGE_SPEED.
 
     Attributes:
         speed_type: its param1; 0 airspeed, 1 ground speed.

@@ -118,7 +118,7 @@ _COMMON = Profile(
     parameters_bytewise=True,
 )
 
-# OFFBOARD is refused until setpoints have come for a second (offboardCheck.cpp, COM_OF_LOSS_T).
+# OFFBOARD is rejected until setpoints have come for a second (offboardCheck.cpp, COM_OF_LOSS_T).
 _OFFBOARD = replace(
     _COMMON,
     control_mode="OFFBOARD",
@@ -197,8 +197,8 @@ PLANE = replace(
 VTOL = replace(
     _COMMON,
     name="PX4 VTOL",
-    unsupported="PX4 VTOL vehicles are not supported: they hover and glide, and goals know only "
-    "vehicles that do one of the two.",
+    unsupported="PX4 VTOL vehicles are not supported: they both hover and fly as planes, and "
+    "goals support only vehicles that do one of the two.",
 )
 
 OTHER = replace(_COMMON, name="PX4 vehicle of another kind")

@@ -1,4 +1,4 @@
-"""Tells when a failsafe begins and ends, with its kind.
+"""Reports the begin and the end of a failsafe, with its kind.
 
 The HEARTBEAT that shows a failsafe and the text that says which one come in either order. So a
 failsafe without a known kind is told half a second later, with what is known by then.
@@ -29,10 +29,10 @@ class FailsafeWatch:
         """Nothing to do."""
 
     def receive(self, message: Message, now: float) -> None:
-        """What comes in is looked at by `state.reduce`."""
+        """Ignore it: `state.reduce` reads the messages."""
 
     def observe(self, failsafe: Failsafe | None, now: float) -> None:
-        """Take in what the state says now."""
+        """Process what the state says now."""
         self._now = failsafe
         if failsafe is None:
             self._deadline = None
@@ -49,7 +49,7 @@ class FailsafeWatch:
         return self._deadline
 
     def handle_timer(self, now: float) -> None:
-        """Tell what is known by now."""
+        """Report what is known by now."""
         if self._deadline is not None and now >= self._deadline and self._now is not None:
             self._tell(self._now)
 
@@ -58,7 +58,7 @@ class FailsafeWatch:
         return []
 
     def next_event(self) -> FailsafeBegan | FailsafeEnded | None:
-        """Take the next event."""
+        """Return and remove the next event."""
         return self._events.popleft() if self._events else None
 
     def _tell(self, failsafe: Failsafe) -> None:

@@ -1,4 +1,4 @@
-"""HEARTBEAT, both ways: ours at 1 Hz, and the watch over theirs.
+"""HEARTBEAT in both directions: sends ours at 1 Hz and monitors the autopilot's.
 
 https://mavlink.io/en/services/heartbeat.html. An ArduPilot with FS_GCS_ENABLE, and a PX4 with
 COM_DL_LOSS_T, take the end of our HEARTBEATs as the loss of the ground station: setpoints
@@ -59,7 +59,7 @@ class HeartbeatSender:
         )
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent."""
+        """Return and clear what is to be sent."""
         messages, self._outbox = self._outbox, []
         return messages
 
@@ -68,7 +68,7 @@ class HeartbeatSender:
 
 
 class WatchState(enum.Enum):
-    """What the watch knows."""
+    """The state of the watch."""
 
     UNSEEN = "never heard"
     ALIVE = "heard in time"
@@ -76,7 +76,7 @@ class WatchState(enum.Enum):
 
 
 class WatchInput(enum.Enum):
-    """What moves the watch."""
+    """An input of the watch."""
 
     BEAT = "a HEARTBEAT of the autopilot"
     SILENCE = "the time is up"
@@ -103,15 +103,15 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
         """Nothing to do before the first one."""
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a HEARTBEAT of the autopilot."""
+        """Process a HEARTBEAT of the autopilot."""
         self._fire(WatchInput.BEAT, now)
 
     def hear(self, now: float) -> None:
-        """Take note that another message of the autopilot came."""
+        """Record that another message of the autopilot came."""
         self._other_s = now
 
     def observe_boots(self, boot_count: int) -> None:
-        """Tell how often the vehicle has restarted by now."""
+        """Set how often the vehicle has restarted by now."""
         self._boot_count = boot_count
 
     def handle_timer(self, now: float) -> None:

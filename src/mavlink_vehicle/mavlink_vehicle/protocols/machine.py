@@ -1,4 +1,4 @@
-"""What the state machines have in common: a transition table, an outbox and an event queue."""
+"""The base of the state machines: a transition table, an outbox and an event queue."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SansIO(Protocol[EventT_co]):
         """Begin."""
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a message from the vehicle, whether it concerns this protocol or not."""
+        """Process a message from the vehicle, whether it concerns this protocol or not."""
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called, None if there is nothing to wait for."""
@@ -30,10 +30,10 @@ class SansIO(Protocol[EventT_co]):
         """Do what is due at `now`; harmless when nothing is."""
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent out of the outbox."""
+        """Return and clear what is to be sent out of the outbox."""
 
     def next_event(self) -> EventT_co | None:
-        """Take the next event out of the queue."""
+        """Return and remove the next event."""
 
 
 Action = Callable[[Any, float], None]
@@ -71,12 +71,12 @@ class Machine(Generic[EventT]):
         return self._deadline
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent out of the outbox."""
+        """Return and clear what is to be sent out of the outbox."""
         if not self._outbox:
             return []
         messages, self._outbox = self._outbox, []
         return messages
 
     def next_event(self) -> EventT | None:
-        """Take the next event out of the queue."""
+        """Return and remove the next event."""
         return self._events.popleft() if self._events else None

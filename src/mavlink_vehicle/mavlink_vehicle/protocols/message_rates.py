@@ -1,10 +1,10 @@
-"""Telemetry: asks for each message at its rate, and sees to it that it really comes.
+"""Telemetry: requests each message at its rate and checks that it arrives.
 
 MAV_CMD_SET_MESSAGE_INTERVAL is sent for one message after the other, since an acknowledgement
 doesn't say which message it is about. Each message is asked for until the command is answered,
 and then no more:
 
-- A refusal holds until the autopilot restarts. A refused message is never asked for again, because
+- A rejection holds until the autopilot restarts. A rejected message is never asked for again:
   each question makes an ArduPilot simulator say "No ap_message for mavlink id (330)" to every
   ground station.
 - What comes in the first seconds after a grant is what the autopilot sends of the message. That may
@@ -96,7 +96,7 @@ class _Wish:
 
     @property
     def window_s(self) -> float:
-        """How long to count before judging."""
+        """The time to count before judging."""
         rate_hz = self.rate_hz if not self.usual_hz else self.usual_hz
         return max(_CHECK_PERIOD_S, _EXPECTED_IN_WINDOW / rate_hz)
 
@@ -135,7 +135,7 @@ class _Wish:
 
 
 class RatesState(enum.Enum):
-    """What the service is doing."""
+    """The state of the service."""
 
     PAUSED = "no vehicle to ask"
     ASKING = "a command is under way"
@@ -143,7 +143,7 @@ class RatesState(enum.Enum):
 
 
 class RatesInput(enum.Enum):
-    """What moves it on."""
+    """An input of the state machine."""
 
     RESUME = "the vehicle is there (again)"
     ASK = "a message is due to be asked for"
@@ -160,9 +160,9 @@ class MessageRates(Machine[None]):
         timing: CommandTiming,
         optional_rates_hz: Mapping[str, float] | None = None,
     ) -> None:
-        """Say what is wanted: Hz by message name.
+        """Return what is wanted: Hz by message name.
 
-        What is optional comes only from vehicles that are equipped for it: it is no refusal when
+        What is optional comes only from vehicles that are equipped for it: it is no rejection when
         it does not come.
 
         Raises:
@@ -185,7 +185,7 @@ class MessageRates(Machine[None]):
         """Messages that the autopilot won't send, with the result it gave.
 
         One that comes unasked is none of them: a PX4 sends MISSION_CURRENT once a second, and
-        refuses every other rate.
+        rejects every other rate.
         """
         return {
             wish.name: result_name(wish.refusal)
@@ -201,7 +201,7 @@ class MessageRates(Machine[None]):
         """Nothing to ask before `resume`."""
 
     def resume(self, address: Address, skip: frozenset[str], now: float) -> None:
-        """Ask for everything, but for what has been refused since the last `forget`.
+        """Ask for everything, but for what has been rejected since the last `forget`.
 
         Args:
             address: who asks whom.

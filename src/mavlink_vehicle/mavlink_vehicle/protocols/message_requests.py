@@ -1,4 +1,4 @@
-"""Messages that are wanted once: asked for by MAV_CMD_REQUEST_MESSAGE until they came.
+"""Messages needed once, requested by MAV_CMD_REQUEST_MESSAGE until they arrive.
 
 The message itself is the answer. What the acknowledgement says decides whether to ask again, so
 one request is under way at a time; an acknowledgement does not say which message it is about.
@@ -7,10 +7,10 @@ one request is under way at a time; an acknowledgement does not say which messag
   message. It is not asked for again before a restart.
 - DENIED (a PX4, mavlink_receiver.cpp) means that it does not have the message, or has nothing to
   put into it yet: home and origin need a position. Once there is a position, the next DENIED
-  counts as a refusal, too.
+  counts as a rejection, too.
 - ACCEPTED without the message is "not yet" of an ArduPilot.
 
-After a request without an answer a refusal is not believed for a while: it may be the late answer
+After a request without an answer a rejection is not believed for a while: it may be the late answer
 to that one.
 """
 
@@ -37,12 +37,12 @@ _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
 class MessageRequests:
-    """Asks for each missing message, more and more rarely, until it is there or refused."""
+    """Asks for each missing message, more and more rarely, until it is there or rejected."""
 
     def __init__(
         self, names: Iterable[str], has_position: Callable[[], bool] = lambda: False
     ) -> None:
-        """Say which messages are wanted.
+        """Set the messages to request.
 
         Args:
             names: of the messages, in the order in which they are asked for.
@@ -66,18 +66,18 @@ class MessageRequests:
 
     @property
     def missing(self) -> frozenset[int]:
-        """Ids of the messages that have neither come nor been refused."""
+        """Ids of the messages that have neither come nor been rejected."""
         return frozenset(self._missing)
 
     def start(self, now: float) -> None:
         """Nothing to ask before `resume`."""
 
     def forget(self) -> None:
-        """Ask for what was refused, too, from the next `resume` on: the autopilot restarted."""
+        """Ask for what was rejected, too, from the next `resume` on: the autopilot restarted."""
         self._refused.clear()
 
     def resume(self, address: Address, now: float) -> None:
-        """Ask for everything again that was not refused."""
+        """Ask for everything again that was not rejected."""
         self._address = address
         self._missing = [number for number in self._wanted if number not in self._refused]
         self._retry_s = _FIRST_RETRY_S
@@ -145,7 +145,7 @@ class MessageRequests:
             self._deadline = max(self._next_round_s, now) if self._missing else None
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent."""
+        """Return and clear what is to be sent."""
         messages, self._outbox = self._outbox, []
         return messages
 

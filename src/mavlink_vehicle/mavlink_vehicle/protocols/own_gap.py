@@ -1,4 +1,4 @@
-"""Gaps of our own: the machine hung, and the vehicle went on without us.
+"""Detects gaps in our own operation: the machine hung while the vehicle continued.
 
 Meanwhile a PX4 takes the missing setpoints for a failure and leaves OFFBOARD, or a pilot takes the
 vehicle over. Whoever then goes on with what was known before brings a PX4 back to OFFBOARD with
@@ -33,7 +33,7 @@ class OwnGap:
         return self._before is not None
 
     def notice(self, now: float, boot_time_ms: int | None, longest_s: float) -> float | None:
-        """Take note that we run; return how long we have not, if that was too long.
+        """Record that we run; return how long we have not, if that was too long.
 
         Args:
             now: time in seconds.
@@ -49,14 +49,14 @@ class OwnGap:
         return now - ran_s
 
     def see_mode(self, now: float, boot_time_ms: int | None) -> None:
-        """Take in a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""
+        """Process a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""
         if self._before is None:
             return
         before_s, before_ms = self._before
         current = False
         if boot_time_ms is not None and before_ms is not None:
             gone_s = (boot_time_ms - before_ms) * 1e-3
-            # A restarted vehicle tells its mode anew, too.
+            # A restarted vehicle tells its mode again, too.
             current = gone_s < 0.0 or gone_s >= self._noticed_s - before_s + _MARGIN_S
         if current or now - self._noticed_s >= _BUFFERED_S:
             self._before = None

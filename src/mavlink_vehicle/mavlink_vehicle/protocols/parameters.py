@@ -1,4 +1,4 @@
-"""Parameters of the autopilot that are wanted, read by name and kept up to date.
+"""Required autopilot parameters, read by name and kept up to date.
 
 https://mavlink.io/en/services/parameter.html: PARAM_REQUEST_READ is answered by PARAM_VALUE,
 and so is every change, to all links. Neither ArduPilot nor PX4 answers for a parameter that it
@@ -61,7 +61,7 @@ class ParameterReader:
 
     @property
     def values(self) -> Mapping[str, float]:
-        """What is known, by name."""
+        """The known values, by name."""
         return MappingProxyType(self._values)
 
     @property
@@ -95,7 +95,7 @@ class ParameterReader:
         self._outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a value, whoever asked for it or changed it."""
+        """Process a value, whoever asked for it or changed it."""
         if message.__class__ is not _VALUE or message.param_id not in self._wanted:
             return
         self._values[message.param_id] = decode_value(message, self._bytewise)
@@ -133,7 +133,7 @@ class ParameterReader:
             )
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent."""
+        """Return and clear what is to be sent."""
         messages, self._outbox = self._outbox, []
         return messages
 

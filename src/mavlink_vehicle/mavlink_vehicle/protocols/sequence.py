@@ -1,4 +1,4 @@
-"""Puts packets into the order in which they were sent, by MAVLink's sequence number.
+"""Sorts packets into the order of sending by MAVLink's sequence number.
 
 HEARTBEAT carries no time, and an old one that arrives after a newer one would show a mode that
 has been left since: it would look like a pilot's intervention.

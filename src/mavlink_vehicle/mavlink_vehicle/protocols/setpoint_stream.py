@@ -31,14 +31,14 @@ MAX_ABS_VALUE = 1e6
 """Metres, m/s or m/s2 beyond this are a mistake of the sender, not a place to go."""
 
 MAX_GAP_S = 0.5
-"""A longer pause begins the stream anew. PX4 takes 1 s (COM_OF_LOSS_T) as the end of it."""
+"""A longer pause restarts the stream. PX4 takes 1 s (COM_OF_LOSS_T) as the end of it."""
 
 _MOTION = SetpointField.POSITION | SetpointField.VELOCITY | SetpointField.ACCELERATION
 
 
 @dataclass(frozen=True, slots=True)
 class SetpointNed:
-    """Where to be or how to move, in the vehicle's local NED frame; None means "not given"."""
+    """A position or motion in the vehicle's local NED frame; None means "not given"."""
 
     position_ned_m: Vector3 | None = None
     velocity_ned_m_s: Vector3 | None = None
@@ -91,10 +91,10 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
 
     Raises:
         SetpointError: a number is not finite or absurd, also in what would be left out, or
-            what remains is a combination that this kind of vehicle ignores or misunderstands.
+            what remains is a combination that this vehicle type ignores or misunderstands.
     """
     if not profile.setpoint_motions:
-        way = "; it is sent to places by reposition" if profile.reposition else ""
+        way = "; it is sent to targets by reposition" if profile.reposition else ""
         raise SetpointError(f"{profile.name} does not follow setpoints{way}.")
     _check_numbers(setpoint)
     reduced = setpoint.reduced_to(profile.setpoint_form)
@@ -159,7 +159,7 @@ class StreamState(enum.Enum):
 
 
 class StreamInput(enum.Enum):
-    """What moves the interlock."""
+    """An input of the interlock."""
 
     OPEN = "open"
     CLOSE = "close"
@@ -167,7 +167,7 @@ class StreamInput(enum.Enum):
 
 @dataclass
 class StreamStatistics:
-    """What left since the stream was last opened.
+    """Counters since the stream was last opened.
 
     Attributes:
         sent: setpoints sent.

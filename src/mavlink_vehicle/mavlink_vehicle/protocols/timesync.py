@@ -1,4 +1,4 @@
-"""TIMESYNC: how long a message takes to the autopilot and back. Sans I/O.
+"""TIMESYNC: measures the round trip to the autopilot. Sans I/O.
 
 We ask with our own time in ``ts1``; the autopilot answers with its time in ``tc1`` and our
 ``ts1`` as it came (https://mavlink.io/en/services/timesync.html). An answer is ours when it
@@ -76,6 +76,6 @@ class Timesync:
         self._outbox.append(make("TIMESYNC", tc1=0, ts1=ts1))
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent."""
+        """Return and clear what is to be sent."""
         messages, self._outbox = self._outbox, []
         return messages

@@ -1,1 +1,1 @@
-"""What is known about the vehicle, reduced from its messages."""
+"""The state of the vehicle, reduced from its messages."""

@@ -1,4 +1,4 @@
-"""Whether the autopilot is in a failsafe, and against what. Pure.
+"""Detects whether the autopilot is in a failsafe, and of which kind. Pure.
 
 A failsafe is in force while the vehicle is armed and its HEARTBEAT says CRITICAL or EMERGENCY
 (both firmwares), while a fence is breached (ArduPilot stays ACTIVE then), or while PX4 flies
@@ -58,7 +58,7 @@ class Failsafe(NamedTuple):
     Attributes:
         since_s: when it was first seen.
         kind: what it is about, as far as it is known by now.
-        text: what shows it, for people; the autopilot's words if it has any for it.
+        text: what shows it, as text; the autopilot's words if it has any for it.
     """
 
     since_s: float
@@ -117,8 +117,8 @@ def _shown(state: VehicleState, since_s: float) -> tuple[FailsafeKind, str] | No
         (began_s, kind, text)
         for began_s, kind, text in (
             (signs.fence_s, FailsafeKind.FENCE, "a fence is breached"),
-            (signs.battery_s, FailsafeKind.BATTERY, "the battery's charge state is low"),
-            (signs.radio_s, FailsafeKind.RC, "the receiver of the radio is not healthy"),
+            (signs.battery_s, FailsafeKind.BATTERY, "the battery reports a low charge state"),
+            (signs.radio_s, FailsafeKind.RC, "the radio receiver is unhealthy"),
             (signs.fix_s, FailsafeKind.GPS, "the GPS has no 3D fix"),
             (signs.estimator_s, FailsafeKind.GPS, "there is no horizontal position"),
             (signs.stream_s, FailsafeKind.OFFBOARD, "the stream of setpoints had a gap"),
@@ -163,11 +163,11 @@ def _kind_of(text: StatusText) -> FailsafeKind | None:
 
 
 def _breached(words: str, kind: FailsafeKind) -> bool:
-    """Tell whether it is ArduPilot's "<which> fence breached", or "fence(s) breached"."""
+    """Return whether it is ArduPilot's "<which> fence breached", or "fence(s) breached"."""
     return kind is FailsafeKind.FENCE and "fence" in words and "breached" in words
 
 
 def _unknown(state: VehicleState) -> str:
     if _another_mode(state):
-        return "it flies another mode than the one that was chosen"
-    return "the autopilot says that its state is critical"
+        return "it flies a different mode than the selected one"
+    return "the autopilot reports a critical state"

@@ -1,4 +1,4 @@
-"""Whether the autopilot is fit to fly, by what it says of its estimator, GPS and checks. Pure."""
+"""Judges by estimator, GPS and checks whether the autopilot is fit to fly. Pure."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def estimator_faults(state: VehicleState) -> tuple[str, ...]:
         if lacking:
             faults.append(f"the estimator has no {' and no '.join(lacking)}")
     if sees_glitch(state):
-        faults.append("the estimator sees GPS glitches")
+        faults.append("the estimator reports GPS glitches")
     return tuple(faults)
 
 

@@ -1,4 +1,4 @@
-"""Whether the vehicle's own position can be relied on. Pure.
+"""Judges whether the vehicle's own position can be trusted. Pure.
 
 An estimator that is misled by its GPS goes on to give a position. What shows it, on both
 firmwares' own simulators with a receiver that is 20 m off:
@@ -48,7 +48,7 @@ class PositionTrust:
     """
 
     def __init__(self) -> None:
-        """Begin with nothing seen."""
+        """Begin without observations."""
         self.jump_ned_m = (0.0, 0.0)
         self.jumped_s: float | None = None
         self._agreed = False
@@ -59,11 +59,11 @@ class PositionTrust:
 
     @property
     def complaint(self) -> str:
-        """What is wrong with the estimate by what is told; empty when all is well."""
+        """The fault of the reported estimate; empty if there is none."""
         return self._complaints.get(GpsFix) or self._complaints.get(Estimator) or ""
 
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
-        """Take in what a message has changed."""
+        """Process what a message has changed."""
         if state.boot_count != before.boot_count or not state.armed:
             self.jump_ned_m, self.jumped_s = (0.0, 0.0), None
             self._agreed = False
@@ -92,9 +92,9 @@ class PositionTrust:
             self.jumped_s = now
 
     def _of_gps(self, state: VehicleState, now: float) -> str:
-        """Say what is wrong with the GPS; it must have been right before."""
+        """Return what is wrong with the GPS; it must have been right before."""
         if state.signs.fix_s is not None:
-            return "the GPS has no 3D fix any more"
+            return "the GPS has lost its 3D fix"
         gps, here = state.gps, state.global_position
         if gps is None or here is None or gps.fix_type < mavlink.GPS_FIX_TYPE_3D_FIX:
             return ""
@@ -107,7 +107,7 @@ class PositionTrust:
         self._agreed = self._agreed or off_m <= bound_m
         if off_m <= bound_m or not self._agreed:
             return ""
-        return f"the GPS is {off_m:.0f} m from where the estimator is"
+        return f"the GPS is {off_m:.0f} m from the estimated position"
 
     def _judge(self, source: type, words: str, now: float) -> None:
         if not words:
@@ -119,14 +119,14 @@ class PositionTrust:
 
 def _of_estimator(state: VehicleState) -> str:
     if sees_glitch(state):
-        return "the estimator sees GPS glitches"
+        return "the estimator reports GPS glitches"
     if state.estimator is not None and state.estimator.rejects_position:
         return "the estimator rejects its GPS"
     return ""
 
 
 def _moves(state: VehicleState) -> bool:
-    """Whether a change of the position counts: on the ground an estimator may be set anew."""
+    """Whether a change of the position counts: on the ground an estimator may be reset."""
     return state.armed and state.landed_state is not LandedState.ON_GROUND
 
 

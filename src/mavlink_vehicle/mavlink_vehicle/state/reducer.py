@@ -1,4 +1,4 @@
-"""What is known about the vehicle: a frozen state and a pure `reduce`.
+"""The vehicle's state: a frozen record and a pure `reduce`.
 
 Only messages of the vehicle's own system and autopilot component are taken in; the
 HEARTBEATs of ground stations, gimbals and other vehicles on the same link change nothing.

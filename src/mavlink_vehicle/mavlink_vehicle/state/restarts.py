@@ -1,4 +1,4 @@
-"""Restarts of the autopilot, seen in its time since boot; and how a state is made from another."""
+"""Detects restarts of the autopilot by its time since boot."""
 
 from __future__ import annotations
 
@@ -69,5 +69,5 @@ def boot_changes(state: VehicleState, time_boot_ms: int, now: float) -> dict[str
 
 
 def is_late(part: GlobalPosition | LocalPosition | Attitude | None, time_boot_ms: int) -> bool:
-    """Tell whether a sample is older than the one that is there."""
+    """Return whether a sample is older than the one that is there."""
     return part is not None and 0 < part.time_boot_ms - time_boot_ms < REORDER_LIMIT_MS

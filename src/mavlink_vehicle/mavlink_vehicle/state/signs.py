@@ -1,4 +1,4 @@
-"""Since when the vehicle shows that something is wrong. Pure.
+"""Remembers since when the vehicle shows that something is wrong. Pure.
 
 Each sign is a change for the worse while the vehicle was watched: what was never well, as a PX4
 without a radio says all the time of its receiver, is no sign of anything that has happened.
@@ -25,14 +25,14 @@ _CHARGE_RANK = {
 
 
 class Signs(NamedTuple):
-    """When each of them began; None while there is none.
+    """The begin of each sign; None while there is none.
 
     Attributes:
         fence_s: a fence is breached (FENCE_STATUS, SYS_STATUS).
         battery_s: the charge state has become low, or worse than that (BATTERY_STATUS).
         radio_s: the receiver of the pilot's radio has become unhealthy (SYS_STATUS). A PX4 shows
             it 0.2 s after it has acted (observed).
-        fix_s: the GPS has no 3D fix any more (GPS_RAW_INT). PX4 acts 5 s later, ArduCopter 8 s.
+        fix_s: the GPS has lost its 3D fix (GPS_RAW_INT). PX4 acts 5 s later, ArduCopter 8 s.
         estimator_s: the estimator has no horizontal position any more.
         stream_s: when it was last seen that setpoints had not come to a PX4 in OFFBOARD for longer
             than it waits: none went out, or nothing was heard of it either.

@@ -1,4 +1,4 @@
-"""How the vehicle is: what HEARTBEAT, the battery and other reports change in the state."""
+"""Reducers of the vehicle status: HEARTBEAT, battery and other reports."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FIRMWARE_TYPES = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
 
 
 def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Take in mode, arming and status; a restart may be announced by it."""
+    """Process mode, arming and status; a restart may be announced by it."""
     if message.autopilot == _AUTOPILOT_INVALID:
         return state
     header = message._header
@@ -65,7 +65,7 @@ def current_mode(state: VehicleState, message: Message, _now: float) -> VehicleS
 
 
 def battery_status(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Take in the first battery."""
+    """Process the first battery."""
     if message.id != 0:
         return state
     # ArduPilot and PX4 put the pack's voltage into the first cells when they don't know cells:
@@ -89,7 +89,7 @@ def battery_status(state: VehicleState, message: Message, now: float) -> Vehicle
 
 
 def sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Take in health and fence, and the battery until BATTERY_STATUS comes."""
+    """Process health and fence, and the battery until BATTERY_STATUS comes."""
     health = message.onboard_control_sensors_health
     # PX4 sets the health bit of a check that it does not list as present.
     tells_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(
@@ -120,7 +120,7 @@ def sys_status(state: VehicleState, message: Message, now: float) -> VehicleStat
 
 
 def extended_sys_state(state: VehicleState, message: Message, _now: float) -> VehicleState:
-    """Take in the landed state."""
+    """Process the landed state."""
     try:
         landed = LandedState(message.landed_state)
     except ValueError:  # a state that a newer dialect may define
@@ -129,13 +129,13 @@ def extended_sys_state(state: VehicleState, message: Message, _now: float) -> Ve
 
 
 def fence_status(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Take in whether a fence is breached; it comes only while a fence is enabled."""
+    """Process whether a fence is breached; it comes only while a fence is enabled."""
     changes = {"fence_breached": message.breach_status != 0, "fence_told_s": now}
     return evolve(state, changes)
 
 
 def autopilot_version(state: VehicleState, message: Message, _now: float) -> VehicleState:
-    """Take in the firmware's version and what it can do."""
+    """Process the firmware's version and what it can do."""
     version = message.flight_sw_version
     changes: dict[str, Any] = {"capabilities": message.capabilities}
     if not version:
@@ -148,7 +148,7 @@ def autopilot_version(state: VehicleState, message: Message, _now: float) -> Veh
 
 
 def status_text(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Take in a text, or a chunk of one."""
+    """Process a text, or a chunk of one."""
     texts = add_chunk(
         expire(state.texts, now),
         severity=message.severity,

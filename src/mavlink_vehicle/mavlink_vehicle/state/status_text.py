@@ -1,4 +1,4 @@
-"""Puts the chunks of long STATUSTEXTs together. Pure.
+"""Assembles the chunks of long STATUSTEXTs. Pure.
 
 MAVLink cuts a text of more than 50 bytes into chunks with a common `id` and rising
 `chunk_seq`; the last one has room for a NUL (https://mavlink.io/en/messages/common.html
@@ -140,7 +140,7 @@ def _with(texts: StatusTexts, text: StatusText) -> tuple[tuple[StatusText, ...],
 
 
 def _complete(partial: _Partial) -> bool:
-    """Tell whether the last chunk (one that isn't full) and all before it are there."""
+    """Return whether the last chunk (one that isn't full) and all before it are there."""
     number, text = partial.chunks[-1]
     return len(text) < CHUNK_SIZE and number == len(partial.chunks) - 1
 

@@ -1,4 +1,4 @@
-"""The parts of a vehicle's state, each as it came with one message.
+"""The parts of a vehicle's state, one per message.
 
 Named tuples, because several of them are made for every position that arrives, and a frozen
 dataclass takes three times as long to make.
@@ -97,7 +97,7 @@ class Origin(NamedTuple):
 
 
 class MissionProgress(NamedTuple):
-    """MISSION_CURRENT, and what MISSION_ITEM_REACHED told.
+    """MISSION_CURRENT, and MISSION_ITEM_REACHED.
 
     Attributes:
         time_s: when MISSION_CURRENT came.

@@ -111,7 +111,7 @@ class VehicleState:
         """Whether the selected mode cannot run, or that isn't known yet (PX4).
 
         Disarmed, a PX4 lets any mode be selected, and says with MAV_STATE_UNINIT (0) that it
-        cannot run there. In flight it refuses such modes.
+        cannot run there. In flight it rejects such modes.
         """
         unsure = not self.armed and self.heartbeat_mode != self.custom_mode
         return self.system_status == 0 or unsure

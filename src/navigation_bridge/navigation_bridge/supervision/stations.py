@@ -202,7 +202,7 @@ class Stations:
         if not observation.armed:
             return f"{text} The motors are off."
         if yielded.stopped.holds(observation, config.position_stale_s):
-            return f"{text} The vehicle is holding."
+            return f"{text} The vehicle has stopped."
         asked_s = yielded.since_s
         if goal.cancel_requested_s is not None:
             asked_s = max(asked_s, goal.cancel_requested_s)

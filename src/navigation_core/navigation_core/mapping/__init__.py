@@ -1,1 +1,1 @@
-"""Obstacles: what sensors saw, what is known, and how far everything is from it."""
+"""Obstacles, sensed and known, and the clearance to them."""

@@ -1,4 +1,4 @@
-"""A window of upright columns that rolls with the vehicle, and what is known of each.
+"""A window of upright columns that moves with the vehicle, and the evidence in each.
 
 The window is a square grid in the map frame. A column keeps its place in the world and in the
 arrays while the window rolls: its index wraps round, so that rolling moves nothing and only
@@ -112,7 +112,7 @@ class Columns:
         return table
 
     def hit(self, columns: Indices, heights_m: Array, shares: Array, extent_m: float) -> Indices:
-        """Take in hits.
+        """Process hits.
 
         Args:
             columns: shape (N,), each as often as it was hit.
@@ -146,7 +146,7 @@ class Columns:
         return hit
 
     def pass_by(self, columns: Indices, heights_m: Array, seen: Mask, hit: Indices) -> None:
-        """Take in rays that have gone through columns.
+        """Process rays that have gone through columns.
 
         One that goes over says that the top is no higher than it: what was hit may reach up to
         there. One that goes under says that it stands on nothing. Few things hang in the air,

@@ -1,4 +1,4 @@
-"""What moves, and where it will be: told by hits in places that were seen to be free before.
+"""Detects moving obstacles by hits in space seen free before, and predicts their motion.
 
 What stands still is never hit where a ray went through a moment ago, however the vehicle moves:
 it comes into view, or was hidden, but nobody has seen its place free. So the hits of a scan are
@@ -40,7 +40,7 @@ _BEYOND_M, _BEYOND_PER_M = 0.4, 1.2 * _HALF_RAD
 _NEARER_MAX = 1.6
 # Rays this far above or below tell nothing: they may have gone over a wall.
 _SAME_HEIGHT_M = 1.0
-# Hits that follow one another so near in space, with time as a way at so many m/s, are of one
+# Hits that follow one another so near in space, with time as a distance at so many m/s, are of one
 # thing. So long, and so many, they are kept.
 _LINK_M, _LINK_M_S, _TRACK_S, _HITS_MAX = 1.5, 3.0, 1.2, 400
 # Hits so near to one in a place that was free are of the same thing, unless something was hit
@@ -120,7 +120,7 @@ class Movers:
         self.moving = ()
 
     def take(self, fan: Fan, has_hit: Mask, origin_enu_m: Vector3, now: float) -> None:
-        """Take in a scan.
+        """Process a scan.
 
         Args:
             fan: its rays.

@@ -1,4 +1,4 @@
-"""What range sensors have seen, as obstacles: evidence gathers, fades, and rolls with the vehicle.
+"""An obstacle map of range readings: evidence accumulates, fades, and moves with the vehicle.
 
 The map is a square window of columns about the vehicle. A scanner that turns in a plane knows
 nothing of heights: what it hits is taken to be endless upwards and downwards, until rays are
@@ -29,7 +29,7 @@ from navigation_core.mapping.sensor_rays import (
 
 __all__ = ["ObstacleMap", "RayScan"]
 
-# What is hit no higher than this above the ground, and a share of the way there more, is the
+# What is hit no higher than this above the ground, and a share of the distance more, is the
 # ground: it is not even, and an attitude that is wrong by a degree moves a hit at 30 m by half
 # a metre. Never more than half way up to the sensor: one that is close to the ground sees its
 # obstacles close to the ground, too.
@@ -87,11 +87,11 @@ class ObstacleMap:
 
     @property
     def moving(self) -> tuple[Moving, ...]:
-        """What was seen to move."""
+        """The detected moving obstacles."""
         return self._movers.moving
 
     def integrate(self, scan: RayScan, ground_enu_m: float | None, now: float) -> None:
-        """Take in a scan, or a single beam.
+        """Process a scan, or a single beam.
 
         Args:
             scan: the reading. Beams within 30 deg of straight up or down are left out.
@@ -111,7 +111,7 @@ class ObstacleMap:
     def integrate_points(
         self, origin_enu_m: Vector3, points_enu_m: Array, ground_enu_m: float | None, now: float
     ) -> None:
-        """Take in a cloud of points.
+        """Process a cloud of points.
 
         Args:
             origin_enu_m: where the sensor is in the map frame.

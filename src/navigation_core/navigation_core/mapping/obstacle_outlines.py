@@ -1,4 +1,4 @@
-"""How near lines come to the outlines of posts and boxes, in the plane.
+"""Distances of lines to the outlines of cylinders and boxes, in the plane.
 
 Posts and boxes are rows of the tables of :class:`~navigation_core.mapping.obstacles.Obstacles`.
 """
@@ -28,7 +28,7 @@ def in_boxes(vectors: Array, boxes: Array) -> tuple[Array, Array]:
 def lines_to_posts_m(
     starts: Array, along: Array, enter: Array, leave: Array, posts: Array
 ) -> Array:
-    """How near the parts of lines come to a post each, in the plane; shape (K,)."""
+    """Distances of parts of lines to one cylinder each, in the plane; shape (K,)."""
     offset = posts[:, :2] - starts
     share = np.clip(_nearest_share(offset, along), enter, leave)
     gap = offset - share[:, None] * along
@@ -38,7 +38,7 @@ def lines_to_posts_m(
 def lines_to_boxes_m(
     starts: Array, along: Array, enter: Array, leave: Array, boxes: Array
 ) -> Array:
-    """How near the parts of lines come to a box each, in the plane; shape (K,)."""
+    """Distances of parts of lines to one box each, in the plane; shape (K,)."""
     offset = starts - boxes[:, :2]
     a = np.stack(in_boxes(offset + enter[:, None] * along, boxes), axis=-1)
     b = np.stack(in_boxes(offset + leave[:, None] * along, boxes), axis=-1)
@@ -61,7 +61,7 @@ def _nearest_share(offset: Array, along: Array) -> Array:
 
 
 def outside(points: Array, half: Array) -> Array:
-    """How far points are from boxes about the origin, 0 inside; (..., 2) gives (...)."""
+    """Distances of points to boxes around the origin, 0 inside; (..., 2) gives (...)."""
     over = np.maximum(np.abs(points) - half, 0.0)
     return np.asarray(np.hypot(over[..., 0], over[..., 1]))
 

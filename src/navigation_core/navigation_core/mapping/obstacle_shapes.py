@@ -1,4 +1,4 @@
-"""The shapes of obstacles that are known beforehand: a cylinder and a box, both upright."""
+"""The shapes of known obstacles: an upright cylinder and an upright box."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Cylinder:
     """An upright cylinder.
 
     Attributes:
-        name: for people.
+        name: for display.
         centre_enu_m: east and north of its axis, in the map frame.
         radius_m: above 0.
         bottom_m: map z of its lower side; may be minus infinity.
@@ -32,7 +32,7 @@ class Cylinder:
     top_m: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse what has no shape.
+        """Reject what has no shape.
 
         Raises:
             ObstacleError: a number is NaN, or the radius or the height is not positive.
@@ -45,7 +45,7 @@ class Box:
     """An upright box; a wall is a thin one.
 
     Attributes:
-        name: for people.
+        name: for display.
         centre_enu_m: east and north of its middle, in the map frame.
         size_m: length along its own x axis and along its own y axis, each at least 0.
         yaw_enu_rad: how its x axis is turned from east, counter-clockwise.
@@ -61,7 +61,7 @@ class Box:
     top_m: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse what has no shape.
+        """Reject what has no shape.
 
         Raises:
             ObstacleError: a number is NaN, or both sides are 0, or the height is not positive.
@@ -70,7 +70,9 @@ class Box:
         _check(self.name, place, (max(self.size_m),), self.bottom_m, self.top_m)
         _check(self.name, self.size_m, (1.0,), self.bottom_m, self.top_m)
         if min(self.size_m) < 0.0:
-            raise ObstacleError(f"Obstacle {self.name}: a side of {min(self.size_m)} m; give 0 up.")
+            raise ObstacleError(
+                f"Obstacle {self.name}: a side of {min(self.size_m)} m; give 0 or more."
+            )
 
 
 KnownObstacle: TypeAlias = Cylinder | Box
@@ -80,7 +82,9 @@ def _check(
     name: str, place: tuple[float, ...], sizes: tuple[float, ...], bottom_m: float, top_m: float
 ) -> None:
     if not all(math.isfinite(value) for value in (*place, *sizes)):
-        raise ObstacleError(f"Obstacle {name}: {(*place, *sizes)} holds no finite numbers.")
+        raise ObstacleError(
+            f"Obstacle {name}: {(*place, *sizes)} holds a value that is not finite."
+        )
     if min(sizes) <= 0.0:
         raise ObstacleError(f"Obstacle {name}: a size of {min(sizes)} m; give more than 0.")
     if not bottom_m < top_m:

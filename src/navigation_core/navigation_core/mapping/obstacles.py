@@ -1,4 +1,4 @@
-"""Things that are in the way: upright posts and boxes, and how far everything is from them.
+"""Obstacles as upright cylinders and boxes, and the clearance to them.
 
 Every obstacle is a prism with a level top and bottom. What a sensor has seen is a set of
 posts, a cylinder is one post, a wall is a thin box. All of them are rows of two arrays, so

@@ -1,4 +1,4 @@
-"""What a scan or a cloud of points says: where something was hit, and which way was free.
+"""Turns a scan or a point cloud into rays: hits and free space.
 
 A scanner that turns about its upright axis gives one ray for each bearing, a cloud has many
 above each other. Both become a fan: for each bearing the rays by their slope, each free as far
@@ -72,12 +72,12 @@ class RayScan:
 
 @dataclass(frozen=True)
 class Fan:
-    """Free ways from a point.
+    """Free rays from a point.
 
     Attributes:
         bearings_rad: ascending, counter-clockwise from east, shape (B,).
         half_angle_rad: how far to each side of its bearing a ray is free.
-        slopes: rise per metre of way in the plane, shape (B, K).
+        slopes: rise per metre of path in the plane, shape (B, K).
         free_m: how far it is free in the plane, shape (B, K); 0 where there is no ray.
     """
 
@@ -109,7 +109,7 @@ class Fan:
 
 
 def scan_fan(scan: RayScan, ranges_m: Array) -> Fan:
-    """Return the free ways of a scan.
+    """Return the free rays of a scan.
 
     Args:
         scan: the scan.
@@ -171,7 +171,7 @@ def scan_hits(scan: RayScan, ranges_m: Array, step_m: float) -> tuple[Array, Arr
 
 
 def cloud_fan(offsets_m: Array) -> Fan:
-    """Return the free ways to points, as offsets from the sensor, shape (N, 3).
+    """Return the free rays to points, as offsets from the sensor, shape (N, 3).
 
     They are sorted by bearing and slope, and the nearest point ends each.
     """

@@ -1,4 +1,4 @@
-"""The way out of the clearance of an obstacle, for what has come too near."""
+"""The path out of the clearance of an obstacle, for a vehicle that is too close."""
 
 from __future__ import annotations
 

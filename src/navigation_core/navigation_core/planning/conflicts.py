@@ -1,4 +1,4 @@
-"""Where a line of points comes too near to an obstacle."""
+"""Finds the part of a line of points that is too close to an obstacle."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def first_conflict(points_enu_m: Array, obstacles: Obstacles, clearance_m: float
 
     Args:
         points_enu_m: shape (N, 3), map frame.
-        obstacles: what is in the way.
+        obstacles: the known obstacles.
         clearance_m: that is to be kept.
 
     Returns:

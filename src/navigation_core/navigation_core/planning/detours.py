@@ -1,4 +1,4 @@
-"""The way around, over or under obstacles between two points that are clear of them."""
+"""Paths around, over or under obstacles between two points that are clear of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from navigation_core.planning.tangent_search import tangent_way
 
 __all__ = ["around"]
 
-# Levels over or under what is in the way that are looked at.
+# Levels over or under the obstacles that are looked at.
 _OVER = 2
 _UNDER = 1
 _OVER_M = 0.01
@@ -24,7 +24,7 @@ _MOST = 0.5
 # Where to rise if it is not clear right above an end: directions, and how many clearances aside.
 _DIRECTIONS = 16
 _ASIDE = np.array([1.0, 2.0, 4.0, 7.0, 12.0])
-# A difference of heights below this needs no way at either of them.
+# A difference of heights below this needs no path at either of them.
 _LEVEL_M = 0.5
 
 
@@ -38,28 +38,28 @@ def around(
     few_corners: bool = True,
     thorough: bool = True,
 ) -> Array | None:
-    """Return the points of a short way, shape (N, 3); None if there is none.
+    """Return the points of a short path, shape (N, 3); None if there is none.
 
-    The cheapest of ways at other heights, up near the start and down near the goal, and of one
+    The cheapest of paths at other heights, up near the start and down near the goal, and of one
     around all that is in the way between the two heights. If there is none of them, a net of
-    ways in the plane and at the heights that promise most is laid, and one of ways at all
+    paths in the plane and at the heights that promise most is laid, and one of paths at all
     heights has the last word.
 
     Args:
         start_enu_m: with the clearance.
         goal_enu_m: with the clearance.
         obstacles: all that count.
-        clearance_m: that every line of the way keeps.
+        clearance_m: that every line of the path keeps.
         heights_m: lowest and highest map z; None stays in the plane of the start.
         few_corners: rather have few corners than the most gentle ones.
-        thorough: whether to go on until it is sure that there is no way.
+        thorough: whether to go on until it is sure that there is no path.
     """
     ends = np.array([start_enu_m, goal_enu_m])
     low, high = sorted((float(start_enu_m[2]), float(goal_enu_m[2])))
     beside = obstacles.between(low - clearance_m, high + clearance_m)
     others = [] if heights_m is None else _other_levels(beside, clearance_m, heights_m, low, high)
     best: Array | None = None
-    # Above or below most obstacles there is little to look at, and a way there bounds the rest.
+    # Above or below most obstacles there is little to look at, and a path there bounds the rest.
     promising = _promising(others, ends, obstacles, clearance_m)
     for height in promising:
         best = _cheaper(best, _at_level(ends, height, obstacles, clearance_m, _cost_m(best)))
@@ -101,7 +101,7 @@ def _through_net(
 def _promising(
     others_m: list[float], ends: Array, obstacles: Obstacles, clearance_m: float
 ) -> list[float]:
-    """Return the heights of the ends, and those that lead over most of what is in the way.
+    """Return the heights of the ends, and those that lead over most obstacles.
 
     What a scanner has seen has no top, but for a column here and there that it looked over, and
     each height costs as much as the search in the plane.
@@ -124,7 +124,7 @@ def _cheaper(one: Array | None, other: Array | None) -> Array | None:
 
 
 def _beside(ends: Array, beside: Obstacles, clearance_m: float, most_m: float) -> Array | None:
-    """Return a way around all that is between two heights, its height changing evenly."""
+    """Return a path around all that is between two heights, its height changing evenly."""
     plane = ends * (1.0, 1.0, 0.0)
     way = tangent_way(plane[0], plane[1], _endless(beside), clearance_m, most_m)
     if way is None:
@@ -139,7 +139,7 @@ def _beside(ends: Array, beside: Obstacles, clearance_m: float, most_m: float) -
 def _at_level(
     ends: Array, height_m: float, obstacles: Obstacles, clearance_m: float, most_m: float
 ) -> Array | None:
-    """Return a way at another height, straight up or down to it near both ends, pulled tight.
+    """Return a path at another height, straight up or down to it near both ends, pulled tight.
 
     None if there is none, or none that costs less than what is given.
     """
@@ -171,7 +171,7 @@ def _column(end: Array, height_m: float, obstacles: Obstacles, clearance_m: floa
 
 
 def _least_cost_m(ends: Array, height_m: float) -> float:
-    """Return what a way at a height costs at least."""
+    """Return what a path at a height costs at least."""
     east, north, up = ends[1] - ends[0]
     climb = max(abs(height_m - ends[:, 2]).sum() - abs(up), 0.0) + abs(up)
     return math.sqrt(east**2 + north**2 + (CLIMB_COST * climb) ** 2)
@@ -192,7 +192,7 @@ def _other_levels(
     low_m: float,
     high_m: float,
 ) -> list[float]:
-    """Return the heights of the ends, and those just over or under what is in the way."""
+    """Return the heights of the ends, and those just over or under the obstacles."""
     tops = np.concatenate([beside.posts[:, 4], beside.boxes[:, 6]]) + clearance_m + _OVER_M
     bottoms = np.concatenate([beside.posts[:, 3], beside.boxes[:, 5]]) - clearance_m - _OVER_M
     over = np.unique(tops[(tops <= heights_m[1]) & (tops > low_m)])

@@ -1,4 +1,4 @@
-"""A quick proof that there is no way, for those who would look for one in vain and at length.
+"""A quick proof that no path exists, to avoid a long search for one.
 
 The plane about each end is cut into cells. A cell in which no point can have the clearance is
 shut; all others count as open, with their eight neighbours. When the open cells that hang
@@ -33,14 +33,14 @@ def is_walled_in(
     clearance_m: float,
     heights_m: tuple[float, float],
 ) -> bool:
-    """Whether it is certain that obstacles leave no way, also over or under them.
+    """Whether it is certain that obstacles leave no path, also over or under them.
 
     Args:
         start_enu_m: with the clearance, shape (3,).
         goal_enu_m: with the clearance, shape (3,).
-        obstacles: what is in the way.
-        clearance_m: that a way must keep.
-        heights_m: lowest and highest map z of all ways that may be looked for, both ends
+        obstacles: the known obstacles.
+        clearance_m: that a path must keep.
+        heights_m: lowest and highest map z of all paths that may be looked for, both ends
             included.
     """
     low, high = heights_m

@@ -1,4 +1,4 @@
-"""The shortest way through nets, every line of it checked exactly."""
+"""The shortest path through a roadmap, with every line of it checked exactly."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["CLIMB_COST", "cost_m", "shortest_way", "way_cost_m"]
 
 # A metre up or down takes about as long as so many metres along.
 CLIMB_COST = 2.5
-# How many points of a net one is joined to, first and if that gives no way.
+# How many points of a net one is joined to, first and if that gives no path.
 _NEIGHBOURS = 40
 _CHECKS_MAX = 40
 # How many points near each end may be left upwards or downwards.
@@ -35,7 +35,7 @@ def cost_m(lines: Array) -> Array:
 
 
 def way_cost_m(way: Array) -> float:
-    """Return what a way costs, shape (N, 3): the sum over its lines."""
+    """Return what a path costs, shape (N, 3): the sum over its lines."""
     return float(cost_m(np.diff(way, axis=0)).sum())
 
 
@@ -71,7 +71,7 @@ class _Graph:
         return way[::-1]
 
     def close(self, way: Indices, obstacles: Obstacles, clearance_m: float) -> bool:
-        """Close the lines at a way that are not clear; whether the way is clear."""
+        """Close the lines at a path that are not clear; whether the path is clear."""
         on_way = np.zeros(len(self.points), dtype=np.bool_)
         on_way[way] = True
         rows = np.flatnonzero(on_way[self.begins] & on_way[self.ends] & ~self.checked)
@@ -91,15 +91,15 @@ def shortest_way(
     *,
     thorough: bool,
 ) -> Array | None:
-    """Return the points of the shortest way from one point to another, shape (N, 3).
+    """Return the points of the shortest path from one point to another, shape (N, 3).
 
     Args:
         nets: from the lowest to the highest; one changes between them where it is clear above
             the start, above the goal, or above points near to these.
         ends_enu_m: start and goal, shape (2, 3).
         obstacles: all that count.
-        clearance_m: that each line of the way keeps.
-        thorough: whether to try many lines from the start and the goal if few give no way.
+        clearance_m: that each line of the path keeps.
+        thorough: whether to try many lines from the start and the goal if few give no path.
     """
     for neighbours in (_NEIGHBOURS, 10 * _NEIGHBOURS) if thorough else (_NEIGHBOURS,):
         graph = _graph(nets, ends_enu_m, obstacles, clearance_m, neighbours)

@@ -1,4 +1,4 @@
-"""Obstacles in the plane: rounded boxes, points along their outlines, and how far they are."""
+"""Obstacles in the plane: rounded boxes, points along their outlines, and distances to them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Indices: TypeAlias = NDArray[np.intp]
 
 
 class Shapes:
-    """What obstacles look like from above.
+    """Obstacles seen from above.
 
     A shape is a box with a radius about it: a post is a box without sides, a box one without
     a radius. So there is one rule for how far a point is from a shape.
@@ -43,7 +43,7 @@ class Shapes:
         return len(self.radius_m)
 
     def away(self, points_m: Array, of: Indices) -> tuple[Array, Array]:
-        """Return how far points are from one shape each, and which way leads off it.
+        """Return how far points are from one shape each, and which direction leads off it.
 
         Args:
             points_m: shape (N, 2).

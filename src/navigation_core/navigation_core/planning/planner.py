@@ -1,4 +1,4 @@
-"""A way around obstacles: from one point to another, clear of everything that is known."""
+"""Plans a path around obstacles between two points, with a clearance to all known obstacles."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TINY_M = 1e-6
 
 @dataclass(frozen=True)
 class PlanLimits:
-    """What a path keeps to.
+    """Limits that a path keeps.
 
     Attributes:
         clearance_m: to every obstacle, measured as in :mod:`~navigation_core.mapping.obstacles`.
@@ -32,7 +32,7 @@ class PlanLimits:
         turning_radius_m: least radius of a turn of what drives; 0 if it can turn on the spot.
         heading_enu_rad: where its nose points at the start, for what cannot turn on the spot.
         thorough: whether the search goes on, for several times as long, until it is sure that
-            there is no way.
+            there is no path.
     """
 
     clearance_m: float
@@ -60,7 +60,7 @@ class Path:
 
 @dataclass(frozen=True)
 class NoPath:
-    """There is no way.
+    """There is no path.
 
     Attributes:
         reason: a sentence with the numbers that matter.
@@ -72,15 +72,15 @@ class NoPath:
 def plan(
     start_enu_m: Vector3, goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits
 ) -> Path | NoPath:
-    """Return a short way that keeps clear of all obstacles.
+    """Return a short path that keeps clear of all obstacles.
 
     The same arguments give the same answer.
 
     Args:
         start_enu_m: where it begins. When that is nearer to an obstacle than the clearance, the
-            way leads out of there first, without coming nearer.
+            path leads out of there first, without coming nearer.
         goal_enu_m: where it ends.
-        obstacles: what is in the way.
+        obstacles: the known obstacles.
         limits: what to keep to.
     """
     clearance_m = limits.clearance_m
@@ -101,8 +101,8 @@ def plan(
     )
     if not _is_clear(way, obstacles, clearance_m):
         return NoPath(
-            f"No way to {_told(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "
-            f"{len(obstacles)} obstacles: it is walled in, or every gap is narrower than "
+            f"No path to {_told(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "
+            f"{len(obstacles)} obstacles: the target is enclosed, or every gap is narrower than "
             f"{2.0 * clearance_m:.2f} m."
         )
     if turns:
@@ -110,7 +110,7 @@ def plan(
         way = _driven(way, heading_rad, obstacles, limits)
         if not _is_clear(way, obstacles, clearance_m):
             return NoPath(
-                f"There are ways to {_told(goal_enu_m)}, but there is no room to turn with a "
+                f"There are paths to {_told(goal_enu_m)}, but none leaves room to turn with a "
                 f"radius of {limits.turning_radius_m:.2f} m."
             )
     corners = np.concatenate([begin[:-1], way])[1:-1]
@@ -119,7 +119,7 @@ def plan(
 
 
 def _is_clear(way: Array | None, obstacles: Obstacles, clearance_m: float) -> TypeGuard[Array]:
-    """Whether there is a way, and each of its lines is clear: the last word, whoever found it."""
+    """Whether there is a path, and each of its lines is clear: the last word, whoever found it."""
     return way is not None and bool(obstacles.are_clear(way[:-1], way[1:], clearance_m).all())
 
 
@@ -142,10 +142,10 @@ def _beginning(
 def _driven(
     way: Array, heading_rad: float | None, obstacles: Obstacles, limits: PlanLimits
 ) -> Array | None:
-    """Return a way that turns no tighter than allowed, as near to a shortest way as there is.
+    """Return a path that turns no tighter than allowed, as near to a shortest path as there is.
 
     About an outline with a clearance of at least the radius there is always room to turn, so a
-    way with that clearance is the next best.
+    path with that clearance is the next best.
     """
     radius_m = limits.turning_radius_m
     wide_m = max(limits.clearance_m, radius_m)
@@ -173,7 +173,7 @@ def _unreachable(goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits) 
         low, high = limits.heights_m
         if not low <= goal_enu_m[2] <= high:
             return (
-                f"The goal is at a height of {goal_enu_m[2]:.2f} m, outside of {low:.2f} to "
+                f"The goal is at a height of {goal_enu_m[2]:.2f} m, outside {low:.2f} to "
                 f"{high:.2f} m."
             )
     has_m = float(obstacles.clearance_m(np.array([goal_enu_m]))[0])
@@ -182,10 +182,10 @@ def _unreachable(goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits) 
     if has_m <= 0.0:
         level = obstacles.between(goal_enu_m[2] - _TINY_M, goal_enu_m[2] + _TINY_M)
         depth_m = Shapes(level).depth_m(np.array(goal_enu_m[:2]))
-        return f"The goal {_told(goal_enu_m)} is inside of an obstacle, by {depth_m:.2f} m."
+        return f"The goal {_told(goal_enu_m)} is inside an obstacle, by {depth_m:.2f} m."
     return (
         f"The goal {_told(goal_enu_m)} is {has_m:.2f} m from an obstacle; "
-        f"{limits.clearance_m:.2f} m are to be kept."
+        f"the required clearance is {limits.clearance_m:.2f} m."
     )
 
 

@@ -1,4 +1,4 @@
-r"""When a way is planned anew, and when there is none.
+r"""The state machine that decides when a path is replanned and when there is none.
 
     KEEPING --CONFLICT--> REPLANNING --FOUND--> KEEPING
        |                      |    ^
@@ -8,7 +8,7 @@ r"""When a way is planned anew, and when there is none.
     COMPARING --FOUND, NOT_FOUND--> KEEPING
     COMPARING --CONFLICT--> REPLANNING
 
-A way that is flown is kept until it is in conflict with an obstacle, however far ahead. One
+A path that is flown is kept until it is in conflict with an obstacle, however far ahead. One
 that is sound is left for a better one only now and then, and only if that is clearly shorter:
 so between two sides of an obstacle that are about equally good the vehicle never hesitates.
 The state, the counts and the times are all there is to remember.
@@ -23,14 +23,14 @@ from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.planning.conflicts import Samples, first_conflict
 
-# Less than this is not worth another way: all ways are about as short shortly before the end.
+# Less than this is not worth another way: all paths are about as short shortly before the end.
 _GAIN_MIN_M = 1.0
-# A vehicle that has come so far from where it was blocked has had a way meanwhile.
+# A vehicle that has come so far from where it was blocked has had a path meanwhile.
 _AWAY_M = 2.0
 
 
 class State(Enum):
-    """How the way stands."""
+    """The state of the path."""
 
     KEEPING = auto()
     REPLANNING = auto()
@@ -40,7 +40,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """What makes that change."""
+    """An event that changes the state."""
 
     CONFLICT = auto()
     LOOK = auto()
@@ -80,7 +80,7 @@ TRANSITIONS: dict[tuple[State, Event], State] = {
 
 
 class Decision(Enum):
-    """What is to be done about the way now."""
+    """The decision about the path."""
 
     KEEP = auto()
     REPLAN = auto()
@@ -91,14 +91,14 @@ class Decision(Enum):
 
 @dataclass(frozen=True)
 class ReplanRules:
-    """When to plan anew.
+    """Rules for replanning.
 
     Attributes:
-        conflict_clearance_m: nearer than this to an obstacle, a way is in conflict.
-        blocked_timeout_s: longest time without a way.
+        conflict_clearance_m: nearer than this to an obstacle, a path is in conflict.
+        blocked_timeout_s: longest time without a path.
         retry_s: time between two searches while there is none.
-        elective_s: least time between two looks for a shorter way.
-        elective_gain: share by which a shorter way must be shorter.
+        elective_s: least time between two looks for a shorter path.
+        elective_gain: share by which a shorter path must be shorter.
     """
 
     conflict_clearance_m: float
@@ -112,7 +112,7 @@ class Replanner:
     """Decides about one way; see the module."""
 
     def __init__(self, rules: ReplanRules) -> None:
-        """Begin with a way that nobody has looked at yet."""
+        """Begin with a path that has not been checked yet."""
         self._rules = rules
         self.state = State.KEEPING
         self.replans = 0
@@ -123,7 +123,7 @@ class Replanner:
         self._blocked_at: Vector3 | None = None
 
     def blocked_for_s(self, now: float) -> float:
-        """Return for how long there has been no way; 0 while there is one."""
+        """Return for how long there has been no path; 0 while there is one."""
         return 0.0 if self._blocked_s is None else now - self._blocked_s
 
     def check(
@@ -136,15 +136,15 @@ class Replanner:
         obstacles: Obstacles,
         now: float,
     ) -> Decision:
-        """Decide about a way that is flown.
+        """Decide about a path that is flown.
 
-        Nothing is calculated unless way or obstacles are other objects than the last time.
+        Nothing is calculated unless path or obstacles are other objects than the last time.
 
         Args:
             way: what is flown.
             time_s: up to when, in its own time.
             place_enu_m: the place on it at that time.
-            least_m: the length that no way can be shorter than.
+            least_m: the length that no path can be shorter than.
             left_m: length that is left of this one.
             obstacles: what is known now.
             now: time in seconds.
@@ -170,12 +170,12 @@ class Replanner:
         return Decision.KEEP
 
     def is_clearly_shorter(self, length_m: float, left_m: float) -> bool:
-        """Whether a way is so much shorter than another that it is worth taking."""
+        """Whether a path is so much shorter than another that it is worth taking."""
         gain_m = max(self._rules.elective_gain * left_m, _GAIN_MIN_M)
         return length_m < left_m - gain_m
 
     def found(self, place_enu_m: Vector3, now: float) -> None:
-        """Take note that another way is flown from now on."""
+        """Record that another way is flown from now on."""
         if self.state is not State.KEEPING:
             self.replans += 1
         self._go(Event.FOUND)
@@ -184,7 +184,7 @@ class Replanner:
         self.moved_on(place_enu_m)
 
     def not_found(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:
-        """Take note that there is no way, or none that is better.
+        """Record that there is no path, or none that is better.
 
         Args:
             place_enu_m: where the vehicle is.
@@ -198,16 +198,16 @@ class Replanner:
             self._block(place_enu_m, now)
 
     def stop(self, place_enu_m: Vector3, now: float) -> None:
-        """Take note that the vehicle is stopped, whatever was planned."""
+        """Record that the vehicle is stopped, whatever was planned."""
         self._go(Event.STOP)
         self._block(place_enu_m, now)
 
     def wait(self, now: float, may_plan: bool) -> Decision:
-        """Decide what to do while there is no way.
+        """Decide what to do while there is no path.
 
         Args:
             now: time in seconds.
-            may_plan: whether a way may be looked for at all.
+            may_plan: whether a path may be looked for at all.
         """
         if self.blocked_for_s(now) > self._rules.blocked_timeout_s:
             self._go(Event.TIME_OUT)
@@ -218,7 +218,7 @@ class Replanner:
         return Decision.WAIT
 
     def restart_clock(self) -> None:
-        """Count the time without a way from its next moment on."""
+        """Count the time without a path from its next moment on."""
         self._blocked_at = self._blocked_s = None
 
     def moved_on(self, place_enu_m: Vector3) -> None:

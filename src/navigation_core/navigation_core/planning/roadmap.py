@@ -1,13 +1,13 @@
-"""A net of ways between obstacles, in the plane.
+"""A roadmap of paths between obstacles, in the plane.
 
 Points along the outlines of the obstacles are joined to triangles (Delaunay). A side of a
 triangle between two obstacles is a gap; the skeleton of the free space (Voronoi) leads through
-the middle of each gap that is wide enough, and a way of a given clearance exists if and only if
+the middle of each gap that is wide enough, and a path of a given clearance exists if and only if
 one exists along the skeleton. So nothing depends on a cell size: a gap of 3 m is as easy to find
 in a world of 20 m as in one of 2 km.
 
 Each gap gets up to three points: one in its middle, as far from the one obstacle as from the
-other, and one near each of the two, so that a way may hug what it goes round. The points of
+other, and one near each of the two, so that a path may hug what it goes round. The points of
 two gaps of the same triangle are joined.
 """
 
@@ -50,10 +50,10 @@ class Net:
 
 
 def build_net(level: Obstacles, height_m: float, around_m: Array, clearance_m: float) -> Net:
-    """Return the net of ways at one height.
+    """Return the net of paths at one height.
 
     Args:
-        level: what is in the way at this height.
+        level: the obstacles at this height.
         height_m: map z of all points.
         around_m: points that must be well within the net, shape (N, 2).
         clearance_m: that the points of the net keep.
@@ -81,7 +81,7 @@ def _samples(shapes: Shapes, clearance_m: float) -> tuple[Array, Indices]:
 
 
 def _ring(points: Array, clearance_m: float) -> Array:
-    """Return points about everything, far enough for a way between."""
+    """Return points about everything, far enough for a path between."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
     radius = 1.15 * float(np.hypot(*(points - middle).T).max()) + 6.0 * clearance_m
@@ -146,7 +146,7 @@ def _gap_points(
 
 
 def _from(shapes: Shapes, points: Array, owner: Indices, samples: Array) -> tuple[Array, Array]:
-    """How far points are from shapes, or from the samples of the ring, and which way is off."""
+    """How far points are from shapes, or from the ring samples, and the direction off them."""
     offset = points - samples
     reach = np.hypot(offset[:, 0], offset[:, 1])
     off = offset / np.maximum(reach, 1e-12)[:, None]

@@ -1,4 +1,4 @@
-"""Pull a way tight: fewer corners, and each as near to the direct line as is clear."""
+"""Shortens a path: fewer corners, each as close to the direct line as the clearance allows."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LONGER_SHARE = 0.06
 
 
 def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
-    """Return a shorter way on the same side of each obstacle, or on a better one.
+    """Return a shorter path on the same side of each obstacle, or on a better one.
 
     Args:
         way: points, shape (N, 3); its lines are clear.
@@ -40,7 +40,7 @@ def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
         if len(way) == 2:
             break
         drawn = _drawn(_split(way, nearby, clearance_m), nearby, clearance_m)
-        # From the other end each time: both are worth their time only for the first, long way.
+        # From the other end each time: both are worth their time only for the first, long path.
         turn = -1 if number % 2 else 1
         shorter = _skipped_forward(drawn[::turn], nearby, clearance_m)[::turn]
         before, after = way_cost_m(way), way_cost_m(shorter)

@@ -1,11 +1,11 @@
-"""The shortest way around few obstacles, found by looking only at those it meets.
+"""The shortest path around few obstacles, searched only among those that it meets.
 
-The shortest way in the plane is made of lines that touch the outlines they go round. So begin
-with the straight line; where the shortest way so far hits something, take that in, and
-look for the shortest way around all that was taken in. A way that hits nothing any more is
+The shortest path in the plane is made of lines that touch the outlines they go round. So begin
+with the straight line; where the shortest path so far hits something, take that in, and
+look for the shortest path around all that was taken in. A path that hits nothing any more is
 the shortest there is: what was never taken in could only have made it longer.
 
-Outlines are taken as polygons about them, which makes a way longer by up to 2 % of its bends.
+Outlines are taken as polygons about them, which makes a path longer by up to 2 % of its bends.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from navigation_core.planning.planar_shapes import Indices, Shapes
 __all__ = ["tangent_way"]
 
 _CORNERS = 16
-# Beyond these numbers the net of ways is quicker: of obstacles, of times that some are taken
+# Beyond these numbers the net of paths is quicker: of obstacles, of times that some are taken
 # in, and of lines.
 _SHAPES_MAX = 70
 _ROUNDS_MAX = 40
@@ -39,14 +39,14 @@ def tangent_way(
     clearance_m: float,
     longest_m: float = math.inf,
 ) -> Array | None:
-    """Return the points of the shortest way in the plane of the start, shape (N, 3).
+    """Return the points of the shortest path in the plane of the start, shape (N, 3).
 
     Args:
         start_enu_m: clear of all obstacles.
         goal_enu_m: clear of all obstacles, at the same height.
-        level: what is in the way at this height.
-        clearance_m: that every line of the way keeps.
-        longest_m: no way of this length or more is wanted.
+        level: the obstacles at this height.
+        clearance_m: that every line of the path keeps.
+        longest_m: no path of this length or more is wanted.
 
     Returns:
         None if there is none, or if that is not clear with few obstacles.
@@ -86,11 +86,11 @@ class _Search:
 
     @property
     def taken(self) -> int:
-        """How many obstacles are taken in."""
+        """The number of obstacles taken in."""
         return len(self._rows)
 
     def shortest(self) -> Array | None:
-        """Return the shortest way around what is taken in."""
+        """Return the shortest path around what is taken in."""
         count = len(self._points)
         lengths = np.hypot(*(self._points[self._ends] - self._points[self._begins]).T)
         graph = csr_array((lengths, (self._begins, self._ends)), shape=(count, count))
@@ -104,7 +104,7 @@ class _Search:
         return self._in_space(np.array(way[::-1]))
 
     def take(self, rows: Indices) -> None:
-        """Take in obstacles of the level."""
+        """Process obstacles of the level."""
         new = _of(self._level, rows)
         clear = new.are_clear(
             self._in_space(self._begins), self._in_space(self._ends), self._clearance_m

@@ -1,1 +1,1 @@
-"""What keeps a vehicle out of harm: targets, fences, battery, brake, late setpoints."""
+"""Safety checks: targets, fences, battery, brake, late setpoints."""

@@ -1,7 +1,7 @@
-"""The last layer of safety: stop before an obstacle, whatever is planned.
+"""The last layer of safety: stops before an obstacle, independent of the planned path.
 
-It knows nothing of ways. From where the vehicle is measured to be and how it moves follows the
-straight line that it cannot but travel: the reaction time, and then the way of a brake. When
+It knows nothing of paths. From where the vehicle is measured to be and how it moves follows the
+straight line that it cannot but travel: the reaction time, and then the braking path. When
 that line comes too near to an obstacle, it is time to stop.
 """
 
@@ -25,7 +25,7 @@ _NEARER_M = 0.05
 def stopping_ends(motion: Samples, limits: Limits, reaction_s: float) -> Array:
     """Return where a vehicle comes to rest that brakes at these moments.
 
-    The acceleration along the way is taken away first, at the jerk of the limits; then the
+    The acceleration along the path is taken away first, at the jerk of the limits; then the
     speed is, by a deceleration that is built up and taken away at that jerk.
 
     Args:
@@ -59,7 +59,7 @@ def must_brake(
 
     Args:
         motion: the moments.
-        obstacles: what is in the way.
+        obstacles: the known obstacles.
         limits: what a brake keeps to.
         clearance_m: that is to be kept.
         reaction_s: time before a brake begins.

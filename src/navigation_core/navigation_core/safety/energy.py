@@ -1,4 +1,4 @@
-"""How long the battery lasts: consumption measured under way, and what a flight will leave.
+"""Estimates consumption in use, and the battery that remains after a flight.
 
 What empties a battery is time: a copter needs nearly as much to hover as to fly, and a rover
 that stands needs next to nothing. So the estimate is a fraction of the battery for each second
@@ -29,14 +29,14 @@ _LEAST_SHARE = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a flight will leave in the battery, as fractions that may be negative.
+    """The battery that remains after a flight, as fractions that may be negative.
 
     Attributes:
         now: what is there.
         at_end: what is left at the end of the goal.
         back: what is left when it has come back and landed.
         goal_s: time of the goal.
-        back_s: time of the way back.
+        back_s: time of the return.
         rate_per_s: consumption that was reckoned with.
         measured: whether that was measured for a while, not only configured.
     """
@@ -50,12 +50,13 @@ class Prediction:
     measured: bool
 
     def describe(self) -> str:
-        """Say it with all numbers."""
+        """Describe it with all numbers."""
         source = "measured" if self.measured else "assumed from battery_endurance_s"
         return (
-            f"the battery is at {100 * self.now:.0f} %; at {6000 * self.rate_per_s:.1f} % a minute "
-            f"({source}) {self.goal_s:.0f} s for the goal leave {100 * max(self.at_end, 0.0):.0f} "
-            f"% and {self.back_s:.0f} s for the way back {100 * max(self.back, 0.0):.0f} %"
+            f"the battery is at {100 * self.now:.0f} %; at {6000 * self.rate_per_s:.1f} % a "
+            f"minute ({source}) {self.goal_s:.0f} s for the goal leave "
+            f"{100 * max(self.at_end, 0.0):.0f} % and {self.back_s:.0f} s for the return "
+            f"{100 * max(self.back, 0.0):.0f} %"
         )
 
 
@@ -76,7 +77,7 @@ class ConsumptionEstimator:
 
     @property
     def remaining(self) -> float | None:
-        """The fraction that was told last, None while it is not known."""
+        """The last reported fraction, None while it is unknown."""
         return self._remaining
 
     @property
@@ -92,7 +93,7 @@ class ConsumptionEstimator:
         return max(rate, _LEAST_SHARE * prior)
 
     def observe(self, time_s: float, remaining: float | None, under_way: bool) -> None:
-        """Take in what the battery says.
+        """Process what the battery says.
 
         Args:
             time_s: when.
@@ -126,7 +127,7 @@ class ConsumptionEstimator:
             self._measured_s = _MEMORY_S
 
     def predict(self, goal_s: float, back_s: float) -> Prediction | None:
-        """Say what will be left, or None while the battery is not known.
+        """Return what will be left, or None while the battery is not known.
 
         Args:
             goal_s: time to the end of the goal.

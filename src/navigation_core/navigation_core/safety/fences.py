@@ -1,6 +1,6 @@
-"""The vehicle's own fence, and whether targets and the straight ways between them keep to it.
+"""The vehicle's own fence, and checks that targets and the straight lines between them keep to it.
 
-A way may cross the fence anywhere, not only at its ends. It is cut at each crossing of a
+A path may cross the fence anywhere, not only at its ends. It is cut at each crossing of a
 boundary, and the middle of every piece is looked at: pieces do not change sides.
 """
 
@@ -16,7 +16,7 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 
 Point2 = tuple[float, float]
 
-# Pieces of a way shorter than this fraction of it come from crossings that are one and the same.
+# Pieces of a path shorter than this fraction of it come from crossings that are one and the same.
 _SAME = 1e-9
 
 
@@ -57,7 +57,7 @@ class Circle:
         yield (-b + root) / a
 
     def describe(self, point: Point2) -> str:
-        """Say where a point is, with all numbers."""
+        """Describe the position of a point, with all numbers."""
         x, y = self.centre_enu_m
         return (
             f"{math.dist(point, self.centre_enu_m):.2f} m from ({x:.2f}, {y:.2f}) m; the fence's "
@@ -109,7 +109,7 @@ class Polygon:
                 yield along
 
     def describe(self, point: Point2) -> str:
-        """Say where a point is, with all numbers."""
+        """Describe the position of a point, with all numbers."""
         side = "outside" if self.inclusion else "inside"
         return (
             f"{self.margin_m(point):.2f} m {side} the fence's {self.name} of "
@@ -130,7 +130,7 @@ def _distance_to_edge(point: Point2, start: Point2, end: Point2) -> float:
 
 @dataclass(frozen=True)
 class Fence:
-    """What a vehicle keeps to by itself.
+    """A fence that the vehicle enforces itself.
 
     Attributes:
         areas: circles and polygons; the vehicle must be inside every inclusion and outside
@@ -160,7 +160,7 @@ class Fence:
     def check_target(
         self, position_enu_m: Vector3, home_z_enu_m: float, margin_m: float = 0.0
     ) -> Rejection | None:
-        """Say why a target is refused.
+        """Return why a target is rejected.
 
         Args:
             position_enu_m: the target in the map frame.
@@ -183,8 +183,8 @@ class Fence:
         highest_m, lowest_m = self.altitude_max_m, self.altitude_min_m
         if highest_m is not None and height_m > highest_m - margin_m:
             return _outside(
-                f"{what} is {height_m:.2f} m above home; the fence ends at {highest_m:g} m, of "
-                f"which {margin_m:g} m are kept free (fence_margin_m)."
+                f"{what} is {height_m:.2f} m above home; the fence ends at {highest_m:g} m, with "
+                f"a margin of {margin_m:g} m (fence_margin_m)."
             )
         if lowest_m is not None and height_m < lowest_m:
             return _outside(
@@ -193,7 +193,7 @@ class Fence:
         return None
 
     def check_way(self, start_enu_m: Vector3, end_enu_m: Vector3) -> Rejection | None:
-        """Say where the straight way between two points leaves the fence, if it does."""
+        """Return where the straight line between two points leaves the fence, if it does."""
         start, end = start_enu_m[:2], end_enu_m[:2]
         cuts = {0.0, 1.0}
         for area in (*self.areas, *self.alternatives):
@@ -206,9 +206,9 @@ class Fence:
             if broken is not None:
                 x, y, _ = _along(start_enu_m, end_enu_m, before)
                 return _outside(
-                    f"The straight way from ({start[0]:.2f}, {start[1]:.2f}) m to ({end[0]:.2f}, "
+                    f"The straight line from ({start[0]:.2f}, {start[1]:.2f}) m to ({end[0]:.2f}, "
                     f"{end[1]:.2f}) m leaves the fence's {broken.name} at ({x:.2f}, {y:.2f}) m; "
-                    "send waypoints around."
+                    "send waypoints that stay inside."
                 )
         return None
 
@@ -216,7 +216,7 @@ class Fence:
 def check_targets(
     fence: Fence, targets_enu_m: Sequence[Vector3], home_z_enu_m: float, margin_m: float = 0.0
 ) -> Rejection | None:
-    """Say why targets do not keep to the fence; the arguments are those of `check_route`."""
+    """Return why targets do not keep to the fence; the arguments are those of `check_route`."""
     for index, target in enumerate(targets_enu_m):
         rejection = fence.check_target(target, home_z_enu_m, margin_m)
         if rejection is not None:
@@ -232,7 +232,7 @@ def check_route(
     margin_m: float = 0.0,
     closed: bool = False,
 ) -> Rejection | None:
-    """Say why a flight through targets, in straight lines, does not keep to the fence.
+    """Return why a flight through targets, in straight lines, does not keep to the fence.
 
     A vehicle that is outside may come back in: then the way to the first target is its own.
     Heights hold for the targets; between two that keep to them, a straight line does.

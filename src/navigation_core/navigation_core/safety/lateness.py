@@ -1,4 +1,4 @@
-"""How late the loop that flies runs, and what that means for the speed."""
+"""Measures how late the control loop runs, and the speed that this allows."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Lateness:
         self._delays: deque[tuple[float, float]] = deque()
 
     def note(self, late_s: float, now: float) -> bool:
-        """Take note of how late something was that was due.
+        """Record how late something was that was due.
 
         Args:
             late_s: the delay.

@@ -1,4 +1,4 @@
-"""Where the last setpoint would carry the vehicle if none followed, and how fast it may be for it.
+"""The run-out of a last setpoint that none follows, and the speed that it allows.
 
 An autopilot goes on with the velocity and the acceleration of the last setpoint until its own
 timeout (ArduPilot's GUID_TIMEOUT, 3 s; PX4's COM_OF_LOSS_T, 1 s), and only then does it brake. So
@@ -38,7 +38,7 @@ def safe_speed_m_s(
     Args:
         position_enu_m: of the setpoint, map frame.
         velocity_enu_m_s: of the setpoint.
-        obstacles: what is in the way.
+        obstacles: the known obstacles.
         limits: what the brake after the timeout keeps to.
         clearance_m: that is to be kept.
         timeout_s: for how long the vehicle goes on.
@@ -84,7 +84,7 @@ def run_out_is_clear(
         position_enu_m: of the setpoint, map frame.
         velocity_enu_m_s: of the setpoint.
         acceleration_enu_m_s2: of the setpoint.
-        obstacles: what is in the way.
+        obstacles: the known obstacles.
         clearance_m: that is to be kept.
         timeout_s: for how long the vehicle goes on.
     """

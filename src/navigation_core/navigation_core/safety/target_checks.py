@@ -1,4 +1,4 @@
-"""What a target must satisfy before anything moves."""
+"""Checks of a target before anything moves."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Box:
     maximum_enu_m: Vector3
 
     def __post_init__(self) -> None:
-        """Refuse a box without inside.
+        """Reject a box without inside.
 
         Raises:
             VolumeError: a number is not finite, or a minimum is not below its maximum.
@@ -53,7 +53,7 @@ class Box:
 
 @dataclass(frozen=True)
 class FlightVolume:
-    """Where targets are accepted: a cylinder about the map origin, and optionally a box.
+    """The volume of accepted targets: a cylinder around the map origin, and optionally a box.
 
     Attributes:
         radius_max_m: greatest horizontal distance from the map origin.
@@ -84,7 +84,7 @@ class FlightVolume:
         return max(beyond)
 
     def __post_init__(self) -> None:
-        """Refuse a volume without inside.
+        """Reject a volume without inside.
 
         Raises:
             VolumeError: a number is NaN, the radius is not positive, or the altitudes are
@@ -106,11 +106,11 @@ def check_target(
     volume: FlightVolume,
     yaw_enu_rad: float | None = None,
 ) -> Rejection | None:
-    """Say why a target cannot be accepted.
+    """Return why a target cannot be accepted.
 
     Args:
         position_enu_m: target in the map frame.
-        max_speed_m_s: wanted greatest ground speed; None or 0 for the default.
+        max_speed_m_s: wanted maximum ground speed; None or 0 for the default.
         ground_enu_m: map z of the ground, usually of home.
         volume: where targets are accepted.
         yaw_enu_rad: wanted yaw, or None for the direction of travel.
@@ -127,8 +127,8 @@ def check_target(
     if altitude_m < 0.0:
         return Rejection(
             OutcomeCode.BELOW_GROUND,
-            f"{where} is {-altitude_m:.2f} m below the ground, which is at z = "
-            f"{ground_enu_m:.2f} m; z grows upwards.",
+            f"{where} is {-altitude_m:.2f} m below the ground, which is at z = {ground_enu_m:.2f} "
+            "m; z points up.",
         )
     radius_m = horizontal_norm(position_enu_m)
     text = None
@@ -155,20 +155,20 @@ def _check_numbers(
     if not is_finite(position_enu_m):
         return Rejection(
             OutcomeCode.INVALID_NUMBER,
-            f"The target {position_enu_m} m holds a NaN or infinite coordinate; send three "
-            "finite numbers.",
+            f"The target {position_enu_m} m has a NaN or infinite coordinate; send three finite "
+            "numbers.",
         )
     if max_speed_m_s is not None and not math.isfinite(max_speed_m_s):
         return Rejection(
             OutcomeCode.INVALID_NUMBER,
-            f"The greatest speed is {max_speed_m_s} m/s; send a finite number, or 0 for the "
+            f"The maximum speed is {max_speed_m_s} m/s; send a finite number, or 0 for the "
             "default.",
         )
     if max_speed_m_s is not None and max_speed_m_s < 0.0:
         return Rejection(
             OutcomeCode.NEGATIVE_SPEED,
-            f"The greatest speed is {max_speed_m_s:g} m/s; send a positive number, or 0 for "
-            "the default.",
+            f"The maximum speed is {max_speed_m_s:g} m/s; send a positive number, or 0 for the "
+            "default.",
         )
     if yaw_enu_rad is not None and not math.isfinite(yaw_enu_rad):
         return Rejection(

@@ -1,1 +1,1 @@
-"""Navigation tasks: what a goal makes the vehicle do, step by step."""
+"""Navigation tasks: each carries out a goal step by step."""

@@ -1,4 +1,4 @@
-"""What a task is told, what it answers, and what every task can do.
+"""The interface of tasks: observations, intents and outcomes.
 
 A task is a pure state machine. Its owner calls :meth:`Task.step` at the setpoint rate with
 what is known about the vehicle, carries out the intent that comes back, and stops calling
@@ -46,7 +46,7 @@ __all__ = [
 
 
 class Status(str, Enum):
-    """What a goal is doing, as its feedback says."""
+    """The status of a goal in its feedback."""
 
     PREPARING = "PREPARING"
     ARMING = "ARMING"
@@ -64,7 +64,7 @@ class Status(str, Enum):
 
 
 class OperationKind(Enum):
-    """Something that takes the vehicle a while and that it may refuse."""
+    """Something that takes the vehicle a while and that it may reject."""
 
     TAKE_CONTROL = "TAKE_CONTROL"
     ARM = "ARM"
@@ -81,7 +81,7 @@ class OperationKind(Enum):
 
 
 class VehicleMode(Enum):
-    """What the vehicle's mode is good for, whatever its firmware calls it."""
+    """The purpose of the vehicle's mode, independent of its firmware's name for it."""
 
     CONTROL = "CONTROL"
     """It follows setpoints."""
@@ -96,7 +96,7 @@ class VehicleMode(Enum):
 
 @dataclass(frozen=True)
 class Traits:
-    """What a kind of vehicle can do.
+    """The capabilities of a vehicle type.
 
     Attributes:
         name: for sentences: "copter", "rover".
@@ -143,7 +143,7 @@ COPTER = Traits()
 
 
 class OperationState(Enum):
-    """How an operation stands. All but PENDING are final."""
+    """The state of an operation. All but PENDING are final."""
 
     PENDING = "PENDING"
     ACHIEVED = "ACHIEVED"
@@ -155,7 +155,7 @@ class OperationState(Enum):
 
 @dataclass(frozen=True)
 class OperationReport:
-    """How the operation stands that the task asked for last.
+    """The state of the operation that the task requested last.
 
     Attributes:
         kind: which operation.
@@ -170,7 +170,7 @@ class OperationReport:
 
 @dataclass(frozen=True)
 class MissionReport:
-    """How the mission in the autopilot stands.
+    """The state of the mission in the autopilot.
 
     Attributes:
         time_s: when the vehicle said so.
@@ -189,7 +189,7 @@ class MissionReport:
 
 @dataclass(frozen=True)
 class Observation:
-    """What is known about the vehicle at one moment.
+    """The known state of the vehicle at one moment.
 
     Attributes:
         time_s: the moment.
@@ -207,7 +207,7 @@ class Observation:
         home_enu_m: the launch point in the map frame, or None.
         landing: whether it says that it is landing.
         mission: how the uploaded mission stands, or None.
-        obstacles: what is in the way; the same object until something about it is new.
+        obstacles: the known obstacles; the same object until something about it is new.
         obstacles_age_s: time since the sensor that tells about them was last heard; 0 when none
             is expected to be heard.
         obstacles_reach_m: how far the sensor sees that tells about them; infinite without one.
@@ -240,7 +240,7 @@ class Observation:
 
 @dataclass(frozen=True)
 class Setpoint:
-    """Where the vehicle should be now.
+    """The setpoint for the present moment.
 
     Attributes:
         position_enu_m: position in the map frame.
@@ -305,7 +305,7 @@ class Outcome:
 
     Attributes:
         code: stable reason.
-        message: a sentence for people.
+        message: one sentence for display.
         final_error_m: measured distance to the target, or None if it was not measured.
     """
 
@@ -316,7 +316,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class RouteProgress:
-    """How far a route is flown.
+    """Progress along a route.
 
     Attributes:
         current: the waypoint that the vehicle is on its way to, from 0.
@@ -335,14 +335,14 @@ class RouteProgress:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a task is. Both numbers are always finite and not negative.
+    """Progress of a task. Both numbers are always finite and not negative.
 
     Attributes:
         status: what is happening.
-        distance_remaining_m: length of the way that is left.
+        distance_remaining_m: length of the path that is left.
         time_remaining_s: estimated time to the end.
         route: how far the route is flown, for a task that has one.
-        replans: how often the way was planned anew because of obstacles.
+        replans: how often the path was replanned because of obstacles.
         blocked: why obstacles leave no way to go on; empty while they do.
     """
 
@@ -355,7 +355,7 @@ class Progress:
 
 
 class Requirement(Flag):
-    """What a task must have before it is started."""
+    """A precondition of starting a task."""
 
     NONE = 0
     CONNECTION = auto()
@@ -369,7 +369,7 @@ class Task(Protocol):
 
     @property
     def requires(self) -> Requirement:
-        """What must be there before :meth:`start`."""
+        """The preconditions of :meth:`start`."""
 
     @property
     def commanded(self) -> KinematicState | None:
@@ -381,13 +381,13 @@ class Task(Protocol):
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
-        """The way that is planned, in the map frame; the same object until it is planned anew."""
+        """The path that is planned, in the map frame; the same object until it is replanned."""
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Say what to do now, or how it ended."""
+        """Return what to do now, or how it ended."""
 
     def think(self, observation: Observation, now: float) -> None:
         """Do what takes long, once the setpoint of the step before is out; steps show what came."""
@@ -399,10 +399,10 @@ class Task(Protocol):
         """Stop and hold until :meth:`unpause`; says why if this cannot be paused."""
 
     def unpause(self, now: float) -> None:
-        """Go on after a pause."""
+        """Resume after a pause."""
 
     def take_up(self, now: float) -> None:
-        """Go on with a vehicle that somebody else had stopped in another mode.
+        """Resume with a vehicle that another station had stopped in another mode.
 
         Called before the next step; where the task was, and what it commanded, is past.
         """
@@ -414,10 +414,10 @@ class Task(Protocol):
         """
 
     def resume(self, observation: Observation, now: float) -> None:
-        """Go on after a time without steps."""
+        """Resume after a time without steps."""
 
     def progress(self, observation: Observation, now: float) -> Progress:
-        """Say how far it is."""
+        """Return the progress."""
 
 
 class WithoutSetpoints:
@@ -440,7 +440,7 @@ class WithoutSetpoints:
 def check_requirements(
     requires: Requirement, observation: Observation, position_timeout_s: float
 ) -> Rejection | None:
-    """Say what a task lacks.
+    """Return what a task lacks.
 
     Args:
         requires: what the task needs.
@@ -451,7 +451,7 @@ def check_requirements(
         The first thing that is missing, or None.
     """
     if Requirement.CONNECTION in requires and not observation.connected:
-        return Rejection(OutcomeCode.NO_VEHICLE, "No vehicle is heard on the link.")
+        return Rejection(OutcomeCode.NO_VEHICLE, "No vehicle is detected on the link.")
     lacking = []
     if Requirement.POSITION in requires and not _known(observation.position_enu_m):
         lacking.append("position")
@@ -461,7 +461,7 @@ def check_requirements(
         lacking.append("yaw")
     if lacking:
         return Rejection(
-            OutcomeCode.NO_POSITION, f"The vehicle gives no valid {' and no '.join(lacking)} yet."
+            OutcomeCode.NO_POSITION, f"The vehicle reports no valid {' and no '.join(lacking)} yet."
         )
     if Requirement.POSITION in requires and not observation.position_age_s <= position_timeout_s:
         return Rejection(

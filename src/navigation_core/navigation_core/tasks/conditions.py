@@ -1,4 +1,4 @@
-"""Small conditions that tasks share: dwelling, and waiting for an operation."""
+"""Conditions that tasks share: dwell times, progress, and operations that are awaited."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from navigation_core.tasks.base import (
 from navigation_core.tasks.flying.goto_config import GotoConfig
 
 _WHAT = {
-    OperationKind.TAKE_CONTROL: "change to the mode in which it obeys setpoints",
+    OperationKind.TAKE_CONTROL: "enter the mode in which it follows setpoints",
     OperationKind.ARM: "arm",
     OperationKind.DISARM: "disarm",
     OperationKind.TAKE_OFF: "take off",
@@ -29,9 +29,9 @@ _WHAT = {
     OperationKind.RETURN: "return to the launch point",
     OperationKind.REPOSITION: "go to the target",
     OperationKind.CHANGE_SPEED: "change the speed",
-    OperationKind.UPLOAD_MISSION: "take the mission",
+    OperationKind.UPLOAD_MISSION: "upload the mission",
     OperationKind.START_MISSION: "start the mission",
-    OperationKind.CLEAR_MISSION: "remove the mission",
+    OperationKind.CLEAR_MISSION: "clear the mission",
 }
 # More than the noise of a position at rest.
 _HEADWAY_M = 1.0
@@ -40,7 +40,7 @@ _HEADWAY_M = 1.0
 def check_departure(
     observation: Observation, config: GotoConfig, traits: Traits
 ) -> Rejection | None:
-    """Say why a vehicle must stay where it stands, or None.
+    """Return why a vehicle must stay where it stands, or None.
 
     Somebody may stand beside its propellers: without leave, only a vehicle that says that it
     flies is flown. What drives may go once it is armed.
@@ -48,16 +48,20 @@ def check_departure(
     if not observation.armed and not config.may_arm:
         return Rejection(
             OutcomeCode.ARMING_NOT_ALLOWED,
-            "The vehicle is disarmed and may not be armed by this server; arm it yourself, or "
-            "allow the server to arm.",
+            "The vehicle is disarmed and this server may not arm it; arm it yourself, or allow "
+            "the server to arm it.",
         )
     if not traits.flies or config.may_leave_ground or observation.airborne:
         return None
-    where = "does not say whether it flies" if observation.airborne is None else "is on the ground"
+    where = (
+        "does not report whether it is airborne"
+        if observation.airborne is None
+        else "is on the ground"
+    )
     return Rejection(
         OutcomeCode.TAKEOFF_NOT_ALLOWED,
-        f"The vehicle {where}, and this server may not make it take off; take off yourself, or "
-        "allow the server to.",
+        f"The vehicle {where}, and this server may not take off; take off yourself, or allow the "
+        "server to take off.",
     )
 
 
@@ -65,12 +69,12 @@ class Dwell:
     """Whether something has been true without a break for a time."""
 
     def __init__(self, duration_s: float) -> None:
-        """Begin with nothing seen."""
+        """Begin without observations."""
         self._duration_s = duration_s
         self._since_s: float | None = None
 
     def holds(self, condition: bool, time_s: float) -> bool:
-        """Take note of the condition at a time, and say whether it held long enough."""
+        """Record the condition at a time, and return whether it held long enough."""
         if not condition:
             self._since_s = None
             return False
@@ -84,7 +88,7 @@ class Dwell:
 
 
 class Headway:
-    """Whether a vehicle that flies by itself still gets on.
+    """Whether a vehicle that flies by itself still makes progress.
 
     It is told lengths that shrink as the vehicle gets on, and that do not shrink for ever: so
     there is an end to whatever the vehicle does.
@@ -101,7 +105,7 @@ class Headway:
         self._since_s, self._least_m = None, []
 
     def is_lost(self, lengths_m: Sequence[float], now: float, longer_s: float = 0.0) -> bool:
-        """Take note of the lengths, and say whether none has shrunk for too long.
+        """Record the lengths, and return whether none has shrunk for too long.
 
         Args:
             lengths_m: always as many, or none while they are not known.
@@ -137,7 +141,7 @@ class Operation:
     timeout_s: float
 
     def check(self, observation: Observation, now: float) -> Intent | Outcome | None:
-        """Say how it stands: ask again, over with a reason, or None once it is achieved."""
+        """Return its state: the request again, an outcome, or None once it is achieved."""
         report = observation.operation
         what = _WHAT[self.intent.kind]
         if report is None or report.kind is not self.intent.kind:
@@ -159,8 +163,8 @@ class Operation:
                 None,
             )
         ending = {
-            OperationState.REFUSED: "was refused",
+            OperationState.REFUSED: "was rejected",
             OperationState.TIMED_OUT: "timed out",
-            OperationState.CANCELLED: "was given up",
+            OperationState.CANCELLED: "was abandoned",
         }[state]
         return Outcome(self.refusal, f"The request to {what} {ending}{because}", None)

@@ -1,4 +1,4 @@
-"""What a task reads from an observation."""
+"""Values that tasks read from an observation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a vehicle stands still, judged over a window of its positions. Pure."""
+"""Detects a standstill over a window of positions. Pure."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Standstill:
     """
 
     def __init__(self, speed_max_m_s: float, window_s: float) -> None:
-        """Begin with nothing seen.
+        """Begin without observations.
 
         Args:
             speed_max_m_s: slower than this is still.
@@ -47,7 +47,7 @@ class Standstill:
         self.speed_m_s = None
 
     def holds(self, observation: Observation, stale_s: float) -> bool:
-        """Take in an observation, and say whether the vehicle stands still.
+        """Process an observation, and return whether the vehicle stands still.
 
         Args:
             observation: what is known now.
@@ -64,7 +64,7 @@ class Standstill:
         return plausible and slow
 
     def failure(self, timeout_s: float) -> str:
-        """Say that it had not stopped in the time that it was given."""
+        """Report that it had not stopped in time."""
         speed = "an unknown speed" if self.speed_m_s is None else f"{self.speed_m_s:.2f} m/s"
         return f"The vehicle had not stopped after {timeout_s:g} s; it moves at {speed}."
 

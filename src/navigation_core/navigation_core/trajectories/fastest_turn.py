@@ -27,7 +27,7 @@ from navigation_core.trajectories.motions import (
     relaxed_velocity,
 )
 
-# Shares of the greatest speed at which a turn may end.
+# Shares of the maximum speed at which a turn may end.
 _TURN_FRACTIONS = (1.0, 0.85, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1, 0.05, 0.0)
 _TURN_REFINEMENTS = 5
 _TURN_ITERATIONS = 20
@@ -91,7 +91,7 @@ def _turns(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[l
 def _turn_at(
     state: KinematicState, goal_enu_m: Vector3, limits: Limits, fraction: float
 ) -> list[Piece] | None:
-    """Plan a turn that ends at a share of the greatest speed.
+    """Plan a turn that ends at a share of the maximum speed.
 
     Where the turn ends decides where the line to the goal points, and that decides the
     turn: solved by fixed-point iteration.

@@ -120,7 +120,7 @@ def speed_change_m(
     limits: Limits,
     acceleration_m_s2: float = 0.0,
 ) -> float:
-    """Return the way that a change of speed along a direction takes, in metres."""
+    """Return the path that a change of speed along a direction takes, in metres."""
     state = KinematicState(
         ZERO, scale(direction_enu, from_m_s), scale(direction_enu, acceleration_m_s2)
     )
@@ -177,7 +177,7 @@ def _solve(
     # A ValueError: the Python binding lacks names for some of the results, such as -101, a
     # duration beyond what Ruckig allows (seen in 0.19).
     except (ruckig.RuckigError, ValueError) as error:
-        raise TrajectoryError(f"Ruckig refuses {request}: {error}") from error
+        raise TrajectoryError(f"Ruckig rejects {request}: {error}") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")
     return Piece(state.position_enu_m, axes, profile, profile.duration, limits)

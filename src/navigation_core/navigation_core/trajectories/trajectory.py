@@ -118,7 +118,7 @@ class Trajectory:
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
-        """Points along the way, from its beginning to its end."""
+        """Points along the path, from its beginning to its end."""
         count = min(max(math.ceil(self.duration_s / _PATH_STEP_S), 1), _PATH_POINTS_MAX)
         step_s = self.duration_s / count
         points = [self.sample(i * step_s).position_enu_m for i in range(count)]
@@ -208,7 +208,7 @@ def assemble(
 
 
 def check_finite(start: KinematicState, goal_enu_m: Vector3) -> None:
-    """Refuse numbers that are NaN or infinite.
+    """Reject numbers that are NaN or infinite.
 
     Raises:
         TrajectoryError: says which.

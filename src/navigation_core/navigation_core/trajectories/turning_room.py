@@ -1,4 +1,4 @@
-"""Room to turn, for what cannot turn on the spot."""
+"""Room to turn, for vehicles that cannot turn on the spot."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _AHEAD_RAD = math.radians(20.0)
 _STEP_RAD = math.radians(30.0)
 # How far straight ahead a turn may begin, in radii, if it can't begin at once.
 _AHEAD_RADII = (0.0, 1.0, 2.0, 4.0)
-# How many places at which a turn could end are tried as beginnings of a way.
+# How many places at which a turn could end are tried as beginnings of a path.
 _TRIES_MAX = 4
 _ROUNDING_M = 1e-3
 _SAMPLES = 9
 
 
 def has_room_to_turn(way: Array, obstacles: Obstacles, clearance_m: float, radius_m: float) -> bool:
-    """Whether all corners of a way can be driven as arcs, clear of all obstacles.
+    """Whether all corners of a path can be driven as arcs, clear of all obstacles.
 
     An arc of radius r that touches both lines of a corner of angle a begins ``r tan(a / 2)``
     before it, and passes ``r (1 / cos(a / 2) - 1)`` inside of it.
@@ -61,10 +61,10 @@ def drivable_way(
     clearance_m: float,
     radius_m: float,
 ) -> Array | None:
-    """Return a way that begins with a turn from a heading, shape (N, 3); None without room.
+    """Return a path that begins with a turn from a heading, shape (N, 3); None without room.
 
     Args:
-        direct: a way, shape (N, 3), that needs to be changed only at its beginning.
+        direct: a path, shape (N, 3), that needs to be changed only at its beginning.
         heading_enu_rad: where the nose points there.
         way_from: returns a way to the goal from a place, or None.
         obstacles: all that count.

@@ -1,4 +1,4 @@
-"""A copter's firmware: its modes, missions, and what people may want of it."""
+"""A copter's firmware: modes, missions and commands."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Copter(Firmware):
         return self.armed or self.motor_test.running
 
     def update(self, observation: Observation) -> None:
-        """Take notice of the world and act; called at a fixed rate."""
+        """Process the latest state and act; called at a fixed rate."""
         self.yaw.update(observation.motion, observation.time_s)
         revision = self.revision
         super().update(observation)
@@ -117,7 +117,7 @@ class Copter(Firmware):
         super().guide(guidance)
 
     def guide_on(self) -> None:
-        """Go on with the guidance in force, with the heading of now."""
+        """Continue with the current guidance, with the present heading."""
         north, east, down = self.moving_target()
         self.guide(
             replace(

@@ -1,4 +1,4 @@
-"""How a copter flies its mission. Seen in the recording `copter_auto_cleared`.
+"""AUTO of a copter. Seen in the recording `copter_auto_cleared`.
 
 A waypoint without a delay is a corner to be cut; at others the vehicle stops. After the last
 item it hovers.

@@ -1,4 +1,4 @@
-"""Items that a copter's AUTO flies on curves: circles, splines; and the change of height."""
+"""Curved items of AUTO for copters: circles and splines; and the change of altitude."""
 
 from __future__ import annotations
 

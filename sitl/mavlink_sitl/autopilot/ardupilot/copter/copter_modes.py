@@ -39,7 +39,7 @@ class Mode:
         raise NotImplementedError
 
     def update(self) -> None:
-        """Go on; called at the autopilot's rate, armed or not."""
+        """Run one step; called at the autopilot's rate, armed or not."""
 
     @property
     def taking_off(self) -> bool:
@@ -52,7 +52,7 @@ class Mode:
         return False
 
     def ground_motors(self) -> Motors:
-        """What the motors may do while landed."""
+        """The permitted motor state while landed."""
         return Motors.IDLE
 
     def guide(self, guidance: Guidance) -> None:
@@ -186,7 +186,7 @@ class Land(Mode):
 
 
 def landing_speed_m_s(copter: Copter) -> float:
-    """How fast to sink at this height above home."""
+    """The descent rate at this height above home."""
     parameters = copter.parameters
     final = parameters["LAND_SPEED"] / 100.0
     fast = (parameters["LAND_SPEED_HIGH"] or parameters["WPNAV_SPEED_DN"]) / 100.0

@@ -1,4 +1,4 @@
-"""What a copter's AUTO can be busy with: one class per kind of item that moves."""
+"""Tasks of AUTO for copters: one class per type of movement item."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ class ReturnHome(CopterTask):
         return self._way.landing
 
     def update(self) -> None:
-        """Go on."""
+        """Run one step."""
         self._way.update()
 
 
@@ -243,7 +243,7 @@ def holding(auto: CopterAuto, position: Vector) -> Guidance:
 
 
 def stopping_point(copter: Copter) -> Vector:
-    """Where the vehicle comes to a stand when it brakes now, NED metres."""
+    """The point at which the vehicle would stop if it braked now, NED metres."""
     motion, limits = copter.motion, copter.navigator.limits()
     v_n, v_e, v_d = motion[3:6]
     speed = math.hypot(v_n, v_e)

@@ -40,7 +40,7 @@ TAKEOFF_SPEED_M_S = 0.25
 
 
 class Frame(Enum):
-    """What a setpoint is relative to."""
+    """The reference of a setpoint."""
 
     LOCAL = "local NED"
     OFFSET = "offset from the vehicle, NED"
@@ -71,7 +71,7 @@ class Setpoint:
 
 
 class Submode(Enum):
-    """What GUIDED is busy with."""
+    """The submode of GUIDED."""
 
     TAKEOFF = "take-off"
     POSITION = "position"
@@ -152,7 +152,7 @@ class Guided(Mode):
         self._takeoff_at = (motion.north_m, motion.east_m)
 
     def setpoint(self, setpoint: Setpoint) -> None:
-        """Take a new target; everything in it is finite."""
+        """Set a new target; everything in it is finite."""
         setpoint = self._to_local(setpoint)
         position, velocity = setpoint.position_m, setpoint.velocity_m_s
         if position is not None and velocity is not None:
@@ -167,7 +167,7 @@ class Guided(Mode):
             self._stop()
 
     def attitude(self, target: AttitudeTarget) -> None:
-        """Take an attitude; everything in it is finite."""
+        """Set an attitude; everything in it is finite."""
         begins = self.submode is not Submode.ATTITUDE
         if target.quaternion is None and self._attitude is not None and not begins:
             target = replace(target, quaternion=self._attitude.quaternion)

@@ -23,7 +23,7 @@ LEAST_UPRIGHT = 0.3
 
 @dataclass(frozen=True)
 class AttitudeTarget:
-    """What is asked for.
+    """The requested attitude.
 
     Attributes:
         quaternion: the attitude, of length 1; None to turn on from the present one.
@@ -36,7 +36,7 @@ class AttitudeTarget:
     thrust: float
 
     def climb_rate_m_s(self, limits: Limits) -> float:
-        """What the thrust means; positive is up."""
+        """The climb rate that the thrust stands for; positive is up."""
         share = 2.0 * (min(max(self.thrust, 0.0), 1.0) - HOLD_HEIGHT)
         return share * (limits.speed_up_m_s if share > 0.0 else limits.speed_down_m_s)
 

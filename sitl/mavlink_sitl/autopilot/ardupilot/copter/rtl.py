@@ -25,7 +25,7 @@ OVERLAP_S = 1.8
 
 
 class Stage(Enum):
-    """How far the return has got."""
+    """The stage of the return."""
 
     CLIMB = 1
     RETURN = 2
@@ -68,7 +68,7 @@ class Leg:
 
 
 def stopping_distance(speed_m_s: float, acceleration_m_s2: float) -> float:
-    """How far a vehicle goes until it stands, braking by the square-root controller (gain 1)."""
+    """The stopping distance with the square-root controller (gain 1)."""
     speed = abs(speed_m_s)
     if speed <= acceleration_m_s2:
         return speed
@@ -138,7 +138,7 @@ class ReturnToLaunch(Mode):
         return Leg(start, end, profile, self.copter.now_s)
 
     def update(self) -> None:
-        """Go on with the stage, or to the next."""
+        """Run one step of the stage, or advance to the next."""
         copter = self.copter
         if copter.landed or not copter.armed:
             return

@@ -170,11 +170,11 @@ class Plane(Traveller):
         )
 
     def destination_ned_m(self) -> Vector | None:
-        """What it circles or flies to, for POSITION_TARGET_GLOBAL_INT."""
+        """The point it circles or flies to, for POSITION_TARGET_GLOBAL_INT."""
         return self.mode.target if isinstance(self.mode, PlaneMode) else None
 
     def return_point_ned_m(self) -> Vector:
-        """Where RTL circles: a rally point, or home and RTL_ALTITUDE above it."""
+        """The point that RTL circles: a rally point, or home and RTL_ALTITUDE above it."""
         rally = nearest_rally_ned_m(self)
         if rally is not None:
             return rally

@@ -1,4 +1,4 @@
-"""AUTO of planes: flies the mission, and lands by it."""
+"""AUTO of planes: flies the mission and its landing."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class GlideAuto(PlaneMode, Auto):
     moving = MOVING - {Cmd.SPLINE}
 
     def enter(self) -> None:
-        """Take the mission up where it was left, or begin it; without one, return."""
+        """Resume the mission where it was left, or begin it; without one, return."""
         self.target = None
         self.begin_level()
         self._leg_end: Vector | None = None
@@ -52,7 +52,7 @@ class GlideAuto(PlaneMode, Auto):
             self._go_back_before_landing()
 
     def update(self) -> None:
-        """Go on with the item in force, or to the next."""
+        """Run one step of the current item, or advance to the next."""
         Auto.update(self)
 
     @property

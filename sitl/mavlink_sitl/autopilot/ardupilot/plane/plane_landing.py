@@ -79,7 +79,7 @@ class Approach(FlyLine):
         return self.start[2] + self._slope * along
 
     def update(self) -> None:
-        """Go on down, or up again."""
+        """Run one step of the descent, or of the go-around."""
         plane, mode = self.plane, self.mode
         if self.go_around is not None:
             self.go_around.update()

@@ -305,7 +305,7 @@ class Guided(Loiter):
         self.go_round(place)
 
     def setpoint(self, setpoint: Setpoint) -> None:
-        """Take the height of a setpoint, when it is of a kind whose height counts."""
+        """Set the altitude of a setpoint, if its kind has one that counts."""
         assert self.target is not None
         if setpoint.position_m is None:
             return

@@ -1,4 +1,4 @@
-"""A plane's speeds, and when it is armed no more."""
+"""A plane's speeds, and its automatic disarming."""
 
 from __future__ import annotations
 

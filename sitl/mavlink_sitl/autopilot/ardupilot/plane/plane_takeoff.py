@@ -1,4 +1,4 @@
-"""How a plane takes off: in TAKEOFF and in a mission. Recorded in `plane_guided`."""
+"""Take-off of planes, in TAKEOFF and in a mission. Recorded in `plane_guided`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Launch:
         self._levelling = False
 
     def rolling(self) -> bool:
-        """Say what is due; whether the throttle is open."""
+        """Return what is due; whether the throttle is open."""
         plane = self._plane
         since_s = plane.now_s - self._began_s
         while self._texts and since_s >= self._texts[0][0]:
@@ -94,7 +94,7 @@ class TakeOff(PlaneMode):
         return Motors.FLY
 
     def update(self) -> None:
-        """Go on."""
+        """Run one step."""
         plane = self.plane
         if not plane.armed:
             return

@@ -1,4 +1,4 @@
-"""What a plane can be busy with in AUTO: one class per kind of item that moves it.
+"""Tasks of AUTO for planes: one class per type of movement item.
 
 After ArduPlane's documentation of mission commands. Landing is `plane_landing`'s.
 """
@@ -74,7 +74,7 @@ class Climb(GlideTask):
         self._start = self.here
 
     def update(self) -> None:
-        """Go on, once armed."""
+        """Run one step once armed."""
         plane, mode = self.plane, self.mode
         if not plane.armed:
             return
@@ -160,7 +160,7 @@ class FlyLine(GlideTask):
         self.mode.fly(bank, self.mode.climb_to(self.down_m()))
 
     def reach_m(self) -> float:
-        """How near it counts as reached: WP_RADIUS, less for a gentle corner."""
+        """The acceptance radius: WP_RADIUS, less for a gentle corner."""
         if self.item.params[1] > 0.0:
             return self.item.params[1]
         if self._beyond_m:

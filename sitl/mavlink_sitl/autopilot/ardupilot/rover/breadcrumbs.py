@@ -1,4 +1,4 @@
-"""The way a vehicle has come, kept short enough to be driven back: what SMART_RTL needs.
+"""The path travelled, simplified so that SMART_RTL can drive it back.
 
 Points nearer to each other than an accuracy are one; a line is kept by its corners (Ramer, 1972,
 Douglas and Peucker, 1973); a loop is left out where the way crosses itself.
@@ -12,7 +12,7 @@ Point = tuple[float, float]
 
 
 class Breadcrumbs:
-    """Where a vehicle has been since it was armed; North and East, metres.
+    """The path of a vehicle since it was armed; north and east, metres.
 
     Args:
         accuracy_m: SRTL_ACCURACY.

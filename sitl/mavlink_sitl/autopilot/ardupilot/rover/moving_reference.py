@@ -1,4 +1,4 @@
-"""The way of a rover or boat to a point: a moving reference on a straight line.
+"""The path of a rover or boat to a point: a moving reference on a straight line.
 
 The reference keeps the limits of speed, acceleration and jerk; the vehicle follows it by
 steering towards the reference's velocity plus a share of its own distance from it (PSC_POS_P).
@@ -77,7 +77,7 @@ class Route:
 
     @property
     def cross_track_m(self) -> float:
-        """How far beside the line the vehicle is."""
+        """The cross-track error of the vehicle."""
         if self._length_m < 1e-6:
             return 0.0
         (n, e), m = self._direction(), self._rover.motion
@@ -116,7 +116,7 @@ class Route:
         self._along_m += min(self._reference_m_s * dt, left)
 
     def follow(self) -> DriveGuidance:
-        """What to do now."""
+        """The guidance for the present moment."""
         rover = self._rover
         self._advance()
         along, speed = self._along_m, self._reference_m_s

@@ -48,7 +48,7 @@ class DriveNavigator(Navigator):
         return kind in (0, 1) and super().change_speed(kind, speed_m_s)
 
     def cruise_m_s(self) -> float:
-        """How fast it drives by itself."""
+        """The cruise speed."""
         p = self._parameters
         return max(self._speed_xy_m_s or p["WP_SPEED"] or p["CRUISE_SPEED"], LEAST_LIMIT)
 
@@ -140,12 +140,12 @@ class Rover(Traveller):
         return self.personality.kind == "boat"
 
     def cruise_m_s(self) -> float:
-        """How fast it drives by itself."""
+        """The cruise speed."""
         assert isinstance(self.navigator, DriveNavigator)
         return self.navigator.cruise_m_s()
 
     def turn_limit_rad_s(self, speed_m_s: float) -> float:
-        """How fast it may turn at a speed: ATC_STR_RAT_MAX, and sideways ATC_TURN_MAX_G."""
+        """The largest turn rate at a speed: ATC_STR_RAT_MAX, and sideways ATC_TURN_MAX_G."""
         p = self.parameters
         sideways_m_s2 = p["ATC_TURN_MAX_G"] * GRAVITY_M_S2
         limit = sideways_m_s2 / max(abs(speed_m_s), STEER_LEAST_M_S)
@@ -159,14 +159,14 @@ class Rover(Traveller):
         return min(max(steering, -1.0), 1.0), min(max(throttle, -1.0), 1.0)
 
     def stopping_point(self) -> Point:
-        """Where it would stand if it braked now."""
+        """The point at which it would stop if it braked now."""
         m = self.motion
         speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
         ahead = speed / (2.0 * self.navigator.limits().acceleration_xy_m_s2)
         return m.north_m + m.velocity_north_m_s * ahead, m.east_m + m.velocity_east_m_s * ahead
 
     def rest_at(self, mode: DriveMode, place: Point) -> None:
-        """What it does where it has arrived: a car stands, a boat keeps its place."""
+        """The guidance after arrival: a car stops, a boat holds its position."""
         if self.is_boat:
             mode.stay_at(place)
         else:
@@ -188,7 +188,7 @@ class Rover(Traveller):
         )
 
     def destination_ned_m(self) -> tuple[float, float, float] | None:
-        """Where it is going, for POSITION_TARGET_GLOBAL_INT."""
+        """The destination, for POSITION_TARGET_GLOBAL_INT."""
         route = self.mode.route if isinstance(self.mode, DriveMode) else None
         return None if route is None else (*route.destination, 0.0)
 

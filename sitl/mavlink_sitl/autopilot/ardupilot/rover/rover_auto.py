@@ -90,13 +90,13 @@ class DriveAuto(DriveMode, Auto):
         return DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
 
     def enter(self) -> None:
-        """Take the mission up where it was left, or begin it."""
+        """Resume the mission where it was left, or begin it."""
         self.route = None
         self.rover.backwards = False
         super().enter()
 
     def update(self) -> None:
-        """Go on, once armed."""
+        """Run one step once armed."""
         if self.rover.armed and self.rover.now_s - self.rover.arming.armed_at_s >= START_S:
             Auto.update(self)
 

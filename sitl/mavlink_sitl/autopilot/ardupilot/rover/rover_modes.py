@@ -174,7 +174,7 @@ class Guided(DriveMode):
     * A position is driven to, also one that came while disarmed, on arming; the arrival is
       told as MISSION_ITEM_REACHED of item 0.
     * Velocities, rates and headings run out after three seconds, with words.
-    * An acceleration that is not ignored makes the whole setpoint be refused, with words.
+    * An acceleration that is not ignored makes the whole setpoint be rejected, with words.
     * A velocity alone is a course and a speed, so backwards means turning round; with a rate
       of turn, a backward velocity in the body's frame is driven backwards; with a heading the
       direction of the velocity does not count.
@@ -193,7 +193,7 @@ class Guided(DriveMode):
         self.drive(self._target)
 
     def setpoint(self, setpoint: Setpoint) -> None:
-        """Take a new target; everything in it is finite."""
+        """Set a new target; everything in it is finite."""
         rover = self.rover
         if setpoint.acceleration_m_s2 is not None:
             rover.say(Severity.INFO, REFUSED)

@@ -19,11 +19,11 @@ class ReturnToLaunch(DriveMode):
         self._said = False
 
     def speed_m_s(self) -> float:
-        """How fast it returns."""
+        """The speed of the return."""
         return self.rover.parameters["RTL_SPEED"] or self.rover.cruise_m_s()
 
     def update(self) -> None:
-        """Go on."""
+        """Run one step."""
         if self.route is None or not self.rover.armed:
             return
         if not self.route.reached or self.goes_on():

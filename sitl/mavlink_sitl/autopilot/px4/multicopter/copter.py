@@ -1,4 +1,4 @@
-"""PX4 for a multicopter: how it leaves the ground and comes back to it."""
+"""PX4 for a multicopter: take-off and landing."""
 
 from __future__ import annotations
 

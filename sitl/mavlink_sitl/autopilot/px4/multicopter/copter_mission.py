@@ -1,4 +1,4 @@
-"""How a multicopter with PX4 flies the items of a mission: waypoints within NAV_ACC_RAD."""
+"""Mission items of a multicopter with PX4: waypoints within NAV_ACC_RAD."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class GoTo(Px4Task):
         self.begin()
 
     def begin(self) -> None:
-        """Tell the controllers."""
+        """Pass the guidance to the controllers."""
         motion, target = self.px4.motion, self.target
         yaw = None
         if math.dist(motion[:2], target[:2]) > self._acceptance_m():
@@ -154,7 +154,7 @@ class ClimbTo(GoTo):
     """Straight up: the take-off."""
 
     def begin(self) -> None:
-        """Tell the controllers."""
+        """Pass the guidance to the controllers."""
         limits = self.px4.px4_navigator.takeoff_limits()
         guidance = replace(self.mission.hold_at(self.target), restart_z=True, limits=limits)
         self.mission.guide(guidance)

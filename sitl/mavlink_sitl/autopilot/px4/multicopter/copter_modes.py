@@ -101,7 +101,7 @@ class Takeoff(CopterMode, TakeoffMode):
     """Nobody named a height, and that is not yet told"""
 
     def enter(self) -> None:
-        """Take the height; one that is below the vehicle is not flown to."""
+        """Set the altitude; one below the vehicle is not flown to."""
         navigator = self.px4.px4_navigator
         north, east, down = self.here()
         self._by_default = self.wanted_amsl_m is None
@@ -234,7 +234,7 @@ class Return(CopterMode):
         return self._stage == "land"
 
     def update(self) -> None:
-        """Go on with the stage, or to the next."""
+        """Run one step of the stage, or advance to the next."""
         if not self.px4.armed or self.px4.landed:
             return
         motion = self.px4.motion

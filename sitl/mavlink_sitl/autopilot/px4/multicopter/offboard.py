@@ -1,4 +1,4 @@
-"""PX4's OFFBOARD: what a stream of setpoints asks for, axis by axis."""
+"""PX4's OFFBOARD: interprets a stream of setpoints, axis by axis."""
 
 from __future__ import annotations
 

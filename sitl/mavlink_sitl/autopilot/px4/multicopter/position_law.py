@@ -1,4 +1,4 @@
-"""PX4's way over ground: OFFBOARD's bare loops, and the patience of its trajectories.
+"""PX4's horizontal position control: OFFBOARD's loops and smoothed trajectories.
 
 OFFBOARD has no trajectory in front of it: a proportional position loop gives a velocity, a
 PID loop around that an acceleration, and that a lean. The AUTO modes follow a smooth

@@ -1,4 +1,4 @@
-"""PX4 for a fixed-wing aeroplane: it takes off by rolling, circles to wait, and cannot hover.
+"""PX4 for a fixed-wing aeroplane: takes off from a runway, loiters in circles, cannot hover.
 
 Rules read in the source of v1.17 (fw_mode_manager, FixedwingLandDetector, Commander, Navigator).
 """
@@ -82,7 +82,7 @@ class Px4Plane(Px4Vehicle):
 
     @property
     def landed(self) -> bool:
-        """What the land detector says."""
+        """The state of the land detector."""
         return self._on_ground
 
     def takes_off(self) -> bool:
@@ -160,7 +160,7 @@ class Px4Plane(Px4Vehicle):
         return within(self.parameters["NAV_LOITER_RAD"], -1e4, 1e4)
 
     def accept_m(self) -> float:
-        """How near to a waypoint is there: NAV_ACC_RAD, or where the next course begins."""
+        """The acceptance radius of a waypoint: NAV_ACC_RAD, or where the next course begins."""
         motion, p = self.motion, self.parameters
         speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
         switch = within(p["NPFG_SW_DST_MLT"], 0.0, 1.0) * self.law().bound_m(speed)

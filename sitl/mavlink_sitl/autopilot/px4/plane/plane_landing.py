@@ -1,4 +1,4 @@
-"""How PX4's planes come down and back: circling or straight, a flare, AUTO.LAND and AUTO.RTL."""
+"""Landing and return of PX4's planes: circling or straight, flare, AUTO.LAND and AUTO.RTL."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Descent:
         return path_guidance.line(self._mode.level(), self._entrance[:2], self._touchdown[:2])
 
     def update(self) -> None:
-        """Go on."""
+        """Run one step."""
         plane, mode, p = self._plane, self._mode, self._plane.parameters
         mode.place = self._touchdown
         path = self._path()
@@ -174,7 +174,7 @@ class Return(PlaneMode):
         return within(self.px4.parameters["RTL_LOITER_RAD"], -1e4, 1e4)
 
     def update(self) -> None:
-        """Go on with the stage, or to the next."""
+        """Run one step of the stage, or advance to the next."""
         plane = self.px4
         if plane.landed or not plane.armed:
             self.rest()

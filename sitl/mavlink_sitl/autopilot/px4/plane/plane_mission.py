@@ -48,7 +48,7 @@ class FlyOver(PlaneTask):
     _rising = False
 
     def update(self) -> None:
-        """Go on."""
+        """Run one step."""
         mission, target = self.mission, self.target
         near = math.dist(mission.level(), target[:2]) < self.plane.accept_m()
         self._rising = not mission.at_height(target[2]) and (near or self._rising)
@@ -110,7 +110,7 @@ class ClimbOut(PlaneTask):
         self.climbout = Climbout(mission, target[2], target[:2] if far else None)
 
     def update(self) -> None:
-        """Go on."""
+        """Run one step."""
         self.climbout.update()
 
     def finished(self) -> bool:
@@ -168,12 +168,12 @@ class PlaneMission(PlaneMode, Px4Mission):
     """Flies the uploaded mission; after its end it circles the last place."""
 
     def enter(self) -> None:
-        """Take the mission up where it was left, or begin it."""
+        """Resume the mission where it was left, or begin it."""
         self.level_off()
         super().enter()
 
     def update(self) -> None:
-        """Go on with the item in force; after the last one go round."""
+        """Run one step of the current item; after the last one, circle."""
         Px4Mission.update(self)
         if self.px4.mode is self and self.task is None and self.px4.armed:
             if self.px4.landed:

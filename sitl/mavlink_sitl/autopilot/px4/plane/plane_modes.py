@@ -1,4 +1,4 @@
-"""The flight modes of PX4's planes that have no landing and no take-off in them."""
+"""The flight modes of PX4's planes without landing or take-off."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class PlaneMode(Px4Mode):
         )
 
     def level(self) -> Point:
-        """Where it believes to be, North and East."""
+        """The estimated position, north and east."""
         return self.px4.motion[:2]
 
     def course(self) -> Point:

@@ -1,4 +1,4 @@
-"""How PX4's planes take off: along the runway, then up."""
+"""Take-off of PX4's planes: along the runway, then climbing."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Climbout:
         return self._plane.motion.down_m <= self.down_m
 
     def update(self) -> None:
-        """Go on."""
+        """Run one step."""
         plane, mode, p = self._plane, self._mode, self._plane.parameters
         if not plane.armed:
             mode.rest()
@@ -93,7 +93,7 @@ class Takeoff(PlaneMode, TakeoffMode):
         self.update()
 
     def _begin(self) -> Climbout | None:
-        """Take the height; one that is below the vehicle is not flown to."""
+        """Set the altitude; one below the vehicle is not flown to."""
         plane, navigator = self.px4, self.px4.px4_navigator
         here, height = plane.motion.down_m, plane.parameters["MIS_TAKEOFF_ALT"]
         wanted = here - height

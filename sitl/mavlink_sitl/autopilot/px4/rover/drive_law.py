@@ -36,7 +36,7 @@ class DriveLaw(NamedTuple):
 
 
 class LawState(NamedTuple):
-    """What the controllers remember; lanes."""
+    """The state of the controllers; lanes."""
 
     speed_m_s: Lane
     """The wanted speed on its way to the target."""

@@ -1,4 +1,4 @@
-"""How PX4's rovers get to a place: pure pursuit along a line, slower before corners and the end.
+"""PX4's rover guidance: pure pursuit along a line, slower before corners and the end.
 
 After `AckermannPosControl` and the pure pursuit library of v1.17, as documented there: the nose
 turns towards a point on the line a look-ahead away, the speed allows to stop in time with a
@@ -22,7 +22,7 @@ _MOST = 1e4
 
 
 def bearing_rad(here: Point, start: Point, end: Point, look_ahead_m: float) -> float:
-    """Where to steer, clockwise from North.
+    """The bearing to steer, clockwise from north.
 
     Args:
         here: North and East of the vehicle, metres.
@@ -92,7 +92,7 @@ class Pursuit:
         return math.dist((motion.north_m, motion.east_m), self.target)
 
     def follow(self) -> DriveGuidance:
-        """What to do now."""
+        """The guidance for the present moment."""
         left = self.distance_m
         if self._arrival_m_s > 0.0:
             left -= self.accept_m

@@ -1,4 +1,4 @@
-"""PX4 for a car with steered front wheels or a boat: no height, and never landed while it drives.
+"""PX4 for a car with steered front wheels or a boat: no altitude, never landed while driving.
 
 Rules read in the source of v1.17 (rover_ackermann, RoverLandDetector, Commander, Navigator), and
 seen once of its simulated rover.
@@ -28,7 +28,7 @@ class RoverNavigator(Px4Navigator):
     """Origin, home and limits of a rover."""
 
     def cruise_m_s(self) -> float:
-        """How fast it drives by itself: never above RO_SPEED_LIM."""
+        """The cruise speed, never above RO_SPEED_LIM."""
         limit = within(self._parameters["RO_SPEED_LIM"], 0.0, _FASTEST_M_S)
         return limit if self._speed_xy_m_s is None else min(self._speed_xy_m_s, limit)
 
@@ -87,12 +87,12 @@ class Px4Rover(Px4Vehicle):
         return not impossible and super().can_run(number)
 
     def cruise_m_s(self) -> float:
-        """How fast it drives by itself."""
+        """The cruise speed."""
         assert isinstance(self.navigator, RoverNavigator)
         return self.navigator.cruise_m_s()
 
     def accept_m(self) -> float:
-        """How near to a place is there (NAV_ACC_RAD)."""
+        """The acceptance radius (NAV_ACC_RAD)."""
         return within(self.parameters["NAV_ACC_RAD"], 0.05, 200.0)
 
     def is_still(self) -> bool:
@@ -116,7 +116,7 @@ class Px4Rover(Px4Vehicle):
         return within(self.parameters["RA_MAX_STR_ANG"], 0.05, 1.5)
 
     def reduced_m_s(self, share: float) -> float:
-        """How fast it may be when it turns by a share of half a turn, 0..1 (RO_SPEED_RED).
+        """The speed limit in a turn, by its share of half a turn, 0..1 (RO_SPEED_RED).
 
         Never slower than what turns it at RO_YAW_RATE_LIM with the wheels at their stop.
         """

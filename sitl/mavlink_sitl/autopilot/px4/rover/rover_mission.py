@@ -77,7 +77,7 @@ class DriveTo(Task):
 
 
 def corner_radius_m(rover: Px4Rover, angle_rad: float) -> float:
-    """How near to a corner the next leg begins (RA_ACC_RAD_MAX, RA_ACC_RAD_GAIN)."""
+    """The acceptance radius of a corner (RA_ACC_RAD_MAX, RA_ACC_RAD_GAIN)."""
     p, least = rover.parameters, rover.accept_m()
     if p["RA_ACC_RAD_MAX"] < least:
         return least
@@ -90,12 +90,12 @@ class RoverMission(DriveMode, Px4Mission):
     """Drives the uploaded mission."""
 
     def enter(self) -> None:
-        """Take the mission up where it was left, or begin it."""
+        """Resume the mission where it was left, or begin it."""
         self.way = None
         super().enter()
 
     def update(self) -> None:
-        """Go on with the item in force; after the last one stay."""
+        """Run one step of the current item; after the last one, stay."""
         Px4Mission.update(self)
         if self.px4.mode is self and self.task is None:
             DriveMode.update(self)

@@ -1,4 +1,4 @@
-"""The flight modes of PX4's rovers, of which none flies."""
+"""The modes of PX4's rovers."""
 
 from __future__ import annotations
 
@@ -56,11 +56,11 @@ class DriveMode(Px4Mode):
         self.drive(self.hold_guidance())
 
     def level(self) -> Point:
-        """Where it believes to be, North and East."""
+        """The estimated position, north and east."""
         return self.px4.motion[:2]
 
     def update(self) -> None:
-        """Go on with the way."""
+        """Run one step along the path."""
         if self.way is not None and self.px4.armed:
             self.drive(self.way.follow())
 

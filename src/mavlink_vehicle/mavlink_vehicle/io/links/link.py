@@ -1,4 +1,4 @@
-"""What all links have in common."""
+"""The common base of all links."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class Link(Protocol):
 
     @property
     def description(self) -> str:
-        """The link's URL, for people."""
+        """The link's URL, as text."""
 
     @property
     def note(self) -> str | None:
-        """Where it listens, for people; None for a link that does not listen."""
+        """A note on where it listens; None for a link that does not listen."""
 
     @property
     def peers(self) -> tuple[Peer, ...]:
-        """Who is there now; another tuple when that has changed, else the same."""
+        """The present peers; a new tuple when they have changed, else the same."""
 
     @property
     def is_open(self) -> bool:

@@ -1,4 +1,4 @@
-"""A serial port, by pyserial; one that is unplugged is opened again when it comes back."""
+"""A serial port, by pyserial; reopened after it was unplugged."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class SerialLink:
 
     @property
     def note(self) -> str | None:
-        """It listens to nobody but the cable."""
+        """Return None: it listens to the cable only."""
         return None
 
     @property
@@ -119,7 +119,7 @@ class SerialLink:
         except (OSError, ValueError, serial.SerialException) as error:
             if not self._complained:
                 self._complained = True
-                self._warn(f"{self._url}: {_why(error)}; trying again.")
+                self._warn(f"{self._url}: {_why(error)}; retrying.")
             self._next_s = now + _REOPEN_S
             return self._next_s
         self._open = True
@@ -139,16 +139,16 @@ class SerialLink:
         self._next_s = None
         with contextlib.suppress(OSError, serial.SerialException):  # it's gone anyway
             self._port.close()
-        self._warn(f"{self._url}: {_why(error)}; trying again.")
+        self._warn(f"{self._url}: {_why(error)}; retrying.")
 
 
 def _why(error: Exception) -> str:
-    """Say what pyserial's exceptions mean."""
+    """Return what pyserial's exceptions mean."""
     text = str(error)
     if "Permission denied" in text or "Errno 13" in text:
         return "no permission (is the user in the group dialout?)"
     if "No such file" in text or "Errno 2]" in text:
-        return "there is no such device"
+        return "no such device"
     if "lock" in text:
         return "another program uses it"
     return text

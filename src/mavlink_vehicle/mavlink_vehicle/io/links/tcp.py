@@ -1,4 +1,4 @@
-"""TCP: `tcpout` connects and connects again, `tcpin` listens and serves several peers."""
+"""TCP links: `tcpout` connects and reconnects, `tcpin` serves several peers."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ class TcpOutLink:
     def _fail(self, now: float, why: str) -> float:
         if not self._complained:
             self._complained = True
-            self._warn(f"{self._url}: {why}; trying again.")
+            self._warn(f"{self._url}: {why}; retrying.")
         self._next_s = now + self._backoff_s
         self._backoff_s = min(self._backoff_s * 2.0, _MAX_BACKOFF_S)
         return self._next_s
@@ -208,7 +208,7 @@ class TcpOutLink:
             self._stream.socket.close()
             self._stream = None
             self._next_s = None
-            self._warn(f"{self._url}: the connection ended; trying again.")
+            self._warn(f"{self._url}: the connection ended; retrying.")
 
 
 class TcpInLink:
@@ -241,7 +241,7 @@ class TcpInLink:
 
     @property
     def note(self) -> str | None:
-        """Where it listens; None if it does not."""
+        """A note on where it listens; None if it does not."""
         return self._url.note
 
     @property
@@ -310,7 +310,7 @@ class TcpInLink:
                 return
             if len(self._clients) >= MAX_CLIENTS:
                 sock.close()
-                self._warn(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
+                self._warn(f"{self._url}: {address[0]}:{address[1]} rejected: too many peers.")
                 continue
             self._clients[address] = _Stream(sock, address)
             self._peers = tuple(self._clients)
@@ -320,4 +320,4 @@ class TcpInLink:
         client.socket.close()
         self._clients.pop(client.peer, None)
         self._peers = tuple(self._clients)
-        self._warn(f"{self._url}: a peer went away.")
+        self._warn(f"{self._url}: a peer disconnected.")

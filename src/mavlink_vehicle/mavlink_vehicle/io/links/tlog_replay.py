@@ -1,4 +1,4 @@
-"""A recording as a link: what was received then is received again, at the pace of then."""
+"""A recording as a link: received messages are received again, at their recorded pace."""
 
 from __future__ import annotations
 
@@ -85,5 +85,5 @@ class TlogLink:
         return self._start_s + self._records[self._due][0] - begin
 
     def close(self) -> None:
-        """Replay no more."""
+        """Stop the replay."""
         self._next = self._due = len(self._records)

@@ -1,4 +1,4 @@
-"""UDP: `udpin` listens and answers whoever speaks, `udpout` speaks to one address."""
+"""UDP links: `udpin` listens and answers each sender, `udpout` sends to one address."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class UdpLink:
 
     @property
     def note(self) -> str | None:
-        """Where it listens; None if it does not."""
+        """A note on where it listens; None if it does not."""
         return self._url.note
 
     @property
@@ -154,7 +154,7 @@ class UdpLink:
             return True
         if len(self._heard_s) >= MAX_PEERS and not self._make_room():
             if not self._full:
-                self._warn(f"{self._url}: {address[0]}:{address[1]} turned away, too many.")
+                self._warn(f"{self._url}: {address[0]}:{address[1]} rejected: too many peers.")
             self._full = True
             return False
         self._full = False

@@ -1,4 +1,4 @@
-"""Reads the URLs of links, in the two ways in which people write them.
+"""Parses link URLs in the notations of MAVSDK and pymavlink.
 
 MAVSDK's:    udpin://0.0.0.0:14550  udpout://127.0.0.1:14550  tcpout://127.0.0.1:5760
              tcpin://127.0.0.1:5760  serial:///dev/ttyACM0:57600   (also udp:// and tcp://)
@@ -26,7 +26,7 @@ EXAMPLES = (
 
 
 class LinkKind(enum.Enum):
-    """What stands at the other end of a URL."""
+    """The kind of link that a URL names."""
 
     UDP_IN = "udpin"
     UDP_OUT = "udpout"
@@ -85,7 +85,7 @@ class LinkUrl:
 
     @property
     def note(self) -> str | None:
-        """Where a link listens, for people; None when it does not listen."""
+        """A note on where a link listens; None if it does not listen."""
         if not self.listens:
             return None
         if not self.is_exposed:
@@ -106,7 +106,7 @@ class LinkUrl:
 
 
 def parse_url(url: str) -> LinkUrl:
-    """Take a URL apart.
+    """Parse a URL.
 
     Raises:
         LinkError: it isn't one; the sentence shows right ones.
@@ -135,7 +135,7 @@ def parse_url(url: str) -> LinkUrl:
     if not host:
         # A listener without a host stays on this machine; a caller must say whom it calls.
         if kind in (LinkKind.UDP_OUT, LinkKind.TCP_OUT):
-            raise LinkError(f"{url!r} does not say which host to connect to. {EXAMPLES}")
+            raise LinkError(f"{url!r} names no host to connect to. {EXAMPLES}")
         host = "127.0.0.1"
     return LinkUrl(kind, host=host, port=port)
 
@@ -152,7 +152,7 @@ def resolve(url: LinkUrl, kind: socket.SocketKind) -> tuple[socket.AddressFamily
         found = socket.getaddrinfo(url.host, url.port, type=kind)
     except OSError as error:
         raise LinkError(
-            f"Cannot open {url}: the host {url.host!r} is not known ({error.strerror or error})."
+            f"Cannot open {url}: the host {url.host!r} is unknown ({error.strerror or error})."
         ) from error
     family, _, _, _, address = min(found, key=lambda entry: entry[0] != socket.AF_INET)
     return family, (str(address[0]), int(address[1]))

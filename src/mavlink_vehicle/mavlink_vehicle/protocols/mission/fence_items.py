@@ -1,4 +1,4 @@
-"""The circles and polygons that were uploaded to the vehicle as its fence, kept up to date.
+"""The circles and polygons of the vehicle's uploaded fence, kept up to date.
 
 The list is read again every minute, as somebody on another link may upload another fence; at
 once when the autopilot was heard to take one.
@@ -84,7 +84,7 @@ class FenceItems:
             self._download.start(now)
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent."""
+        """Return and clear what is to be sent."""
         messages, self._outbox = self._outbox, []
         if self._download is not None:
             messages += self._download.messages_to_send()

@@ -1,4 +1,4 @@
-"""Empties a list: MISSION_CLEAR_ALL, repeated until it is acknowledged.
+"""Clears a list: MISSION_CLEAR_ALL, repeated until it is acknowledged.
 
 An ArduPilot that flies its mission answers ERROR and keeps it; a PX4 obeys, and loiters. DENIED
 is what an ArduPilot says while another station uploads: it is asked again until that is over.
@@ -33,7 +33,7 @@ class ClearFinished:
 
 
 class ClearState(enum.Enum):
-    """Where it stands."""
+    """The state of the state machine."""
 
     IDLE = "not started"
     ASKING = "sent, not answered"
@@ -41,7 +41,7 @@ class ClearState(enum.Enum):
 
 
 class ClearInput(enum.Enum):
-    """What moves it on."""
+    """An input of the state machine."""
 
     START = "start"
     ACCEPTED = "MISSION_ACK: accepted"
@@ -66,14 +66,14 @@ class MissionClear(Machine[ClearFinished]):
         self._timing = timing
         self._type = mission_type
         self._left = timing.retries
-        self._end = ClearFinished(TransferResult.UNANSWERED, "it does not answer")
+        self._end = ClearFinished(TransferResult.UNANSWERED, "the autopilot does not answer")
 
     def start(self, now: float) -> None:
         """Ask for it."""
         self._fire(ClearInput.START, now)
 
     def cancel(self, now: float) -> None:
-        """Ask no more; no event follows."""
+        """Stop asking; no event follows."""
         self._fire(ClearInput.CANCEL, now)
 
     def receive(self, message: Message, now: float) -> None:

@@ -1,4 +1,4 @@
-"""Reads a list of items: MISSION_REQUEST_LIST, then MISSION_REQUEST_INT for each.
+"""Downloads a list of items: MISSION_REQUEST_LIST, then MISSION_REQUEST_INT for each.
 
 Here we drive: what is not answered is asked for again. Acknowledgements that may belong to an
 earlier upload are ignored; only UNSUPPORTED ends the reading. DENIED is what an ArduPilot says
@@ -38,7 +38,7 @@ class DownloadFinished:
 
 
 class DownloadState(enum.Enum):
-    """Where a download stands."""
+    """The state of a download."""
 
     IDLE = "not started"
     LISTING = "the number of items is asked for"
@@ -47,7 +47,7 @@ class DownloadState(enum.Enum):
 
 
 class DownloadInput(enum.Enum):
-    """What moves a download on."""
+    """An input of a download."""
 
     START = "start"
     COUNT = "there are so many items"
@@ -77,18 +77,20 @@ class MissionDownload(Machine[DownloadFinished]):
         self._left = timing.retries
         self._count = 0
         self._items: list[MissionItem] = []
-        self._end = DownloadFinished(TransferResult.UNANSWERED, reason="it does not answer")
+        self._end = DownloadFinished(
+            TransferResult.UNANSWERED, reason="the autopilot does not answer"
+        )
 
     def start(self, now: float) -> None:
         """Ask how many items there are."""
         self._fire(DownloadInput.START, now)
 
     def cancel(self, now: float) -> None:
-        """Ask no more; no event follows."""
+        """Stop asking; no event follows."""
         self._fire(DownloadInput.CANCEL, now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Look for the count, for items and for a refusal."""
+        """Look for the count, for items and for a rejection."""
         name = message.get_type()
         if self.state in (DownloadState.IDLE, DownloadState.FINISHED) or name not in _MINE:
             return

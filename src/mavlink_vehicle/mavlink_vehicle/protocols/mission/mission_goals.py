@@ -1,4 +1,4 @@
-"""Starting the stored mission, and choosing its current item."""
+"""Starts the stored mission and selects its current item."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class MissionModeGoal(ModeGoal):
         ):
             return super().hint(state)
         return (
-            "its MISSION_CURRENT says that the stored mission will not be flown; look at its "
+            "MISSION_CURRENT reports that the stored mission will not be flown; check its "
             "take-off, its landing (MIS_TKO_LAND_REQ) and the fence"
         )
 
@@ -88,5 +88,5 @@ class CurrentItemGoal(StateGoal):
         return make_request(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, (float(self.seq),))
 
     def reached(self, state: VehicleState) -> bool:
-        """Tell whether it is the current one."""
+        """Return whether it is the current one."""
         return state.mission is not None and state.mission.current == self.seq

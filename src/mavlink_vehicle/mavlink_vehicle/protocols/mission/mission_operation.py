@@ -1,4 +1,4 @@
-"""Writing, reading and clearing the stored mission, confirmed by what can be read back.
+"""Writes, reads and clears the stored mission, confirmed by reading it back.
 
 An acknowledgement is not enough: an upload can be acknowledged and stored in another form. So a
 mission is written, read back and compared, and written again if it is another one, a few times.
@@ -46,7 +46,7 @@ _REASONS_S = 0.5
 
 @dataclass(frozen=True)
 class MissionJob(StateGoal):
-    """What is wanted of the stored mission.
+    """The job to do on the stored mission.
 
     Attributes:
         kind: UPLOAD_MISSION, DOWNLOAD_MISSION or CLEAR_MISSION.
@@ -63,7 +63,7 @@ class MissionJob(StateGoal):
 
 @dataclass(frozen=True)
 class MissionTiming:
-    """How patient it is: in all, with each message, and with the command."""
+    """Timeouts: in total, of each message, and of the command."""
 
     timeout_s: float
     transfer: TransferTiming
@@ -71,7 +71,7 @@ class MissionTiming:
 
 
 class MissionState(enum.Enum):
-    """Where it stands."""
+    """The state of the state machine."""
 
     IDLE = "not started"
     WRITING = "the mission is sent, or cleared"
@@ -82,7 +82,7 @@ class MissionState(enum.Enum):
 
 
 class MissionInput(enum.Enum):
-    """What moves it on."""
+    """An input of the state machine."""
 
     WRITE = "start, with something to write"
     READ = "start, with nothing to write"
@@ -147,18 +147,18 @@ class MissionOperation(Machine[OperationFinished]):
         self._fire(MissionInput.READ if reads else MissionInput.WRITE, now)
 
     def observe(self, state: VehicleState, connected: bool, now: float) -> None:
-        """Take in the vehicle's new state, for its texts."""
+        """Process the vehicle's new state, for its texts."""
         self._vehicle, self._connected = state, connected
 
     def settle(self) -> None:
         """Nothing that was asked before matters to it."""
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a message of the mission service, or an acknowledgement of a command."""
+        """Process a message of the mission service, or an acknowledgement of a command."""
         if self.finished or self._part is None:
             return
         if self._upload is not None and self._upload is not self._part:
-            self._upload.receive(message, now)  # a transfer that a late MISSION_COUNT began anew
+            self._upload.receive(message, now)  # a transfer that a late MISSION_COUNT began again
             self._outbox += self._upload.messages_to_send()
         self._part.receive(message, now)
         self._step(now)
@@ -226,7 +226,7 @@ class MissionOperation(Machine[OperationFinished]):
             return
         difference = first_difference(self.goal.items, self.stored, rules)
         if difference is not None:
-            reason = f"what was read back is not what was sent: {difference}"
+            reason = f"the mission read back differs from the mission sent: {difference}"
             self._again(OperationResult.REFUSED, reason, now)
         elif self._is_rejected():
             self._fail(OperationResult.REFUSED, "it is stored, but will not be flown", now)
@@ -248,7 +248,7 @@ class MissionOperation(Machine[OperationFinished]):
             return
         answer = "not answered" if end.result is None else f"answered {result_name(end.result)}"
         kind = OperationResult.TIMED_OUT if end.result is None else OperationResult.REFUSED
-        self._fail(kind, f"to begin at its first item (DO_SET_MISSION_CURRENT) was {answer}", now)
+        self._fail(kind, f"the reset to its first item (DO_SET_MISSION_CURRENT) was {answer}", now)
 
     def _again(self, result: OperationResult, reason: str, now: float) -> None:
         if self._writes < _WRITES:
@@ -304,7 +304,7 @@ class MissionOperation(Machine[OperationFinished]):
             self._outbox += self._part.messages_to_send()
         result, reason = self._result, f"{self._title()} failed: {self._reason}"
         if result is OperationResult.TIMED_OUT and not self._connected:
-            result, reason = OperationResult.LINK_LOST, f"{reason}, and no HEARTBEAT comes"
+            result, reason = OperationResult.LINK_LOST, f"{reason}, and no HEARTBEAT is received"
         reason += quote_texts(self._vehicle, self._texts_before)
         self._finish(result, reason if reason.endswith((".", "!", "?")) else f"{reason}.", now)
 

@@ -1,4 +1,4 @@
-"""Sends a list of items: MISSION_COUNT, then each item that is asked for, to MISSION_ACK.
+"""Uploads a list of items: MISSION_COUNT, then each requested item, until MISSION_ACK.
 
 The vehicle drives: it asks for items, again if they don't come, and in whatever way its
 firmware does (ArduPilot with MISSION_REQUEST, which is answered with MISSION_ITEM_INT all the
@@ -12,7 +12,7 @@ same; PX4 with MISSION_REQUEST_INT). Only the first message is ours to repeat.
 - An error after the last item may be the answer to its repetition, when all is stored already
   (ArduPilot): the result is UNSURE, and reading back tells.
 - Requests that come after the end are still answered: a repeated MISSION_COUNT may have begun
-  the transfer anew.
+  the transfer again.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class UploadFinished:
 
 
 class UploadState(enum.Enum):
-    """Where an upload stands."""
+    """The state of an upload."""
 
     IDLE = "not started"
     OFFERING = "the number of items is sent, none is asked for yet"
@@ -66,7 +66,7 @@ class UploadState(enum.Enum):
 
 
 class UploadInput(enum.Enum):
-    """What moves an upload on."""
+    """An input of an upload."""
 
     START = "start"
     REQUEST = "an item is asked for"
@@ -99,11 +99,11 @@ class MissionUpload(Machine[UploadFinished]):
         self._end = UploadFinished(TransferResult.UNANSWERED)
 
     def start(self, now: float) -> None:
-        """Say how many items there are."""
+        """Send the number of items."""
         self._fire(UploadInput.START, now)
 
     def cancel(self, now: float) -> None:
-        """Tell the vehicle that no more will come; no event follows.
+        """Report to the vehicle that the transfer ends; no event follows.
 
         An ArduPilot has cut its stored mission to the new length by then.
         """
@@ -151,10 +151,10 @@ class MissionUpload(Machine[UploadFinished]):
             self._fire(UploadInput.RETRY, now)
             return
         if self.state is UploadState.SENDING and self._last_sent:
-            reason = "it did not acknowledge the last item"
+            reason = "the autopilot did not acknowledge the last item"
             self._end = UploadFinished(TransferResult.UNSURE, reason)
         elif self.state is UploadState.SENDING or self._end.result is not TransferResult.BUSY:
-            self._end = UploadFinished(TransferResult.UNANSWERED, "it does not answer")
+            self._end = UploadFinished(TransferResult.UNANSWERED, "the autopilot does not answer")
         self._fire(UploadInput.EXHAUSTED, now)
 
     def _target(self) -> tuple[int, int]:

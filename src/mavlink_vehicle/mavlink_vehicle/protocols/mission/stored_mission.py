@@ -1,4 +1,4 @@
-"""Whether the mission that the vehicle has stored is still the one that was uploaded last.
+"""Detects whether the stored mission is still the one that was uploaded last.
 
 MISSION_CURRENT tells how many items there are and, on a PX4, the number of the mission. What was
 sent before the upload was over says nothing about it, even when it arrives later or twice: so
@@ -19,7 +19,7 @@ _SETTLE_S = 2.0
 
 
 class StoredMission:
-    """Compares what the vehicle tells with the mission that was stored for us."""
+    """Compares the reports of the vehicle with the mission that was stored for us."""
 
     def __init__(self) -> None:
         """Begin without a mission of ours."""

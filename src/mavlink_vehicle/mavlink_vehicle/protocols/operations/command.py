@@ -1,4 +1,4 @@
-"""One MAVLink command: sent until it is answered, at most so many times.
+"""One MAVLink command, repeated until it is answered, with a limit of attempts.
 
 https://mavlink.io/en/services/command.html: COMMAND_LONG is repeated with a rising
 `confirmation` until a COMMAND_ACK comes; IN_PROGRESS means that another will follow. An ACK
@@ -39,7 +39,7 @@ def command_name(command: int) -> str:
 
 @dataclass(frozen=True)
 class Address:
-    """Who talks to whom: our ids and the autopilot's."""
+    """The addresses of a conversation: our ids and the autopilot's."""
 
     source_system: int
     source_component: int
@@ -47,14 +47,14 @@ class Address:
     target_component: int
 
     def answers(self, message: Message) -> bool:
-        """Tell whether the sender of `message` is the autopilot."""
+        """Return whether the sender of `message` is the autopilot."""
         header = message._header
         return bool(
             header.srcSystem == self.target_system and header.srcComponent == self.target_component
         )
 
     def is_for_us(self, message: Message) -> bool:
-        """Tell whether its target fields are ours, or not set as in older firmwares."""
+        """Return whether its target fields are ours, or not set as in older firmwares."""
         return message.target_system in (0, self.source_system) and message.target_component in (
             0,
             self.source_component,
@@ -63,7 +63,7 @@ class Address:
 
 @dataclass(frozen=True)
 class CommandTiming:
-    """How patient a command is.
+    """Timeouts and retries of a command.
 
     Attributes:
         timeout_s: time to the next repetition.
@@ -120,7 +120,7 @@ class CommandFinished:
 
 
 class CommandState(enum.Enum):
-    """Where a command stands."""
+    """The state of a command."""
 
     IDLE = "not started"
     WAITING = "sent, no answer yet"
@@ -129,7 +129,7 @@ class CommandState(enum.Enum):
 
 
 class CommandInput(enum.Enum):
-    """What moves a command on."""
+    """An input of a command."""
 
     START = "start"
     PROGRESS = "COMMAND_ACK with IN_PROGRESS"
@@ -178,7 +178,7 @@ class Command(Machine[CommandFinished]):
         self._fire(CommandInput.START, now)
 
     def cancel(self, now: float) -> None:
-        """Send no more; no event follows, and answers still on the way are ignored."""
+        """Stop sending; no event follows, and answers still on the way are ignored."""
         self._fire(CommandInput.CANCEL, now)
 
     def receive(self, message: Message, now: float) -> None:

@@ -1,4 +1,4 @@
-"""What each operation is to bring about, and by which signs in the vehicle's state it is known."""
+"""The goal of each operation, and the signs of it in the vehicle's state."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def mode_request(profile: Profile, custom_mode: int) -> CommandRequest:
 
 
 class StateGoal:
-    """What most goals have in common."""
+    """The common base of most goals."""
 
     needs_ack: ClassVar[bool] = False
     """Whether an acknowledgement must come beside the state that shows it."""
@@ -76,21 +76,21 @@ class ModeGoal(StateGoal):
         return mode_request(self.profile, self.custom_mode)
 
     def reached(self, state: VehicleState) -> bool:
-        """Tell whether the mode is the wanted one."""
+        """Return whether the mode is the wanted one."""
         return self.expects_mode(state) and not self._cannot_run(state)
 
     def hint(self, state: VehicleState) -> str | None:
-        """Say that the mode is shown, but cannot run."""
+        """Report that the mode is shown, but cannot run."""
         if self.expects_mode(state) and self._cannot_run(state):
             return f"{self.name} is selected but cannot run now (system_status 0)"
         return None
 
     def expects_mode(self, state: VehicleState) -> bool:
-        """Tell whether the mode is the wanted one."""
+        """Return whether the mode is the wanted one."""
         return state.custom_mode == self.custom_mode
 
     def cut_short(self, state: VehicleState, requested: bool) -> bool:
-        """Tell whether somebody else chose another mode."""
+        """Return whether somebody else chose another mode."""
         return not requested and not self.expects_mode(state)
 
     def _cannot_run(self, state: VehicleState) -> bool:
@@ -109,7 +109,7 @@ class ArmingModeGoal(ModeGoal):
         return f"in {self.name}"
 
     def reached(self, state: VehicleState) -> bool:
-        """Tell whether the mode is the wanted one."""
+        """Return whether the mode is the wanted one."""
         return self.expects_mode(state)
 
 
@@ -139,7 +139,7 @@ class ArmGoal(StateGoal):
         )
 
     def reached(self, state: VehicleState) -> bool:
-        """Tell whether the armed flag is the wanted one."""
+        """Return whether the armed flag is the wanted one."""
         return state.armed == self.armed
 
 
@@ -240,9 +240,9 @@ def reposition_problem(
     if not profile.reposition:
         return f"{profile.name} is flown by setpoints"
     if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0 and abs(altitude_m) <= 1e5):
-        return f"{latitude_deg}, {longitude_deg}, {altitude_m} m is no place"
+        return f"{latitude_deg}, {longitude_deg}, {altitude_m} m is not a valid position"
     if radius_m is not None and not 0.0 < radius_m <= 1e5:
-        return f"a circle's radius is not {radius_m} m"
+        return f"{radius_m} m is not a valid circle radius"
     if not state.armed:
         # PX4 acknowledges it, changes the mode and forgets the place.
         return f"{profile.name} is disarmed; arm it first"

@@ -1,4 +1,4 @@
-"""What an operation is given, and the states and inputs of its machine (see `operations`)."""
+"""Arguments, states and inputs of the operation state machine (see `operations`)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Gate = Callable[[float], float]
 
 
 class Goal(Protocol):
-    """What an operation is to bring about, judged by the vehicle's state."""
+    """The goal of an operation, judged by the vehicle's state."""
 
     @property
     def needs_ack(self) -> bool:
@@ -24,21 +24,21 @@ class Goal(Protocol):
 
     @property
     def kind(self) -> OperationKind:
-        """What it is."""
+        """The kind of operation."""
 
     @property
     def wish(self) -> str:
-        """What is wanted, to go into a sentence: "GUIDED", "a height of 2.0 m"."""
+        """The goal as part of a sentence: "GUIDED", "a height of 2.0 m"."""
 
     @property
     def request(self) -> CommandRequest:
         """The command that asks for it."""
 
     def reached(self, state: VehicleState) -> bool:
-        """Tell whether the state shows it."""
+        """Return whether the state shows it."""
 
     def under_way(self, state: VehicleState) -> bool:
-        """Tell whether the state shows that the vehicle is about it."""
+        """Return whether the state shows that the vehicle is about it."""
 
     def failure(self, state: VehicleState) -> str | None:
         """Return why the vehicle itself has made it impossible, if so."""
@@ -47,10 +47,10 @@ class Goal(Protocol):
         """Return what the state says about why it isn't reached."""
 
     def expects_mode(self, state: VehicleState) -> bool:
-        """Tell whether the mode is one that it brings with it."""
+        """Return whether the mode is one that it brings with it."""
 
     def cut_short(self, state: VehicleState, requested: bool) -> bool:
-        """Tell whether the mode that was just changed to ends it; `requested` if by us."""
+        """Return whether the mode that was just changed to ends it; `requested` if by us."""
 
     def next_modes(self, state: VehicleState) -> tuple[int, ...]:
         """Return the modes that the vehicle goes to by itself when it is done."""
@@ -58,12 +58,12 @@ class Goal(Protocol):
 
 @dataclass(frozen=True)
 class OperationTiming:
-    """How patient an operation is.
+    """Timeouts of an operation.
 
     Attributes:
         timeout_s: time for the whole operation.
-        texts_s: time for the STATUSTEXTs of a refusal to come.
-        doubt_s: time for the state to contradict the refusal of a repeated command.
+        texts_s: time for the STATUSTEXTs of a rejection to come.
+        doubt_s: time for the state to contradict the rejection of a repeated command.
         pause_s: pause after all repetitions of a command that nobody answered; then it is sent
             again, in case the link was down.
         gate_s: time for the gate to open.
@@ -79,7 +79,7 @@ class OperationTiming:
 
 
 class OperationState(enum.Enum):
-    """Where an operation stands."""
+    """The state of an operation."""
 
     IDLE = "not started"
     PREPARING = "waiting for the gate"
@@ -90,7 +90,7 @@ class OperationState(enum.Enum):
 
 
 class OperationInput(enum.Enum):
-    """What moves an operation on."""
+    """An input of an operation."""
 
     START = "start"
     PREPARE = "start, when the gate is open"

@@ -1,4 +1,4 @@
-"""The place for the one operation under way, and for the memory of what was asked before it."""
+"""Holds the current operation and remembers the ones requested before it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Begin = Callable[[int, float], object]
 
 @dataclass(frozen=True)
 class Wanted:
-    """What an operation changes in HEARTBEAT: the mode, the armed flag, or neither."""
+    """The change of HEARTBEAT by an operation: the mode, the armed flag, or neither."""
 
     mode: int | None = None
     armed: bool | None = None
@@ -68,7 +68,7 @@ class OperationSlot:
         `then` begins what follows when it is achieved, with the same `operation_id`: only the
         end of that is told.
         """
-        self.cancel(f"{goal.kind.value} was asked for instead", now)
+        self.cancel(f"{goal.kind.value} was requested instead", now)
         operation = Operation(
             self._take_id() if operation_id is None else operation_id,
             goal,
@@ -96,7 +96,7 @@ class OperationSlot:
     ) -> int:
         """Start an operation on the stored mission, made with the id that is returned."""
         operation = make(self._take_id())
-        self.cancel(f"{operation.goal.kind.value} was asked for instead", now)
+        self.cancel(f"{operation.goal.kind.value} was requested instead", now)
         self._operation = operation
         operation.begin(state, connected, now)
         return operation.operation_id
@@ -105,7 +105,7 @@ class OperationSlot:
         self, kind: OperationKind, result: OperationResult, reason: str, now: float
     ) -> int:
         """Report the end of an operation that can't even begin; returns its id."""
-        self.cancel(f"{kind.value} was asked for instead", now)
+        self.cancel(f"{kind.value} was requested instead", now)
         operation_id = self._take_id()
         self._events.append(OperationFinished(operation_id, kind, result, reason))
         return operation_id
@@ -123,7 +123,7 @@ class OperationSlot:
             self._collect(now)
 
     def mode_changed(self, state: VehicleState, name: str, now: float) -> bool:
-        """Take note of another mode; returns whether it was asked for.
+        """Record another mode; returns whether it was asked for.
 
         Ends what the change cuts short. A command is never repeated against a pilot's choice.
         """
@@ -139,14 +139,14 @@ class OperationSlot:
         return requested
 
     def armed_changed(self, armed: bool, now: float) -> bool:
-        """Take note of arming or disarming; returns whether it was asked for."""
+        """Record arming or disarming; returns whether it was asked for."""
         requested = self._requested.take_armed(armed, now)
         if requested and self._operation is not None:
             self._operation.settle()
         return requested
 
     def observe(self, state: VehicleState, connected: bool, now: float) -> None:
-        """Take in the vehicle's new state."""
+        """Process the vehicle's new state."""
         if self._operation is not None:
             self._operation.observe(state, connected, now)
             self._collect(now)
@@ -157,7 +157,7 @@ class OperationSlot:
         """Nothing to do before `begin`."""
 
     def receive(self, message: Message, now: float) -> None:
-        """Take in a COMMAND_ACK or a message of the mission service."""
+        """Process a COMMAND_ACK or a message of the mission service."""
         if self._operation is not None:
             self._operation.receive(message, now)
             self._collect(now)
@@ -173,14 +173,14 @@ class OperationSlot:
             self._collect(now)
 
     def messages_to_send(self) -> list[Message]:
-        """Take what is to be sent."""
+        """Return and clear what is to be sent."""
         messages, self._last_words = self._last_words, []
         if self._operation is not None:
             messages += self._operation.messages_to_send()
         return messages
 
     def next_event(self) -> OperationFinished | None:
-        """Take the next end."""
+        """Return and remove the next end."""
         return self._events.popleft() if self._events else None
 
     def _collect(self, now: float) -> None:

@@ -1,12 +1,12 @@
 """Mode change, arming, take-off and so on: a command, confirmed by the vehicle's own state.
 
 An acknowledgement alone is never success: ArduPilot accepts a take-off that then doesn't
-happen, PX4 accepts mode changes that it refuses a moment later, and an acknowledgement can be
+happen, PX4 accepts mode changes that it rejects a moment later, and an acknowledgement can be
 lost although the command was obeyed. So:
 
 - ACHIEVED means that the vehicle's own messages show it, acknowledged or not.
-- A refusal ends the operation, after a short wait for the STATUSTEXTs that explain it. When
-  the command was repeated, the refusal may be the answer to a repetition of a command already
+- A rejection ends the operation, after a short wait for the STATUSTEXTs that explain it. When
+  the command was repeated, the rejection may be the answer to a repetition of a command already
   obeyed ("already flying"); the state then has longer to show it.
 - Everything else ends when the time is up.
 - Where nothing in the state can show it (a speed), or something else could have the same look
@@ -127,7 +127,7 @@ class Operation(Machine[OperationFinished]):
         if settle_s > 0.0:
             self._heartbeat_from_s = now + settle_s
         if self._reached():
-            self._reason = f"{self._title()}: already so."
+            self._reason = f"{self._title()}: nothing to do."
             self._fire(OperationInput.REACHED, now)
         else:
             self.start(now)
@@ -156,7 +156,7 @@ class Operation(Machine[OperationFinished]):
             pass
 
     def observe(self, state: VehicleState, connected: bool, now: float) -> None:
-        """Take in the vehicle's new state."""
+        """Process the vehicle's new state."""
         if self.finished or self.state is OperationState.IDLE:
             return
         self._vehicle = state
@@ -172,7 +172,7 @@ class Operation(Machine[OperationFinished]):
             self._contradict(now)
 
     def _contradict(self, now: float) -> None:
-        """Take back a refusal when the vehicle is visibly at it."""
+        """Withdraw a rejection when the vehicle visibly carries it out."""
         if self.state is OperationState.REFUSING and self.goal.under_way(self._vehicle):
             self._fire(OperationInput.UNDER_WAY, now)
 
@@ -295,7 +295,7 @@ class Operation(Machine[OperationFinished]):
     def _give_reasons(self, now: float) -> None:
         name = command_name(self._command.request.command)
         answer = result_name(self._answer) if self._answer is not None else "nothing"
-        what = f"{self._title()} refused: {name} was answered {answer}"
+        what = f"{self._title()} rejected: {name} was answered {answer}"
         hint = self.goal.hint(self._vehicle)
         self._finish(OperationResult.REFUSED, f"{what}; {hint}" if hint else what, now)
 
@@ -310,7 +310,7 @@ class Operation(Machine[OperationFinished]):
         if self._connected:
             self._finish(OperationResult.TIMED_OUT, what, now)
         else:
-            self._finish(OperationResult.LINK_LOST, f"{what}, and no HEARTBEAT comes", now)
+            self._finish(OperationResult.LINK_LOST, f"{what}, and no HEARTBEAT is received", now)
 
     def _fail(self, now: float) -> None:
         self._finish(self._result, f"{self._title()} ended: {self._reason}", now)

@@ -1,4 +1,4 @@
-"""Tells the changes that we asked for from those that a pilot or a failsafe made.
+"""Distinguishes the changes that we requested from those of a pilot or a failsafe.
 
 A HEARTBEAT shows a new mode up to a second after the change, perhaps when the operation that
 asked for it has already timed out or was cancelled. So each request licenses exactly one
@@ -45,7 +45,7 @@ class RequestedChanges:
         return self._take(_Licence(None, armed), now)
 
     def contradicted(self, now: float, *, mode: int | None, armed: bool | None) -> bool:
-        """Tell whether an earlier request for something else may still take effect."""
+        """Return whether an earlier request for something else may still take effect."""
         self._expire(now)
         return any(
             (mode is not None and licence.mode not in (None, mode))

@@ -1,4 +1,4 @@
-"""Taking off: how it is asked for, and by which signs its end is known."""
+"""Take-off: its command, and the signs of its end."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class TakeoffGoal(StateGoal):
         return CommandRequest(mavlink.MAV_CMD_NAV_TAKEOFF, params)
 
     def reached(self, state: VehicleState) -> bool:
-        """Tell whether it flies at the height; ArduPilot says TAKEOFF until it is done."""
+        """Return whether it flies at the height; ArduPilot says TAKEOFF until it is done."""
         height_m = self._height_m(state)
         position = state.global_position
         if height_m is None or position is None or not state.armed:
@@ -74,7 +74,7 @@ class TakeoffGoal(StateGoal):
         return height_m >= enough_m and slow
 
     def under_way(self, state: VehicleState) -> bool:
-        """Tell whether it has begun to rise."""
+        """Return whether it has begun to rise."""
         if state.landed_state is LandedState.TAKEOFF:
             return True
         before_m, height_m = self._height_m(self.at_start), self._height_m(state)
@@ -87,7 +87,7 @@ class TakeoffGoal(StateGoal):
         return None
 
     def expects_mode(self, state: VehicleState) -> bool:
-        """Tell whether it is the mode that takes off, or the one after it near the height."""
+        """Return whether it is the mode that takes off, or the one after it near the height."""
         profile, mode = self.profile, state.custom_mode
         if mode == profile.mode_number(profile.takeoff_mode):
             return True
@@ -101,7 +101,7 @@ class TakeoffGoal(StateGoal):
         )
 
     def cut_short(self, state: VehicleState, requested: bool) -> bool:
-        """Tell whether the mode has nothing to do with a take-off; it is not taken up again."""
+        """Return whether the mode has nothing to do with a take-off; it is not taken up again."""
         return not self.expects_mode(state)
 
     def next_modes(self, state: VehicleState) -> tuple[int, ...]:

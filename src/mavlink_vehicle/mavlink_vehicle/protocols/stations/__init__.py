@@ -1,1 +1,1 @@
-"""What other ground stations do to the vehicle."""
+"""Actions of other ground stations on the vehicle."""

@@ -1,4 +1,4 @@
-"""What other stations make the autopilot do, told once each, and by whom.
+"""Reports what other stations make the autopilot do, once each, with the sender.
 
 Who sends to the autopilot may be a ground station beside us, another computer on board, or
 another station behind the same link: anybody but the autopilot itself and ourselves. `hear`
@@ -10,7 +10,7 @@ what MISSION_CURRENT shows while nobody was seen.
 - A command is repeated until it is acknowledged, and a packet may come twice: that is one act.
   What comes after the answer is another one: who clears two goals in a row means both.
 - Another mission counts when the autopilot begins to take it, not when it is offered: it may be
-  refused.
+  rejected.
 
 Pure and of bounded size; `now` is in seconds.
 """
@@ -36,7 +36,7 @@ UPLOAD_S = 10.0
 _STATIONS_MAX = 32
 _NOTES = frozenset({StationAct.CHANGED_MODE, StationAct.CHANGED_ITEM})
 _NOTES_MAX, _NOTES_TIME_S = 20, 10.0
-"""More of those that ask nothing of us are a flood, and not told."""
+"""More of those that ask nothing of us are a flood, and not reported."""
 _REMEMBERED = 8
 
 _COUNT = mavlink.MAVLink_mission_count_message
@@ -75,7 +75,7 @@ Station = tuple[int, int]
 
 @dataclass
 class _Upload:
-    """A mission that a station has offered, and whether it was told already."""
+    """A mission that a station has offered, and whether it was reported already."""
 
     how: str
     heard_s: float
@@ -96,7 +96,7 @@ class _Past:
 
 
 def is_fence_taken(answer: Message) -> bool:
-    """Tell whether an answer of the autopilot says that it has another fence now, or none."""
+    """Return whether an answer of the autopilot says that it has another fence now, or none."""
     return bool(
         answer.__class__ is _MISSION_ACK
         and answer.type == ACCEPTED
@@ -108,18 +108,18 @@ class StationWatch:
     """Turns other stations' conversations with the autopilot into `StationActed`."""
 
     def __init__(self) -> None:
-        """Begin with nobody known."""
+        """Begin without stations."""
         self._stations: OrderedDict[Station, _Past] = OrderedDict()
         self._events: deque[StationActed] = deque()
         self._notes_s: deque[float] = deque(maxlen=_NOTES_MAX)
 
     @property
     def stations(self) -> tuple[Station, ...]:
-        """Who was heard to talk to the autopilot, the last one last; at most 32."""
+        """Stations heard talking to the autopilot, the latest last; at most 32."""
         return tuple(self._stations)
 
     def hear(self, message: Message, address: Address, profile: Profile, now: float) -> None:
-        """Take in a message of anybody on the network; most are nothing to us."""
+        """Process a message of anybody on the network; most are nothing to us."""
         header = message._header
         station = (header.srcSystem, header.srcComponent)
         if message.__class__ not in HEARD or station in _not_stations(address):
@@ -137,7 +137,7 @@ class StationWatch:
             self._tell(station, act)
 
     def answered(self, message: Message, address: Address, now: float) -> None:
-        """Take in what the autopilot answers a station, whoever that is."""
+        """Process what the autopilot answers a station, whoever that is."""
         station = (message.target_system, message.target_component)
         past = self._stations.get(station)
         if past is None or message.__class__ not in ANSWERS or not address.answers(message):
@@ -156,7 +156,7 @@ class StationWatch:
             self._taken(station, upload)
 
     def mission_changed(self, what: StationAct, how: str, now: float) -> None:
-        """Take note that the stored mission is another one; told unless it was told already."""
+        """Record that the stored mission is another one; reported unless it already was."""
         for station, past in reversed(self._stations.items()):
             if past.upload is not None and now - past.upload.heard_s <= UPLOAD_S:
                 self._taken(station, past.upload)
@@ -166,14 +166,14 @@ class StationWatch:
         self._events.append(StationActed(what, None, how))
 
     def pause_changed(self, what: StationAct, how: str, now: float) -> None:
-        """Take note that it was paused, or goes on; told unless a station was seen to do it."""
+        """Record that it was paused, or resumed; reported unless a station was seen to do it."""
         for past in self._stations.values():
             if any(act.what is what and now - at <= REPEAT_S for act, _, at in past.acts):
                 return
         self._events.append(StationActed(what, None, how))
 
     def next_event(self) -> StationActed | None:
-        """Take the next event out of the queue."""
+        """Return and remove the next event."""
         return self._events.popleft() if self._events else None
 
     def _past(self, station: Station) -> _Past:

@@ -1,4 +1,4 @@
-"""What a ground station's message makes the autopilot do, if that matters to who flies it.
+"""Reads a ground station's message as an action on the autopilot, if it matters to the goal.
 
 Pure: one message in, at most one act out. It tells what is asked, not what the autopilot makes
 of it: an ArduPilot answers MISSION_CLEAR_ALL with an error while it flies its mission, and a PX4
@@ -25,7 +25,7 @@ _BY_FORCE = 21196
 
 @dataclass(frozen=True)
 class Act:
-    """What is asked for; the fields are those of `events.StationActed`."""
+    """The requested action; the fields are those of `events.StationActed`."""
 
     what: StationAct
     how: str
@@ -34,7 +34,7 @@ class Act:
 
 
 def is_mission_list(mission_type: int) -> bool:
-    """Tell whether a MAV_MISSION_TYPE covers the mission itself."""
+    """Return whether a MAV_MISSION_TYPE covers the mission itself."""
     return mission_type in (mavlink.MAV_MISSION_TYPE_MISSION, _ALL_LISTS)
 
 

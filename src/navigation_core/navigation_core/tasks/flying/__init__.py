@@ -1,1 +1,1 @@
-"""Tasks that lead the vehicle themselves, to a point or along a route."""
+"""Tasks that guide the vehicle by setpoints, to a point or along a route."""

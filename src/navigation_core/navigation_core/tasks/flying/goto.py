@@ -1,4 +1,4 @@
-"""Fly to a point: take control, arm, take off, fly there, settle, and say how it went.
+"""Flies to a point: takes control, arms, takes off, flies there, settles, reports the outcome.
 
 The vehicle is believed, never assumed: a phase ends when the vehicle's own state shows
 that it has. While a take-off is under way or the vehicle stands on the ground no setpoint
@@ -25,7 +25,7 @@ from navigation_core.tasks.measurement import is_located, measured_speed, measur
 
 __all__ = ["Goto", "GotoConfig", "GotoConfigError", "GotoGoal"]
 
-# So much nearer along the way than ever before is progress.
+# So much nearer along the path than ever before is progress.
 _NEARER_M = 1.0
 
 
@@ -90,13 +90,13 @@ class Goto(GotoStopping):
             self._go(Event.TRAJECTORY_ENDED, now)
             return None
         if carrot.stalled_s > self._patience_s:
-            return self._timeout("It made no progress", observation)
+            return self._timeout("The vehicle made no progress", observation)
         if carrot.distance_remaining_m < self._least_left_m - _NEARER_M:
             self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
         return Fly(self._setpoint(carrot, observation, path))
 
     def _note_place(self, observation: Observation) -> None:
-        """Take note of where the vehicle has come to on its way."""
+        """Record where the vehicle has come to on its way."""
 
     def _until_s(self) -> float:
         """Return up to when, in the carrot's time, the path may be looked ahead to."""
@@ -115,7 +115,7 @@ class Goto(GotoStopping):
         if self._has_arrived(observation, now, turned):
             return self._arrived(observation, now)
         if now - self._phase_since_s > self._patience_s + self._hold_time_s:
-            return self._timeout("It did not settle", observation)
+            return self._timeout("The vehicle did not settle", observation)
         assert self._flight.carrot is not None
         return Fly(self._setpoint(self._flight.carrot, observation))
 
@@ -168,10 +168,10 @@ class Goto(GotoStopping):
         located = is_located(observation, self._config.position_stale_s)
         held_s = self._held_s + now - self._phase_since_s
         if held_s > self._patience_s and not self._pause_asked:
-            # Each time it comes back the flight begins anew, and with it all other patience.
+            # Each time it comes back the flight restarts, and with it all other patience.
             text = (
-                f"The vehicle's position comes and goes: it was held for {held_s:.0f} s in all "
-                "without getting nearer."
+                f"The vehicle's position is intermittent: the vehicle held for {held_s:.0f} s in "
+                "total without getting closer."
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
         if located and not observation.position_doubt:
@@ -188,7 +188,9 @@ class Goto(GotoStopping):
         too_old = math.isfinite(age_s) and age_s > timeout_s
         # The age alone is not enough: the position may be new and its heading missing.
         if too_old or now - self._phase_since_s > timeout_s:
-            text = f"The vehicle has given no valid position, velocity and yaw for {timeout_s:g} s."
+            text = (
+                f"The vehicle has reported no valid position, velocity and yaw for {timeout_s:g} s."
+            )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
         self._flight.walk(None)
         return self._led(observation)
@@ -215,7 +217,7 @@ class Goto(GotoStopping):
         return self._led(observation)
 
     def _wait_for_way(self, observation: Observation, now: float) -> Answer:
-        """Stand still until obstacles leave a way, or it has taken too long."""
+        """Stand still until obstacles leave a path, or it has taken too long."""
         assert self._avoider is not None
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation, now)

@@ -1,4 +1,4 @@
-"""What every flight to a point is made of: its state, its phases, its operations.
+"""The common base of flights to a point: state, phases and operations.
 
 The parts of the flight are :mod:`.goto_departure` (until it flies), :mod:`.goto_stopping` and
 :mod:`.goto`, each on top of the one before.
@@ -122,14 +122,14 @@ class GotoBase(ABC):
 
     @property
     def requires(self) -> Requirement:
-        """What must be there before :meth:`start`."""
+        """The preconditions of :meth:`start`."""
         return (
             Requirement.CONNECTION | Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
         )
 
     @property
     def phase(self) -> Phase:
-        """What the task is about."""
+        """The phase of the task."""
         return self._phase
 
     @property
@@ -144,7 +144,7 @@ class GotoBase(ABC):
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
-        """The way that is planned, in the map frame; the same object until it is planned anew."""
+        """The path that is planned, in the map frame; the same object until it is replanned."""
         return self._flight.path_enu_m
 
     def start(self, observation: Observation, now: float) -> None:
@@ -154,7 +154,7 @@ class GotoBase(ABC):
         self._estimator.start(self._level(observation), self._flight)
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Say what to do now, or how it ended; after the end, the outcome again."""
+        """Return what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is not None:
             return self._outcome
         observation = self._level(observation)
@@ -203,7 +203,7 @@ class GotoBase(ABC):
         return None
 
     def unpause(self, now: float) -> None:
-        """Go on after a pause."""
+        """Resume after a pause."""
         self._pause_asked = False
 
     def take_up(self, now: float) -> None:
@@ -224,12 +224,12 @@ class GotoBase(ABC):
         return before_flight and mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD)
 
     def resume(self, observation: Observation, now: float) -> None:
-        """Go on after a time without steps: the flight is planned anew at the next step."""
+        """Resume after a time without steps: the flight is replanned at the next step."""
         self._last_step_s = now
         self._forget()
 
     def progress(self, observation: Observation, now: float) -> Progress:
-        """Say how far it is."""
+        """Return the progress."""
         elapsed_s = now - self._phase_since_s
         observation = self._level(observation)
         progress = self._estimator.progress(
@@ -241,7 +241,7 @@ class GotoBase(ABC):
         if self._phase is not Phase.BLOCKED:
             return progress
         if not self._avoider.reason:
-            # The first search, for a fraction of a second: nothing is known to be in the way.
+            # The first search, for a fraction of a second: no obstacle is known.
             return replace(progress, status=Status.NAVIGATING)
         return replace(progress, blocked=self._avoider.reason)
 
@@ -315,10 +315,10 @@ class GotoBase(ABC):
         if self._phase not in _FLYING:
             return None
         if not observation.armed:
-            text = "The vehicle was disarmed while it should fly."
+            text = "The vehicle was disarmed during the goal."
             return self._over(OutcomeCode.DISARMED, text, observation)
         if not observation.in_control:
-            text = "The vehicle left the mode in which it obeys setpoints."
+            text = "The vehicle left the mode in which it follows setpoints."
             return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
         on_ground = observation.airborne is False and self._traits.flies
         if self._landed.holds(on_ground, now):
@@ -346,15 +346,15 @@ class GotoBase(ABC):
         error_m, speed_m_s = self._error_m(observation), measured_speed(observation)
         config = self._config
         text = (
-            f"{what} within {self._patience_s:.0f} s: the vehicle is {error_m:.2f} m from "
-            f"the target and moves at {speed_m_s:.2f} m/s, where {self._arrival_radius_m:g} m "
-            f"and {config.arrival_speed_m_s:g} m/s count as arrived."
+            f"{what} within {self._patience_s:.0f} s: the vehicle is {error_m:.2f} m from the "
+            f"target and moves at {speed_m_s:.2f} m/s; arrival requires at most "
+            f"{self._arrival_radius_m:g} m and {config.arrival_speed_m_s:g} m/s."
         )
         yaw_error_rad = self._yaw_error_rad(observation)
         if yaw_error_rad > config.arrival_yaw_rad:
             text += (
-                f" Its yaw is {math.degrees(yaw_error_rad):.0f} degrees off, where "
-                f"{math.degrees(config.arrival_yaw_rad):.0f} count as turned."
+                f" Its yaw error is {math.degrees(yaw_error_rad):.0f} degrees; arrival requires "
+                f"at most {math.degrees(config.arrival_yaw_rad):.0f}."
             )
         return Outcome(OutcomeCode.TIMEOUT, text, error_m)
 
@@ -380,7 +380,7 @@ class GotoBase(ABC):
     def _yaw_error_rad(self, observation: Observation) -> float:
         """Return how far the yaw is from the one that the goal names; 0 if it names none.
 
-        What drives has the yaw of its way.
+        What drives has the yaw of its path.
         """
         yaw, wanted = observation.yaw_enu_rad, self._goal.yaw_enu_rad
         if wanted is None or yaw is None or not self._traits.flies:

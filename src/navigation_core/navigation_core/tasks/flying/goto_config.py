@@ -16,12 +16,12 @@ class GotoConfigError(ValueError):
 
 @dataclass(frozen=True)
 class GotoGoal:
-    """Where to go.
+    """The target of the flight.
 
     Attributes:
         position_enu_m: target in the map frame.
         yaw_enu_rad: yaw to arrive with; None to face the direction of travel.
-        max_speed_m_s: greatest ground speed; None or 0 for the configured one.
+        max_speed_m_s: maximum ground speed; None or 0 for the configured one.
     """
 
     position_enu_m: Vector3
@@ -31,7 +31,7 @@ class GotoGoal:
 
 @dataclass(frozen=True)
 class GotoConfig:
-    """How to go there.
+    """Settings of the flight.
 
     Attributes:
         limits: kinematic limits; a goal's speed replaces the horizontal one.
@@ -59,7 +59,7 @@ class GotoConfig:
             and PX4: 0.2 s).
         position_stale_s: age of the position from which the vehicle is held.
         position_timeout_s: age of the position from which the goal is given up.
-        step_gap_s: time without a step after which the flight is planned anew.
+        step_gap_s: time without a step after which the flight is replanned.
         landed_timeout_s: time on the ground, as the vehicle says, that ends the flight.
         airborne_height_m: height above the ground that counts as flying when the vehicle
             does not say.
@@ -100,7 +100,7 @@ class GotoConfig:
         return self.may_arm or self.may_take_off
 
     def __post_init__(self) -> None:
-        """Refuse settings that make no sense.
+        """Reject settings that make no sense.
 
         Raises:
             GotoConfigError: a number is NaN, infinite or negative, or not positive where it

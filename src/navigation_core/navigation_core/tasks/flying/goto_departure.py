@@ -1,4 +1,4 @@
-"""A flight to a point, until it flies: take control, arm, take off."""
+"""The departure of a flight to a point: takes control, arms, takes off."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from navigation_core.tasks.flying.goto_phases import Event
 
 
 class GotoDeparture(GotoBase):
-    """What comes before the flight."""
+    """The departure, before the flight."""
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
         # A take-off that a replaced goal began goes on.
@@ -49,7 +49,7 @@ class GotoDeparture(GotoBase):
         report = observation.operation
         refused = report is not None and report.state is OperationState.REFUSED
         if isinstance(answer, Outcome) and (observation.armed or not refused):
-            # Without a clear refusal the motors may be turning, now or in a moment.
+            # Without a clear rejection the motors may be turning, now or in a moment.
             self._stop(observation, now, answer)
             return None
         if answer is not None:
@@ -59,7 +59,7 @@ class GotoDeparture(GotoBase):
 
     def _take_off(self, observation: Observation, now: float) -> Answer:
         if self._armed_seen and not observation.armed:
-            text = "The vehicle was disarmed before it had taken off."
+            text = "The vehicle was disarmed before take-off."
             return self._over(OutcomeCode.DISARMED, text, observation)
         height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
         answer = self._perform(

@@ -1,4 +1,4 @@
-r"""The phases of a flight to a point, and every way from one to the next.
+r"""The phases of a flight to a point and the transitions between them.
 
     PREPARING --> ARMING --> TAKING_OFF --> NAVIGATING <--> HOLDING, PAUSED, BLOCKED
         \____________________________________^   |
@@ -14,7 +14,7 @@ from enum import Enum, auto
 
 
 class Phase(Enum):
-    """What the task is about."""
+    """The phase of the task."""
 
     PREPARING = auto()
     ARMING = auto()
@@ -30,7 +30,7 @@ class Phase(Enum):
 
 
 class Event(Enum):
-    """What makes the phase change."""
+    """An event that changes the phase."""
 
     NEEDS_CONTROL = auto()
     NEEDS_ARMING = auto()
@@ -79,13 +79,13 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
     (Phase.PAUSED, Event.POSITION_LOST): Phase.HOLDING,
     (Phase.PAUSED, Event.STOP_IN_AIR): Phase.BRAKING,
     (Phase.DISARMING, Event.STOP_IN_AIR): Phase.BRAKING,
-    # A ground station had stopped it in a mode of its own, and lets it go on.
+    # A ground station had stopped it in a mode of its own, and resumes it.
     (Phase.NAVIGATING, Event.NEEDS_CONTROL): Phase.PREPARING,
     (Phase.SETTLING, Event.NEEDS_CONTROL): Phase.PREPARING,
     (Phase.HOLDING, Event.NEEDS_CONTROL): Phase.PREPARING,
     (Phase.PAUSED, Event.NEEDS_CONTROL): Phase.PREPARING,
     (Phase.BLOCKED, Event.NEEDS_CONTROL): Phase.PREPARING,
-    # Wherever a flight begins or goes on, obstacles may leave no way.
+    # Wherever a flight begins or goes on, obstacles may leave no path.
     (Phase.PREPARING, Event.NO_WAY): Phase.BLOCKED,
     (Phase.TAKING_OFF, Event.NO_WAY): Phase.BLOCKED,
     (Phase.NAVIGATING, Event.NO_WAY): Phase.BLOCKED,

@@ -1,4 +1,4 @@
-"""Distance and time that a flight to a point still takes, in every phase of it."""
+"""Remaining distance and time of a flight to a point, in each of its phases."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class GotoEstimator:
 
         Args:
             observation: what is known.
-            flight: plans the way around obstacles, if it is to.
+            flight: plans the path around obstacles, if it is to.
         """
         position = observation.position_enu_m
         if position is None or not is_finite(position):

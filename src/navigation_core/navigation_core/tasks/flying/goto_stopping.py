@@ -1,4 +1,4 @@
-"""A flight to a point that is brought to a stop: in the air, or on the ground."""
+"""Stops a flight to a point, in the air or on the ground."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STANDS_M_S = 0.01
 
 
 class GotoStopping(GotoDeparture):
-    """What comes after the flight, or instead of it."""
+    """The end after the flight, or instead of it."""
 
     def _brake(self, observation: Observation, now: float) -> Answer:
         located = is_located(observation, self._config.position_stale_s)
@@ -26,7 +26,7 @@ class GotoStopping(GotoDeparture):
         commanded_m_s = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
         still = self._stopped.holds(observation, self._config.position_stale_s)
         if still and commanded_m_s < _STANDS_M_S:
-            return self._ended("The vehicle stands still.", observation)
+            return self._ended("The vehicle has stopped.", observation)
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
             return self._ended(self._stopped.failure(timeout_s), observation)
@@ -61,7 +61,7 @@ class GotoStopping(GotoDeparture):
         assert self._ending is not None
         answer = self._perform(Perform(OperationKind.HOLD), self._ending.code, observation, now)
         if answer is None:
-            return self._ended("The vehicle holds; who armed it may disarm it.", observation)
+            return self._ended("The vehicle holds; whoever armed it may disarm it.", observation)
         if isinstance(answer, Outcome):
             return self._ended(f"{answer.message} It is still armed.", observation)
         return answer

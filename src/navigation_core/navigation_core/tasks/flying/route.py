@@ -1,4 +1,4 @@
-"""Fly a route: through its waypoints without a stop, or with one where it is asked for.
+"""Flies a route through its waypoints, stopping only at those with a hold time.
 
 A route is cut into sections that each end in a stop: where a waypoint has a hold time, and at
 the end. Each section is flown like a flight to a point, but by way of its other waypoints, so
@@ -127,7 +127,7 @@ class FlyRoute(Goto):
         return GotoGoal(end.position_enu_m, end.yaw_enu_rad, end.max_speed_m_s)
 
     def _set_section(self) -> None:
-        """Tell the flight about the waypoints up to the next stop."""
+        """Pass the flight the waypoints up to the next stop."""
         end = self._section_end()
         indices = range(self._next, end + 1)
         points = tuple(
@@ -172,7 +172,7 @@ class FlyRoute(Goto):
             return
         self._returns -= 1
         self._nearest_m = math.inf
-        self._flight.is_stale = True  # so it is planned anew, from here to the same waypoint
+        self._flight.is_stale = True  # so it is replanned, from here to the same waypoint
 
     def _tick_off(self, reached: bool) -> None:
         if reached:
@@ -208,7 +208,7 @@ class FlyRoute(Goto):
     # --- progress ------------------------------------------------------------------------
 
     def progress(self, observation: Observation, now: float) -> Progress:
-        """Say how far the whole route is."""
+        """Return the progress of the whole route."""
         progress = super().progress(observation, now)
         index = min(self._next, self._total - 1)
         more_m, more_s = self._after_section()
@@ -231,14 +231,14 @@ class FlyRoute(Goto):
         )
 
     def _detour_m(self, position_enu_m: Vector3) -> float:
-        """Return how much longer the way by the waypoints is than straight to the next stop."""
+        """Return how much longer the path by the waypoints is than straight to the next stop."""
         end = self._section_end()
         places = [position_enu_m, *(self._at(i).position_enu_m for i in range(self._next, end + 1))]
         way_m = sum(distance(a, b) for a, b in itertools.pairwise(places))
         return way_m - distance(places[0], places[-1])
 
     def _after_section(self) -> tuple[float, float]:
-        """Return way and time of what comes after the stop that is flown to."""
+        """Return path and time of what comes after the stop that is flown to."""
         if self._next >= self._total:
             return 0.0, 0.0
         end = self._section_end()

@@ -1,4 +1,4 @@
-"""The points of a route, and of a route as the vehicle itself is to fly it."""
+"""The waypoints of a route, and of a route that the vehicle flies by itself."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class RouteWaypoint:
         acceptance_radius_m: reached when this near.
         hold_time_s: how long to stay; 0 flies through.
         yaw_enu_rad: yaw on the way to it and at it; None for the direction of travel.
-        max_speed_m_s: greatest ground speed on the way to it; None for the configured one.
+        max_speed_m_s: maximum ground speed on the way to it; None for the configured one.
         height_above_ground_m: height above the terrain, where a vehicle that knows it is to
             follow it; the position's z is then a guess. None elsewhere.
     """
@@ -31,7 +31,7 @@ class RouteWaypoint:
 
 @dataclass(frozen=True)
 class MissionPlan:
-    """What the vehicle is to fly by itself.
+    """The plan that the vehicle flies by itself.
 
     Attributes:
         waypoints: in order; those of all laps.

@@ -1,1 +1,1 @@
-"""How a vehicle is led along its path: trajectories, setpoints, obstacles."""
+"""Guidance of a vehicle along its path: trajectories, setpoints and obstacle avoidance."""

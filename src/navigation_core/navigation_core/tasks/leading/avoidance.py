@@ -1,4 +1,4 @@
-"""How a goal keeps away from obstacles."""
+"""Settings of obstacle avoidance during a goal."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ class AvoidanceConfigError(ValueError):
 
 @dataclass(frozen=True)
 class AvoidanceConfig:
-    """How to keep away from obstacles.
+    """Settings of obstacle avoidance.
 
     Attributes:
         vehicle_radius_m: half of the vehicle's greatest width.
-        margin_m: kept to every obstacle beside that radius when a way is planned.
-        blocked_timeout_s: longest time to wait for a way, or for the sensor.
+        margin_m: kept to every obstacle beside that radius when a path is planned.
+        blocked_timeout_s: longest time to wait for a path, or for the sensor.
         sensor_timeout_s: silence of the sensor after which the vehicle is stopped.
-        heights_m: lowest and highest map z of a way; None for what drives.
+        heights_m: lowest and highest map z of a path; None for what drives.
         corner_allowance_m: room for cut corners that is asked for beyond the margin, where
             there is as much.
         reaction_s: time before a vehicle begins to brake, the age of a measurement included.
-        retry_s: time between two searches for a way while there is none.
-        elective_s: least time between two looks for a shorter way while the present one is sound.
-        elective_gain: share by which a way must be shorter to be taken instead of a sound one.
+        retry_s: time between two searches for a path while there is none.
+        elective_s: least time between two looks for a shorter path while the present one is sound.
+        elective_gain: share by which a path must be shorter to be taken instead of a sound one.
         emergency_factor: so much harder than a flight's own limits may a vehicle brake and give way
             when those limits would not do.
         give_way_reach_m: how far the vehicle goes out of the way of what comes near.
@@ -58,7 +58,7 @@ class AvoidanceConfig:
     searcher: Searcher = dataclasses.field(default=AT_ONCE, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse settings that make no sense.
+        """Reject settings that make no sense.
 
         Raises:
             AvoidanceConfigError: a number is NaN, infinite or not positive, or the heights are
@@ -80,17 +80,17 @@ class AvoidanceConfig:
 
     @property
     def plan_clearance_m(self) -> float:
-        """What a way is planned to keep to every obstacle."""
+        """The clearance with which a path is planned."""
         return self.vehicle_radius_m + self.margin_m
 
     @property
     def flown_clearance_m(self) -> float:
-        """What a whole trajectory must keep to be flown, its first turn and corners included."""
+        """The clearance a trajectory must keep to be flown, its first turn and corners included."""
         return self.vehicle_radius_m + 0.5 * (1.0 + _CONFLICT_SHARE) * self.margin_m
 
     @property
     def conflict_clearance_m(self) -> float:
-        """Nearer than this, a way that is being flown is planned anew."""
+        """Nearer than this, a path that is being flown is replanned."""
         return self.vehicle_radius_m + _CONFLICT_SHARE * self.margin_m
 
     @property

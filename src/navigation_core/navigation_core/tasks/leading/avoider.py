@@ -1,4 +1,4 @@
-"""What a flight does about obstacles: keep on, go another way, stop, wait, give way.
+"""Obstacle avoidance during a flight: continue, replan, stop, wait or give way.
 
 It joins three pure parts: the checked path (:mod:`.checked_path`), the decision to replan it
 (:mod:`navigation_core.planning.replanner`) and the brake (:mod:`navigation_core.safety.braking`).
@@ -21,7 +21,7 @@ from navigation_core.tasks.leading.checked_path import NoWay, Way
 from navigation_core.tasks.leading.flight import Flight
 from navigation_core.tasks.measurement import measured_state
 
-# Time until a long way is tried to be planned on once more, how far from the next point that is
+# Time until a long path is tried to be planned on once more, how far from the next point that is
 # done, and for how long a good moment is waited for.
 _PLAN_ON_S, _AHEAD_S, _PATIENCE_S = 1.0, 2.5, 6.0
 _TURNS_M_S2 = 0.05
@@ -57,11 +57,11 @@ class Avoider:
 
     @property
     def replans(self) -> int:
-        """How often the way was planned anew because of obstacles."""
+        """The number of replans because of obstacles."""
         return self._replanner.replans
 
     def may_begin(self, observation: Observation, now: float) -> bool:
-        """Take note of a flight that was planned just now.
+        """Record a flight that was planned just now.
 
         Returns:
             Whether it may be flown; if not, the vehicle is to be stopped.
@@ -84,7 +84,7 @@ class Avoider:
         return True
 
     def keeps_going(self, observation: Observation, now: float) -> bool:
-        """Look whether the way may be flown on.
+        """Look whether the path may be flown on.
 
         Returns:
             Whether the flight goes on; if not, the vehicle is being stopped.
@@ -106,7 +106,7 @@ class Avoider:
     def think(self, observation: Observation, now: float) -> None:
         """Look for another way if need be, and go over to it; without one, stop.
 
-        While a search goes on, the old way is flown, and the brake watches.
+        While a search goes on, the old path is flown, and the brake watches.
         """
         if self._replanner.state is State.BLOCKED:
             return
@@ -119,20 +119,20 @@ class Avoider:
             self._plan_on(observation, now)
 
     def wait(self, observation: Observation, now: float, may_plan: bool) -> Decision:
-        """Decide what to do while there is no way, which may be looked for or not."""
+        """Decide what to do while there is no path, which may be looked for or not."""
         may_plan = not self._hears_nothing(observation) and may_plan
         return self._replanner.wait(now, may_plan and not self._must_brake(observation))
 
     def failure(self) -> tuple[OutcomeCode, str]:
-        """Return how a goal ends whose way has been blocked for too long."""
+        """Return how a goal ends whose path has been blocked for too long."""
         waited_s = self._config.blocked_timeout_s
         if self._is_silent:
-            text = f"There was nothing to tell about obstacles for {waited_s:g} s. {self.reason}"
+            text = f"There was no obstacle data for {waited_s:g} s. {self.reason}"
             return OutcomeCode.NO_OBSTACLE_DATA, text
-        return OutcomeCode.NO_PATH, f"There was no way for {waited_s:g} s. {self.reason}"
+        return OutcomeCode.NO_PATH, f"There was no path for {waited_s:g} s. {self.reason}"
 
     def restart_clock(self) -> None:
-        """Count the time without a way from now on: the vehicle was to stand meanwhile."""
+        """Count the time without a path from now on: the vehicle was to stand meanwhile."""
         self._replanner.restart_clock()
 
     def is_too_near(self, observation: Observation, now: float) -> bool:
@@ -142,7 +142,7 @@ class Avoider:
         near_m = clearance_at_m(here, observation.obstacles, limit_m)
         if near_m >= limit_m:
             return False
-        text = f"An obstacle has come as near as {near_m:.2f} m, where {limit_m:g} m are kept."
+        text = f"An obstacle is {near_m:.2f} m away; the required clearance is {limit_m:g} m."
         self._stop(observation, now, text)
         return True
 
@@ -156,7 +156,7 @@ class Avoider:
             conflict = self._is_in_conflict(flight.way, carrot, observation)
             leads_away = bool(flight.way.passed_s)
             # What drives begins each plan as fast as it is: a brake that is under way would
-            # never get slower if it were planned anew in every step.
+            # never get slower if it were replanned in every step.
             brakes = not leads_away and flight.starts_here
             if (conflict and not brakes) or (leads_away and self._must_brake(observation)):
                 flight.plan_stop(observation)
@@ -179,12 +179,12 @@ class Avoider:
         age_s = observation.obstacles_age_s
         self._is_silent = not age_s <= self._config.sensor_timeout_s
         if self._is_silent:
-            since = f"been silent for {age_s:.1f} s" if math.isfinite(age_s) else "not been heard"
-            self.reason = f"The sensor that tells about obstacles has {since}."
+            since = f"been silent for {age_s:.1f} s" if math.isfinite(age_s) else "not reported yet"
+            self.reason = f"The obstacle sensor has {since}."
         return self._is_silent
 
     def _must_brake(self, observation: Observation) -> bool:
-        """Ask the layer that knows nothing of ways."""
+        """Ask the layer that knows nothing of paths."""
         here, commanded = measured_state(observation), self._flight.commanded
         if commanded is not None:
             here = replace(here, acceleration_enu_m_s2=commanded.acceleration_enu_m_s2)
@@ -218,7 +218,7 @@ class Avoider:
         )
 
     def _plan_on(self, observation: Observation, now: float) -> None:
-        """Plan the rest of a long way before it gets there, or stop where its plan ends."""
+        """Plan the rest of a long path before it gets there, or stop where its plan ends."""
         way, carrot = self._flight.way, self._flight.carrot
         if way is None or carrot is None or carrot.time_s < way.extend_s:
             return
@@ -238,7 +238,7 @@ class Avoider:
             self._flight.way = replace(way, extend_s=carrot.time_s + _PLAN_ON_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
-        """Return the length of the straight way through what is left of the points."""
+        """Return the length of the straight path through what is left of the points."""
         length_m = 0.0
         for point in self._flight.points:
             length_m += distance(place_enu_m, point.position_enu_m)
@@ -266,7 +266,7 @@ class Avoider:
             self._replanner.found(place, now)
 
     def _compare(self, observation: Observation, now: float) -> None:
-        """Go over to a way that is clearly shorter, if there is one."""
+        """Go over to a path that is clearly shorter, if there is one."""
         place, carrot = measured_state(observation).position_enu_m, self._flight.carrot
         assert carrot is not None
         way = self._flight.find_way(observation, under_way=True)

@@ -67,7 +67,7 @@ class Carrot:
             config: its ``tracking_error_max_m``, ``tracking_lag_s``, ``following_gain_per_s``
                 and ``response_s``.
             yaw_enu_rad: yaw to begin with.
-            yaw_goal_enu_rad: yaw to turn to, the shortest way.
+            yaw_goal_enu_rad: yaw to turn to, the shorter way round.
             time_s: where to stand, in trajectory time.
         """
         self.trajectory = trajectory
@@ -89,7 +89,7 @@ class Carrot:
 
     @property
     def time_s(self) -> float:
-        """How far along the trajectory it stands, in trajectory time."""
+        """Its position along the trajectory, in trajectory time."""
         return self._time_s
 
     def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
@@ -107,7 +107,7 @@ class Carrot:
         return time_s, self._scaled(self.trajectory.sample(time_s), 0.0)
 
     def turn_to(self, yaw_enu_rad: float) -> None:
-        """Turn to another yaw from now on, the shortest way."""
+        """Turn to another yaw from now on, the shorter way round."""
         self._yaw_goal = wrap_angle(yaw_enu_rad)
 
     @property
@@ -117,7 +117,7 @@ class Carrot:
 
     @property
     def setpoint(self) -> Setpoint:
-        """What to send now."""
+        """The setpoint to send now."""
         return Setpoint(
             self._state.position_enu_m,
             self._state.velocity_enu_m_s,

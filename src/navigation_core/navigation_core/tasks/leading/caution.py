@@ -1,4 +1,4 @@
-"""Setpoints that are safe when nothing follows them, and a vehicle that is slow when they are late.
+"""Setpoints that are safe if none follows, and a lower speed while setpoints are late.
 
 Whoever sends setpoints may stop at any moment: the process is killed, the machine hangs. Then the
 vehicle goes on with the last one until its own timeout. Near obstacles that run-out
@@ -32,7 +32,7 @@ _ROUNDING = 1.02
 
 
 class Caution:
-    """How carefully one goal is flown."""
+    """The caution with which one goal is flown."""
 
     def __init__(self, avoidance: AvoidanceConfig | None, traits: Traits, limits: Limits) -> None:
         """Prepare.

@@ -1,4 +1,4 @@
-"""A way through points and around obstacles, as a trajectory that was checked throughout.
+"""A trajectory through points and around obstacles, with its clearance checked throughout.
 
 The planner's lines become a route whose corners are cut by no more than there is room for.
 Then the whole trajectory is sampled, the turn that it begins with included: it must keep a
@@ -46,7 +46,7 @@ _SLOW_M_S = 0.3
 _TRIES_MAX, _TRIES_IN_ALL = 3, 4
 # Shares of the corner allowance that are tried, one after the other.
 _ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
-# What drives strays from its way by about this share of its turning radius.
+# What drives strays from its path by about this share of its turning radius.
 _STRAY_SHARE = 0.5
 # And so much of that it is never planned without, but for a target that has no such room.
 _STRAY_LEAST = 0.5
@@ -57,7 +57,7 @@ _STEERED_RAD, _STEERED_POINTS, _NEARER_M = 1.2, 6, 0.05
 
 @dataclass(frozen=True)
 class Way:
-    """What is flown.
+    """The planned path and its trajectory.
 
     Attributes:
         trajectory: the motion.
@@ -98,7 +98,7 @@ class _Fault(Enum):
 
 
 class WayPlanner:
-    """Plans the ways of one goal."""
+    """Plans the paths of one goal."""
 
     def __init__(self, config: AvoidanceConfig, traits: Traits, limits: Limits) -> None:
         """Prepare.
@@ -124,7 +124,7 @@ class WayPlanner:
         obstacles: Obstacles,
         is_wanted: IsWanted = lambda: True,
     ) -> Way | NoWay:
-        """Return a way from any state by way of points, or why there is none.
+        """Return a path from any state by way of points, or why there is none.
 
         A search makes several attempts, of which the first is mostly enough; all of them take
         several times as long as a setpoint may be late. It uses nothing that others change, so
@@ -133,8 +133,8 @@ class WayPlanner:
         Args:
             start: state at the beginning, in the map frame.
             heading_enu_rad: where the nose of what drives points.
-            points: at least one; the last is where the way ends.
-            obstacles: what is in the way.
+            points: at least one; the last is where the path ends.
+            obstacles: the known obstacles.
             is_wanted: asked before each attempt; the search ends when nobody waits for it.
 
         Raises:
@@ -147,21 +147,21 @@ class WayPlanner:
         if room_m < needed_m:
             x, y, z = nearest.position_enu_m
             return NoWay(
-                f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m, which is to be reached, is "
-                f"{room_m:.2f} m from an obstacle, where {needed_m:g} m are to be kept."
+                f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m on the route is {room_m:.2f} m from an "
+                f"obstacle; the required clearance is {needed_m:g} m."
             )
         if self._is_cornered(start.position_enu_m, heading_enu_rad, obstacles):
             return NoWay(
-                "The vehicle has come so near to an obstacle that it would have to turn on the "
-                "spot or go backwards, which it cannot."
+                "The vehicle is so close to an obstacle that it would have to turn on the spot "
+                "or reverse, which it cannot do."
             )
-        reason = "The vehicle has to stop first."
+        reason = "The vehicle must stop first."
         for begin in self._beginnings(start, obstacles):
             state = start if begin is None else KinematicState(begin.end_position_enu_m)
             left = _TRIES_IN_ALL
             for extra_m in self._extras_m(room_m - needed_m):
                 if not is_wanted():
-                    return NoWay("The search was given up.")
+                    return NoWay("The search was abandoned.")
                 lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
                 if isinstance(lines, NoPath):
                     reason = lines.reason
@@ -172,7 +172,7 @@ class WayPlanner:
                 if isinstance(way, Way):
                     return self._continued(way, points[-1], far)
                 reason = (
-                    "A way exists, but none that can be flown from here and keeps "
+                    "A path exists, but none that can be flown from here with a clearance of "
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
                 )
                 # Other lines begin with about the same turn.
@@ -193,7 +193,7 @@ class WayPlanner:
         return points, ()
 
     def _continued(self, way: Way, last: RoutePoint, far: tuple[RoutePoint, ...]) -> Way:
-        """Add what is for later: as if nothing were in the way, after a stop that never comes."""
+        """Add what is for later: as if there were no obstacles, after a stop that never comes."""
         if not far:
             return way
         if self._far is None or self._far[0] != far:
@@ -248,7 +248,7 @@ class WayPlanner:
     def _beginnings(
         self, start: KinematicState, obstacles: Obstacles
     ) -> Iterator[Trajectory | None]:
-        """Return what a way may begin with: nothing, or a brake if it moves."""
+        """Return what a path may begin with: nothing, or a brake if it moves."""
         if not self._acts(Samples.at(start), obstacles)[0]:
             yield None
         if norm(start.velocity_enu_m_s) < _SLOW_M_S:
@@ -281,7 +281,7 @@ class WayPlanner:
             self._config.heights_m if self._traits.flies else None,
             self._traits.turning_radius_m,
             heading_enu_rad if self._traits.turning_radius_m > 0.0 else None,
-            # With less to keep there may be a way that is found sooner than that there is none.
+            # With less to keep there may be a path that is found sooner than that there is none.
             thorough=extra_m <= 0.0,
         )
         corner_m = min(extra_m, self._config.corner_allowance_m)
@@ -313,7 +313,7 @@ class WayPlanner:
             state: where the lines begin.
             begin: what comes before, or None.
             vias: the points of the lines.
-            obstacles: what is in the way.
+            obstacles: the known obstacles.
             tries: how many trajectories may be tried.
         """
         for _ in range(tries):
@@ -339,7 +339,7 @@ class WayPlanner:
         return sorted(float(samples.times_s[index]) for index in indices)
 
     def _braking_m(self, limits: Limits, course_enu: Vector3) -> float:
-        """Return the way of a brake from full speed."""
+        """Return the braking path from full speed."""
         velocity = scale(course_enu, limits.along(course_enu).speed_forward_m_s)
         cruise = Samples.at(KinematicState(ZERO, velocity))
         end = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
@@ -347,7 +347,7 @@ class WayPlanner:
 
 
 def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[Via]) -> Way:
-    """Return the way of a route, and of what comes before it."""
+    """Return the path of a route, and of what comes before it."""
     trajectory, before_s = route.trajectory, 0.0
     if begin is not None:
         trajectory, before_s = begin.then(trajectory), begin.duration_s

@@ -1,4 +1,4 @@
-"""The path of a trajectory as what drives needs it: a line with a speed, without a time.
+"""The path of a trajectory for ground vehicles: a line with a speed and without a time.
 
 A car or a boat cannot be where a trajectory says at a time: it has to turn round first, it slides,
 and its firmware accelerates as it likes. So it is not asked to. It is where its place projects
@@ -62,7 +62,7 @@ class DrivenPath:
 
     @property
     def speed_m_s(self) -> float:
-        """The greatest speed that the path allows there; infinite if nothing limits it."""
+        """The maximum speed that the path allows there; infinite if nothing limits it."""
         return self._allowed_m_s[min(self._index, len(self._allowed_m_s) - 1)]
 
     @property
@@ -72,7 +72,7 @@ class DrivenPath:
         return self._gone_m[self._index] + self._share * self._lengths[self._index]
 
     def advance(self, position_enu_m: Vector3) -> None:
-        """Go on to where the path is nearest to a place: never back, and not far ahead.
+        """Advance to where the path is nearest to a place: never back, and not far ahead.
 
         Nor beyond what may be looked ahead to: where the path turns back at a point, what goes on
         from there is as near as what leads to it.
@@ -100,7 +100,7 @@ class DrivenPath:
         return share, distance(add(start, scale(line, share)), position_enu_m)
 
     def limit(self, until_s: float) -> None:
-        """Look no further ahead than where the trajectory is at a time, until told otherwise."""
+        """Look no further ahead than where the trajectory is at a time, until the next call."""
         step = (
             min(max(math.ceil(until_s / self._step_s), 0), len(self._lengths))
             if (math.isfinite(until_s) and self._step_s > 0.0)
@@ -110,7 +110,7 @@ class DrivenPath:
 
     @property
     def ahead_m(self) -> float:
-        """How far may be looked ahead."""
+        """The largest look-ahead distance."""
         return max(self._until_m - self._here_m, 0.0)
 
     def ahead(self, distance_m: float) -> Vector3:

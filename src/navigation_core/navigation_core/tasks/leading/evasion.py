@@ -1,4 +1,4 @@
-"""Ways that are not planned: a brake, and one out of the way of what comes near."""
+"""Unplanned motions: a brake, and an evasion of an obstacle that approaches."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class WayOut:
         self._emergency_limits = _harder(limits, config.emergency_factor)
 
     def stop(self, start: KinematicState, obstacles: Obstacles) -> Way:
-        """Return the way of a brake: an emergency's if the usual one leads too near to something.
+        """Return the braking path: an emergency's if the usual one leads too near to something.
 
         Args:
             start: state at the beginning, in the map frame.
-            obstacles: what is in the way.
+            obstacles: the known obstacles.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
@@ -62,7 +62,7 @@ class WayOut:
 
         Args:
             start: state at the beginning, in the map frame.
-            obstacles: what is in the way.
+            obstacles: the known obstacles.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.

@@ -1,4 +1,4 @@
-"""The setpoint of a flight: where it begins, where it leads, and what was sent last."""
+"""The setpoint of a flight: its start, its target, and the setpoint sent last."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _JOINT_M, _JOINT_M_S = 0.15, 0.3
 
 
 def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Limits:
-    """Return limits for a way that is not to be faster than a speed; None: than the usual one."""
+    """Return limits for a path that is not to be faster than a speed; None: than the usual one."""
     if not traits.flies:
         return limits.with_speed(speed_m_s and speed_m_s * _DRIVEN_SHARE)
     chosen = limits.with_speed(speed_m_s)
@@ -125,7 +125,7 @@ class Flight:
         self._via: tuple[RoutePoint, ...] = ()
         self._via_yaw: tuple[float | None, ...] = ()
         self._passed_s: tuple[float, ...] = ()
-        # The way around obstacles that is flown, and why there is none.
+        # The path around obstacles that is flown, and why there is none.
         self.way: Way | None = None
         self.no_way = ""
         # Whether one is still searched for.
@@ -143,7 +143,7 @@ class Flight:
 
     @property
     def passed(self) -> int:
-        """How many points of the route the carrot has passed since the flight was planned."""
+        """The number of route points that the carrot has passed since the flight was planned."""
         return 0 if self.carrot is None else self._passed_by(self.carrot.time_s)
 
     def _passed_by(self, carrot_time_s: float) -> int:
@@ -159,7 +159,7 @@ class Flight:
         """Fly to the goal by way of points from the next plan on.
 
         Args:
-            points: the way; the last is the goal. Empty for the straight way.
+            points: the path; the last is the goal. Empty for the straight path.
             yaws_enu_rad: for each point the yaw on the way to it, None for the direction of
                 travel.
         """
@@ -215,7 +215,7 @@ class Flight:
         self.path_enu_m = trajectory.path_enu_m
 
     def _plan_around(self, observation: Observation) -> None:
-        """Go on to the goal around obstacles, or stop while no path is known."""
+        """Advance to the goal around obstacles, or stop while no path is known."""
         self.no_way, self.undecided = "", False
         if not self._is_searching_from_here():
             before, held = self.commanded, self.carrot
@@ -340,7 +340,7 @@ class Flight:
         return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
 
     def start(self, observation: Observation) -> KinematicState:
-        """Return where a way around obstacles begins; there must have been a setpoint."""
+        """Return where a path around obstacles begins; there must have been a setpoint."""
         assert self.commanded is not None
         if self.starts_here and is_located(observation, self._config.position_stale_s):
             return self._measured(observation)
@@ -356,7 +356,7 @@ class Flight:
         return here
 
     def take(self, way: Way, leads_to_goal: bool = True) -> None:
-        """Fly a way that begins at :meth:`start`.
+        """Fly a path that begins at :meth:`start`.
 
         Args:
             way: what to fly.

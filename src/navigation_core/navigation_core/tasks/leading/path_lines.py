@@ -1,4 +1,4 @@
-"""The straight lines of a way, and how they are flown more gently."""
+"""The straight lines of a path, and how gently they are flown."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def gentler(
         vias: their points.
         route: the trajectory along them.
         faults_s: when that has faults.
-        braking_m: the way of a brake from full speed along a unit vector.
+        braking_m: the braking path from full speed along a unit vector.
 
     Returns:
         The points, some more of them; None if it would become too slow.

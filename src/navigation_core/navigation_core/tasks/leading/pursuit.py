@@ -70,17 +70,17 @@ _ROLLS_M_S, _NEXT_TO_NOTHING_M_S = 0.1, 0.001
 
 @dataclass(frozen=True)
 class _Told:
-    """The speed that was told last, and when."""
+    """The last commanded speed and its time."""
 
     speed_m_s: float
     time_s: float
 
 
 class Pursuit:
-    """Leads one vehicle along; remembers what it told last, so that speeds change gently."""
+    """Leads one vehicle along; remembers its last command, so that speeds change gently."""
 
     def __init__(self, traits: Traits) -> None:
-        """Begin with nothing told.
+        """Begin without a command.
 
         Args:
             traits: what the vehicle can do; its ``turning_radius_m``, ``turn_rate_rad_s`` and
@@ -95,7 +95,7 @@ class Pursuit:
         self._moved: tuple[float, Vector3] | None = None
 
     def forget(self) -> None:
-        """Begin anew at the speed that is measured then: somebody else has led meanwhile."""
+        """Restart at the speed that is measured then: somebody else has led meanwhile."""
         self._told = self._moved = None
         self._stands = False
         self._excess_m_s = 0.0
@@ -247,7 +247,7 @@ def without_turn(setpoint: Setpoint, observation: Observation) -> Setpoint:
 
 
 def _along_nose(setpoint: Setpoint, velocity_enu_m_s: Vector3 | None, yaw_rad: float) -> Setpoint:
-    """Tell next to nothing along the nose to what may still roll."""
+    """Command a very small speed along the nose to what may still roll."""
     if velocity_enu_m_s is not None and horizontal_norm(velocity_enu_m_s) <= _ROLLS_M_S:
         return setpoint
     east, north = math.cos(yaw_rad), math.sin(yaw_rad)

@@ -1,4 +1,4 @@
-"""How tight a ground vehicle turns, and what to do about a point within its turning circle.
+"""Estimates the turning radius of a ground vehicle and handles targets within its turning circle.
 
 Its parameters may not say, or be wrong: ArduRover's TURN_RADIUS is a default that few change,
 PX4's wheel base and steering angle know nothing of sliding tyres. So what is known of it to begin
@@ -31,7 +31,7 @@ _MOST_TIMES = 8.0
 
 @dataclass(frozen=True)
 class Pursuer:
-    """What is steered.
+    """The steered vehicle.
 
     Attributes:
         position_enu_m: where it is.
@@ -45,7 +45,7 @@ class Pursuer:
 
     @property
     def heading(self) -> Vector3:
-        """Where its nose points, as a unit vector."""
+        """Its heading as a unit vector."""
         return (math.cos(self.yaw_enu_rad), math.sin(self.yaw_enu_rad), 0.0)
 
     @property

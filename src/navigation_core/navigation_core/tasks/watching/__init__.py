@@ -1,1 +1,1 @@
-"""Tasks that the vehicle flies by itself, and that watch over it."""
+"""Tasks that the vehicle flies by itself while the task monitors it."""

@@ -1,4 +1,4 @@
-"""Fly a route as a mission: the vehicle stores it and flies it by itself, the task watches.
+"""Flies a route as a mission: the vehicle stores and flies it, the task monitors it.
 
 The mission is uploaded before anything moves, or once the vehicle holds if it is moving
 already. Then it is armed if need be, and the mission is started; on the ground its first item
@@ -126,12 +126,12 @@ class FlyMission(WithoutSetpoints):
 
     @property
     def requires(self) -> Requirement:
-        """What must be there before :meth:`start`."""
+        """The preconditions of :meth:`start`."""
         return Requirement.CONNECTION | Requirement.POSITION
 
     @property
     def phase(self) -> MissionPhase:
-        """What the task is about."""
+        """The phase of the task."""
         return self._phase
 
     @property
@@ -152,7 +152,7 @@ class FlyMission(WithoutSetpoints):
             self._go(MissionPhase.UPLOADING, now)
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Say what to do now, or how it ended; after the end, the outcome again."""
+        """Return what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is None:
             if self._cancel_asked and self._phase not in STOPPING:
                 text = "The goal was cancelled."
@@ -174,7 +174,7 @@ class FlyMission(WithoutSetpoints):
         return None
 
     def unpause(self, now: float) -> None:
-        """Go on with the item that was under way."""
+        """Resume with the item that was under way."""
         self._pause_asked = False
 
     def take_up(self, now: float) -> None:
@@ -188,14 +188,14 @@ class FlyMission(WithoutSetpoints):
         )
 
     def resume(self, observation: Observation, now: float) -> None:
-        """Go on after a time without steps."""
+        """Resume after a time without steps."""
         self._moved_s = now
         self._headway.restart()
         self._arrival.reset()
         self._stopped.reset()
 
     def progress(self, observation: Observation, now: float) -> Progress:
-        """Say how far it is."""
+        """Return the progress."""
         route = self._mission.route(self._phase is MissionPhase.ENDED)
         if self._phase is MissionPhase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0, route)
@@ -256,7 +256,7 @@ class FlyMission(WithoutSetpoints):
         observation: Observation,
         now: float,
     ) -> _Answer:
-        """Have something done, and go on; what is refused ends the task, motors off if need be."""
+        """Have something done, and go on; what is rejected ends the task, motors off if need be."""
         answer = self._perform(Perform(kind), refusal, observation, now)
         if isinstance(answer, Outcome) and (self._armed_by_us or self._stored):
             self._stop_with(answer, now)
@@ -332,10 +332,10 @@ class FlyMission(WithoutSetpoints):
     def _watch(self, observation: Observation, now: float) -> _Answer:
         report = observation.mission
         if report is not None and report.changed:
-            text = f"The mission in the vehicle is not ours any more: {report.changed}."
+            text = f"The vehicle no longer holds the uploaded mission: {report.changed}."
             return Outcome(OutcomeCode.MISSION_CHANGED, text, None)
         if not observation.armed:
-            text = "The vehicle was disarmed while it should fly its mission."
+            text = "The vehicle was disarmed during its mission."
             return Outcome(OutcomeCode.DISARMED, text, None)
         current_s = self._since_s + _REPORT_S
         fresh = report if report is not None and report.time_s >= current_s else None
@@ -365,7 +365,7 @@ class FlyMission(WithoutSetpoints):
         if now - self._left_s <= patience_s:
             return Wait()
         if at_end:
-            text = f"It stopped {last_m:.2f} m from the last waypoint, and says no more."
+            text = f"It stopped {last_m:.2f} m from the last waypoint and reports nothing further."
             return Outcome(OutcomeCode.TIMEOUT, text, last_m)
         text = "The vehicle left the mode in which it flies the mission."
         return Outcome(OutcomeCode.PILOT_OVERRIDE, text, None)
@@ -383,7 +383,7 @@ class FlyMission(WithoutSetpoints):
             return None
         if self._headway.is_lost(self._lengths_m(position), now, self._mission.target.hold_time_s):
             text = (
-                f"The vehicle moves, but comes no nearer to waypoint {self._mission.current} "
+                f"The vehicle moves but gets no closer to waypoint {self._mission.current} "
                 "(counted from 0, over all laps)."
             )
             self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
@@ -391,7 +391,7 @@ class FlyMission(WithoutSetpoints):
         return Wait()
 
     def _lengths_m(self, position: Vector3 | None) -> tuple[float, ...]:
-        """Return what shrinks as it gets on: the way to the waypoint that it is headed for."""
+        """Return what shrinks with progress: the way to the waypoint that it is headed for."""
         if position is None:
             return ()
         current, target = self._mission.current, self._mission.target.position_enu_m

@@ -1,4 +1,4 @@
-"""What the task of a mission measures by itself, beside what the vehicle says."""
+"""Measurements that the mission task makes itself, beside the reports of the vehicle."""
 
 from __future__ import annotations
 

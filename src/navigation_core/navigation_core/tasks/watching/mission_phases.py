@@ -1,4 +1,4 @@
-"""The phases of a mission's task, and which may follow which."""
+"""The phases of the mission task and the transitions between them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from navigation_core.tasks.flying.goto_phases import PhaseError
 
 
 class MissionPhase(Enum):
-    """What the task is about."""
+    """The phase of the task."""
 
     HALTING = auto()
     """The vehicle stops what it flew before."""
@@ -62,7 +62,7 @@ STATUS: Mapping[MissionPhase, Status] = {
 
 
 def check_change(before: MissionPhase, after: MissionPhase) -> None:
-    """Refuse a change that the table does not hold.
+    """Reject a change that the table does not hold.
 
     Raises:
         PhaseError: a mistake in the task.

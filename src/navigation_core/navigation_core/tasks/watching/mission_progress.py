@@ -1,4 +1,4 @@
-"""How far a mission is flown: what the vehicle says, and what is measured beside it."""
+"""Progress of a mission, as reported by the vehicle and as measured beside it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class MissionProgress:
         return self._waypoints[min(self.current, len(self._waypoints) - 1)]
 
     def note(self, report: MissionReport | None, observation: Observation) -> None:
-        """Take in what the vehicle says and where it is.
+        """Process what the vehicle says and where it is.
 
         A report of a waypoint may be lost, so one that the vehicle is measured to be at counts
         as well.
@@ -89,7 +89,7 @@ class MissionProgress:
         )
 
     def left(self, position_enu_m: Vector3 | None) -> tuple[float, float]:
-        """Return way and time from a position to the end."""
+        """Return path and time from a position to the end."""
         ahead = self._waypoints[self.current :]
         places = [waypoint.position_enu_m for waypoint in ahead]
         start = places[0] if position_enu_m is None else position_enu_m

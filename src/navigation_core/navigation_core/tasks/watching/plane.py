@@ -1,4 +1,4 @@
-r"""Fly a plane: take off, send it from place to place, and circle the last.
+r"""Flies a plane: takes off, sends it from target to target, and circles the last.
 
     PREPARING --> ARMING --> TAKING_OFF --> FLYING <--> CIRCLING, PAUSED
         \___________________________________^  |
@@ -142,7 +142,7 @@ class FlyPlane(WithoutSetpoints):
 
     @property
     def requires(self) -> Requirement:
-        """What must be there before :meth:`start`."""
+        """The preconditions of :meth:`start`."""
         return Requirement.CONNECTION | Requirement.POSITION
 
     @property
@@ -155,7 +155,7 @@ class FlyPlane(WithoutSetpoints):
         self._phase_since_s = self._nearest_s = now
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Say what to do now, or how it ended; after the end, the outcome again."""
+        """Return what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is not None:
             return self._outcome
         if self._cancel_asked and self._phase not in (_Phase.STOPPING, _Phase.DISARMING):
@@ -186,7 +186,7 @@ class FlyPlane(WithoutSetpoints):
         return None
 
     def unpause(self, now: float) -> None:
-        """Go on after a pause."""
+        """Resume after a pause."""
         self._pause_asked = False
 
     def take_up(self, now: float) -> None:
@@ -205,12 +205,12 @@ class FlyPlane(WithoutSetpoints):
         return mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD, VehicleMode.CONTROL)
 
     def resume(self, observation: Observation, now: float) -> None:
-        """Go on after a time without steps: it has flown on by itself."""
+        """Resume after a time without steps: it has flown on by itself."""
         self._nearest_s = now
         self._circled.reset()
 
     def progress(self, observation: Observation, now: float) -> Progress:
-        """Say how far the whole route is."""
+        """Return the progress of the whole route."""
         position = observation.position_enu_m or self._last_enu_m
         status, route = _STATUS.get(self._phase, Status.NAVIGATING), self._route.progress()
         if position is None or self._phase is _Phase.ENDED:
@@ -260,18 +260,18 @@ class FlyPlane(WithoutSetpoints):
         if not self._is_flying():
             return None
         if not observation.armed:
-            text = "The vehicle was disarmed while it should fly."
+            text = "The vehicle was disarmed during the goal."
             return self._over(OutcomeCode.DISARMED, text, observation)
         if self._sent and not observation.in_control:
-            text = "The vehicle left the mode in which it flies to places."
+            text = "The vehicle left the mode in which it flies to targets."
             return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
         if self._landed.holds(observation.airborne is False, now):
             text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
             return self._over(OutcomeCode.LANDED, text, observation)
         if observation.position_age_s > self._config.position_timeout_s:
             text = (
-                f"The vehicle has given no valid position for {self._config.position_timeout_s:g} "
-                "s; it flies on by itself."
+                "The vehicle has reported no valid position for "
+                f"{self._config.position_timeout_s:g} s; it continues on its own."
             )
             return self._over(OutcomeCode.NO_POSITION, text, observation)
         return None
@@ -314,7 +314,7 @@ class FlyPlane(WithoutSetpoints):
         return answer
 
     def _tell_speed(self, observation: Observation, now: float) -> _Answer:
-        """Ask for the speed of this leg if there is one; a refusal is noted, and it flies on."""
+        """Ask for the speed of this leg if there is one; a rejection is noted, and it flies on."""
         speed_m_s = self._route.current.max_speed_m_s
         if speed_m_s is None or speed_m_s == self._speed_told_m_s:
             return None
@@ -337,7 +337,7 @@ class FlyPlane(WithoutSetpoints):
         if answer is not None:
             return answer
         if now - self._nearest_s > _STUCK_S:
-            text = f"The vehicle has not come nearer to its target for {_STUCK_S:g} s."
+            text = f"The vehicle has not come closer to its target for {_STUCK_S:g} s."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
         if not is_located(observation, self._config.position_stale_s):
             return Wait()
@@ -361,7 +361,7 @@ class FlyPlane(WithoutSetpoints):
             return self._begin_stay(_Phase.PAUSED, observation, now)
         waypoint = self._route.current
         if now - self._phase_since_s > _STUCK_S + waypoint.hold_time_s:
-            text = "The vehicle did not stay on its circle about the target."
+            text = "The vehicle did not stay on its circle around the target."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
         if not is_located(observation, self._config.position_stale_s):
             return Wait()
@@ -374,7 +374,7 @@ class FlyPlane(WithoutSetpoints):
         return self._next(observation, now)
 
     def _next(self, observation: Observation, now: float) -> _Answer:
-        """Go on to the next waypoint, or end on the circle about the last."""
+        """Advance to the next waypoint, or end on the circle about the last."""
         self._route.advance()
         self._circling = Circling(self._traits.circle_radius_m)
         if not self._route.over:

@@ -1,4 +1,4 @@
-"""Which waypoint a plane is on its way to, and when it counts as passed or as circled."""
+"""Tracks the current waypoint of a plane, and when it counts as passed or circled."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ class Circling:
     """Whether a plane circles about a point."""
 
     def __init__(self, circle_radius_m: float) -> None:
-        """Begin with nothing seen; the radius is the usual one of such planes."""
+        """Begin without observations; the radius is the usual one of such planes."""
         self._radius_m = circle_radius_m
         self._from_m = math.nan
         self._bearing_rad = 0.0
         self._round_rad = 0.0
 
     def watch(self, position_enu_m: Vector3, centre_enu_m: Vector3) -> bool:
-        """Take note of a position, and say whether it is on its circle, at its height."""
+        """Record a position, and return whether it is on its circle, at its height."""
         offset = subtract(position_enu_m, centre_enu_m)
         away_m = horizontal_norm(offset)
         bearing_rad = math.atan2(offset[1], offset[0])
@@ -114,12 +114,12 @@ class PlaneRoute:
         return circle_max_m(self._radius_m)
 
     def advance(self) -> None:
-        """Go on to the next waypoint."""
+        """Advance to the next waypoint."""
         self.done += 1
         self._approached = False
 
     def left(self, position_enu_m: Vector3, speed_m_s: float) -> tuple[float, float]:
-        """Return the length of the way that is left, and its time, from a position."""
+        """Return the length of the path that is left, and its time, from a position."""
         if self.over:
             return 0.0, 0.0
         rest = [self._waypoints[i % len(self._waypoints)] for i in range(self.done, self.total)]
@@ -130,7 +130,7 @@ class PlaneRoute:
         return length_m, length_m / speed_m_s + sum(waypoint.hold_time_s for waypoint in rest)
 
     def progress(self) -> RouteProgress:
-        """How far the route is flown."""
+        """Progress along the route."""
         index = min(self.done, self.total - 1)
         return RouteProgress(
             current=index % len(self._waypoints),

@@ -1,4 +1,4 @@
-"""Land, and return to the launch point: the vehicle does it, the task watches over it.
+"""Land and return to launch: the vehicle flies them, the task monitors it.
 
 Both are modes of the autopilot. The task asks for the mode, follows what the vehicle says
 and measures, and judges the end by that: on the ground with the motors off, or at the launch
@@ -65,7 +65,7 @@ class _Phase(Enum):
 
 @dataclass(frozen=True)
 class VehicleLedGoal:
-    """What the vehicle is to do by itself.
+    """The goal that the vehicle carries out by itself.
 
     Attributes:
         operation: how it is asked.
@@ -113,7 +113,7 @@ class VehicleLed(WithoutSetpoints):
 
     @property
     def requires(self) -> Requirement:
-        """What must be there before :meth:`start`."""
+        """The preconditions of :meth:`start`."""
         return Requirement.CONNECTION
 
     @property
@@ -127,7 +127,7 @@ class VehicleLed(WithoutSetpoints):
         self._moved_from = observation.position_enu_m
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Say what to do now, or how it ended; after the end, the outcome again."""
+        """Return what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is None:
             answer = self._answer(observation, now)
             if not isinstance(answer, Outcome):
@@ -142,10 +142,10 @@ class VehicleLed(WithoutSetpoints):
         self._cancelled_s = now
 
     def pause(self, now: float) -> Rejection | None:
-        """Refuse: the vehicle flies by itself."""
+        """Reject: the vehicle flies by itself."""
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
-            f"A {self._goal.name} cannot be paused; cancel it, and the vehicle holds.",
+            f"A {self._goal.name} cannot be paused; cancel it to make the vehicle hold.",
         )
 
     def unpause(self, now: float) -> None:
@@ -165,12 +165,12 @@ class VehicleLed(WithoutSetpoints):
         return mode in (self._goal.mode, VehicleMode.LAND)
 
     def resume(self, observation: Observation, now: float) -> None:
-        """Go on after a time without steps."""
+        """Resume after a time without steps."""
         self._moved_s = now
         self._headway.restart()
 
     def progress(self, observation: Observation, now: float) -> Progress:
-        """Say how far it is."""
+        """Return the progress."""
         if self._phase is _Phase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0)
         left_m, left_s = self._landing(observation)
@@ -197,7 +197,7 @@ class VehicleLed(WithoutSetpoints):
         if self._phase is _Phase.ASKING:
             if observation.airborne is False and self._traits.flies and self._operation is None:
                 # Its mode for a return might begin with a climb.
-                text = f"The vehicle is on the ground, so there is no {self._goal.name} to do."
+                text = f"The vehicle is on the ground; no {self._goal.name} is needed."
                 return Outcome(OutcomeCode.NOT_FLYING, text, None)
             answer = self._ask(Perform(self._goal.operation), observation, now)
             if answer is not None:
@@ -222,7 +222,7 @@ class VehicleLed(WithoutSetpoints):
             text = (
                 "The vehicle circles the launch point."
                 if not self._traits.hovers
-                else "The vehicle stands at the launch point."
+                else "The vehicle is at the launch point."
             )
             return Outcome(OutcomeCode.SUCCESS, text, self._home_m(observation))
         if self._has_moved(observation):
@@ -234,7 +234,7 @@ class VehicleLed(WithoutSetpoints):
             return Outcome(OutcomeCode.TIMEOUT, text, None)
         longer_s = _ASTRAY_S if observation.home_enu_m is None else 0.0
         if self._headway.is_lost(self._lengths_m(observation), now, longer_s):
-            text = f"The vehicle moves, but gets no further in its {self._goal.name}."
+            text = f"The vehicle moves but makes no progress in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, self._home_m(observation))
         return Wait()
 
@@ -242,9 +242,11 @@ class VehicleLed(WithoutSetpoints):
         """A PX4 rover disarms at the end, and nearer than RTL_MIN_DIST without having moved."""
         home_m = self._home_m(observation)
         if home_m is None:
-            return Outcome(OutcomeCode.DISARMED, "The vehicle was disarmed in its return.", None)
+            return Outcome(
+                OutcomeCode.DISARMED, "The vehicle was disarmed during its return.", None
+            )
         if home_m <= self._arrival_m():
-            text = "The vehicle stands at the launch point, its motors are off."
+            text = "The vehicle is at the launch point with its motors off."
             return Outcome(OutcomeCode.SUCCESS, text, home_m)
         text = f"The vehicle was disarmed {home_m:.1f} m from the launch point."
         return Outcome(OutcomeCode.DISARMED, text, home_m)
@@ -254,7 +256,7 @@ class VehicleLed(WithoutSetpoints):
         return position is not None and (before is None or distance(position, before) > _MOVED_M)
 
     def _lengths_m(self, observation: Observation) -> tuple[float, ...]:
-        """Return what shrinks as it gets on: the way home, the height, and what it may climb."""
+        """Return what shrinks with progress: the path home, the height, and what it may climb."""
         position, home_m = observation.position_enu_m, self._home_m(observation)
         if position is None:
             return ()
@@ -269,14 +271,12 @@ class VehicleLed(WithoutSetpoints):
     def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
         answer = self._ask(Perform(OperationKind.HOLD), observation, now)
         if isinstance(answer, Outcome):
-            return Outcome(
-                OutcomeCode.CANCELED, f"The goal was cancelled, but: {answer.message}", None
-            )
+            return Outcome(OutcomeCode.CANCELED, f"The goal was cancelled. {answer.message}", None)
         still = self._stopped.holds(observation, self._config.position_stale_s)
         if answer is None and not self._traits.hovers:
             return Outcome(OutcomeCode.CANCELED, "The goal was cancelled; it circles.", None)
         if answer is None and still:
-            text = "The goal was cancelled. The vehicle stands still."
+            text = "The goal was cancelled. The vehicle has stopped."
             return Outcome(OutcomeCode.CANCELED, text, None)
         if now - self._cancelled_s > self._config.cancel_timeout_s:
             text = f"The goal was cancelled. {self._stopped.failure(self._config.cancel_timeout_s)}"
@@ -285,10 +285,10 @@ class VehicleLed(WithoutSetpoints):
 
     def _on_the_ground(self, observation: Observation) -> Outcome:
         if self._cancel_asked:
-            text = "The goal was cancelled. The vehicle is on the ground, its motors are off."
+            text = "The goal was cancelled. The vehicle is on the ground with its motors off."
             return Outcome(OutcomeCode.CANCELED, text, None)
         home_m = self._home_m(observation) if self._goal is RETURN_TO_LAUNCH else None
-        text = "The vehicle is on the ground, its motors are off."
+        text = "The vehicle is on the ground with its motors off."
         return Outcome(OutcomeCode.SUCCESS, text, home_m)
 
     # --- what is measured ------------------------------------------------------------
