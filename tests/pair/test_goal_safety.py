@@ -194,7 +194,7 @@ def test_a_battery_that_runs_low_under_way_ends_the_goal_but_not_the_way_back() 
     flight.simulation.vehicles[0].set_battery_remaining(0.21)
     end = flight.run_to_end(goal, 60.0)
     assert end.code is OutcomeCode.LOW_BATTERY, end.message
-    assert "way back" in end.message
+    assert "the return takes" in end.message
     assert flight.truth()[1] < 0.3
     assert flight.check(flight.request(45.0, 0.0, 5.0)) is not None
     assert flight.check(LandRequest()) is None

@@ -163,4 +163,4 @@ def test_a_goal_without_frame_quaternion_and_speed_is_a_good_goal(flight: Flight
     goal.avoid_obstacles = True
     result = flight.wait_for_result(flight.send(goal))
     assert result.success, result.message
-    assert "No obstacle sensor data" in result.message
+    assert "No obstacle sensor reports" in result.message
