@@ -126,7 +126,7 @@ def test_offboard_is_not_asked_for_before_the_stream_has_run() -> None:
     pair.run_for(3.0)
     end = pair.finish(pair.vehicle.take_control(pair.now))
     assert end.result is REFUSED
-    assert "only while setpoints come" in end.reason
+    assert "only while setpoints are received" in end.reason
     pair.vehicle.open_stream(pair.now)
     end = pair.finish(pair.vehicle.take_control(pair.now))
     assert end.result is REFUSED

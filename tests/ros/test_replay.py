@@ -243,7 +243,7 @@ def test_it_is_paused_and_goes_on_at_another_speed(flown: Flown) -> None:
         clocks = list[Clock]()
         replay.subscribe(Clock, "/clock", clocks.append, DEEP_QOS)
         replay.wait(lambda: len(clocks) > 5)
-        assert "stands still" in replay.call("replay/pause")
+        assert "is paused" in replay.call("replay/pause")
         replay.spin_for(0.5)
         stood = len(clocks)
         replay.spin_for(0.5)
@@ -253,7 +253,7 @@ def test_it_is_paused_and_goes_on_at_another_speed(flown: Flown) -> None:
         future = parameters.set_parameters([Parameter("replay_speed", value=50.0)])
         replay.wait(future.done)
         assert all(result.successful for result in future.result().results)
-        assert "goes on" in replay.call("replay/resume")
+        assert "is resumed" in replay.call("replay/resume")
         replay.wait(lambda: "The recording has ended" in replay.server.text)
         assert len(clocks) > stood
         assert "is stopped at its beginning" in replay.call("replay/stop")
