@@ -141,7 +141,7 @@ def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:
         started_s = clock.now()
         second = ""
         while not stop.wait(_WATCH_PERIOD_S) and server.running:
-            server.look_at_links()
+            server.look_around()
             if clock.now() - started_s < _NEW_S and (second := server.duplicate):
                 root.get_logger().fatal(second)
                 break

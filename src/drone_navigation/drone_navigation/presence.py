@@ -37,7 +37,13 @@ _STATUS_QOS = QoSProfile(
 
 
 class Presence:
-    """Monitors the servers of one name; used by the threads of one executor."""
+    """Monitors the servers of one name.
+
+    Its methods ask the graph and may take milliseconds: not for the thread that flies.
+
+    Attributes:
+        other_server: whether goals were rejected because of another server at the last `look`.
+    """
 
     def __init__(self, node: Node, own_id: str = "") -> None:
         """Listen.
@@ -52,6 +58,7 @@ class Presence:
         self._contested: set[str] = set()
         self._others_since_s: float | None = None
         self._told = False
+        self.other_server = False
         topic = "~/vehicle_status" if own_id else f"{SERVER_NODE_NAME}/vehicle_status"
         node.create_subscription(VehicleStatus, topic, self._take, _STATUS_QOS)
 
@@ -98,6 +105,10 @@ class Presence:
             self._tell(False)
             return None
         return Rejection(OutcomeCode.DUPLICATE_SERVER, duplicate(self._node))
+
+    def look(self) -> None:
+        """Look for other servers; call periodically."""
+        self.other_server = self.rejection() is not None
 
     def _tell(self, other: bool) -> None:
         if other == self._told:

@@ -143,9 +143,10 @@ class NavigationServer:
         if self._spinner is not None:
             self._spinner.start()
 
-    def look_at_links(self) -> None:
-        """Log newly opened links; call periodically."""
+    def look_around(self) -> None:
+        """Log newly opened links, and look for other servers; call periodically."""
         for vehicle in self._vehicles:
+            vehicle.presence.look()
             if not vehicle.told_ready and self._is_open(vehicle):
                 vehicle.tell_ready()
 

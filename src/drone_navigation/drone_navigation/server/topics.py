@@ -154,7 +154,8 @@ class Topics:
             self._battery.publish(messages.battery_state(state, stamp))
         if state.home is not None and (before is None or state.home is not before.home):
             self._publish_home(state, stamp)
-        key = _status_key(self._bridge, state)
+        other_server = self._presence is not None and self._presence.other_server
+        key = (other_server, *_status_key(self._bridge, state))
         if periodic or key != self._status_key:
             self._status_key = key
             self._publish_status(stamp, periodic)
@@ -182,7 +183,7 @@ class Topics:
         status = messages.vehicle_status(self._bridge, stamp)
         if self._presence is not None:
             status.server_id = self._presence.own_id
-            status.other_server = self._presence.rejection() is not None
+            status.other_server = self._presence.other_server
         if self._status is not None:
             self._status.header.stamp = stamp
         if always or status != self._status:
