@@ -19,7 +19,7 @@ import math
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.positions.frames import normalize_angle
+from mavlink_vehicle.positions.projections import AzimuthalEquidistant
 from mavlink_vehicle.state.health import sees_glitch
 from mavlink_vehicle.state.telemetry import Estimator, GlobalPosition, GpsFix
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -36,7 +36,8 @@ _SILENCE_MS = 2000
 _CONFIRM_S = 0.9
 # How far the GPS may be from the estimate: its latency, and its own accuracy.
 _GPS_OFF_M, _GPS_LATENCY_S, _GPS_SIGMAS = 5.0, 0.5, 3.0
-_METRES_PER_DEGREE = 111_195.0
+# Near enough to the metres of every firmware.
+_SPHERE = AzimuthalEquidistant(6_371_000.0, 6_371_000.0)
 
 
 class PositionTrust:
@@ -133,12 +134,9 @@ def _moves(state: VehicleState) -> bool:
 def _between_ned_m(
     here: GlobalPosition, latitude_deg: float, longitude_deg: float
 ) -> tuple[float, float]:
-    """Return the way from a position to a place near it, well enough for a check."""
-    east_m = math.degrees(normalize_angle(math.radians(longitude_deg - here.longitude_deg)))
-    return (
-        (latitude_deg - here.latitude_deg) * _METRES_PER_DEGREE,
-        east_m * _METRES_PER_DEGREE * math.cos(math.radians(here.latitude_deg)),
-    )
+    """Return the way from a position to a place near it."""
+    origin = (here.latitude_deg, here.longitude_deg, 0.0)
+    return _SPHERE.to_local(latitude_deg, longitude_deg, origin)
 
 
 def _jump_ned_m(

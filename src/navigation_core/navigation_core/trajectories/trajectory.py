@@ -82,19 +82,21 @@ class Trajectory:
         """
         if t_s <= 0.0:
             return self.start
-        for piece in self._pieces:
-            if t_s < piece.duration_s:
-                return piece.sample(t_s)
-            t_s -= piece.duration_s
-        return KinematicState(self.end_position_enu_m)
+        piece, since_s = self._piece_at(t_s)
+        return KinematicState(self.end_position_enu_m) if piece is None else piece.sample(since_s)
 
     def limits_at(self, t_s: float) -> Limits:
         """Return what it was planned with at a time: a route may be slower on one of its legs."""
+        piece, _ = self._piece_at(t_s)
+        return self.limits if piece is None else piece.limits
+
+    def _piece_at(self, t_s: float) -> tuple[Piece | None, float]:
+        """Return the piece of a time and the time since its beginning; None after the end."""
         for piece in self._pieces:
             if t_s < piece.duration_s:
-                return piece.limits
+                return piece, t_s
             t_s -= piece.duration_s
-        return self.limits
+        return None, t_s
 
     def then(self, following: Trajectory) -> Trajectory:
         """Return this motion and, from its standstill on, another one."""
