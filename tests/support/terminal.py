@@ -81,6 +81,8 @@ class Terminal:
         while psutil.Process(self._child.pid).status() != psutil.STATUS_STOPPED:
             assert time.monotonic() < deadline, f"It does not stop. Printed:\n{self.text}"
             self._read(0.05)
+        while self._read(0.0):
+            pass
 
     def signal(self, number: signal.Signals) -> None:
         """Send a signal to the program."""

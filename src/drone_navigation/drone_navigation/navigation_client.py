@@ -18,8 +18,11 @@ from drone_navigation.client.errands import make_errand
 from drone_navigation.client.keys import Keyboard
 from drone_navigation.client.options import SERVICE_COMMANDS, make_parser, parse_options
 from drone_navigation.client.session import NavigationClient
-from drone_navigation.client.view import View, make_view
+from drone_navigation.client.view import make_view
 from navigation_bridge.goals.plan_files import PlanError
+
+# DECTCEM, past what holds back output: the process ends in the middle of whatever it draws.
+_SHOW_CURSOR = b"\n\x1b[?25h"
 
 
 def main(args: list[str] | None = None) -> int:
@@ -46,33 +49,29 @@ def main(args: list[str] | None = None) -> int:
         on_exit.callback(view.close)
         client = NavigationClient(node, view, errand, options, keyboard)
         on_exit.callback(client.close)
-        _handle_signals(client, view, keyboard)
+        _handle_signals(client, keyboard)
         return client.run()
 
 
-def _handle_signals(client: NavigationClient, view: View, keyboard: Keyboard | None) -> None:
+def _handle_signals(client: NavigationClient, keyboard: Keyboard | None) -> None:
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         client.interrupt()
 
     def quit_at_once(number: int, _frame: FrameType | None) -> None:
         assert keyboard is not None
-        view.close()
         keyboard.close()
+        os.write(sys.stdout.fileno(), _SHOW_CURSOR)
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
 
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        assert keyboard is not None
-        view.close()
-        with keyboard.returned():
-            os.kill(os.getpid(), signal.SIGSTOP)
-        view.open()
+    def suspend(_number: int, _frame: FrameType | None) -> None:
+        client.suspend()
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupt)
     if keyboard is not None:
         signal.signal(signal.SIGQUIT, quit_at_once)
-        signal.signal(signal.SIGTSTP, stop)
+        signal.signal(signal.SIGTSTP, suspend)
 
 
 if __name__ == "__main__":

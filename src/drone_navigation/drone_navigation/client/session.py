@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import time
 from collections import deque
 from collections.abc import Callable
@@ -76,12 +78,17 @@ class NavigationClient:
         self._updates: deque[Update] = deque(options.update)
         self._interrupts = 0
         self._interrupted = False
+        self._suspended = False
         self._cancelling = False
         self._waiting = False
 
     def interrupt(self) -> None:
         """Cancel the goal (first call) or give up waiting (second call)."""
         self._interrupts += 1
+
+    def suspend(self) -> None:
+        """Stop as Ctrl-Z asks, with the next turn of the loop."""
+        self._suspended = True
 
     def close(self) -> None:
         """End the executor while ROS is there: what is left of it would complain on stderr."""
@@ -117,7 +124,7 @@ class NavigationClient:
         course.send(self._errand)
         code = None
         while code is None:
-            self._executor.spin_once(timeout_sec=_SPIN_S)
+            self._spin_once()
             code = self._step(time.monotonic())
         return code
 
@@ -133,8 +140,19 @@ class NavigationClient:
         while not condition():
             if time.monotonic() >= deadline or self._interrupts:
                 return False
-            self._executor.spin_once(timeout_sec=_SPIN_S)
+            self._spin_once()
         return True
+
+    def _spin_once(self) -> None:
+        self._executor.spin_once(timeout_sec=_SPIN_S)
+        # Not in the signal's handler: it may run in the middle of a drawing, and what it prints
+        # then is held back until that drawing goes on, after the stop.
+        if self._suspended and self._keyboard is not None:
+            self._suspended = False
+            self._view.close()
+            with self._keyboard.returned():
+                os.kill(os.getpid(), signal.SIGSTOP)
+            self._view.open()
 
     def _step(self, now_s: float) -> int | None:
         """Run due actions; return the exit code at the end."""
