@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 import random
+from pathlib import Path
 
 import pytest
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 from tests.support.simulated_flight import SimulatedFlight
 
@@ -29,6 +31,7 @@ YARD = World(
     range_sensor=RangeSensor(reach_m=12.0),
 )
 GOAL = (0.0, 38.0, 5.0)
+DEMO_WORLD = Path(__file__).parents[2] / "bridge_config/worlds/demo.yaml"
 
 
 def in_the_air(firmware: str, seed: int = 1) -> SimulatedFlight:
@@ -77,6 +80,31 @@ def test_a_server_that_is_stopped_and_continued_again_and_again_hits_nothing(
     (end,) = flight.ends(goal_id)
     assert end.code.value in ("SUCCESS", "FAILSAFE_OFFBOARD"), end.message
     assert stalls >= 5 or end.code.value != "SUCCESS"
+
+
+@pytest.mark.timeout(400)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_beside_what_moves_a_server_that_is_stopped_again_and_again_hits_nothing(seed: int) -> None:
+    """The world of the demo, whose excavator and lift move all the time."""
+    chance = random.Random(seed)
+    vehicle = VehicleConfig(
+        ready_after_s=1.0,
+        battery=BatteryModel(capacity_mah=60_000.0),
+        parameters={"GUID_TIMEOUT": 1.0},
+    )
+    flight = SimulatedFlight(seed, vehicle, load_world(DEMO_WORLD), obstacle_margin_m=1.5).ready()
+    flight.run_for(chance.uniform(2.0, 17.0))
+    for east, north in ((0, 0), (0, 18), (20, 18), (20, -10), (0, 0), (20, 18)):
+        goal_id = flight.start(flight.request(east, north, 4.0, speed=2.5, avoid=True))
+        while not flight.ends(goal_id):
+            flight.run_for(chance.uniform(1.0, 8.0))
+            if not flight.ends(goal_id):
+                flight.stall(chance.uniform(0.3, 2.0))
+        assert [end.code.value for end in flight.ends(goal_id)] == ["SUCCESS"]
+        flight.run_for(0.5)
+    assert not flight.ground_truth.collided
+    assert flight.ground_truth.nearest is not None
+    assert flight.ground_truth.nearest.distance_m > RADIUS_M, flight.ground_truth.nearest
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)

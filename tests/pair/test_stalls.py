@@ -167,3 +167,17 @@ def test_a_command_without_an_answer_is_not_repeated_after_a_hang() -> None:
     assert SET_MODE not in [m.command for m in sent]
     assert pair.finish(operation_id).result is OperationResult.CANCELLED
     assert [event.gap_s for event in pair.all(StoodStill)] == [pytest.approx(2.6, abs=0.05)]
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("phase_s", [0.0, 0.3, 0.6, 0.9])
+def test_the_mode_is_seen_soon_after_a_hang_and_not_only_with_the_next_second(
+    autopilot: str, phase_s: float
+) -> None:
+    flight = under_way(autopilot, 1000, phase_s)
+    flight.stall(1.9)
+    hung_until_s = flight.now
+    flight.tick()
+    assert flight.vehicle.mode_unseen
+    flight.run_until(lambda: not flight.vehicle.mode_unseen, 2.0)
+    assert flight.now - hung_until_s < 0.5

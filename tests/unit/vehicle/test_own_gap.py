@@ -66,3 +66,19 @@ def test_a_restarted_vehicle_reports_its_mode_again() -> None:
     gap, now = gap_after(2.6)
     gap.see_mode(now + 0.1, 4_000)
     assert not gap.is_open
+
+
+def test_the_mode_is_asked_for_until_it_is_seen() -> None:
+    gap, now = gap_after(2.6)
+    due = gap.next_deadline()
+    assert due is not None
+    assert not gap.asks(now)
+    asked = 0
+    while now < due + 0.5:
+        now += 0.01
+        gap.notice(now, boot_ms(now), 1.0)
+        asked += gap.asks(now)
+    assert asked == 2
+    gap.see_mode(now, boot_ms(now))
+    assert gap.next_deadline() is None
+    assert not gap.asks(now + 1.0)

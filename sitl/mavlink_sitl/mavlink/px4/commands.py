@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mavlink_sitl.mavlink.px4.server import Px4Server
 
 Handler = Callable[["Px4Server", Command], "Result | None"]
-AVAILABLE_MODES, CURRENT_MODE = 435, 436
+HEARTBEAT, AVAILABLE_MODES, CURRENT_MODE = 0, 435, 436
 PLANE = "px4plane"
 _CHANGE_MODE = 1
 NAN_AS_INTEGER = 0x7FF80000
@@ -192,7 +192,8 @@ def _request_message(server: Px4Server, command: Command) -> Result:
         wanted = command.params[1]
         server.send_modes(int(wanted) if usable(wanted) else 0)
         return Result.ACCEPTED
-    if message_id not in STREAMS or message_id not in server.builders:
+    offered = message_id in STREAMS or message_id == HEARTBEAT
+    if not offered or message_id not in server.builders:
         return Result.DENIED
     if message_id == CURRENT_MODE:
         return Result.DENIED

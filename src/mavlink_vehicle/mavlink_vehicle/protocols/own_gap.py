@@ -9,12 +9,18 @@ What arrived during the gap is still in the buffers of this machine, and says ho
 HEARTBEAT counts only when it was sent after the gap: when the vehicle's clock, its time since boot,
 had gone on for longer than the gap by then. Where no message tells that clock, it counts when it
 comes later than a buffer takes to be read.
+
+It comes once a second by itself, and a vehicle that is on its way would go on as it was told last
+for so long. So it is asked for: ArduPilot and PX4 answer MAV_CMD_REQUEST_MESSAGE of HEARTBEAT
+within milliseconds (measured on both).
 """
 
 from __future__ import annotations
 
 _MARGIN_S = 0.1
 _BUFFERED_S = 1.5
+# By then the clock of the vehicle has been heard to have gone on for longer than the gap.
+_ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
 
 
 class OwnGap:
@@ -25,7 +31,7 @@ class OwnGap:
         self._ran_s: float | None = None
         self._ran_boot_ms: int | None = None
         self._before: tuple[float, int | None] | None = None
-        self._noticed_s = 0.0
+        self._noticed_s = self._ask_s = 0.0
 
     @property
     def is_open(self) -> bool:
@@ -46,7 +52,19 @@ class OwnGap:
             return None
         if self._before is None:
             self._before, self._noticed_s = (ran_s, boot_ms), now
+            self._ask_s = now + _ASK_AFTER_S
         return now - ran_s
+
+    def next_deadline(self) -> float | None:
+        """Return when a HEARTBEAT is to be asked for; None if none is wanted."""
+        return None if self._before is None else self._ask_s
+
+    def asks(self, now: float) -> bool:
+        """Return whether to ask for a HEARTBEAT now."""
+        if self._before is None or now < self._ask_s:
+            return False
+        self._ask_s = now + _ASK_EVERY_S
+        return True
 
     def see_mode(self, now: float, boot_time_ms: int | None) -> None:
         """Process a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""

@@ -88,6 +88,7 @@ def observe(
         obstacles=obstacles.obstacles,
         obstacles_age_s=obstacles.age_s(now),
         obstacles_reach_m=obstacles.reach_m,
+        moving=obstacles.moving,
         late_s=late_s,
         position_doubt=position_doubt,
     )

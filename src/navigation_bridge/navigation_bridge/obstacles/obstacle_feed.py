@@ -22,6 +22,7 @@ from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.obstacles.standing_obstacles import HEADROOM_M, StandingObstacles, drives
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
+from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 
@@ -131,6 +132,11 @@ class ObstacleFeed:
             self._sensed_from = sensed
             self._sensed_table = _endless(sensed) if drives(self._vehicle) else sensed
         return self._sensed_table
+
+    @property
+    def moving(self) -> tuple[Moving, ...]:
+        """Those of the sensed obstacles that move."""
+        return self._map.moving
 
     @property
     def has_sensor(self) -> bool:

@@ -14,14 +14,21 @@ import numpy as np
 
 from navigation_core.geometry import Vector3, norm
 from navigation_core.limits import Limits
+from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.conflicts import lines_clear
 from navigation_core.safety.braking import STANDING_M_S, deceleration_along_m_s2, leads_away
 
-__all__ = ["run_out_is_clear", "safe_speed_m_s"]
+__all__ = ["run_out_is_clear", "safe_speed_beside_m_s", "safe_speed_m_s"]
 
 # Shares of the run-out that are looked at when not all of it is clear.
 _SHARES = np.linspace(0.0625, 1.0, 16)
+# Shares of the speed that are tried, the greatest first, and moments that are looked at, beside
+# what moves; what is hit there of something is about as high as the rest of it.
+_SPEEDS, _STEP_S, _SAME_HEIGHT_M = np.linspace(1.0, 0.125, 8), 0.2, 2.0
+_NEARER_M = 0.05
+# Moments of a run-out with an acceleration.
+_MOMENTS = 9
 
 
 def safe_speed_m_s(
@@ -70,31 +77,98 @@ def safe_speed_m_s(
     return min(_speed_for(free_m, braking, timeout_s), limit_m_s)
 
 
+def safe_speed_beside_m_s(
+    position_enu_m: Vector3,
+    velocity_enu_m_s: Vector3,
+    moving: tuple[Moving, ...],
+    limits: Limits,
+    clearance_m: float,
+    timeout_s: float,
+) -> float:
+    """Return how fast a setpoint may be so that its run-out does not meet what moves.
+
+    What moves is taken to go on as it does until the vehicle has come to rest.
+
+    Args:
+        position_enu_m: of the setpoint, map frame.
+        velocity_enu_m_s: of the setpoint.
+        moving: obstacles that move.
+        limits: what the brake after the timeout keeps to.
+        clearance_m: that is to be kept.
+        timeout_s: for how long the vehicle goes on.
+
+    Returns:
+        Speed in m/s; 0 if every speed would meet something, infinite if none needs to be less.
+    """
+    speed, near = norm(velocity_enu_m_s), _at_height(moving, position_enu_m[2])
+    if speed < STANDING_M_S or not near:
+        return math.inf
+    place, course = np.array(position_enu_m[:2]), np.array(velocity_enu_m_s) / speed
+    braking = float(deceleration_along_m_s2(course[None], limits)[0])
+    for share in _SPEEDS:
+        tried = share * speed
+        rest_s = timeout_s + tried / braking
+        times = np.arange(0.0, rest_s + _STEP_S, _STEP_S)
+        slowing = np.clip(times, timeout_s, rest_s) - timeout_s
+        gone_m = tried * np.minimum(times, rest_s) - 0.5 * braking * slowing * slowing
+        path = place + gone_m[:, None] * course[:2]
+        if all(_passes(path, times, one, clearance_m) for one in near):
+            return math.inf if share == 1.0 else tried
+    return 0.0
+
+
+def _at_height(moving: tuple[Moving, ...], height_m: float) -> list[Moving]:
+    return [one for one in moving if np.ptp([*one.points_enu_m[:, 2], height_m]) < _SAME_HEIGHT_M]
+
+
+def _passes(path: Array, times: Array, moving: Moving, clearance_m: float) -> bool:
+    """Whether places (N, 2) at times keep a clearance, or come no nearer than the first is."""
+    points = moving.points_enu_m[:, :2] + times[:, None, None] * np.array(moving.velocity_enu_m_s)
+    apart = np.linalg.norm(points - path[:, None], axis=2).min(axis=1)
+    return bool((apart >= min(clearance_m, apart[0] - _NEARER_M)).all())
+
+
 def run_out_is_clear(
     position_enu_m: Vector3,
     velocity_enu_m_s: Vector3,
     acceleration_enu_m_s2: Vector3,
     obstacles: Obstacles,
+    moving: tuple[Moving, ...],
+    limits: Limits,
     clearance_m: float,
     timeout_s: float,
 ) -> bool:
-    """Whether a setpoint with an acceleration leads clear of obstacles until the timeout.
+    """Whether a setpoint with an acceleration leads clear of obstacles if none follows.
+
+    One that slows down makes the vehicle go backwards, faster and faster, until the timeout; then
+    it has to brake.
 
     Args:
         position_enu_m: of the setpoint, map frame.
         velocity_enu_m_s: of the setpoint.
         acceleration_enu_m_s2: of the setpoint.
         obstacles: the known obstacles.
+        moving: those of them that move.
+        limits: what the brake after the timeout keeps to.
         clearance_m: that is to be kept.
         timeout_s: for how long the vehicle goes on.
     """
-    if not len(obstacles):
+    if not len(obstacles) and not moving:
         return True
-    times = np.array([0.5, 1.0])[:, None] * timeout_s
-    velocity, acceleration = np.array(velocity_enu_m_s), np.array(acceleration_enu_m_s2)
-    places = np.array(position_enu_m) + velocity * times + 0.5 * acceleration * times * times
-    starts = np.concatenate([[position_enu_m], places[:-1]])
-    return bool(lines_clear(starts, places, obstacles, clearance_m).all())
+    times = np.linspace(0.0, timeout_s, _MOMENTS)
+    since, velocity = times[:, None], np.array(velocity_enu_m_s)
+    acceleration = np.array(acceleration_enu_m_s2)
+    places = np.array(position_enu_m) + velocity * since + 0.5 * acceleration * since * since
+    velocity = velocity + acceleration * timeout_s
+    speed = float(np.linalg.norm(velocity))
+    if speed >= STANDING_M_S:
+        braking = float(deceleration_along_m_s2((velocity / speed)[None], limits)[0])
+        places = np.vstack([places, places[-1] + 0.5 * velocity * speed / braking])
+        times = np.append(times, timeout_s + speed / braking)
+    near = _at_height(moving, position_enu_m[2])
+    return bool(lines_clear(places[:-1], places[1:], obstacles, clearance_m).all()) and all(
+        _passes(places[:, :2], times, one, clearance_m) for one in near
+    )
 
 
 def _speed_for(free_m: float, braking_m_s2: float, timeout_s: float) -> float:

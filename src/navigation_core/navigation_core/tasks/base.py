@@ -14,6 +14,7 @@ from enum import Enum, Flag, auto
 from typing import Protocol
 
 from navigation_core.geometry import KinematicState, Vector3, is_finite
+from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.flying.waypoint import MissionPlan
@@ -211,6 +212,7 @@ class Observation:
         obstacles_age_s: time since the sensor that tells about them was last heard; 0 when none
             is expected to be heard.
         obstacles_reach_m: how far the sensor sees that tells about them; infinite without one.
+        moving: those of them that move.
         late_s: by how much setpoints were late of late, at worst.
         position_doubt: why the position is not to be relied on, though it is given; empty while it
             is. The velocity is still good enough to stand still by.
@@ -234,6 +236,7 @@ class Observation:
     obstacles: Obstacles = NOTHING
     obstacles_age_s: float = 0.0
     obstacles_reach_m: float = math.inf
+    moving: tuple[Moving, ...] = ()
     late_s: float = 0.0
     position_doubt: str = ""
 

@@ -14,8 +14,13 @@ from dataclasses import replace
 
 from navigation_core.geometry import ZERO, dot, norm, scale
 from navigation_core.limits import Limits
-from navigation_core.safety.lateness import LATE_S, speed_share
-from navigation_core.safety.run_out import run_out_is_clear, safe_speed_m_s
+from navigation_core.planning.conflicts import clearance_at_m
+from navigation_core.safety.lateness import LATE_S, TOO_LATE_S, speed_share
+from navigation_core.safety.run_out import (
+    run_out_is_clear,
+    safe_speed_beside_m_s,
+    safe_speed_m_s,
+)
 from navigation_core.tasks.base import Observation, Setpoint, Traits
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
@@ -54,6 +59,8 @@ class Caution:
             return share  # its setpoint is a velocity, see tempered
         velocity = carrot.trajectory.sample(carrot.time_s).velocity_enu_m_s
         speed = norm(velocity)
+        if share < 1.0 and self._is_approached(carrot, observation):
+            share = max(share, min(self._least_m_s / max(speed, self._least_m_s), 1.0))
         if speed <= self._least_m_s:
             return share
         safe_m_s = self._safe_m_s(replace(carrot.setpoint, velocity_enu_m_s=velocity), observation)
@@ -64,6 +71,8 @@ class Caution:
         if observation.late_s > LATE_S:
             # An acceleration that is not taken back in time makes the vehicle faster and faster.
             setpoint = replace(setpoint, acceleration_enu_m_s2=ZERO)
+        if observation.late_s > TOO_LATE_S and self._traits.flies:
+            setpoint = replace(setpoint, velocity_enu_m_s=ZERO)
         speed = norm(setpoint.velocity_enu_m_s)
         if not self._traits.flies:
             allowed_m_s = max(self._safe_m_s(setpoint, observation), self._least_m_s)
@@ -84,11 +93,24 @@ class Caution:
             setpoint.velocity_enu_m_s,
             setpoint.acceleration_enu_m_s2,
             observation.obstacles,
+            observation.moving,
+            self._limits,
             self._avoidance.brake_clearance_m,
             self._traits.setpoint_timeout_s,
         ):
             return setpoint
         return replace(setpoint, acceleration_enu_m_s2=ZERO)
+
+    def _is_approached(self, carrot: Carrot, observation: Observation) -> bool:
+        """Whether an obstacle comes to where the vehicle would wait until it is in time again.
+
+        Then waiting is no safer than going on: by positions alone, at which it comes to rest.
+        """
+        if self._avoidance is None:
+            return False
+        limit_m = self._avoidance.conflict_clearance_m
+        here = carrot.setpoint.position_enu_m
+        return clearance_at_m(here, observation.obstacles, limit_m) < limit_m
 
     def _safe_m_s(self, setpoint: Setpoint, observation: Observation) -> float:
         """Return how fast the setpoint may be for its run-out; infinite if that is free."""
@@ -97,14 +119,22 @@ class Caution:
         position = setpoint.position_enu_m
         if not self._traits.flies and observation.position_enu_m is not None:
             position = measured_state(observation).position_enu_m
-        return safe_speed_m_s(
-            position,
-            setpoint.velocity_enu_m_s,
-            observation.obstacles,
-            self._limits,
-            self._avoidance.brake_clearance_m,
-            self._traits.setpoint_timeout_s,
-            observation.obstacles_reach_m,
+        clearance_m = self._avoidance.brake_clearance_m
+        timeout_s = self._traits.setpoint_timeout_s
+        velocity = setpoint.velocity_enu_m_s
+        return min(
+            safe_speed_m_s(
+                position,
+                velocity,
+                observation.obstacles,
+                self._limits,
+                clearance_m,
+                timeout_s,
+                observation.obstacles_reach_m,
+            ),
+            safe_speed_beside_m_s(
+                position, velocity, observation.moving, self._limits, clearance_m, timeout_s
+            ),
         )
 
 

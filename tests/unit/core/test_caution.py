@@ -1,0 +1,82 @@
+"""The caution of setpoints: what they may be while they are late, and when none may follow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from navigation_core.geometry import ZERO, KinematicState, norm
+from navigation_core.limits import Limits
+from navigation_core.mapping.moving_obstacles import Moving
+from navigation_core.mapping.obstacle_shapes import Cylinder
+from navigation_core.mapping.obstacles import NOTHING, Obstacles
+from navigation_core.tasks.base import Observation, Setpoint, Traits
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.caution import Caution
+from navigation_core.trajectories.trajectory import plan_to
+
+LIMITS = Limits()
+AVOIDANCE = AvoidanceConfig()
+COPTER = Traits(setpoint_timeout_s=3.0, accelerates_on=True)
+HERE, GOAL = (0.0, 0.0, 5.0), (20.0, 0.0, 5.0)
+NEAR = Obstacles.of((Cylinder("digger", (-1.5, 0.0), 0.5),))
+FAR = Obstacles.of((Cylinder("mast", (-9.0, 0.0), 0.5),))
+
+
+def observed(
+    late_s: float, obstacles: Obstacles = NOTHING, moving: tuple[Moving, ...] = ()
+) -> Observation:
+    return Observation(
+        time_s=0.0,
+        position_enu_m=HERE,
+        velocity_enu_m_s=ZERO,
+        yaw_enu_rad=0.0,
+        armed=True,
+        in_control=True,
+        airborne=True,
+        ground_enu_m=0.0,
+        position_age_s=0.0,
+        connected=True,
+        operation=None,
+        obstacles=obstacles,
+        moving=moving,
+        late_s=late_s,
+    )
+
+
+def caution() -> Caution:
+    return Caution(AVOIDANCE, COPTER, LIMITS)
+
+
+def share(late_s: float, obstacles: Obstacles) -> float:
+    trajectory = plan_to(KinematicState(HERE), GOAL, LIMITS)
+    carrot = Carrot(trajectory, GotoConfig(), 0.0, 0.0, time_s=0.1)
+    return caution().speed_share(carrot, observed(late_s, obstacles))
+
+
+@pytest.mark.parametrize("late_s", [1.0, 1.9])
+def test_who_is_too_late_stands_still(late_s: float) -> None:
+    assert share(late_s, NOTHING) == 0.0
+    assert share(late_s, FAR) == 0.0
+
+
+@pytest.mark.parametrize("late_s", [0.9, 1.0, 1.9])
+def test_who_is_late_gives_way_to_what_comes_near(late_s: float) -> None:
+    assert share(late_s, NEAR) == 1.0
+
+
+def test_it_gives_way_by_a_position_that_it_comes_to_rest_at() -> None:
+    leaving = Setpoint((0.5, 0.0, 5.0), (0.8, 0.0, 0.0), (0.5, 0.0, 0.0), 0.0)
+    sent = caution().tempered(leaving, observed(1.9, NEAR))
+    assert sent.position_enu_m == leaving.position_enu_m
+    assert norm(sent.velocity_enu_m_s) == norm(sent.acceleration_enu_m_s2) == 0.0
+
+
+def test_what_will_cross_the_run_out_makes_a_setpoint_slower() -> None:
+    setpoint = Setpoint((0.0, 0.0, 5.0), (2.0, 0.0, 0.0), ZERO, 0.0)
+    crossing = Moving(np.array([(5.0, -3.0, 5.0)]), 0.0, (0.0, 1.0))
+    assert caution().tempered(setpoint, observed(0.0)).velocity_enu_m_s == (2.0, 0.0, 0.0)
+    sent = caution().tempered(setpoint, observed(0.0, moving=(crossing,)))
+    assert norm(sent.velocity_enu_m_s) < 1.7
