@@ -67,11 +67,21 @@ def test_who_is_late_gives_way_to_what_comes_near(late_s: float) -> None:
     assert share(late_s, NEAR) == 1.0
 
 
-def test_it_gives_way_by_a_position_that_it_comes_to_rest_at() -> None:
+def test_who_is_late_gives_way_without_an_acceleration() -> None:
     leaving = Setpoint((0.5, 0.0, 5.0), (0.8, 0.0, 0.0), (0.5, 0.0, 0.0), 0.0)
     sent = caution().tempered(leaving, observed(1.9, NEAR))
-    assert sent.position_enu_m == leaving.position_enu_m
-    assert norm(sent.velocity_enu_m_s) == norm(sent.acceleration_enu_m_s2) == 0.0
+    assert sent.velocity_enu_m_s == leaving.velocity_enu_m_s
+    assert norm(sent.acceleration_enu_m_s2) == 0.0
+
+
+def test_beside_what_moves_a_brake_that_nobody_ends_leads_hardly_backwards() -> None:
+    braking = Setpoint((0.0, 0.0, 5.0), (0.9, 0.0, 0.0), (-2.0, 0.0, 0.0), 0.0)
+    leaving = Moving(np.array([(0.0, 9.0, 5.0)]), 0.0, (0.0, 1.0))
+    sent = caution().tempered(braking, observed(0.0, FAR, (leaving,)))
+    end_m_s = sent.velocity_enu_m_s[0] + sent.acceleration_enu_m_s2[0] * COPTER.setpoint_timeout_s
+    assert -0.31 < end_m_s < 0.0
+    alone = caution().tempered(braking, observed(0.0))
+    assert alone.acceleration_enu_m_s2 == braking.acceleration_enu_m_s2
 
 
 def test_what_will_cross_the_run_out_makes_a_setpoint_slower() -> None:

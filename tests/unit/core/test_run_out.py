@@ -65,8 +65,11 @@ def test_what_does_not_meet_it_allows_any_speed(moving: Moving) -> None:
     assert safe_m_s(moving) == math.inf
 
 
-def test_what_comes_straight_at_it_allows_none() -> None:
-    assert safe_m_s(mover((2.0, 0.0), (-1.0, 0.0))) == 0.0
+def test_what_comes_straight_at_it_is_not_approached_but_fled() -> None:
+    coming = mover((2.0, 0.0), (-1.0, 0.0))
+    assert safe_m_s(coming) < 0.5
+    assert safe_m_s(coming, velocity=(-1.0, 0.0, 0.0)) == math.inf
+    assert safe_m_s(coming, velocity=(0.0, 1.0, 0.0)) == math.inf
 
 
 def test_who_leaves_what_is_too_near_may_go() -> None:

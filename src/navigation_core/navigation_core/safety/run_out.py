@@ -26,7 +26,9 @@ _SHARES = np.linspace(0.0625, 1.0, 16)
 # Shares of the speed that are tried, the greatest first, and moments that are looked at, beside
 # what moves; what is hit there of something is about as high as the rest of it.
 _SPEEDS, _STEP_S, _SAME_HEIGHT_M = np.linspace(1.0, 0.125, 8), 0.2, 2.0
-_NEARER_M = 0.05
+_NEARER_M, _SOONER_S = 0.05, 0.2
+# What moves is looked at for so long, if the vehicle comes to rest before: its server may hang.
+_AFTER_S = 3.0
 # Moments of a run-out with an acceleration.
 _MOMENTS = 9
 
@@ -87,7 +89,8 @@ def safe_speed_beside_m_s(
 ) -> float:
     """Return how fast a setpoint may be so that its run-out does not meet what moves.
 
-    What moves is taken to go on as it does until the vehicle has come to rest.
+    What moves is taken to go on as it does. What would come as near to a vehicle that stood still
+    is no reason to be slower.
 
     Args:
         position_enu_m: of the setpoint, map frame.
@@ -98,7 +101,8 @@ def safe_speed_beside_m_s(
         timeout_s: for how long the vehicle goes on.
 
     Returns:
-        Speed in m/s; 0 if every speed would meet something, infinite if none needs to be less.
+        Speed in m/s; 0 if every speed leads nearer to something than standing still does,
+        infinite if the speed need not be less.
     """
     speed, near = norm(velocity_enu_m_s), _at_height(moving, position_enu_m[2])
     if speed < STANDING_M_S or not near:
@@ -108,7 +112,7 @@ def safe_speed_beside_m_s(
     for share in _SPEEDS:
         tried = share * speed
         rest_s = timeout_s + tried / braking
-        times = np.arange(0.0, rest_s + _STEP_S, _STEP_S)
+        times = np.arange(0.0, max(rest_s, _AFTER_S) + _STEP_S, _STEP_S)
         slowing = np.clip(times, timeout_s, rest_s) - timeout_s
         gone_m = tried * np.minimum(times, rest_s) - 0.5 * braking * slowing * slowing
         path = place + gone_m[:, None] * course[:2]
@@ -122,10 +126,15 @@ def _at_height(moving: tuple[Moving, ...], height_m: float) -> list[Moving]:
 
 
 def _passes(path: Array, times: Array, moving: Moving, clearance_m: float) -> bool:
-    """Whether places (N, 2) at times keep a clearance, or come no nearer than the first is."""
+    """Whether places (N, 2) at times keep a clearance, or do no worse than standing still does."""
     points = moving.points_enu_m[:, :2] + times[:, None, None] * np.array(moving.velocity_enu_m_s)
-    apart = np.linalg.norm(points - path[:, None], axis=2).min(axis=1)
-    return bool((apart >= min(clearance_m, apart[0] - _NEARER_M)).all())
+    apart_m = np.linalg.norm(points - path[:, None], axis=2).min(axis=1)
+    standing_m = np.linalg.norm(points - path[0], axis=2).min(axis=1)
+    clear, standing_clear = apart_m >= clearance_m, standing_m >= clearance_m
+    if clear.all() or standing_clear.all():
+        return bool(clear.all())
+    sooner_s = times[standing_clear.argmin()] - times[clear.argmin()]
+    return bool(sooner_s <= _SOONER_S and apart_m.min() >= standing_m.min() - _NEARER_M)
 
 
 def run_out_is_clear(
@@ -165,6 +174,8 @@ def run_out_is_clear(
         braking = float(deceleration_along_m_s2((velocity / speed)[None], limits)[0])
         places = np.vstack([places, places[-1] + 0.5 * velocity * speed / braking])
         times = np.append(times, timeout_s + speed / braking)
+    places = np.vstack([places, places[-1]])
+    times = np.append(times, max(times[-1], _AFTER_S))
     near = _at_height(moving, position_enu_m[2])
     return bool(lines_clear(places[:-1], places[1:], obstacles, clearance_m).all()) and all(
         _passes(places[:, :2], times, one, clearance_m) for one in near

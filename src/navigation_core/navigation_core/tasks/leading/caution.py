@@ -15,7 +15,7 @@ from dataclasses import replace
 from navigation_core.geometry import ZERO, dot, norm, scale
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import clearance_at_m
-from navigation_core.safety.lateness import LATE_S, TOO_LATE_S, speed_share
+from navigation_core.safety.lateness import LATE_S, speed_share
 from navigation_core.safety.run_out import (
     run_out_is_clear,
     safe_speed_beside_m_s,
@@ -34,6 +34,8 @@ _BY_POSITION_M_S = 1.0
 # What drives has no positions to follow, and must go on all the same, or it would never get there.
 _CREEP_M_S = 0.2
 _ROUNDING = 1.02
+# What a brake that nobody ends may come to.
+_BACKWARDS_M_S = 0.3
 
 
 class Caution:
@@ -71,8 +73,6 @@ class Caution:
         if observation.late_s > LATE_S:
             # An acceleration that is not taken back in time makes the vehicle faster and faster.
             setpoint = replace(setpoint, acceleration_enu_m_s2=ZERO)
-        if observation.late_s > TOO_LATE_S and self._traits.flies:
-            setpoint = replace(setpoint, velocity_enu_m_s=ZERO)
         speed = norm(setpoint.velocity_enu_m_s)
         if not self._traits.flies:
             allowed_m_s = max(self._safe_m_s(setpoint, observation), self._least_m_s)
@@ -88,6 +88,8 @@ class Caution:
             return setpoint
         # Braking needs its push; speeding up must do without one, which would go on to the timeout.
         slows = dot(setpoint.acceleration_enu_m_s2, setpoint.velocity_enu_m_s) < 0.0
+        if observation.moving and slows:
+            setpoint = self._stopping(setpoint)
         if (slows or not self._traits.accelerates_on) and run_out_is_clear(
             setpoint.position_enu_m,
             setpoint.velocity_enu_m_s,
@@ -101,10 +103,17 @@ class Caution:
             return setpoint
         return replace(setpoint, acceleration_enu_m_s2=ZERO)
 
+    def _stopping(self, setpoint: Setpoint) -> Setpoint:
+        """Return a brake that does not lead backwards before the timeout, beside what moves."""
+        push = norm(setpoint.acceleration_enu_m_s2)
+        most = (norm(setpoint.velocity_enu_m_s) + _BACKWARDS_M_S) / self._traits.setpoint_timeout_s
+        share = min(most / push, 1.0)
+        return replace(setpoint, acceleration_enu_m_s2=scale(setpoint.acceleration_enu_m_s2, share))
+
     def _is_approached(self, carrot: Carrot, observation: Observation) -> bool:
         """Whether an obstacle comes to where the vehicle would wait until it is in time again.
 
-        Then waiting is no safer than going on: by positions alone, at which it comes to rest.
+        Then waiting is no safer than going on slowly.
         """
         if self._avoidance is None:
             return False
