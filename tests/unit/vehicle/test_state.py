@@ -311,7 +311,7 @@ def test_the_first_text_of_a_px4_is_whole_though_its_id_is_0(
     ]
     if backwards:
         chunks.reverse()
-    state = after(autopilot.heartbeat())
+    state = after(autopilot.heartbeat(autopilot=mavlink.MAV_AUTOPILOT_PX4))
     for chunk in chunks:
         state = reduce(reduce(state, chunk, 101.0), chunk, 101.0)  # each packet arrives twice
     assert [t.text for t in state.status_texts] == [FIRST.strip()]
@@ -321,15 +321,28 @@ def test_the_first_text_of_a_px4_is_whole_though_its_id_is_0(
 
 
 def test_a_text_of_fifty_bytes_with_the_id_0_is_whole(autopilot: AutopilotMessages) -> None:
-    """An ArduPilot's; the next text, or the patience, shows that nothing continues it."""
+    """A PX4's; the next text, or the patience, shows that nothing continues it."""
     full = "PreArm: Need Position Estimate, this has 50 bytes."
     assert len(full) == 50
-    state = after(autopilot.heartbeat(), autopilot("STATUSTEXT", severity=2, text=full))
+    beat = autopilot.heartbeat(autopilot=mavlink.MAV_AUTOPILOT_PX4)
+    state = after(beat, autopilot("STATUSTEXT", severity=2, text=full))
     assert not state.status_texts
     state = after(autopilot("STATUSTEXT", severity=2, text=full.upper()), state=state)
     assert [t.text for t in state.status_texts] == [full]
-    state = reduce(state, autopilot.heartbeat(), 103.0)
+    state = reduce(state, beat, 103.0)
     assert [t.text for t in state.status_texts] == [full, full.upper()]
+
+
+def test_a_text_of_fifty_bytes_of_an_ardupilot_is_not_waited_with(
+    autopilot: AutopilotMessages,
+) -> None:
+    full = "Auto mission changed but failed to restart command"
+    assert len(full) == 50
+    first, second = (autopilot("STATUSTEXT", severity=2, text=full) for _ in range(2))
+    state = after(autopilot.heartbeat(), first, first)  # the packet arrives twice
+    assert [t.text for t in state.status_texts] == [full]
+    state = after(second, state=state)
+    assert [t.text for t in state.status_texts] == [full, full]
 
 
 def test_a_text_with_a_lost_chunk_is_given_out_with_a_gap(autopilot: AutopilotMessages) -> None:

@@ -157,6 +157,7 @@ def status_text(state: VehicleState, message: Message, now: float) -> VehicleSta
         chunk=message.chunk_seq,
         sequence=message._header.seq,
         now=now,
+        counts_from_0=state.autopilot == mavlink.MAV_AUTOPILOT_PX4,
     )
     return state if texts is state.texts else evolve(state, {"texts": texts})
 

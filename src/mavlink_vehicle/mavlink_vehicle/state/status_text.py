@@ -6,7 +6,9 @@ MAVLink cuts a text of more than 50 bytes into chunks with a common `id` and ris
 
 The id 0 stands for a text in one piece, but a PX4 counts its texts from 0 on each link, so that
 its first text after a start may be cut and have the id 0 all the same (its STATUSTEXT stream;
-observed). So a full chunk with the id 0 is kept until its continuation, or the patience, is there.
+observed). So a full chunk with the id 0 of a PX4 is kept until its continuation, or the patience,
+is there. That of an ArduPilot is whole: "Auto mission changed but failed to restart command" has
+50 bytes, and must not come late.
 """
 
 from __future__ import annotations
@@ -69,6 +71,7 @@ def add_chunk(
     chunk: int,
     sequence: int,
     now: float,
+    counts_from_0: bool = False,
 ) -> StatusTexts:
     """Return the texts with one STATUSTEXT message added; the same object for a duplicate.
 
@@ -81,6 +84,7 @@ def add_chunk(
         chunk: chunk_seq.
         sequence: the packet's sequence number; a doubled packet has the same one.
         now: time in seconds.
+        counts_from_0: whether a text with the id 0 may be cut, as a PX4's first.
     """
     last_key = texts.last_key
     if text_id == 0 and chunk == 0:
@@ -88,7 +92,7 @@ def add_chunk(
         if key == last_key:
             return texts
         last_key = key
-        if len(text) < CHUNK_SIZE:
+        if len(text) < CHUNK_SIZE or not counts_from_0:
             whole = StatusText(now, severity, _clean(text))
             return StatusTexts(*_with(texts, whole), texts.partial, last_key)
         texts = _without_first(texts, now)
