@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
 from mavlink_sitl.config import VehicleConfig
@@ -107,13 +108,14 @@ class SimulatedVehicle(VehicleBody):
         self._boot_us = self.now_us
         self._snapshot_cache = None
         self._resets = 0
-        self.copter = firmware_class(self.config.personality())(
+        start = PowerUp(
             self.config.personality(),
             self.parameters,
             self.origin,
             self._observation(),
             self.config.ready_after_s,
         )
+        self.copter = firmware_class(start.personality)(start)
         self.copter.plans = self.plans
         self.copter.moving_target = lambda: self._physics.moving_target(self._lane)
         self.copter.damage = self._damage

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.arming import Arming
@@ -45,15 +45,27 @@ if TYPE_CHECKING:
 OWN_OUTPUTS, OUTPUTS = 4, 16
 
 
-class Firmware(ABC):
-    """A firmware from power-up to the next; what vehicle type it flies is the subclasses'.
+@dataclass(frozen=True)
+class PowerUp:
+    """What a firmware starts with.
 
-    Args:
+    Attributes:
         personality: the firmware.
         parameters: its parameters; they outlive a reboot.
         origin: where it stands when it starts; becomes the origin of its local frame.
         observation: the first thing it is told; its time is that of power-up.
         ready_after_s: how long its estimator takes to use GPS.
+    """
+
+    personality: Personality
+    parameters: Parameters
+    origin: GeoPoint
+    observation: Observation
+    ready_after_s: float
+
+
+class Firmware(ABC):
+    """A firmware from power-up to the next; what vehicle type it flies is the subclasses'.
 
     Attributes:
         navigator: origin, home and limits.
@@ -68,21 +80,15 @@ class Firmware(ABC):
         events: what happened, for the outside to take away.
     """
 
-    def __init__(
-        self,
-        personality: Personality,
-        parameters: Parameters,
-        origin: GeoPoint,
-        observation: Observation,
-        ready_after_s: float,
-    ) -> None:
+    def __init__(self, start: PowerUp) -> None:
         """See the class."""
+        personality, observation = start.personality, start.observation
         self.personality = personality
-        self.parameters = parameters
-        self.navigator = self.make_navigator(LocalFrame(origin, personality.projection))
+        self.parameters = start.parameters
+        self.navigator = self.make_navigator(LocalFrame(start.origin, personality.projection))
         self.observation = observation
         self.boot_s = observation.time_s
-        self.estimator = Estimator(personality, self.boot_s, ready_after_s)
+        self.estimator = Estimator(personality, self.boot_s, start.ready_after_s)
         self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
         self.failsafe = Failsafes()
         self.pilot = Pilot()

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.personality import ModeSpec
 
 _INT32 = ParameterType.INT32
 
@@ -59,6 +60,32 @@ CAPABILITIES = 0x0002 | 0x0004 | 0x0008 | 0x0010 | 0x0040 | 0x0080 | 0x0800 | 0x
 """PARAM_FLOAT, MISSION_INT, COMMAND_INT, PARAM_ENCODE_BYTEWISE, SET_ATTITUDE_TARGET,
 SET_POSITION_TARGET_LOCAL_NED, FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY. The
 recorded firmware says 0xE8FF: it has MISSION_FLOAT and FTP, too, which are not modelled."""
+
+
+def flown_modes(*, needs_position: bool) -> dict[int, ModeSpec]:
+    """Return the modes that are flown here; the first one is that of power-up without a receiver.
+
+    A car can be put into ALTCTL while disarmed, but never runs it: it has no height to hold.
+
+    Args:
+        needs_position: whether OFFBOARD and the take-off do.
+    """
+    modes = (
+        ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),
+        ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=BY_HAND),
+        ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=BY_HAND),
+        ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=BY_HAND),
+        ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=BY_ITSELF),
+        ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=BY_ITSELF),
+        ModeSpec(
+            OFFBOARD, "OFFBOARD", "px4_offboard", needs_position, True, base_flags=BY_COMPUTER
+        ),
+        ModeSpec(
+            TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", needs_position, True, base_flags=BY_ITSELF
+        ),
+        ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=BY_ITSELF),
+    )
+    return {mode.number: mode for mode in modes}
 
 
 def available_modes(

@@ -3,43 +3,18 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.px4 import (
-    ALTCTL,
-    BY_COMPUTER,
-    BY_HAND,
-    BY_ITSELF,
     CAPABILITIES,
     COMMON_PARAMETERS,
-    LAND,
-    LOITER,
-    MANUAL,
-    MISSION,
-    OFFBOARD,
-    POSCTL,
-    RTL,
-    TAKEOFF,
     available_modes,
+    flown_modes,
     in_order,
 )
 from mavlink_sitl.autopilot.plans.plan_rules import PX4_PLANS
 from mavlink_sitl.geodesy import PX4
 
 _INT32 = ParameterType.INT32
-
-
-_MODES = (
-    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),
-    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=BY_HAND),
-    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=BY_HAND),
-    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=BY_HAND),
-    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=BY_ITSELF),
-    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=BY_ITSELF),
-    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", True, True, base_flags=BY_COMPUTER),
-    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", True, True, base_flags=BY_ITSELF),
-    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=BY_ITSELF),
-)
-"""The modes that are flown here; the first one is that of power-up without a receiver."""
 
 _PARAMETERS = (
     *COMMON_PARAMETERS,
@@ -72,7 +47,7 @@ PX4COPTER = Personality(
     capabilities=CAPABILITIES,
     flight_sw_version=17891583,
     flight_custom_version="d6f12ad1",
-    modes={mode.number: mode for mode in _MODES},
+    modes=flown_modes(needs_position=True),
     parameters=in_order(_PARAMETERS),
     boot=(),
     ready_s=4.4,

@@ -9,39 +9,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.personality.px4 import (
-    ALTCTL,
-    BY_COMPUTER,
-    BY_HAND,
-    BY_ITSELF,
     COMMON_PARAMETERS,
-    LAND,
-    LOITER,
-    MANUAL,
-    MISSION,
-    OFFBOARD,
-    POSCTL,
-    RTL,
-    TAKEOFF,
     available_modes,
+    flown_modes,
     in_order,
 )
 from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
 
 _INT32 = ParameterType.INT32
 
-_MODES = (
-    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),
-    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=BY_HAND),
-    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=BY_HAND),
-    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=BY_HAND),
-    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=BY_ITSELF),
-    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=BY_ITSELF),
-    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", False, True, base_flags=BY_COMPUTER),
-    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", False, True, base_flags=BY_ITSELF),
-    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=BY_ITSELF),
-)
 
 _OWN = (
     ParameterSpec("FW_AIRSPD_MAX", 20.0),
@@ -81,7 +58,7 @@ PX4PLANE = replace(
     name="PX4 plane",
     kind="px4plane",
     mav_type=1,
-    modes={mode.number: mode for mode in _MODES},
+    modes=flown_modes(needs_position=False),
     available_modes=available_modes(posctl=3),
     parameters=in_order(
         (*COMMON_PARAMETERS, *_OWN),

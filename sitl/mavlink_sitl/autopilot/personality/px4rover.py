@@ -9,38 +9,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec
-from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.personality.px4 import (
-    ALTCTL,
-    BY_COMPUTER,
-    BY_HAND,
-    BY_ITSELF,
     COMMON_PARAMETERS,
-    LAND,
-    LOITER,
-    MANUAL,
-    MISSION,
-    OFFBOARD,
-    POSCTL,
-    RTL,
-    TAKEOFF,
     available_modes,
+    flown_modes,
     in_order,
 )
 from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
-
-_MODES = (
-    ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),
-    ModeSpec(MANUAL, "MANUAL", "px4_manual", False, True, base_flags=BY_HAND),
-    ModeSpec(ALTCTL, "ALTCTL", "px4_altitude", False, True, base_flags=BY_HAND),
-    ModeSpec(POSCTL, "POSCTL", "px4_position", True, True, base_flags=BY_HAND),
-    ModeSpec(MISSION, "AUTO.MISSION", "px4_mission", True, True, base_flags=BY_ITSELF),
-    ModeSpec(RTL, "AUTO.RTL", "px4_return", True, base_flags=BY_ITSELF),
-    ModeSpec(OFFBOARD, "OFFBOARD", "px4_offboard", False, True, base_flags=BY_COMPUTER),
-    ModeSpec(TAKEOFF, "AUTO.TAKEOFF", "px4_takeoff", False, True, base_flags=BY_ITSELF),
-    ModeSpec(LAND, "AUTO.LAND", "px4_land", base_flags=BY_ITSELF),
-)
-"""ALTCTL can be chosen while disarmed, but never run: a car has no height to hold."""
 
 
 def _parameters(accept_m: float, **others: float) -> tuple[ParameterSpec, ...]:
@@ -77,7 +52,7 @@ PX4ROVER = replace(
     name="PX4 rover",
     kind="px4rover",
     mav_type=10,
-    modes={mode.number: mode for mode in _MODES},
+    modes=flown_modes(needs_position=False),
     available_modes=available_modes(altctl=0, posctl=0, orbit=0),
     parameters=_parameters(0.5),
 )

@@ -16,8 +16,8 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.parameters import Parameters
-from mavlink_sitl.autopilot.personality import ModeSpec, Personality, px4
+from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.personality import ModeSpec, px4
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
@@ -71,13 +71,6 @@ class ManualControl:
 class Px4Vehicle(Copter):
     """A vehicle with PX4, from power-up to the next; one class a kind derives from it.
 
-    Args:
-        personality: the firmware.
-        parameters: its parameters; they outlive a reboot.
-        origin: where it stands when it starts; becomes the origin of its local frame.
-        observation: the first thing it is told; its time is that of power-up.
-        ready_after_s: how long its estimator takes to use GPS.
-
     Attributes:
         intention: the mode that people want (CURRENT_MODE.intended_custom_mode).
         battery: the simulated pack, which follows SIM_BAT_* and not the motors.
@@ -91,25 +84,18 @@ class Px4Vehicle(Copter):
 
     behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Px4Mode]]]
 
-    def __init__(
-        self,
-        personality: Personality,
-        parameters: Parameters,
-        origin: GeoPoint,
-        observation: Observation,
-        ready_after_s: float,
-    ) -> None:
+    def __init__(self, start: PowerUp) -> None:
         """See the class."""
         self.intention = px4.LOITER
         self.setpoint_at_s = -math.inf
         self.manual: ManualControl | None = None
         self.in_flight = False
         self.took_off_at_s = -math.inf
-        self.battery = Px4Battery(parameters)
+        self.battery = Px4Battery(start.parameters)
         self.feasibility = Feasibility(self)
         self.after_disarming = px4.LOITER
         self._refused_at_s = -math.inf
-        super().__init__(personality, parameters, origin, observation, ready_after_s)
+        super().__init__(start)
         self.arming: Px4Arming = Px4Arming(self)
         self.failsafe: Px4Failsafes = Px4Failsafes(self)
         self.fence: Px4Geofence = Px4Geofence(self)

@@ -19,12 +19,11 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Guided, Setpoi
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
-from mavlink_sitl.autopilot.common.firmware import Firmware
+from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
 from mavlink_sitl.autopilot.common.motor_test import MotorTest
-from mavlink_sitl.autopilot.common.parameters import Parameters
 from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
-from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import (
     Guidance,
@@ -35,7 +34,6 @@ from mavlink_sitl.exchange import (
     Severity,
     YawMode,
 )
-from mavlink_sitl.geodesy import GeoPoint
 
 BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
     "stabilize": Stabilize,
@@ -62,19 +60,12 @@ class Copter(Firmware):
         motor_test: turns single motors.
     """
 
-    def __init__(
-        self,
-        personality: Personality,
-        parameters: Parameters,
-        origin: GeoPoint,
-        observation: Observation,
-        ready_after_s: float,
-    ) -> None:
+    def __init__(self, start: PowerUp) -> None:
         """See the class."""
         self.yaw = YawControl()
         self._was_aloft = False
         self.motor_test = MotorTest(self)
-        super().__init__(personality, parameters, origin, observation, ready_after_s)
+        super().__init__(start)
 
     def make_mode(self, spec: ModeSpec) -> Mode:
         """The mode that goes with an entry of the personality."""

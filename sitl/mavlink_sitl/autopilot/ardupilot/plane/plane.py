@@ -28,15 +28,15 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
 from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.common.auto import Auto
+from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
-from mavlink_sitl.autopilot.common.parameters import Parameters
 from mavlink_sitl.autopilot.common.traveller import Traveller
 from mavlink_sitl.autopilot.control.track import Vector
-from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import MissionState
 from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m
 from mavlink_sitl.exchange import LandedState, Observation, Result, Severity
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.geodesy import LocalFrame
 from mavlink_sitl.guidance import GlideGuidance
 
 MODE_MANUAL, MODE_AUTO, MODE_RTL, MODE_LOITER, MODE_GUIDED = 0, 10, 11, 12, 15
@@ -69,19 +69,12 @@ class Plane(Traveller):
     true_over_indicated = 1.06
     step_s = STEP_S
 
-    def __init__(
-        self,
-        personality: Personality,
-        parameters: Parameters,
-        origin: GeoPoint,
-        observation: Observation,
-        ready_after_s: float,
-    ) -> None:
+    def __init__(self, start: PowerUp) -> None:
         """See `Copter`."""
         self._flying = False
         self.landed_at_s = 0.0
         self.airspeed_m_s = 0.0
-        super().__init__(personality, parameters, origin, observation, ready_after_s)
+        super().__init__(start)
         self.failsafe = PlaneFailsafes(self)
         self.fence = PlaneFence(self)
         self.arming = PlaneArming(self)

@@ -22,13 +22,13 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
 )
 from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
+from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
-from mavlink_sitl.autopilot.common.parameters import Parameters
 from mavlink_sitl.autopilot.common.traveller import Traveller
-from mavlink_sitl.autopilot.personality import ModeSpec, Personality
+from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.geodesy import LocalFrame
 
 MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
 CENTRED_US = 1500
@@ -78,16 +78,9 @@ class Rover(Traveller):
         "guided": Guided,
     }
 
-    def __init__(
-        self,
-        personality: Personality,
-        parameters: Parameters,
-        origin: GeoPoint,
-        observation: Observation,
-        ready_after_s: float,
-    ) -> None:
+    def __init__(self, start: PowerUp) -> None:
         """See `Copter`."""
-        super().__init__(personality, parameters, origin, observation, ready_after_s)
+        super().__init__(start)
         self.failsafe = RoverFailsafes(self)
         self.fence = RoverFence(self)
         self.trail: Breadcrumbs | None = None

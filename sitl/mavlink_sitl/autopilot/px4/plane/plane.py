@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import ClassVar
 
+from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT
-from mavlink_sitl.autopilot.common.parameters import Parameters
-from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
@@ -22,7 +21,7 @@ from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED
 from mavlink_sitl.autopilot.px4.plane.plane_offboard import PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Limits, Observation
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.geodesy import LocalFrame
 
 
 class PlaneNavigator(Px4Navigator):
@@ -59,20 +58,13 @@ class Px4Plane(Px4Vehicle):
         "px4_land": plane_landing.Land,
     }
 
-    def __init__(
-        self,
-        personality: Personality,
-        parameters: Parameters,
-        origin: GeoPoint,
-        observation: Observation,
-        ready_after_s: float,
-    ) -> None:
+    def __init__(self, start: PowerUp) -> None:
         """See `Px4Vehicle`."""
         self.airspeed_m_s = 0.0
         self.circling: tuple[Point, float] | None = None
         self._on_ground = True
         self._slow_since_s: float | None = None
-        super().__init__(personality, parameters, origin, observation, ready_after_s)
+        super().__init__(start)
 
     def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
         """See `Copter`."""
