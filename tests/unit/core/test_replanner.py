@@ -10,7 +10,7 @@ from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacle_shapes import Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
-from navigation_core.planning.conflicts import Samples
+from navigation_core.planning.conflicts import MotionSamples
 from navigation_core.planning.replanner import (
     TRANSITIONS,
     Decision,
@@ -32,8 +32,8 @@ RULES = ReplanRules(
 HERE: Vector3 = (0.0, 0.0, 5.0)
 
 
-def way(length_m: float = 40.0) -> Samples:
-    return Samples.of(plan_to(KinematicState(HERE), (length_m, 0.0, 5.0), Limits()))
+def way(length_m: float = 40.0) -> MotionSamples:
+    return MotionSamples.of(plan_to(KinematicState(HERE), (length_m, 0.0, 5.0), Limits()))
 
 
 def post(x: float, y: float) -> Obstacles:
@@ -50,7 +50,7 @@ def check(
     replanner: Replanner,
     obstacles: Obstacles,
     now: float,
-    on: Samples,
+    on: MotionSamples,
     time_s: float = 0.0,
     least_m: float = 40.0,
     left_m: float = 40.0,

@@ -20,7 +20,7 @@ _NEARER_M = 0.05
 
 
 @dataclass(frozen=True)
-class Samples:
+class MotionSamples:
     """Moments of a motion as arrays, to be checked against obstacles.
 
     Attributes:
@@ -36,7 +36,7 @@ class Samples:
     accelerations_enu_m_s2: Array
 
     @classmethod
-    def of(cls, trajectory: Trajectory) -> Samples:
+    def of(cls, trajectory: Trajectory) -> MotionSamples:
         """Sample a whole trajectory."""
         count = max(int(np.ceil(trajectory.duration_s / _SAMPLE_S)), 1) + 1
         times_s = np.linspace(0.0, trajectory.duration_s, count)
@@ -49,7 +49,7 @@ class Samples:
         )
 
     @classmethod
-    def at(cls, state: KinematicState) -> Samples:
+    def at(cls, state: KinematicState) -> MotionSamples:
         """Return one state alone."""
         position, velocity = state.position_enu_m, state.velocity_enu_m_s
         acceleration = state.acceleration_enu_m_s2

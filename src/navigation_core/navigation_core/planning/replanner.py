@@ -21,7 +21,7 @@ from enum import Enum, auto
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import Obstacles
-from navigation_core.planning.conflicts import Samples, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, first_conflict
 
 # Less than this is not worth another way: all paths are about as short shortly before the end.
 _GAIN_MIN_M = 1.0
@@ -116,7 +116,7 @@ class Replanner:
         self._rules = rules
         self.state = State.KEEPING
         self.replans = 0
-        self._way: Samples | None = None
+        self._way: MotionSamples | None = None
         self._obstacles: Obstacles | None = None
         self._planned_s = float("-inf")
         self._blocked_s: float | None = None
@@ -128,7 +128,7 @@ class Replanner:
 
     def check(
         self,
-        way: Samples,
+        way: MotionSamples,
         time_s: float,
         place_enu_m: Vector3,
         least_m: float,

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.planning.conflicts import Samples, clearance_at_m, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
 from navigation_core.planning.replanner import Decision, Replanner, ReplanRules, State
 from navigation_core.safety.braking import must_brake
 from navigation_core.tasks.base import Observation
@@ -189,7 +189,7 @@ class Avoider:
         if commanded is not None:
             here = replace(here, acceleration_enu_m_s2=commanded.acceleration_enu_m_s2)
         acts = must_brake(
-            Samples.at(here),
+            MotionSamples.at(here),
             observation.obstacles,
             self._ways.braking_limits,
             self._config.brake_clearance_m,

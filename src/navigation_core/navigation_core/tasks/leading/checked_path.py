@@ -27,7 +27,7 @@ from navigation_core.geometry import (
 )
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Obstacles
-from navigation_core.planning.conflicts import Samples, clearance_at_m, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
 from navigation_core.planning.planner import NoPath, PlanLimits, plan
 from navigation_core.safety.braking import must_brake, stopping_ends
 from navigation_core.searches import IsWanted
@@ -69,7 +69,7 @@ class Way:
 
     trajectory: Trajectory
     passed_s: tuple[float, ...]
-    samples: Samples
+    samples: MotionSamples
     extend_s: float = math.inf
     entered_s: float = 0.0
 
@@ -249,16 +249,16 @@ class WayPlanner:
         self, start: KinematicState, obstacles: Obstacles
     ) -> Iterator[Trajectory | None]:
         """Return what a path may begin with: nothing, or a brake if it moves."""
-        if not self._acts(Samples.at(start), obstacles)[0]:
+        if not self._acts(MotionSamples.at(start), obstacles)[0]:
             yield None
         if norm(start.velocity_enu_m_s) < _SLOW_M_S:
             return
         stop = plan_stop(start, self.braking_limits)
-        braked = Samples.of(stop).positions_enu_m
+        braked = MotionSamples.of(stop).positions_enu_m
         if first_conflict(braked, obstacles, self._config.flown_clearance_m) is None:
             yield stop
 
-    def _acts(self, motion: Samples, obstacles: Obstacles) -> NDArray[np.bool_]:
+    def _acts(self, motion: MotionSamples, obstacles: Obstacles) -> NDArray[np.bool_]:
         """Return when the brake would act."""
         config = self._config
         return must_brake(
@@ -318,7 +318,7 @@ class WayPlanner:
         """
         for _ in range(tries):
             route = plan_route(state, [via.point for via in vias])
-            samples = Samples.of(route.trajectory)
+            samples = MotionSamples.of(route.trajectory)
             faults_s = self._faults_s(samples, obstacles)
             if not faults_s:
                 return _joined(begin, route, vias)
@@ -330,7 +330,7 @@ class WayPlanner:
         moves = norm(state.velocity_enu_m_s) >= _SLOW_M_S
         return _Fault.BEGINNING if moves and faults_s[0] < led_in_s else _Fault.LATER
 
-    def _faults_s(self, samples: Samples, obstacles: Obstacles) -> list[float]:
+    def _faults_s(self, samples: MotionSamples, obstacles: Obstacles) -> list[float]:
         """Return when a trajectory is too near to an obstacle, or too fast towards one."""
         clearance_m = self._config.flown_clearance_m
         near = first_conflict(samples.positions_enu_m, obstacles, clearance_m)
@@ -341,7 +341,7 @@ class WayPlanner:
     def _braking_m(self, limits: Limits, course_enu: Vector3) -> float:
         """Return the braking path from full speed."""
         velocity = scale(course_enu, limits.along(course_enu).speed_forward_m_s)
-        cruise = Samples.at(KinematicState(ZERO, velocity))
+        cruise = MotionSamples.at(KinematicState(ZERO, velocity))
         end = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
         return float(np.linalg.norm(end))
 
@@ -352,4 +352,4 @@ def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[Via]) -
     if begin is not None:
         trajectory, before_s = begin.then(trajectory), begin.duration_s
     passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
-    return Way(trajectory, tuple(passed_s), Samples.of(trajectory))
+    return Way(trajectory, tuple(passed_s), MotionSamples.of(trajectory))

@@ -10,7 +10,7 @@ import numpy as np
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.conflicts import Samples, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, first_conflict
 from navigation_core.tasks.base import Traits
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.checked_path import Way
@@ -48,11 +48,11 @@ class WayOut:
             TrajectoryError: no trajectory could be calculated.
         """
         trajectory = plan_stop(start, self._limits)
-        samples = Samples.of(trajectory)
+        samples = MotionSamples.of(trajectory)
         clearance_m = self._config.conflict_clearance_m
         if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is not None:
             trajectory = plan_stop(start, self._emergency_limits)
-            samples = Samples.of(trajectory)
+            samples = MotionSamples.of(trajectory)
         return Way(trajectory, (), samples)
 
     def plan_away(self, start: KinematicState, obstacles: Obstacles) -> Way | None:
@@ -74,7 +74,7 @@ class WayOut:
         clear = obstacles.clearance_m(places) >= needed_m
         for x, y, z in places[clear][:_PLACES_MAX]:
             trajectory = plan_to(start, (float(x), float(y), float(z)), self._emergency_limits)
-            samples = Samples.of(trajectory)
+            samples = MotionSamples.of(trajectory)
             clearance_m = self._config.conflict_clearance_m
             if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is None:
                 return Way(trajectory, (trajectory.duration_s,), samples)
