@@ -15,7 +15,7 @@ from flight_reports.analysis.log_reader import REQUESTS, SETPOINTS, LogContents,
 from flight_reports.analysis.message_rates import Source
 from flight_reports.analysis.sensed_obstacles import Clearance, Sensed, read_clearance, read_sensed
 from flight_reports.analysis.track import Track, local_samples, read_setpoints, read_track
-from flight_reports.analysis.tracking import Samples, Tracking, tracking
+from flight_reports.analysis.tracking import Tracking, TrackSamples, tracking
 from mavlink_vehicle.codec import mavlink
 from navigation_bridge import notes
 
@@ -73,7 +73,7 @@ class Flight:
     retold: Retold
     speakers: tuple[Speaker, ...]
     commands: tuple[Command, ...]
-    setpoints: Samples
+    setpoints: TrackSamples
     position_tracking: Tracking | None
     velocity_tracking: Tracking | None
 
@@ -174,7 +174,7 @@ def _flight(contents: LogContents, source: Source, retold: Retold) -> Flight:
     )
 
 
-def _while_led(setpoints: Samples, retold: Retold) -> Samples:
+def _while_led(setpoints: TrackSamples, retold: Retold) -> TrackSamples:
     """Return the setpoints that came while the vehicle followed setpoints."""
     if not retold.led:
         return setpoints
@@ -182,7 +182,7 @@ def _while_led(setpoints: Samples, retold: Retold) -> Samples:
     led = np.array([led for _, led in retold.led])
     latest = np.searchsorted(times_s, setpoints.time_s, side="right") - 1
     kept = (latest >= 0) & led[np.maximum(latest, 0)]
-    return Samples(setpoints.time_s[kept], setpoints.vectors_ned[kept])
+    return TrackSamples(setpoints.time_s[kept], setpoints.vectors_ned[kept])
 
 
 def _speaker(contents: LogContents, who: Source, vehicle: Source, retold: Retold) -> Speaker:
