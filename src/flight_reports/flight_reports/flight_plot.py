@@ -11,7 +11,7 @@ import numpy as np
 
 from flight_reports.flight_recording import Recording, RecordingError, read_recording
 from flight_reports.pictures import labels, scene
-from flight_reports.pictures.scene import ABOVE, View
+from flight_reports.pictures.scene import ABOVE, Viewpoint
 from flight_reports.timeline import Timeline
 from navigation_core.mapping.obstacles import Obstacles
 
@@ -84,7 +84,7 @@ def _summary(recording: Recording) -> str:
     return ", ".join(parts)
 
 
-def _draw_view(axes: Axes, view: View, recording: Recording) -> None:
+def _draw_view(axes: Axes, view: Viewpoint, recording: Recording) -> None:
     low, high = scene.bounds_m(recording, _MARGIN_M)
     ground_m = scene.ground_m(recording)
     low[2] = ground_m - _BELOW_GROUND_M
@@ -125,7 +125,7 @@ def _all_of(obstacles: Timeline[Obstacles]) -> Obstacles:
     return Obstacles(np.unique(posts.round(2), axis=0), np.unique(boxes.round(2), axis=0))
 
 
-def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
+def _draw_plans(axes: Axes, view: Viewpoint, recording: Recording) -> None:
     plans = recording.plans.values
     for number, plan in enumerate(plans):
         newest = number == len(plans) - 1
@@ -139,7 +139,7 @@ def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
                   label="replanned" if number == 0 else None)  # fmt: skip
 
 
-def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
+def _draw_goals(axes: Axes, view: Viewpoint, recording: Recording) -> None:
     targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
     for number, target in enumerate(targets):
         x, y = (float(part[0]) for part in view.points((target,)))

@@ -15,13 +15,13 @@ from flight_reports import flight_plot, flight_video
 from flight_reports.flight_recording import Recording, read_recording
 from flight_reports.pictures import scene as flight_scene
 from flight_reports.pictures.film import Film, Pace, Picture, make_pace
-from flight_reports.pictures.scene import ABOVE, View, ground_m
+from flight_reports.pictures.scene import ABOVE, Viewpoint, ground_m
 from flight_reports.timeline import Timeline
 from navigation_bridge.recording.recorded_notes import RecordedGoal as Goal
 from navigation_core.mapping.obstacles import Box, Cylinder, Obstacles
 
 DATA = Path(__file__).resolve().parents[2] / "data"
-SIDE = View("Side view", 0, 2)
+SIDE = Viewpoint("Side view", 0, 2)
 
 
 @pytest.fixture(scope="module")

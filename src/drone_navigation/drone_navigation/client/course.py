@@ -29,7 +29,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
-from drone_navigation.client.view import View
+from drone_navigation.client.view import ClientView
 from drone_navigation.client.watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.presence import Presence
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
@@ -50,7 +50,7 @@ class Course:
     """
 
     def __init__(
-        self, node: Node, view: View, first: Errand, lost_timeout_s: float = LOST_TIMEOUT_S
+        self, node: Node, view: ClientView, first: Errand, lost_timeout_s: float = LOST_TIMEOUT_S
     ) -> None:
         """Prepare on ``node`` to send ``first`` and points after it.
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flight_reports.flight_recording import Recording
 from flight_reports.pictures import scene
 from flight_reports.pictures.panel import Panel
-from flight_reports.pictures.scene import ABOVE, Array, View
+from flight_reports.pictures.scene import ABOVE, Array, Viewpoint
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 
 mpl.use("Agg")
@@ -138,7 +138,7 @@ class _Memory:
 class _Stage:
     """One view of the flight: what moves in it."""
 
-    def __init__(self, axes: Axes, view: View, recording: Recording, speedup: float) -> None:
+    def __init__(self, axes: Axes, view: Viewpoint, recording: Recording, speedup: float) -> None:
         self._axes, self._view, self._recording = axes, view, recording
         self._fade_s, self._glow_s = _FADE_S * speedup, _GLOW_S * speedup
         low, high = scene.bounds_m(recording, _MARGIN_M)
@@ -223,7 +223,7 @@ def _rgb(colour: str) -> Array:
     return np.array(to_rgb(colour))
 
 
-def _decorate(axes: Axes, view: View) -> None:
+def _decorate(axes: Axes, view: Viewpoint) -> None:
     axes.tick_params(labelsize=6, length=2, colors=scene.FAINT, pad=2)
     for spine in axes.spines.values():
         spine.set_color(scene.GONE)

@@ -38,7 +38,7 @@ _AXES = ("east", "north", "altitude")
 
 
 @dataclass(frozen=True)
-class View:
+class Viewpoint:
     """Viewpoint of a flight.
 
     Attributes:
@@ -81,13 +81,13 @@ class View:
         axes.set_ylabel(f"{_AXES[self.upward]} (m)", **look)
 
 
-ABOVE = View("Top view", 0, 1)
+ABOVE = Viewpoint("Top view", 0, 1)
 
 
-def side_view(recording: Recording) -> View:
+def side_view(recording: Recording) -> Viewpoint:
     """Return the view from the side that shows the longer way."""
     extent = np.ptp(recording.positions_enu_m[:, :2], axis=0)
-    return View("Side view", int(extent[1] > extent[0]), 2)
+    return Viewpoint("Side view", int(extent[1] > extent[0]), 2)
 
 
 def bounds_m(recording: Recording, margin_m: float) -> tuple[Array, Array]:
@@ -104,7 +104,9 @@ def ground_m(recording: Recording) -> float:
     return min(float(recording.positions_enu_m[:, 2].min()), 0.0)
 
 
-def fitted(low: Array, high: Array, view: View, ratio: float) -> tuple[float, float, float, float]:
+def fitted(
+    low: Array, high: Array, view: Viewpoint, ratio: float
+) -> tuple[float, float, float, float]:
     """Return left, right, bottom and top so that a frame of a width-to-height ratio fits."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     x, y = half[view.across], half[view.upward]
@@ -124,7 +126,7 @@ def draw_obstacles(axes: Axes) -> PolyCollection:
 
 def show_obstacles(
     shapes: PolyCollection,
-    view: View,
+    view: Viewpoint,
     obstacles: Obstacles,
     heights_m: tuple[float, float],
     colours: Array,
