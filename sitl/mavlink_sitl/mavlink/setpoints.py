@@ -16,7 +16,7 @@ from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 
 if TYPE_CHECKING:
-    from mavlink_sitl.mavlink.commands import Command
+    from mavlink_sitl.mavlink.commands import ReceivedCommand
 
 POSITION_IGNORE = 0x007
 VELOCITY_IGNORE = 0x038
@@ -118,7 +118,7 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
     )
 
 
-def place_of(copter: Copter, command: Command, long_frame: int) -> Vector | None:
+def place_of(copter: Copter, command: ReceivedCommand, long_frame: int) -> Vector | None:
     """The position a command names, in the local frame; None if it names none.
 
     Args:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_reports.analysis.commands import Command, commands
+from flight_reports.analysis.commands import SentCommand, commands
 from flight_reports.analysis.events import Retold, Teller
 from flight_reports.analysis.link_quality import LinkQuality, link_quality
 from flight_reports.analysis.log_reader import REQUESTS, SETPOINTS, LogContents, Progress
@@ -72,7 +72,7 @@ class Flight:
     track: Track
     retold: Retold
     speakers: tuple[Speaker, ...]
-    commands: tuple[Command, ...]
+    commands: tuple[SentCommand, ...]
     setpoints: TrackSamples
     position_tracking: Tracking | None
     velocity_tracking: Tracking | None

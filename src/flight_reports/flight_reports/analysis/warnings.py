@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight_reports.analysis.causes import causes, shortly_before
-from flight_reports.analysis.commands import LATE_S, Command
+from flight_reports.analysis.commands import LATE_S, SentCommand
 from flight_reports.analysis.events import Moment, Severity, named
 from flight_reports.analysis.flight import Flight, Speaker
 
@@ -124,7 +124,7 @@ def _of_commands(flight: Flight) -> list[Moment]:
     return told
 
 
-def _about_command(command: Command, any_answered: bool) -> tuple[str, Severity]:
+def _about_command(command: SentCommand, any_answered: bool) -> tuple[str, Severity]:
     if command.answered_after_s is None:
         # A recording of one direction only has no answers at all.
         text = f"was never acknowledged (sent {command.sent} times)" if any_answered else ""

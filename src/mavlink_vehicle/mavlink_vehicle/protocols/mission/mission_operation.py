@@ -30,7 +30,7 @@ from mavlink_vehicle.protocols.mission.mission_parts import TransferResult, Tran
 from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload, UploadFinished
 from mavlink_vehicle.protocols.operations.command import (
     Address,
-    Command,
+    CommandExchange,
     CommandFinished,
     CommandRequest,
     CommandTiming,
@@ -96,7 +96,7 @@ class MissionInput(enum.Enum):
     CANCEL = "cancelled, or the link is lost"
 
 
-_Part = MissionUpload | MissionClear | MissionDownload | Command
+_Part = MissionUpload | MissionClear | MissionDownload | CommandExchange
 
 
 class MissionOperation(Machine[OperationFinished]):
@@ -288,7 +288,7 @@ class MissionOperation(Machine[OperationFinished]):
         # Nothing in the state would show it if only the answers were lost: ask as often as for
         # an item.
         timing = replace(self._timing.command, retries=self._timing.transfer.retries)
-        self._begin_part(Command(request, self._address, timing), now)
+        self._begin_part(CommandExchange(request, self._address, timing), now)
 
     def _wait_for_reasons(self, now: float) -> None:
         self._part = None
