@@ -62,7 +62,7 @@ class Goto(GotoStopping):
     def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
         if self._phase not in PAUSABLE:
             self._pursuit.forget()
-        self._flight.plan_to_goal(observation)
+        self._follower.plan_to_goal(observation)
         if self._avoider is not None and not self._avoider.may_begin(observation, now):
             event = Event.NO_WAY
         self._go(event, now)
@@ -70,20 +70,20 @@ class Goto(GotoStopping):
     def _navigate(self, observation: Observation, now: float) -> Answer:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation, now)
-        if self._flight.is_stale or self._flight.carrot is None:
+        if self._follower.is_stale or self._follower.carrot is None:
             self._begin_flight(Event.REPLAN, observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             self._go(Event.NO_WAY, now)
         if self._phase is not Phase.NAVIGATING:
             return None
-        carrot = self._flight.carrot
+        carrot = self._follower.carrot
         assert carrot is not None
         here_enu_m = measured_state(observation).position_enu_m
         path = None
         if self._traits.flies:
-            self._flight.walk(here_enu_m, self._caution.speed_share(carrot, observation))
+            self._follower.walk(here_enu_m, self._caution.speed_share(carrot, observation))
         else:
-            path = self._flight.follow(here_enu_m, self._until_s())
+            path = self._follower.follow(here_enu_m, self._until_s())
         self._note_place(observation)
         if carrot.arrived if path is None else path.left_m <= self._arrival_radius_m:
             carrot.finish()
@@ -105,7 +105,7 @@ class Goto(GotoStopping):
     def _settle(self, observation: Observation, now: float) -> Answer:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation, now)
-        if self._flight.is_stale:
+        if self._follower.is_stale:
             self._begin_flight(Event.REPLAN, observation, now)
             return None
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
@@ -116,8 +116,8 @@ class Goto(GotoStopping):
             return self._arrived(observation, now)
         if now - self._phase_since_s > self._patience_s + self._hold_time_s:
             return self._timeout("The vehicle did not settle", observation)
-        assert self._flight.carrot is not None
-        return Fly(self._setpoint(self._flight.carrot, observation))
+        assert self._follower.carrot is not None
+        return Fly(self._setpoint(self._follower.carrot, observation))
 
     def _setpoint(
         self, carrot: Carrot, observation: Observation, path: DrivenPath | None = None
@@ -131,7 +131,7 @@ class Goto(GotoStopping):
             path,
             carrot.trajectory.end_position_enu_m,
             Pursuer(here.position_enu_m, here.velocity_enu_m_s, yaw),
-            self._flight.limits,
+            self._follower.limits,
             self._arrival_radius_m,
             observation.time_s,
         )
@@ -160,7 +160,7 @@ class Goto(GotoStopping):
 
     def _lose_position(self, observation: Observation, now: float) -> Answer:
         """Stop the setpoint, because where the vehicle is is not known."""
-        self._flight.plan_stop(observation)
+        self._follower.plan_stop(observation)
         self._go(Event.POSITION_LOST, now)
         return None
 
@@ -192,7 +192,7 @@ class Goto(GotoStopping):
                 f"The vehicle has reported no valid position, velocity and yaw for {timeout_s:g} s."
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
-        self._flight.walk(None)
+        self._follower.walk(None)
         return self._led(observation)
 
     def _stay(self, observation: Observation, now: float) -> Answer:
@@ -209,11 +209,11 @@ class Goto(GotoStopping):
 
     def _stand(self, observation: Observation, now: float) -> Answer:
         """Brake and stand, but give way to what comes near."""
-        if self._flight.is_stale or self._flight.carrot is None:
-            self._flight.plan_stop(observation)
+        if self._follower.is_stale or self._follower.carrot is None:
+            self._follower.plan_stop(observation)
         elif self._avoider is not None:
             self._avoider.give_way(observation, now)
-        self._flight.walk(None)
+        self._follower.walk(None)
         return self._led(observation)
 
     def _wait_for_way(self, observation: Observation, now: float) -> Answer:

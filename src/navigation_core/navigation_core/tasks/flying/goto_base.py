@@ -37,7 +37,7 @@ from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.caution import Caution
-from navigation_core.tasks.leading.flight import Flight
+from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.measurement import is_airborne, is_located, measured_speed
 from navigation_core.tasks.standstill import Standstill
@@ -84,10 +84,10 @@ class GotoBase(ABC):
         self._goal = goal
         self._config = config
         self._traits = traits
-        self._flight = Flight(goal, config, predecessor, predecessor_yaw, avoidance, traits)
-        self._avoider = None if avoidance is None else Avoider(avoidance, self._flight)
-        self._caution = Caution(avoidance, traits, self._flight.limits)
-        self._estimator = GotoEstimator(goal, config, self._flight.limits, traits)
+        self._follower = PathFollower(goal, config, predecessor, predecessor_yaw, avoidance, traits)
+        self._avoider = None if avoidance is None else Avoider(avoidance, self._follower)
+        self._caution = Caution(avoidance, traits, self._follower.limits)
+        self._estimator = GotoEstimator(goal, config, self._follower.limits, traits)
         self._predecessor_time_s = predecessor_time_s
         self._last_step_s = 0.0
         self._phase = Phase.PREPARING
@@ -135,32 +135,32 @@ class GotoBase(ABC):
     @property
     def commanded(self) -> KinematicState | None:
         """State of the setpoint sent last, for a successor; None before the first."""
-        return self._flight.commanded
+        return self._follower.commanded
 
     @property
     def commanded_yaw_enu_rad(self) -> float | None:
         """Yaw of the setpoint sent last; None before the first."""
-        return self._flight.commanded_yaw
+        return self._follower.commanded_yaw
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The path that is planned, in the map frame; the same object until it is replanned."""
-        return self._flight.path_enu_m
+        return self._follower.path_enu_m
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._phase_since_s = now
         self._last_step_s = now if self._predecessor_time_s is None else self._predecessor_time_s
-        self._estimator.start(self._level(observation), self._flight)
+        self._estimator.start(self._level(observation), self._follower)
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
         """Return what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is not None:
             return self._outcome
         observation = self._level(observation)
-        self._flight.dt_s = max(now - self._last_step_s, 0.0)
+        self._follower.dt_s = max(now - self._last_step_s, 0.0)
         self._last_step_s = now
-        if self._flight.dt_s > self._config.step_gap_s:
+        if self._follower.dt_s > self._config.step_gap_s:
             self._forget()
         self._armed_seen = self._armed_seen or observation.armed
         try:
@@ -175,8 +175,8 @@ class GotoBase(ABC):
             answer = replace(answer, by_velocity=True)
             self._doubted = True
         if isinstance(answer, Fly):
-            if self._flight.carrot is not None:
-                self._flight.note(self._flight.carrot)
+            if self._follower.carrot is not None:
+                self._follower.note(self._follower.carrot)
             answer = replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
         elif isinstance(answer, Outcome):
             self._outcome = answer
@@ -187,7 +187,7 @@ class GotoBase(ABC):
         """Look for another way around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
-        if is_located(observation, self._config.position_stale_s) and not self._flight.is_stale:
+        if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:
             try:
                 self._avoider.think(self._level(observation), now)
             except TrajectoryError as error:
@@ -210,7 +210,7 @@ class GotoBase(ABC):
         """Take control again, and plan from where the vehicle is then."""
         if self._phase is Phase.PREPARING or self._phase in _STOPPING:
             return
-        self._flight.forget_commanded()
+        self._follower.forget_commanded()
         if self._avoider is not None:
             self._avoider.restart_clock()
         self._forget()
@@ -233,7 +233,7 @@ class GotoBase(ABC):
         elapsed_s = now - self._phase_since_s
         observation = self._level(observation)
         progress = self._estimator.progress(
-            self._phase, elapsed_s, self._flight.carrot, observation
+            self._phase, elapsed_s, self._follower.carrot, observation
         )
         if self._avoider is None:
             return progress
@@ -261,10 +261,10 @@ class GotoBase(ABC):
             text = "The goal was cancelled."
             self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
         elif observation.position_doubt and self._phase in _DOUBTING:
-            self._flight.plan_stop(observation)
+            self._follower.plan_stop(observation)
             self._go(Event.POSITION_LOST, now)
         elif self._pause_asked and self._phase in PAUSABLE:
-            self._flight.plan_stop(observation)
+            self._follower.plan_stop(observation)
             self._go(Event.PAUSE, now)
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
@@ -288,21 +288,21 @@ class GotoBase(ABC):
 
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
-        self._flight.is_stale = True
+        self._follower.is_stale = True
         for memory in (self._arrival, self._still, self._stopped, self._landed):
             memory.reset()
 
     def _stop(self, observation: Observation, now: float, ending: Outcome) -> None:
         """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
         self._ending = ending
-        inherited = self._phase is Phase.PREPARING and self._flight.commanded is not None
+        inherited = self._phase is Phase.PREPARING and self._follower.commanded is not None
         # A replaced goal may have left something under way.
         on_ground = self._phase is Phase.TAKING_OFF or any(
             is_pending(observation, kind)
             for kind in (OperationKind.ARM, OperationKind.DISARM, OperationKind.TAKE_OFF)
         )
         if self._phase in _FLYING or (inherited and observation.in_control):
-            self._flight.plan_stop(observation)
+            self._follower.plan_stop(observation)
             self._go(Event.STOP_IN_AIR, now)
         elif on_ground or self._arming_asked:
             self._armed_for_us = self._arming_asked or any(

@@ -34,7 +34,7 @@ class GotoDeparture(GotoBase):
         if self._flies(observation) and not taking_off:
             self._begin_flight(Event.FLIES, observation, now)
             return None
-        self._flight.forget_commanded()  # What was sent in the air is no start on the ground.
+        self._follower.forget_commanded()  # What was sent in the air is no start on the ground.
         if observation.armed or taking_off:
             self._go(Event.NEEDS_TAKEOFF, now)
         else:

@@ -10,7 +10,7 @@ from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.flying.goto_phases import Phase
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import NoWay, Way
-from navigation_core.tasks.leading.flight import Flight
+from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import is_airborne
 from navigation_core.trajectories.trajectory import TrajectoryError, plan_to
 
@@ -59,12 +59,12 @@ class GotoEstimator:
         height_m = self._goal_enu_m[2] - ground_enu_m
         return min(max(height_m, self._config.takeoff_height_min_m), self._config.takeoff_height_m)
 
-    def start(self, observation: Observation, flight: Flight) -> None:
+    def start(self, observation: Observation, follower: PathFollower) -> None:
         """Plan the leg that is flown after the take-off, for its length and duration.
 
         Args:
             observation: what is known.
-            flight: plans the path around obstacles, if it is to.
+            follower: plans the path around obstacles, if it is to.
         """
         position = observation.position_enu_m
         if position is None or not is_finite(position):
@@ -77,7 +77,7 @@ class GotoEstimator:
             self._takeoff_m = self.takeoff_height_m(ground_m)
             position = (position[0], position[1], ground_m + self._takeoff_m)
         try:
-            self._preview = flight.preview(position, observation)
+            self._preview = follower.preview(position, observation)
             self._look_at_preview()
             if self.follows_route:
                 return

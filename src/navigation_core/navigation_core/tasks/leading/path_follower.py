@@ -1,4 +1,4 @@
-"""The setpoint of a flight: its start, its target, and the setpoint sent last."""
+"""Follows the path to a goal: its start, its target, and the setpoint sent last."""
 
 from __future__ import annotations
 
@@ -84,8 +84,8 @@ class _Pending:
     begun_s: float
 
 
-class Flight:
-    """Plans trajectories and remembers the last setpoint, so that the next one fits it."""
+class PathFollower:
+    """Plans trajectories and follows them; each plan fits the setpoint sent last."""
 
     def __init__(
         self,
