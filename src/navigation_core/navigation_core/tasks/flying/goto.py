@@ -52,7 +52,7 @@ class Goto(GotoStopping):
             Phase.TAKING_OFF: self._take_off,
             Phase.NAVIGATING: self._navigate,
             Phase.SETTLING: self._settle,
-            Phase.BLOCKED: self._wait_for_way,
+            Phase.BLOCKED: self._wait_for_path,
             Phase.HOLDING: self._hold,
             Phase.PAUSED: self._stay,
             Phase.BRAKING: self._brake,
@@ -216,7 +216,7 @@ class Goto(GotoStopping):
         self._follower.walk(None)
         return self._led(observation)
 
-    def _wait_for_way(self, observation: Observation, now: float) -> Answer:
+    def _wait_for_path(self, observation: Observation, now: float) -> Answer:
         """Stand still until obstacles leave a path, or it has taken too long."""
         assert self._avoider is not None
         if not is_located(observation, self._config.position_stale_s):

@@ -12,12 +12,13 @@ from dataclasses import replace
 from navigation_core.geometry import Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
+from navigation_core.planning.planner import NoPath
 from navigation_core.planning.replanner import Decision, Replanner, ReplanRules, State
 from navigation_core.safety.braking import must_brake
 from navigation_core.tasks.base import Observation
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.checked_path import NoWay, Way
+from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 
@@ -37,10 +38,10 @@ class Avoider:
             config: how to keep away.
             follower: of the path; it must have been made with the same.
         """
-        assert follower.ways is not None
+        assert follower.planner is not None
         self._config = config
         self._follower = follower
-        self._ways = follower.ways
+        self._planner = follower.planner
         self._replanner = Replanner(
             ReplanRules(
                 config.conflict_clearance_m,
@@ -75,8 +76,8 @@ class Avoider:
         if self._follower.undecided:
             self._replanner.not_found(here, now, is_undecided=True)
             return False
-        if self._follower.no_way:
-            self.reason = self._follower.no_way
+        if self._follower.no_path:
+            self.reason = self._follower.no_path
             self._replanner.not_found(here, now)
             return False
         self.reason = ""
@@ -104,7 +105,7 @@ class Avoider:
         return True
 
     def think(self, observation: Observation, now: float) -> None:
-        """Look for another way if need be, and go over to it; without one, stop.
+        """Look for another path if need be, and go over to it; without one, stop.
 
         While a search goes on, the old path is flown, and the brake watches.
         """
@@ -152,9 +153,9 @@ class Avoider:
         carrot = follower.carrot
         if carrot is None:
             return
-        if follower.way is not None and not carrot.ended:
-            conflict = self._is_in_conflict(follower.way, carrot, observation)
-            leads_away = bool(follower.way.passed_s)
+        if follower.path is not None and not carrot.ended:
+            conflict = self._is_in_conflict(follower.path, carrot, observation)
+            leads_away = bool(follower.path.passed_s)
             # What drives begins each plan as fast as it is: a brake that is under way would
             # never get slower if it were replanned in every step.
             brakes = not leads_away and follower.starts_here
@@ -168,8 +169,8 @@ class Avoider:
             return
         self._gave_way_s = now
         assert follower.commanded is not None
-        assert follower.way_out is not None
-        away = follower.way_out.plan_away(follower.start(observation), observation.obstacles)
+        assert follower.evasion is not None
+        away = follower.evasion.plan_away(follower.start(observation), observation.obstacles)
         if away is not None:
             follower.take(away, leads_to_goal=False)
 
@@ -191,24 +192,24 @@ class Avoider:
         acts = must_brake(
             MotionSamples.at(here),
             observation.obstacles,
-            self._ways.braking_limits,
+            self._planner.braking_limits,
             self._config.brake_clearance_m,
             self._config.reaction_s,
         )
         return bool(acts[0])
 
-    def _is_in_conflict(self, way: Way, carrot: Carrot, observation: Observation) -> bool:
-        rest = way.samples.ahead(carrot.time_s, carrot.state.position_enu_m)
+    def _is_in_conflict(self, path: CheckedPath, carrot: Carrot, observation: Observation) -> bool:
+        rest = path.samples.ahead(carrot.time_s, carrot.state.position_enu_m)
         limit_m = self._config.conflict_clearance_m
         return first_conflict(rest, observation.obstacles, limit_m) is not None
 
     def _check(self, observation: Observation, now: float) -> Decision:
-        way, carrot = self._follower.way, self._follower.carrot
-        if way is None or carrot is None:
+        path, carrot = self._follower.path, self._follower.carrot
+        if path is None or carrot is None:
             return Decision.KEEP
         place = carrot.state.position_enu_m
         return self._replanner.check(
-            way.samples,
+            path.samples,
             carrot.time_s,
             place,
             self._least_m(place),
@@ -219,23 +220,23 @@ class Avoider:
 
     def _plan_on(self, observation: Observation, now: float) -> None:
         """Plan the rest of a long path before it gets there, or stop where its plan ends."""
-        way, carrot = self._follower.way, self._follower.carrot
-        if way is None or carrot is None or carrot.time_s < way.extend_s:
+        path, carrot = self._follower.path, self._follower.carrot
+        if path is None or carrot is None or carrot.time_s < path.extend_s:
             return
         # In a corner, or right before one, it could not be done without a stop.
         next_m = distance(carrot.state.position_enu_m, self._follower.points[0].position_enu_m)
         turns = norm(carrot.state.acceleration_enu_m_s2) > _TURNS_M_S2
         near = next_m < _AHEAD_S * norm(carrot.state.velocity_enu_m_s)
-        if (turns or near) and carrot.time_s < way.extend_s + _PATIENCE_S:
+        if (turns or near) and carrot.time_s < path.extend_s + _PATIENCE_S:
             return
-        last_moment = carrot.time_s > float(way.samples.times_s[-1]) - _PLAN_ON_S
-        onward = self._follower.find_way(observation, under_way=True)
-        if isinstance(onward, Way):
+        last_moment = carrot.time_s > float(path.samples.times_s[-1]) - _PLAN_ON_S
+        onward = self._follower.find_path(observation, under_way=True)
+        if isinstance(onward, CheckedPath):
             self._follower.take(onward)
-        elif last_moment and isinstance(onward, NoWay):
+        elif last_moment and isinstance(onward, NoPath):
             self._stop(observation, now, onward.reason)
         elif onward is not None:
-            self._follower.way = replace(way, extend_s=carrot.time_s + _PLAN_ON_S)
+            self._follower.path = replace(path, extend_s=carrot.time_s + _PLAN_ON_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
         """Return the length of the straight path through what is left of the points."""
@@ -254,27 +255,29 @@ class Avoider:
 
     def _replan(self, observation: Observation, now: float) -> None:
         place = measured_state(observation).position_enu_m
-        way = self._follower.find_way(observation, under_way=True)
-        if way is None:
+        path = self._follower.find_path(observation, under_way=True)
+        if path is None:
             return
-        if isinstance(way, NoWay):
-            self.reason = way.reason
+        if isinstance(path, NoPath):
+            self.reason = path.reason
             self._follower.plan_stop(observation)
             self._replanner.not_found(place, now)
         else:
-            self._follower.take(way)
+            self._follower.take(path)
             self._replanner.found(place, now)
 
     def _compare(self, observation: Observation, now: float) -> None:
         """Go over to a path that is clearly shorter, if there is one."""
         place, carrot = measured_state(observation).position_enu_m, self._follower.carrot
         assert carrot is not None
-        way = self._follower.find_way(observation, under_way=True)
-        if way is None:
+        path = self._follower.find_path(observation, under_way=True)
+        if path is None:
             return
         left_m = carrot.distance_remaining_m
-        if isinstance(way, Way) and self._replanner.is_clearly_shorter(way.length_m, left_m):
-            self._follower.take(way)
+        if isinstance(path, CheckedPath) and self._replanner.is_clearly_shorter(
+            path.length_m, left_m
+        ):
+            self._follower.take(path)
             self._replanner.found(place, now)
         else:
             self._replanner.not_found(place, now)
