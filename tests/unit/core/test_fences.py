@@ -118,12 +118,12 @@ def test_a_path_is_accepted_only_if_no_point_of_it_is_outside(
     areas = (Polygon(tuple(corners), inclusion), Circle(centre, 12.5, not inclusion))
     both = (Polygon(tuple(corners)), Circle(centre, 12.5))
     fence = Fence(alternatives=both) if alternatives else Fence(areas)
-    way = fence.check_way((*start, 0.0), (*end, 0.0))
+    rejection = fence.check_leg((*start, 0.0), (*end, 0.0))
     step = ((end[0] - start[0]) / 199.0, (end[1] - start[1]) / 199.0)
     points = [(start[0] + n * step[0], start[1] + n * step[1]) for n in range(200)]
     free_m = min(area.margin_m(p) for p in points for area in areas)
     outside = [p for p in points if not fence.allows(p)]
     if any(min(area.margin_m(p) for area in areas) > 1e-6 for p in outside):
-        assert way is not None
+        assert rejection is not None
     elif not outside and free_m > math.dist(points[0], points[1]):
-        assert way is None
+        assert rejection is None

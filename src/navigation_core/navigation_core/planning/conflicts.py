@@ -78,7 +78,7 @@ def first_conflict(points_enu_m: Array, obstacles: Obstacles, clearance_m: float
     """
     if not len(obstacles) or not len(points_enu_m):
         return None
-    begin = _way_out(points_enu_m, obstacles, clearance_m)
+    begin = _escape_index(points_enu_m, obstacles, clearance_m)
     if begin < 0:
         return -begin - 1
     for i in range(begin, len(points_enu_m) - 1, _LINES):
@@ -107,7 +107,7 @@ def clearance_at_m(position_enu_m: Vector3, obstacles: Obstacles, within_m: floa
     return clearance_m if clearance_m <= within_m else float("inf")
 
 
-def _way_out(points: Array, obstacles: Obstacles, clearance_m: float) -> int:
+def _escape_index(points: Array, obstacles: Obstacles, clearance_m: float) -> int:
     """Return the index from which on the clearance is to be kept; below 0: -1 - conflict."""
     nearest_m = clearance_at_m(_vector(points[0]), obstacles, clearance_m)
     if nearest_m >= clearance_m:

@@ -23,7 +23,7 @@ from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.planning.conflicts import MotionSamples, first_conflict
 
-# Less than this is not worth another way: all paths are about as short shortly before the end.
+# Less than this is not worth another path: all paths are about as short shortly before the end.
 _GAIN_MIN_M = 1.0
 # A vehicle that has come so far from where it was blocked has had a path meanwhile.
 _AWAY_M = 2.0
@@ -109,14 +109,14 @@ class ReplanRules:
 
 
 class Replanner:
-    """Decides about one way; see the module."""
+    """Decides about one path; see the module."""
 
     def __init__(self, rules: ReplanRules) -> None:
         """Begin with a path that has not been checked yet."""
         self._rules = rules
         self.state = State.KEEPING
         self.replans = 0
-        self._way: MotionSamples | None = None
+        self._path: MotionSamples | None = None
         self._obstacles: Obstacles | None = None
         self._planned_s = float("-inf")
         self._blocked_s: float | None = None
@@ -128,7 +128,7 @@ class Replanner:
 
     def check(
         self,
-        way: MotionSamples,
+        path: MotionSamples,
         time_s: float,
         place_enu_m: Vector3,
         least_m: float,
@@ -141,7 +141,7 @@ class Replanner:
         Nothing is calculated unless path or obstacles are other objects than the last time.
 
         Args:
-            way: what is flown.
+            path: what is flown.
             time_s: up to when, in its own time.
             place_enu_m: the place on it at that time.
             least_m: the length that no path can be shorter than.
@@ -152,12 +152,12 @@ class Replanner:
         if self.state is State.REPLANNING:
             return Decision.REPLAN
         comparing = self.state is State.COMPARING
-        if way is self._way and obstacles is self._obstacles:
+        if path is self._path and obstacles is self._obstacles:
             return Decision.COMPARE if comparing else Decision.KEEP
         known = self._obstacles
-        self._way, self._obstacles = way, obstacles
+        self._path, self._obstacles = path, obstacles
         clearance_m = self._rules.conflict_clearance_m
-        rest = way.ahead(time_s, place_enu_m)
+        rest = path.ahead(time_s, place_enu_m)
         if first_conflict(rest, obstacles, clearance_m) is not None:
             self._go(Event.CONFLICT)
             return Decision.REPLAN
@@ -175,12 +175,12 @@ class Replanner:
         return length_m < left_m - gain_m
 
     def found(self, place_enu_m: Vector3, now: float) -> None:
-        """Record that another way is flown from now on."""
+        """Record that another path is flown from now on."""
         if self.state is not State.KEEPING:
             self.replans += 1
         self._go(Event.FOUND)
         self._planned_s = now
-        self._way = None
+        self._path = None
         self.moved_on(place_enu_m)
 
     def not_found(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:

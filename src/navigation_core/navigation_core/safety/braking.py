@@ -42,12 +42,12 @@ def stopping_ends(motion: MotionSamples, limits: Limits, reaction_s: float) -> A
     limit = deceleration_along_m_s2(course, limits)
     ahead = np.clip((motion.accelerations_enu_m_s2 * course).sum(axis=1), 0.0, limit)
     fade_s = ahead / jerk
-    way = speed * (reaction_s + fade_s) + ahead * fade_s * fade_s / 3.0
+    stopping_m = speed * (reaction_s + fade_s) + ahead * fade_s * fade_s / 3.0
     speed = speed + 0.5 * ahead * fade_s
     full = speed * speed / (2.0 * limit) + speed * limit / (2.0 * jerk)
     short = speed * np.sqrt(speed / jerk)
-    way = way + np.where(speed >= limit * limit / jerk, full, short)
-    return np.asarray(motion.positions_enu_m + course * way[:, None])
+    stopping_m = stopping_m + np.where(speed >= limit * limit / jerk, full, short)
+    return np.asarray(motion.positions_enu_m + course * stopping_m[:, None])
 
 
 def must_brake(

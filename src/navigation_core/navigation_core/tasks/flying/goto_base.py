@@ -184,7 +184,7 @@ class GotoBase(ABC):
         return answer
 
     def think(self, observation: Observation, now: float) -> None:
-        """Look for another way around obstacles, if need be."""
+        """Look for another path around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
         if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:

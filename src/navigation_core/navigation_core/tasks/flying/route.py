@@ -234,8 +234,8 @@ class FlyRoute(Goto):
         """Return how much longer the path by the waypoints is than straight to the next stop."""
         end = self._section_end()
         places = [position_enu_m, *(self._at(i).position_enu_m for i in range(self._next, end + 1))]
-        way_m = sum(distance(a, b) for a, b in itertools.pairwise(places))
-        return way_m - distance(places[0], places[-1])
+        path_m = sum(distance(a, b) for a, b in itertools.pairwise(places))
+        return path_m - distance(places[0], places[-1])
 
     def _after_section(self) -> tuple[float, float]:
         """Return path and time of what comes after the stop that is flown to."""
