@@ -27,9 +27,9 @@ from navigation_core.tasks.base import (
 from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoConfigError, GotoGoal
 from navigation_core.tasks.flying.goto_phases import (
     TRANSITIONS,
-    Event,
     Phase,
     PhaseError,
+    PhaseEvent,
     next_phase,
 )
 from tests.support.point_mass import Flight, PointMass, fly
@@ -1022,14 +1022,14 @@ def test_settings_that_make_no_sense_are_named(name: str, value: float) -> None:
 
 def test_every_phase_leads_to_the_end_and_none_leads_on_from_it() -> None:
     for phase in Phase:
-        for event in Event:
+        for event in PhaseEvent:
             if (phase, event) in TRANSITIONS:
                 assert next_phase(phase, event) is TRANSITIONS[phase, event]
                 assert phase is not Phase.ENDED
             else:
                 with pytest.raises(PhaseError, match=f"{event.name} cannot happen"):
                     next_phase(phase, event)
-        assert phase is Phase.ENDED or next_phase(phase, Event.OVER) is Phase.ENDED
+        assert phase is Phase.ENDED or next_phase(phase, PhaseEvent.OVER) is Phase.ENDED
 
 
 # --- a position that is in doubt -----------------------------------------------------

@@ -14,7 +14,7 @@ from navigation_core.planning.conflicts import MotionSamples
 from navigation_core.planning.replanner import (
     TRANSITIONS,
     Decision,
-    Event,
+    ReplanEvent,
     Replanner,
     ReplannerError,
     ReplanRules,
@@ -162,8 +162,8 @@ def test_nothing_is_planned_while_that_is_not_allowed() -> None:
     assert replanner.wait(32.0, False) is Decision.GIVE_UP
 
 
-@pytest.mark.parametrize(("state", "event"), list(itertools.product(State, Event)))
-def test_every_event_is_in_the_table_or_an_error(state: State, event: Event) -> None:
+@pytest.mark.parametrize(("state", "event"), list(itertools.product(State, ReplanEvent)))
+def test_every_event_is_in_the_table_or_an_error(state: State, event: ReplanEvent) -> None:
     replanner = Replanner(RULES)
     replanner.state = state
     if (state, event) in TRANSITIONS:

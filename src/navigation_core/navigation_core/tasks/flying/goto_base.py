@@ -32,7 +32,7 @@ from navigation_core.tasks.base import (
 )
 from navigation_core.tasks.conditions import Dwell, Operation
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.flying.goto_phases import Event, Phase, next_phase
+from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.avoider import Avoider
@@ -180,7 +180,7 @@ class GotoBase(ABC):
             answer = replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
         elif isinstance(answer, Outcome):
             self._outcome = answer
-            self._go(Event.OVER, now)
+            self._go(PhaseEvent.OVER, now)
         return answer
 
     def think(self, observation: Observation, now: float) -> None:
@@ -214,7 +214,7 @@ class GotoBase(ABC):
         if self._avoider is not None:
             self._avoider.restart_clock()
         self._forget()
-        self._go(Event.NEEDS_CONTROL, now)
+        self._go(PhaseEvent.NEEDS_CONTROL, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
@@ -262,10 +262,10 @@ class GotoBase(ABC):
             self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
         elif observation.position_doubt and self._phase in _DOUBTING:
             self._follower.plan_stop(observation)
-            self._go(Event.POSITION_LOST, now)
+            self._go(PhaseEvent.POSITION_LOST, now)
         elif self._pause_asked and self._phase in PAUSABLE:
             self._follower.plan_stop(observation)
-            self._go(Event.PAUSE, now)
+            self._go(PhaseEvent.PAUSE, now)
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         for _ in range(_PHASE_CHANGES_MAX):
@@ -278,7 +278,7 @@ class GotoBase(ABC):
                 return answer
         raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
 
-    def _go(self, event: Event, now: float) -> None:
+    def _go(self, event: PhaseEvent, now: float) -> None:
         """Move to the phase that an event leads to."""
         self._phase = next_phase(self._phase, event)
         self._phase_since_s = now
@@ -303,12 +303,12 @@ class GotoBase(ABC):
         )
         if self._phase in _FLYING or (inherited and observation.in_control):
             self._follower.plan_stop(observation)
-            self._go(Event.STOP_IN_AIR, now)
+            self._go(PhaseEvent.STOP_IN_AIR, now)
         elif on_ground or self._arming_asked:
             self._armed_for_us = self._arming_asked or any(
                 is_pending(observation, kind) for kind in (OperationKind.ARM, OperationKind.DISARM)
             )
-            self._go(Event.STOP_ON_GROUND, now)
+            self._go(PhaseEvent.STOP_ON_GROUND, now)
 
     def _check_flight(self, observation: Observation, now: float) -> Answer:
         """Look for what ends or suspends every flight."""
@@ -329,7 +329,7 @@ class GotoBase(ABC):
         return Wait() if on_ground else None
 
     @abstractmethod
-    def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
+    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
         """Plan the flight, and be in the phase that the event leads to."""
 
     # --- outcomes and operations -----------------------------------------------------

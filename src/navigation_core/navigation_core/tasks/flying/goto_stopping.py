@@ -6,7 +6,7 @@ from navigation_core.geometry import norm
 from navigation_core.tasks.base import Fly, Observation, OperationKind, Outcome, Perform, Wait
 from navigation_core.tasks.flying.goto_base import Answer
 from navigation_core.tasks.flying.goto_departure import GotoDeparture
-from navigation_core.tasks.flying.goto_phases import Event
+from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import is_located
 
@@ -45,7 +45,7 @@ class GotoStopping(GotoDeparture):
         holds = not self._armed_for_us and self._operation is not None
         if self._traits.flies and self._flies(observation) and not holds:
             self._follower.plan_stop(observation)
-            self._go(Event.STOP_IN_AIR, now)
+            self._go(PhaseEvent.STOP_IN_AIR, now)
             return None
         if not self._armed_for_us:
             return self._cut_take_off(observation, now)

@@ -30,7 +30,7 @@ from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flying.goto import Goto
 from navigation_core.tasks.flying.goto_base import Answer
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.flying.goto_phases import Event, Phase
+from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import cruise_limits
@@ -149,7 +149,7 @@ class FlyRoute(Goto):
         self._planned_from = self._next
         self._nearest_m = math.inf
 
-    def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
+    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
         self._set_section()
         super()._begin_flight(event, observation, now)
 
@@ -196,7 +196,7 @@ class FlyRoute(Goto):
         self._tick_off(True)
         self._held_s, self._least_left_m = 0.0, math.inf
         if self._next < self._total:
-            self._begin_flight(Event.REPLAN, observation, now)
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
             return None
         text = f"Flew {self._reached} of {self._total} waypoints."
         if not self._missed:
