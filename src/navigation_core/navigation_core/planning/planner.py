@@ -13,7 +13,7 @@ from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.clearance_escape import escape_point
 from navigation_core.planning.detours import around
-from navigation_core.planning.planar_shapes import Shapes
+from navigation_core.planning.planar_shapes import PlanarShapes
 from navigation_core.trajectories.turning_room import drivable_path, has_room_to_turn
 
 __all__ = ["NoPath", "Path", "PlanLimits", "plan"]
@@ -183,7 +183,7 @@ def _unreachable(goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits) 
         return None
     if has_m <= 0.0:
         level = obstacles.between(goal_enu_m[2] - _TINY_M, goal_enu_m[2] + _TINY_M)
-        depth_m = Shapes(level).depth_m(np.array(goal_enu_m[:2]))
+        depth_m = PlanarShapes(level).depth_m(np.array(goal_enu_m[:2]))
         return f"The goal {_told(goal_enu_m)} is inside an obstacle, by {depth_m:.2f} m."
     return (
         f"The goal {_told(goal_enu_m)} is {has_m:.2f} m from an obstacle; "

@@ -18,7 +18,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.planar_shapes import Indices, Shapes
+from navigation_core.planning.planar_shapes import Indices, PlanarShapes
 
 __all__ = ["tangent_path"]
 
@@ -71,7 +71,7 @@ class _Search:
 
     def __init__(self, start: Array, goal: Array, level: Obstacles, clearance_m: float) -> None:
         self._level = level
-        self._shapes = Shapes(level)
+        self._shapes = PlanarShapes(level)
         self._clearance_m = clearance_m
         self._height = start[2]
         self._rows = np.empty(0, dtype=np.intp)
