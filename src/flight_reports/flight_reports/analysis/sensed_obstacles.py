@@ -8,7 +8,7 @@ import numpy as np
 
 from flight_reports.analysis.log_reader import Floats, LogContents
 from flight_reports.analysis.message_rates import Source
-from flight_reports.flight_recording import RecordingError, read_recording
+from flight_reports.flight_recording import NoFlightError, read_recording
 from navigation_core.mapping.obstacles import Obstacles
 
 LARGEST_LOG_BYTES = 8 << 20
@@ -74,7 +74,7 @@ def read_sensed(contents: LogContents, vehicle: Source) -> Sensed | None:
         return None
     try:
         recording = read_recording(contents.path)
-    except RecordingError:
+    except NoFlightError:
         return None
     if not recording.vehicle.endswith(f", system {vehicle[0]}") or not len(recording.obstacles):
         return None

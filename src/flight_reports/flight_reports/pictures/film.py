@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_reports.flight_recording import Recording
+from flight_reports.flight_recording import FlightRecording
 from flight_reports.pictures import scene
 from flight_reports.pictures.panel import Panel
 from flight_reports.pictures.scene import ABOVE, Array, Viewpoint
@@ -61,7 +61,7 @@ class Pace:
         return np.append(np.arange(self.begin_s, self.end_s, step_s), self.end_s)
 
 
-def make_pace(recording: Recording, film_s: float, frames_hz: float) -> Pace:
+def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Pace:
     """Return a pace that shows all of interest in about ``film_s``, never slower than it was."""
     times_s = recording.goals.times_s or recording.status.times_s
     begin_s = max((times_s[0] if times_s else 0.0) - 0.5, 0.0)
@@ -78,7 +78,7 @@ class Film:
     What never changes is drawn once; for each moment only the rest is drawn over a copy.
     """
 
-    def __init__(self, recording: Recording, speedup: float) -> None:
+    def __init__(self, recording: FlightRecording, speedup: float) -> None:
         """Prepare the pictures of ``recording``."""
         self._recording = recording
         width, height = (pixels / _DPI for pixels in SIZE_PX)
@@ -138,7 +138,9 @@ class _Memory:
 class _Stage:
     """One view of the flight: what moves in it."""
 
-    def __init__(self, axes: Axes, view: Viewpoint, recording: Recording, speedup: float) -> None:
+    def __init__(
+        self, axes: Axes, view: Viewpoint, recording: FlightRecording, speedup: float
+    ) -> None:
         self._axes, self._view, self._recording = axes, view, recording
         self._fade_s, self._glow_s = _FADE_S * speedup, _GLOW_S * speedup
         low, high = scene.bounds_m(recording, _MARGIN_M)
