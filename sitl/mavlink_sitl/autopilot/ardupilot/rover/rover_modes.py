@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
-from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point, Route
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import LegReference, Point
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
@@ -34,7 +34,7 @@ class DriveMode(Mode):
         """See the class."""
         super().__init__(rover, spec)
         self.rover = rover
-        self.route: Route | None = None
+        self.route: LegReference | None = None
 
     def ground_motors(self) -> Motors:
         """A rover never counts as landed."""
@@ -209,7 +209,7 @@ class Guided(DriveMode):
 
     def go_to(self, place: Point) -> None:
         """Drive to a place."""
-        self.route = Route(self.rover, place, self.rover.cruise_m_s())
+        self.route = LegReference(self.rover, place, self.rover.cruise_m_s())
         self._expires_s = math.inf
         self._told = False
 
