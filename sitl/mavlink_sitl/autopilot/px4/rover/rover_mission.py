@@ -10,7 +10,7 @@ from mavlink_sitl.autopilot.common.auto_tasks import Task
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
-from mavlink_sitl.autopilot.px4.rover.pursuit import Point, Pursuit
+from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class DriveTo(Task):
             angle = corner_rad(start, target, after)
             accept = corner_radius_m(rover, angle)
             arrival = min(rover.reduced_m_s(1.0 - angle / math.pi), rover.cruise_m_s())
-        mission.way = Pursuit(rover, target, start, arrival, accept)
+        mission.way = PurePursuit(rover, target, start, arrival, accept)
 
     def update(self) -> None:
         """Drive on."""
