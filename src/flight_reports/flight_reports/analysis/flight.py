@@ -13,7 +13,12 @@ from flight_reports.analysis.events import Retold, Teller
 from flight_reports.analysis.link_quality import LinkQuality, link_quality
 from flight_reports.analysis.log_reader import REQUESTS, SETPOINTS, LogContents, Progress
 from flight_reports.analysis.message_rates import Source
-from flight_reports.analysis.sensed_obstacles import Clearance, Sensed, read_clearance, read_sensed
+from flight_reports.analysis.sensed_obstacles import (
+    Sensed,
+    SensedClearance,
+    read_clearance,
+    read_sensed,
+)
 from flight_reports.analysis.track import Track, local_samples, read_setpoints, read_track
 from flight_reports.analysis.tracking import Tracking, TrackSamples, tracking
 from mavlink_vehicle.codec import mavlink
@@ -78,7 +83,7 @@ class Flight:
     velocity_tracking: Tracking | None
 
     @cached_property
-    def clearance(self) -> Clearance:
+    def clearance(self) -> SensedClearance:
         """Clearance by the vehicle's own scanner; empty without one."""
         return read_clearance(self.contents, self.source)
 

@@ -30,7 +30,7 @@ class Sensed:
 
 
 @dataclass(frozen=True)
-class Clearance:
+class SensedClearance:
     """Distance of the nearest obstacle measured by a scanner.
 
     Attributes:
@@ -42,7 +42,7 @@ class Clearance:
     distance_m: Floats
 
 
-def read_clearance(contents: LogContents, vehicle: Source) -> Clearance:
+def read_clearance(contents: LogContents, vehicle: Source) -> SensedClearance:
     """Return the shortest distance of each OBSTACLE_DISTANCE of a vehicle's system.
 
     It is measured, and not reckoned from the map: there, what moves leaves places behind that are
@@ -50,13 +50,13 @@ def read_clearance(contents: LogContents, vehicle: Source) -> Clearance:
     """
     records = contents.records.get("OBSTACLE_DISTANCE")
     if records is None:
-        return Clearance(np.zeros(0), np.zeros(0))
+        return SensedClearance(np.zeros(0), np.zeros(0))
     own = records[records["system"] == vehicle[0]]
     # Above the sensor's reach means nothing was there; UINT16_MAX, that it was not looked
     # (https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE).
     there = own["distances"] <= own["max_distance"][:, None]
     distance_m = np.where(there, own["distances"] * 0.01, np.inf).min(axis=1)
-    return Clearance(own["time_s"].astype(np.float64), distance_m)
+    return SensedClearance(own["time_s"].astype(np.float64), distance_m)
 
 
 def obstacles_left_out(contents: LogContents) -> bool:
