@@ -14,7 +14,7 @@ from PIL import Image
 from flight_reports import flight_plot, flight_video
 from flight_reports.flight_recording import FlightRecording, read_recording
 from flight_reports.pictures import scene as flight_scene
-from flight_reports.pictures.film import Film, Pace, Picture, make_pace
+from flight_reports.pictures.film import Film, Picture, Playback, make_pace
 from flight_reports.pictures.scene import ABOVE, Viewpoint, ground_m
 from flight_reports.timeline import Timeline
 from navigation_bridge.recording.recorded_notes import RecordedGoal as Goal
@@ -49,7 +49,7 @@ def coloured(picture: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], colour: s
 def film(recording: FlightRecording, *times_s: float) -> list[Picture]:
     pictures = Film(recording, 3.0).pictures
     # Only what is seen from above: text has edges of many colours.
-    return [next(pictures(Pace(t_s, t_s, 1.0, 8.0)))[70:635, 50:720] for t_s in times_s]
+    return [next(pictures(Playback(t_s, t_s, 1.0, 8.0)))[70:635, 50:720] for t_s in times_s]
 
 
 def test_the_flown_path_grows(flown: FlightRecording) -> None:

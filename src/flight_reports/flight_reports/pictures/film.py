@@ -40,7 +40,7 @@ _GLOW_S = 0.5
 
 
 @dataclass(frozen=True)
-class Pace:
+class Playback:
     """Time range and speed of a video.
 
     Attributes:
@@ -61,7 +61,7 @@ class Pace:
         return np.append(np.arange(self.begin_s, self.end_s, step_s), self.end_s)
 
 
-def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Pace:
+def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Playback:
     """Return a pace that shows all of interest in about ``film_s``, never slower than it was."""
     times_s = recording.goals.times_s or recording.status.times_s
     begin_s = max((times_s[0] if times_s else 0.0) - 0.5, 0.0)
@@ -69,7 +69,7 @@ def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Pa
     if recording.goals and len(recording.status):
         end_s = min(end_s, recording.status.times_s[-1] + 1.0)
     speedup = max(np.ceil(2.0 * (end_s - begin_s) / film_s) / 2.0, 1.0)
-    return Pace(begin_s, max(end_s, begin_s), float(speedup), frames_hz)
+    return Playback(begin_s, max(end_s, begin_s), float(speedup), frames_hz)
 
 
 class Film:
@@ -96,7 +96,7 @@ class Film:
         canvas.draw()
         self._background = canvas.copy_from_bbox(self._figure.bbox)
 
-    def pictures(self, pace: Pace) -> Iterator[Picture]:
+    def pictures(self, pace: Playback) -> Iterator[Picture]:
         """Yield a picture, shape (height, width, 3), for each moment."""
         for time_s in pace.times_s():
             self._canvas.restore_region(self._background)
