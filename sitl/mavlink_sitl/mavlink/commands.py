@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Guided, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import copter_commands, kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
@@ -130,7 +130,7 @@ def _reposition(server: MavlinkServer, command: ReceivedCommand) -> Result:
         return Result.FAILED
     if not copter.fence.allows(position):
         return Result.FAILED
-    copter.setpoint(Setpoint(Frame.LOCAL, position_m=position))
+    copter.setpoint(Setpoint(SetpointFrame.LOCAL, position_m=position))
     return Result.ACCEPTED
 
 

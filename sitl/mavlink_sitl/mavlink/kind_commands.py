@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.plane import plane
 from mavlink_sitl.autopilot.ardupilot.rover import rover
 from mavlink_sitl.exchange import Result, Severity
@@ -70,7 +70,7 @@ def _go_to(copter: Firmware, command: ReceivedCommand, position: Vector) -> Resu
         if copter.destination_ned_m() is None:
             return Result.FAILED
         copter.change_speed(1, command.params[0])
-    copter.go_to(Setpoint(Frame.LOCAL, position_m=position))
+    copter.go_to(Setpoint(SetpointFrame.LOCAL, position_m=position))
     return Result.ACCEPTED
 
 

@@ -27,7 +27,7 @@ from mavlink_vehicle.vehicle_config import VehicleConfig
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
-from navigation_bridge.recording.recorded_frames import Frame, FromFirstPosition, LocalOnly
+from navigation_bridge.recording.recorded_frames import FromFirstPosition, LocalOnly, PoseFrame
 from navigation_bridge.recording.recorded_notes import NotesReader, RecordedGoal
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_core.geometry import Vector3
@@ -156,7 +156,7 @@ def _listed(systems: set[int]) -> str:
 class _Reader:
     """Follows one vehicle through a recording."""
 
-    def __init__(self, vehicle: _Source, other_systems: set[int], frame: Frame) -> None:
+    def __init__(self, vehicle: _Source, other_systems: set[int], frame: PoseFrame) -> None:
         self._other_systems = other_systems
         self.poses: list[tuple[float, MapPose, float]] = []
         self._vehicle = Vehicle(
