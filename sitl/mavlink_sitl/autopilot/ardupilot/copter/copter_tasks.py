@@ -13,7 +13,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import (
     TAKEOFF_SPEED_M_S,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_distance
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg, Vector
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, YawMode
@@ -27,7 +27,7 @@ ALLOW_TAKEOFF = 2
 """Bit of AUTO_OPTIONS: no raised throttle needed for the take-off"""
 
 
-class CopterTask(Task):
+class CopterTask(AutoTask):
     """An item in flight.
 
     Args:

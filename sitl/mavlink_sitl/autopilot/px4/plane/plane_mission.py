@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _LOITERS = (Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT)
 
 
-class PlaneTask(Task):
+class PlaneTask(AutoTask):
     """An item in flight.
 
     Args:

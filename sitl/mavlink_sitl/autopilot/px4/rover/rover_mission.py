@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
@@ -28,7 +28,7 @@ def corner_rad(before: Point, corner: Point, after: Point) -> float:
     return abs(math.remainder(one - other, math.tau))
 
 
-class DriveTo(Task):
+class DriveTo(AutoTask):
     """The way to an item's place, and the time there.
 
     Args:
