@@ -264,7 +264,7 @@ class GoRound(GlideTask):
         return abs(off) <= ALIGNED_RAD * (1 + int(abs(self._turned_rad) / math.tau))
 
 
-class Wait(GlideTask):
+class GroundDelay(GlideTask):
     """NAV_DELAY: only on the ground and disarmed; in the air it has nothing to fly by."""
 
     def __init__(self, auto: GlideAuto, item: PlanItem) -> None:
