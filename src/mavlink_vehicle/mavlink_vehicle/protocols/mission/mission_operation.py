@@ -70,7 +70,7 @@ class MissionTiming:
     command: CommandTiming
 
 
-class MissionState(enum.Enum):
+class MissionOperationState(enum.Enum):
     """The state of the state machine."""
 
     IDLE = "not started"
@@ -106,7 +106,7 @@ class MissionOperation(Machine[OperationFinished]):
         self, operation_id: int, goal: MissionJob, address: Address, timing: MissionTiming
     ) -> None:
         """Prepare; `begin` is the way in."""
-        super().__init__(MissionState.IDLE)
+        super().__init__(MissionOperationState.IDLE)
         self.operation_id = operation_id
         self.goal = goal
         self.stored: tuple[MissionItem, ...] | None = None
@@ -128,7 +128,7 @@ class MissionOperation(Machine[OperationFinished]):
     @property
     def finished(self) -> bool:
         """Whether it has ended."""
-        return self.state is MissionState.FINISHED
+        return self.state is MissionOperationState.FINISHED
 
     def next_modes(self) -> tuple[int, ...]:
         """No mode follows from it."""
@@ -317,7 +317,7 @@ class MissionOperation(Machine[OperationFinished]):
         self._part = self._upload = None
         self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
 
-    _S = MissionState
+    _S = MissionOperationState
     _I = MissionInput
     table: ClassVar[Table] = {
         (_S.IDLE, _I.WRITE): (_S.WRITING, _write),
