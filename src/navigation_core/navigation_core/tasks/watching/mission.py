@@ -39,7 +39,7 @@ from navigation_core.tasks.watching.mission_phases import (
     MissionPhase,
     check_change,
 )
-from navigation_core.tasks.watching.mission_progress import MissionProgress
+from navigation_core.tasks.watching.mission_progress import MissionTally
 
 _MOVED_M = 0.5
 _STUCK_S = 60.0
@@ -83,7 +83,7 @@ class FlyMission(WithoutSetpoints):
         self._plan = MissionPlan(
             waypoints * laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
         )
-        self._mission = MissionProgress(
+        self._mission = MissionTally(
             waypoints,
             laps,
             speed_m_s or config.limits.speed_horizontal_m_s,
