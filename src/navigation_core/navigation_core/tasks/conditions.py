@@ -125,7 +125,7 @@ class Headway:
 
 
 @dataclass(frozen=True)
-class Operation:
+class RequestedOperation:
     """An operation that was asked for.
 
     Attributes:

@@ -30,7 +30,7 @@ from navigation_core.tasks.base import (
     VehicleMode,
     Wait,
 )
-from navigation_core.tasks.conditions import Dwell, Operation
+from navigation_core.tasks.conditions import Dwell, RequestedOperation
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
@@ -92,7 +92,7 @@ class GotoBase(ABC):
         self._last_step_s = 0.0
         self._phase = Phase.PREPARING
         self._phase_since_s = 0.0
-        self._operation: Operation | None = None
+        self._operation: RequestedOperation | None = None
         self._arming_asked = False
         self._armed_seen = False
         self._armed_for_us = False
@@ -367,7 +367,7 @@ class GotoBase(ABC):
             timeout_s = (
                 self._config.cancel_timeout_s if stopping else self._config.operation_timeout_s
             )
-            self._operation = Operation(intent, refusal, now, timeout_s)
+            self._operation = RequestedOperation(intent, refusal, now, timeout_s)
             return intent  # A report that is there already is about an earlier request.
         return self._operation.check(observation, now)
 
