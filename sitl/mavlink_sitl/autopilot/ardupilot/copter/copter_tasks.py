@@ -41,7 +41,7 @@ class CopterTask(AutoTask):
         self.auto: CopterAuto = auto
 
 
-class TakeOff(CopterTask):
+class TakeOffTask(CopterTask):
     """Straight up, once the motors turn and somebody wants it.
 
     Args:
