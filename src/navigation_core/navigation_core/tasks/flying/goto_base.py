@@ -19,7 +19,7 @@ from navigation_core.tasks.base import (
     Intent,
     Observation,
     OperationKind,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Progress,
@@ -397,4 +397,4 @@ def is_pending(observation: Observation, kind: OperationKind) -> bool:
     report = observation.operation
     if report is None or report.kind is not kind:
         return False
-    return report.state is OperationState.PENDING
+    return report.state is OperationStatus.PENDING

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Observation, OperationKind, OperationState, Outcome, Perform
+from navigation_core.tasks.base import Observation, OperationKind, OperationStatus, Outcome, Perform
 from navigation_core.tasks.conditions import check_departure
 from navigation_core.tasks.flying.goto_base import Answer, GotoBase, is_pending
 from navigation_core.tasks.flying.goto_phases import PhaseEvent
@@ -47,7 +47,7 @@ class GotoDeparture(GotoBase):
             Perform(OperationKind.ARM), OutcomeCode.ARMING_REFUSED, observation, now
         )
         report = observation.operation
-        refused = report is not None and report.state is OperationState.REFUSED
+        refused = report is not None and report.state is OperationStatus.REFUSED
         if isinstance(answer, Outcome) and (observation.armed or not refused):
             # Without a clear rejection the motors may be turning, now or in a moment.
             self._stop(observation, now, answer)
