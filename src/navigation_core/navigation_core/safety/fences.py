@@ -21,7 +21,7 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class Circle:
+class CircleArea:
     """A circle in the map frame.
 
     Attributes:
@@ -66,7 +66,7 @@ class Circle:
 
 
 @dataclass(frozen=True)
-class Polygon:
+class PolygonArea:
     """A simple polygon in the map frame, of any shape.
 
     Attributes:
@@ -117,7 +117,7 @@ class Polygon:
         )
 
 
-Area = Circle | Polygon
+Area = CircleArea | PolygonArea
 
 
 def _distance_to_edge(point: Point2, start: Point2, end: Point2) -> float:
