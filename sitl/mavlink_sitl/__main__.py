@@ -17,7 +17,7 @@ from mavlink_sitl.wall_clock_link import LinkError, Runner
 _BOLD, _DIM, _RESET = "\033[1m", "\033[2m", "\033[0m"
 
 
-class Reporter:
+class ConsoleReporter:
     """Prints what changes: armed, mode, landed.
 
     Args:
@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             log = stack.enter_context(Path(options.tlog).open("wb")) if options.tlog else None
             simulation = Simulation(options.vehicles, options.seed, log, world=options.world)
-            reporter = Reporter(simulation, options.quiet)
+            reporter = ConsoleReporter(simulation, options.quiet)
             summary = Summary(simulation) if options.summary else None
 
             def watch() -> None:

@@ -15,7 +15,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mavlink_sitl.recordings.aspects import ASPECTS
-from mavlink_sitl.recordings.meant import FOR_INFORMATION, Verdict, judge, plain_name, set_up, stale
+from mavlink_sitl.recordings.meant import (
+    FOR_INFORMATION,
+    ComparisonVerdict,
+    judge,
+    plain_name,
+    set_up,
+    stale,
+)
 from mavlink_sitl.recordings.motion import rms_distance_m, spans
 from mavlink_sitl.recordings.recording import Recording, RecordingError, read
 from mavlink_sitl.recordings.replay import Conversation, replay
@@ -53,7 +60,7 @@ def play(recording: Recording, name: str, parameters: Mapping[str, float]) -> Co
     return replay(recording, start_of(recording, {**listed, **parameters}))
 
 
-def report(flight: Conversation, verdict: Verdict) -> list[str]:
+def report(flight: Conversation, verdict: ComparisonVerdict) -> list[str]:
     """Lines for people."""
     config = flight.start.config
     lines = [f"{config.vehicle} with {config.autopilot}, system {config.system_id}"]

@@ -36,7 +36,7 @@ class Hit(NamedTuple):
     speed_m_s: float
 
 
-class Clearance(NamedTuple):
+class TrueClearance(NamedTuple):
     """The true distance of a vehicle to the nearest obstacle.
 
     Attributes:
@@ -193,16 +193,16 @@ class Environment:
         self.collided[index] = False
         self._excused[index] = True
 
-    def clearance(self, index: int) -> Clearance:
+    def clearance(self, index: int) -> TrueClearance:
         """The distance of one vehicle to its nearest obstacle."""
         found = self._shapes
         if not len(found):
-            return Clearance(math.inf, "", False)
+            return TrueClearance(math.inf, "", False)
         found.move_to(self._tick * DT_S)
         place = self.positions()[index : index + 1]
         apart = np.hypot(found.gaps(place), found.heights_apart(place[:, 2]))[0]
         nearest = int(apart.argmin())
-        return Clearance(float(apart[nearest]), found.names[nearest], found.moves[nearest])
+        return TrueClearance(float(apart[nearest]), found.names[nearest], found.moves[nearest])
 
     # What the vehicles see.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.environment import Clearance, Environment
+from mavlink_sitl.environment import Environment, TrueClearance
 from mavlink_sitl.exchange import GpsReading, Motion, RangeReading
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.physics.fleets import Fleet
@@ -79,10 +79,10 @@ class VehicleBody:
         """The readings of its range sensors, or None if it has none."""
         return None if self._environment is None else self._environment.look_around(self._lane)
 
-    def clearance(self) -> Clearance:
+    def clearance(self) -> TrueClearance:
         """The true distance to the nearest obstacle."""
         if self._environment is None:
-            return Clearance(math.inf, "", False)
+            return TrueClearance(math.inf, "", False)
         return self._environment.clearance(self._lane)
 
     def receiver(self) -> GpsReading:

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 
 from mavlink_sitl.links.addresses import LinkAddress
-from mavlink_sitl.links.endpoints import Endpoint, LinkError, open_endpoint
+from mavlink_sitl.links.endpoints import LinkError, OpenLink, open_endpoint
 from mavlink_sitl.simulation import TICK_US, Simulation
 
 __all__ = ["LinkError", "Runner"]
@@ -57,7 +57,7 @@ class Runner:
         self._wake_in.setblocking(False)
         self._wake_out.setblocking(False)
         self._selector.register(self._wake_out, selectors.EVENT_READ, lambda: None)
-        self.endpoints: list[Endpoint] = []
+        self.endpoints: list[OpenLink] = []
         try:
             for place, address in enumerate(addresses):
                 receive = functools.partial(self._receive, place)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from navigation_core.mapping.obstacles import Obstacles
-from navigation_core.planning.planar_shapes import Shapes
+from navigation_core.planning.planar_shapes import PlanarShapes
 from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
 from tests.support.other_planners import ompl_way, table_checks
 from tests.support.random_worlds import CLEARANCE_M, World, random_world
@@ -117,7 +117,7 @@ def _time_ms(world: World, obstacles: Obstacles, limits: PlanLimits) -> float:
 
 def _as_cells(world: World) -> Obstacles:
     """Return the outlines of a world as a sensor sees them: the nearest cells of a map."""
-    places, _ = Shapes(world.obstacles).sampled(CELL_M)
+    places, _ = PlanarShapes(world.obstacles).sampled(CELL_M)
     cells = np.unique(np.round(places / CELL_M), axis=0) * CELL_M
     offset = cells - np.array(world.start_enu_m[:2])
     nearest = cells[np.argsort(np.hypot(offset[:, 0], offset[:, 1]), kind="stable")[:CELLS_MAX]]

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from drone_navigation.check.examination import Checker
-from drone_navigation.check.report import Report, Verdict, make_report
+from drone_navigation.check.report import CheckVerdict, Report, make_report
 from drone_navigation.check.view import as_json, plain_lines
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
@@ -155,7 +155,9 @@ def test_a_vehicle_of_each_set_up_is_found_ready_and_left_alone(firmware: str, k
     before = flight.checker.vehicle.state
     place = flight.simulation.truth.position_ned_m.copy()
     report = flight.run_to_end()
-    assert (report.verdict, report.sentence) == (Verdict.READY, "Ready for goals."), report.missing
+    assert (report.verdict, report.sentence) == (CheckVerdict.READY, "Ready for goals."), (
+        report.missing
+    )
     assert value_of(report, "kind") == kind
     expected = {"ardupilot": "Ardu", "px4": "PX4 "}[firmware]
     assert value_of(report, "firmware").startswith(expected)
@@ -198,7 +200,7 @@ def test_a_healthy_vehicle_gives_no_reason_to_doubt_the_link(firmware: str, kind
     while flight.now < 14.0:
         flight.run_for(0.25)
         assert not rate_warnings(flight.report()), flight.now
-    assert flight.run_to_end().verdict is Verdict.READY
+    assert flight.run_to_end().verdict is CheckVerdict.READY
 
 
 def test_what_a_firmware_sends_at_its_own_rate_is_said_so() -> None:
@@ -240,7 +242,7 @@ def test_a_flying_vehicle_flies_on_and_says_what_it_does() -> None:
     flight.run_for(15.0)
     before = flight.simulation.truth.position_ned_m[0].copy()
     report = flight.run_to_end()
-    assert report.verdict is Verdict.READY, report.missing
+    assert report.verdict is CheckVerdict.READY, report.missing
     assert (value_of(report, "armed"), value_of(report, "mode")) == ("yes", "GUIDED")
     assert before[2] < -7.0
     assert np.allclose(flight.simulation.truth.position_ned_m[0], before, atol=0.5)
@@ -249,7 +251,7 @@ def test_a_flying_vehicle_flies_on_and_says_what_it_does() -> None:
 
 def test_a_real_vehicle_is_ready_and_its_arming_is_left_to_the_pilot() -> None:
     report = look(arming="never").run_to_end()
-    assert report.verdict is Verdict.READY
+    assert report.verdict is CheckVerdict.READY
     assert "manually" in report.yours[0]
     assert "take off" in report.yours[0]
     assert "take off" not in look(kind="rover", arming="never").run_to_end().yours[0]
@@ -268,21 +270,21 @@ def test_the_ground_stations_system_id_is_told_by_the_name_that_the_firmware_has
 
 def test_without_a_position_it_is_not_ready_and_says_what_to_do() -> None:
     report = look(ready_after_s=60.0).run_to_end()
-    assert report.verdict is Verdict.NOT_READY
+    assert report.verdict is CheckVerdict.NOT_READY
     assert report.missing[0].what.startswith("NO_POSITION: ")
     assert report.missing[0].advice
 
 
 def test_a_position_that_comes_while_it_looks_is_waited_for() -> None:
     flight = look(ready_after_s=9.0)
-    assert flight.run_for(7.0).report().verdict is Verdict.NOT_READY
-    assert flight.run_to_end().verdict is Verdict.READY
+    assert flight.run_for(7.0).report().verdict is CheckVerdict.NOT_READY
+    assert flight.run_to_end().verdict is CheckVerdict.READY
 
 
 def test_a_vehicle_that_would_not_arm_is_asked_for_its_reasons() -> None:
     flight = look(parameters={"BATT_LOW_VOLT": 20.0, "BATT_LOW_TIMER": 1.0})
     report = flight.run_to_end()
-    assert report.verdict is Verdict.NOT_READY
+    assert report.verdict is CheckVerdict.NOT_READY
     (missing,) = report.missing
     assert "Battery 1 low voltage failsafe" in missing.what
     assert_harmless(flight.messages())
@@ -295,7 +297,7 @@ def test_a_px4_that_tells_nobody_its_reasons_is_a_case_for_a_ground_station() ->
 
 def test_what_the_server_would_refuse_is_told_in_its_words() -> None:
     report = look(volume_altitude_min_m=20.0, volume_altitude_max_m=50.0).run_to_end()
-    assert report.verdict is Verdict.NOT_READY
+    assert report.verdict is CheckVerdict.NOT_READY
     assert report.missing[0].what.startswith("OUTSIDE_VOLUME: ")
 
 
@@ -303,14 +305,14 @@ def test_silence_is_no_vehicle_and_the_link_is_what_to_look_at() -> None:
     flight = look()
     flight.simulation.link.silent = True
     report = flight.run_to_end(3.0)
-    assert report.verdict is Verdict.NO_VEHICLE
+    assert report.verdict is CheckVerdict.NO_VEHICLE
     assert report.missing[0].advice == ADVICE
     assert_harmless(flight.messages())
 
 
 def test_the_wrong_system_id_names_those_that_are_heard() -> None:
     report = look(target_system=7).run_to_end(3.0)
-    assert report.verdict is Verdict.NO_VEHICLE
+    assert report.verdict is CheckVerdict.NO_VEHICLE
     assert "1/1" in report.missing[0].what
     assert "target_system" in report.missing[0].advice
 
@@ -321,7 +323,7 @@ def test_a_vehicle_without_our_key_points_to_the_signing() -> None:
     flight.checker = Checker(make_config({}), lambda: LinkStatistics.of(signed.statistics))
     flight.listen_with(signed)
     report = flight.run_to_end(3.0)
-    assert report.verdict is Verdict.NO_VEHICLE
+    assert report.verdict is CheckVerdict.NO_VEHICLE
     assert "none with our key" in report.missing[0].what
     assert "signing_key_file" in report.missing[0].advice
 
@@ -332,21 +334,21 @@ def test_bytes_that_are_no_mavlink_point_to_the_baud_rate() -> None:
     checker.start(0.0)
     assert codec.decode(bytes(range(200))) == []
     report = make_report(checker, ADVICE, 1.0)
-    assert report.verdict is Verdict.NO_VEHICLE
+    assert report.verdict is CheckVerdict.NO_VEHICLE
     assert "baud rate" in report.missing[0].advice
 
 
 def test_a_bad_link_is_looked_at_all_the_same_and_warned_of() -> None:
     flight = look(faults=LinkFaults(loss=0.3))
     report = flight.run_to_end()
-    assert report.verdict is Verdict.READY, report.missing
+    assert report.verdict is CheckVerdict.READY, report.missing
     assert warning_of(report, "lost") is not None
 
 
 def test_a_low_battery_is_warned_of() -> None:
     report = look(battery_remaining=0.25).run_to_end()
     assert (report.verdict, warning_of(report, "remaining")) == (
-        Verdict.READY,
+        CheckVerdict.READY,
         "Charge the battery.",
     )
     empty = look(battery_remaining=0.15).run_to_end()

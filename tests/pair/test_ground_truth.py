@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mavlink_sitl.world.model import Obstacle, Path, World
+from mavlink_sitl.world.model import MoverPath, Obstacle, World
 from mavlink_sitl.world.shapes import Shapes
 from navigation_bridge.goals.goal import GoalFinished
 from tests.support.random_worlds import KINDS, random_world
@@ -52,7 +52,7 @@ def test_flying_into_a_wall_is_a_hit_that_could_have_been_avoided() -> None:
 @pytest.mark.parametrize("caged", [False, True], ids=["in the open", "in a cage"])
 def test_only_who_stands_and_can_go_nowhere_is_hit_without_fault(caged: bool) -> None:
     train = Obstacle(
-        "train", (0.0, -30.0), size_m=(4.0, 4.0), path=Path(((0.0, -30.0), (0.0, 30.0)), 2.0)
+        "train", (0.0, -30.0), size_m=(4.0, 4.0), path=MoverPath(((0.0, -30.0), (0.0, 30.0)), 2.0)
     )
     cage = [Obstacle("bars", (s * 1.2, 0.0), size_m=(0.2, 8.0)) for s in (-1, 1)]
     cage.append(Obstacle("back", (0.0, 1.2), size_m=(3.0, 0.2)))

@@ -10,7 +10,7 @@ import math
 import pytest
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import Obstacle, Path, RangeSensor, World
+from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor, World
 from tests.support.simulated_flight import SimulatedFlight
 
 RADIUS_M = 0.5
@@ -30,7 +30,7 @@ POCKET = (
 )
 CART = (
     Obstacle(
-        "cart", (7.0, -4.0), radius_m=0.7, top_m=2.0, path=Path(((7.0, -4.0), (7.0, 6.0)), 0.7)
+        "cart", (7.0, -4.0), radius_m=0.7, top_m=2.0, path=MoverPath(((7.0, -4.0), (7.0, 6.0)), 0.7)
     ),
     Obstacle("crate", (7.0, 3.0), size_m=(1.0, 1.0), top_m=1.0),
 )

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Fly, OperationKind, OperationState, Outcome
+from navigation_core.tasks.base import Fly, OperationKind, OperationStatus, Outcome
 from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
 from tests.support.core_strategies import limits
 from tests.support.point_mass import Flight, PointMass, fly
@@ -20,7 +20,9 @@ times = st.floats(0.0, 30.0)
 durations = st.floats(0.05, 6.0)
 targets = st.tuples(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(0.0, 20.0))
 kinds = st.sampled_from(list(OperationKind))
-final = st.sampled_from([state for state in OperationState if state is not OperationState.PENDING])
+final = st.sampled_from(
+    [state for state in OperationStatus if state is not OperationStatus.PENDING]
+)
 
 
 def _disarm(vehicle: PointMass, active: bool) -> None:
@@ -128,7 +130,7 @@ def test_every_flight_ends_once_and_honestly(
     yaw: float | None,
     may_arm: bool,
     begins: str,
-    results: dict[OperationKind, OperationState],
+    results: dict[OperationKind, OperationStatus],
     delays: dict[OperationKind, float],
     schedule: list[tuple[Callable[[PointMass, bool], None], float, float]],
     cancel_s: float | None,

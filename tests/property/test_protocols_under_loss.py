@@ -19,7 +19,7 @@ from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.operations.command import (
     Address,
-    Command,
+    CommandExchange,
     CommandFinished,
     CommandRequest,
     CommandTiming,
@@ -121,7 +121,7 @@ def test_a_command_ends_once(up: list[Fate], down: list[Fate], results: tuple[in
     to_model: LossyChannel[bytes] = LossyChannel(up)
     to_us: LossyChannel[bytes] = LossyChannel(down)
     ours, now = Codec(1, 191), 0.0
-    command = Command(CommandRequest(SET_MODE, (1.0, GUIDED)), ADDRESS, TIMING)
+    command = CommandExchange(CommandRequest(SET_MODE, (1.0, GUIDED)), ADDRESS, TIMING)
     command.start(now)
     ends: list[CommandFinished] = []
     while now < 20.0:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from mavlink_sitl.compare import load, play
-from mavlink_sitl.recordings.meant import Verdict, judge, plain_name
+from mavlink_sitl.recordings.meant import ComparisonVerdict, judge, plain_name
 from mavlink_sitl.recordings.motion import track
 from mavlink_sitl.recordings.recording import Timed
 from mavlink_sitl.recordings.replay import Conversation
@@ -38,7 +38,7 @@ def flights(name: str) -> tuple[Conversation, ...]:
 
 
 @functools.cache
-def verdicts(name: str) -> tuple[Verdict, ...]:
+def verdicts(name: str) -> tuple[ComparisonVerdict, ...]:
     return tuple(judge(flight, name) for flight in flights(name))
 
 

@@ -19,17 +19,17 @@ from navigation_core.tasks.base import (
     Observation,
     OperationKind,
     OperationReport,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Task,
 )
 
 _FINAL = {
-    OperationState.REFUSED,
-    OperationState.TIMED_OUT,
-    OperationState.CANCELLED,
-    OperationState.LINK_LOST,
+    OperationStatus.REFUSED,
+    OperationStatus.TIMED_OUT,
+    OperationStatus.CANCELLED,
+    OperationStatus.LINK_LOST,
 }
 
 
@@ -67,7 +67,7 @@ class PointMass:
     speed_max_m_s: float = 12.0
     acceleration_max_m_s2: float = 6.0
     obeys: bool = True
-    results: dict[OperationKind, OperationState] = field(default_factory=dict)
+    results: dict[OperationKind, OperationStatus] = field(default_factory=dict)
     delays: dict[OperationKind, float] = field(default_factory=dict)
     reason: str = ""
     now: float = 100.0
@@ -102,13 +102,13 @@ class PointMass:
 
     def obey(self, intent: Intent) -> None:
         """Take an intent, as a bridge would."""
-        if self._report is not None and self._report.state is not OperationState.PENDING:
+        if self._report is not None and self._report.state is not OperationStatus.PENDING:
             self._report = None
         if isinstance(intent, Perform):
             if self._pending is None or self._pending.kind is not intent.kind:
                 self._pending, self._asked_s = intent, self.now
                 self.requests.append(intent)
-                self._report = OperationReport(intent.kind, OperationState.PENDING, "")
+                self._report = OperationReport(intent.kind, OperationStatus.PENDING, "")
         elif isinstance(intent, Fly):
             self._pending = self._report = None
             self._target = intent
@@ -136,8 +136,8 @@ class PointMass:
                 return
         elif self.now - self._asked_s < self.delays.get(kind, 0.3):
             return
-        result = self.results.get(kind, OperationState.ACHIEVED)
-        if result is OperationState.ACHIEVED:
+        result = self.results.get(kind, OperationStatus.ACHIEVED)
+        if result is OperationStatus.ACHIEVED:
             if kind is OperationKind.TAKE_CONTROL:
                 self.in_control = True
             elif kind in (OperationKind.ARM, OperationKind.DISARM):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import Obstacle, Path, RangeSensor
+from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor
 from mavlink_sitl.world.model import World as SimulatedWorld
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_core.geometry import Vector3
@@ -69,7 +69,7 @@ def _obstacle(item: KnownObstacle | Mover, origin_enu_m: Vector3) -> Obstacle:
     path = None
     if isinstance(item, Mover):
         corners = tuple(_place(point, origin_enu_m) for point in item.path_enu_m)
-        path = Path(corners, item.speed_m_s)
+        path = MoverPath(corners, item.speed_m_s)
     if isinstance(shape, Cylinder):
         return Obstacle(
             shape.name, at, radius_m=shape.radius_m, bottom_m=bottom_m, top_m=top_m, path=path

@@ -23,7 +23,7 @@ class LinkError(OSError):
     """A socket that cannot be opened; the message says which and why."""
 
 
-class Endpoint(Protocol):
+class OpenLink(Protocol):
     """One open link."""
 
     def describe(self) -> str:
@@ -76,7 +76,7 @@ class UdpEndpoint:
         return str(LinkAddress(self._address.kind, self._address.host, port))
 
     def register(self, selector: selectors.BaseSelector) -> None:
-        """See Endpoint."""
+        """See OpenLink."""
         selector.register(self._socket, selectors.EVENT_READ, self._ready)
 
     def _ready(self) -> None:
@@ -101,7 +101,7 @@ class UdpEndpoint:
         return True
 
     def send(self, frame: bytes) -> None:
-        """See Endpoint."""
+        """See OpenLink."""
         try:
             if not self._address.listens:
                 self._socket.send(frame)
@@ -115,7 +115,7 @@ class UdpEndpoint:
             return  # nobody there, or a full buffer: datagrams may be lost
 
     def close(self) -> None:
-        """See Endpoint."""
+        """See OpenLink."""
         self._socket.close()
 
 
@@ -146,7 +146,7 @@ class TcpEndpoint:
             raise _cannot_open(address, error) from error
 
     def describe(self) -> str:
-        """See Endpoint."""
+        """See OpenLink."""
         if self._listener is None:
             return str(self._address)
         port = self._listener.getsockname()[1]
@@ -160,7 +160,7 @@ class TcpEndpoint:
             self._register_client(client)
 
     def register(self, selector: selectors.BaseSelector) -> None:
-        """See Endpoint."""
+        """See OpenLink."""
         self._selector = selector
         if self._listener is not None:
             selector.register(self._listener, selectors.EVENT_READ, self._accept)
@@ -199,7 +199,7 @@ class TcpEndpoint:
         client.close()
 
     def send(self, frame: bytes) -> None:
-        """See Endpoint; a client that does not read is dropped."""
+        """See OpenLink; a client that does not read is dropped."""
         for client in list(self._clients):
             try:
                 sent = client.send(frame)
@@ -209,7 +209,7 @@ class TcpEndpoint:
                 self._drop(client)
 
     def close(self) -> None:
-        """See Endpoint."""
+        """See OpenLink."""
         for client in list(self._clients):
             client.close()
         self._clients.clear()
@@ -230,7 +230,7 @@ def _resolve(address: LinkAddress, kind: int) -> tuple[int, tuple[str, int]]:
     return found[0], (str(found[4][0]), int(found[4][1]))
 
 
-def open_endpoint(address: LinkAddress, receive: Receive) -> Endpoint:
+def open_endpoint(address: LinkAddress, receive: Receive) -> OpenLink:
     """Open a link.
 
     Raises:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Guided, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import copter_commands, kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
@@ -27,7 +27,7 @@ _MODE_LAND, _MODE_LOITER, _MODE_RTL, _MODE_GUIDED = 9, 5, 6, 4
 
 
 @dataclass(frozen=True)
-class Command:
+class ReceivedCommand:
     """A command in its COMMAND_INT form.
 
     Attributes:
@@ -49,18 +49,18 @@ class Command:
     is_long: bool
 
 
-def from_message(message: Message) -> Command:
+def from_message(message: Message) -> ReceivedCommand:
     """Either message as a command."""
     params = (message.param1, message.param2, message.param3, message.param4)
     if message.get_type() == "COMMAND_INT":
-        return Command(
+        return ReceivedCommand(
             message.command, params, message.x, message.y, message.z, message.frame, False
         )
     x, y = message.param5, message.param6
-    return Command(message.command, params, x, y, message.param7, RELATIVE_ALT, True)
+    return ReceivedCommand(message.command, params, x, y, message.param7, RELATIVE_ALT, True)
 
 
-def handle(server: MavlinkServer, command: Command) -> Result:
+def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Carry out a command.
 
     Args:
@@ -80,7 +80,7 @@ def handle(server: MavlinkServer, command: Command) -> Result:
     return handler(server, command)
 
 
-def _arm_disarm(server: MavlinkServer, command: Command) -> Result:
+def _arm_disarm(server: MavlinkServer, command: ReceivedCommand) -> Result:
     force = int(command.params[1]) == FORCE
     if command.params[0] == 1.0:
         return server.copter.arm(force)
@@ -89,14 +89,14 @@ def _arm_disarm(server: MavlinkServer, command: Command) -> Result:
     return Result.UNSUPPORTED
 
 
-def _set_mode(server: MavlinkServer, command: Command) -> Result:
+def _set_mode(server: MavlinkServer, command: ReceivedCommand) -> Result:
     base_mode, custom_mode = command.params[0], command.params[1]
     if not int(base_mode) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
         return Result.DENIED
     return server.copter.set_mode(int(custom_mode))
 
 
-def _take_off(server: MavlinkServer, command: Command) -> Result:
+def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.frame != RELATIVE_ALT:
         return Result.DENIED
     if not setpoints.usable(command.z):
@@ -104,11 +104,11 @@ def _take_off(server: MavlinkServer, command: Command) -> Result:
     return server.copter.take_off(command.z)
 
 
-def _mode(number: int) -> Callable[[MavlinkServer, Command], Result]:
+def _mode(number: int) -> Callable[[MavlinkServer, ReceivedCommand], Result]:
     return lambda server, _: server.copter.set_mode(number)
 
 
-def _reposition(server: MavlinkServer, command: Command) -> Result:
+def _reposition(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_REPOSITION of a copter, which ignores the speed and the heading in it.
 
     Seen in `copter_guided_cmds`; outside the fence it fails (`copter_fence3`).
@@ -130,11 +130,11 @@ def _reposition(server: MavlinkServer, command: Command) -> Result:
         return Result.FAILED
     if not copter.fence.allows(position):
         return Result.FAILED
-    copter.setpoint(Setpoint(Frame.LOCAL, position_m=position))
+    copter.setpoint(Setpoint(SetpointFrame.LOCAL, position_m=position))
     return Result.ACCEPTED
 
 
-def _change_speed(server: MavlinkServer, command: Command) -> Result:
+def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.copter.change_speed(int(command.params[0]), command.params[1])
 
 
@@ -142,7 +142,7 @@ def _known(server: MavlinkServer, message_id: int) -> bool:
     return message_id in known_messages.BY_KIND[server.copter.personality.kind]
 
 
-def _set_interval(server: MavlinkServer, command: Command) -> Result:
+def _set_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
     if not _known(server, message_id):
         server.copter.say(Severity.INFO, f"No ap_message for mavlink id ({message_id})")
@@ -158,7 +158,7 @@ def _set_interval(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _get_interval(server: MavlinkServer, command: Command) -> Result:
+def _get_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if not _known(server, message_id):
         server.send(dialect.MAVLink_message_interval_message(message_id & 0xFFFF, 0))
@@ -171,7 +171,7 @@ def _get_interval(server: MavlinkServer, command: Command) -> Result:
 AVAILABLE_MODES = 435
 
 
-def _request_message(server: MavlinkServer, command: Command) -> Result:
+def _request_message(server: MavlinkServer, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if message_id == AVAILABLE_MODES:
         place = command.params[1] if setpoints.usable(command.params[1]) else 0.0
@@ -182,22 +182,22 @@ def _request_message(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _request(message_id: int) -> Callable[[MavlinkServer, Command], Result]:
-    def handler(server: MavlinkServer, _: Command) -> Result:
+def _request(message_id: int) -> Callable[[MavlinkServer, ReceivedCommand], Result]:
+    def handler(server: MavlinkServer, _: ReceivedCommand) -> Result:
         server.send_later(message_id)
         return Result.ACCEPTED
 
     return handler
 
 
-def _capabilities(server: MavlinkServer, command: Command) -> Result:
+def _capabilities(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """REQUEST_AUTOPILOT_CAPABILITIES: with param1 = 1 (`copter_ground_cmds`)."""
     if command.params[0] != 1.0:
         return Result.FAILED
     return _request(148)(server, command)
 
 
-def _set_home(server: MavlinkServer, command: Command) -> Result:
+def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Home is here, with param1 = 1 or without a place; else there."""
     copter = server.copter
     if not copter.estimator.position_ok or command.params[0] not in (0.0, 1.0):
@@ -212,38 +212,38 @@ def _set_home(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _reboot(server: MavlinkServer, command: Command) -> Result:
+def _reboot(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (1.0, 3.0):
         # Asked first whether it is armed, also by a test of the motors (`copter_ground_cmds`).
         return Result.FAILED if server.copter.soft_armed else Result.UNSUPPORTED
     return server.copter.reboot()
 
 
-def _prearm_checks(server: MavlinkServer, _: Command) -> Result:
+def _prearm_checks(server: MavlinkServer, _: ReceivedCommand) -> Result:
     return server.copter.arming.run_checks()
 
 
-def _mission_start(server: MavlinkServer, command: Command) -> Result:
+def _mission_start(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """MISSION_START: of the whole mission only (`copter_mission_misc`)."""
     if command.params[0] or command.params[1]:
         return Result.DENIED
     return server.copter.start_mission()
 
 
-def _set_current_item(server: MavlinkServer, command: Command) -> Result:
+def _set_current_item(server: MavlinkServer, command: ReceivedCommand) -> Result:
     result = server.copter.set_current_item(int(command.params[0]))
     if result is Result.ACCEPTED:
         server.send_later(42)
     return result
 
 
-def _pause_or_go_on(server: MavlinkServer, command: Command) -> Result:
+def _pause_or_go_on(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (0.0, 1.0):
         return Result.DENIED
     return server.copter.pause_or_go_on(command.params[0] == 1.0)
 
 
-def _enable_fence(server: MavlinkServer, command: Command) -> Result:
+def _enable_fence(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_FENCE_ENABLE; 2 puts only the floor out of force, which counts by itself here."""
     if command.params[0] not in (0.0, 1.0, 2.0) or "FENCE_ENABLE" not in server.copter.parameters:
         return Result.FAILED
@@ -252,18 +252,18 @@ def _enable_fence(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _terminate(server: MavlinkServer, command: Command) -> Result:
+def _terminate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.FAILED
     return server.copter.disarm(force=True)
 
 
-def _inject_failure(server: MavlinkServer, command: Command) -> Result:
+def _inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
     unit, kind, instance = (int(value) for value in command.params[:3])
     return server.copter.inject_failure(unit, kind, instance)
 
 
-_HANDLERS: dict[int, Callable[[MavlinkServer, Command], Result]] = {
+_HANDLERS: dict[int, Callable[[MavlinkServer, ReceivedCommand], Result]] = {
     dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(_MODE_LOITER),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(_MODE_RTL),
     dialect.MAV_CMD_NAV_LAND: _mode(_MODE_LAND),

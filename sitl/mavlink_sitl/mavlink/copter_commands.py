@@ -14,10 +14,10 @@ from mavlink_sitl.mavlink.codec import dialect
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from mavlink_sitl.mavlink.commands import Command
+    from mavlink_sitl.mavlink.commands import ReceivedCommand
     from mavlink_sitl.mavlink.server import MavlinkServer
 
-    Handler = Callable[[MavlinkServer, Command], Result]
+    Handler = Callable[[MavlinkServer, ReceivedCommand], Result]
 
 FORCE_SAVE = 76
 SIMPLE, TRIM = 4, 2
@@ -25,7 +25,7 @@ SIMPLE, TRIM = 4, 2
 _MODE_LAND = 9
 
 
-def condition_yaw(server: MavlinkServer, command: Command) -> Result:
+def condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """CONDITION_YAW: turn the nose, in the modes that fly by themselves."""
     angle_deg, rate_deg_s, direction, relative = command.params
     if not 0.0 <= angle_deg <= 360.0 or relative not in (0.0, 1.0):
@@ -35,7 +35,7 @@ def condition_yaw(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def look_at(server: MavlinkServer, command: Command) -> Result:
+def look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI and DO_SET_ROI_LOCATION: keep the nose towards a place; zeros end that."""
     copter = server.copter
     if not (command.x or command.y or command.z):
@@ -47,13 +47,13 @@ def look_at(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def look_at_nothing(server: MavlinkServer, _: Command) -> Result:
+def look_at_nothing(server: MavlinkServer, _: ReceivedCommand) -> Result:
     """DO_SET_ROI_NONE."""
     server.copter.yaw.look_at(None)
     return Result.ACCEPTED
 
 
-def motor_test(server: MavlinkServer, command: Command) -> Result:
+def motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_MOTOR_TEST; param5 is how many motors."""
     place, kind, value, each_s = command.params
     if not setpoints.usable(command.x):
@@ -62,7 +62,7 @@ def motor_test(server: MavlinkServer, command: Command) -> Result:
     return test.start(int(place), int(kind), value, each_s, int(command.x))
 
 
-def calibrate(server: MavlinkServer, command: Command) -> Result:
+def calibrate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """PREFLIGHT_CALIBRATION: what needs no hands on the vehicle is done at once."""
     copter = server.copter
     if copter.soft_armed:
@@ -79,12 +79,12 @@ def calibrate(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED if done else Result.UNSUPPORTED
 
 
-def set_servo(server: MavlinkServer, command: Command) -> Result:
+def set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_SERVO: the outputs that have no other function."""
     return server.copter.set_servo(int(command.params[0]), command.params[1])
 
 
-def land_start(server: MavlinkServer, _: Command) -> Result:
+def land_start(server: MavlinkServer, _: ReceivedCommand) -> Result:
     """DO_LAND_START: fly the mission from its DO_LAND_START item on."""
     return server.copter.start_landing_sequence()
 
@@ -93,11 +93,11 @@ def _always(result: Result) -> Handler:
     return lambda *_: result
 
 
-def _land(server: MavlinkServer, _: Command) -> Result:
+def _land(server: MavlinkServer, _: ReceivedCommand) -> Result:
     return server.copter.set_mode(_MODE_LAND)
 
 
-def _source_set(_: MavlinkServer, command: Command) -> Result:
+def _source_set(_: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
 
 

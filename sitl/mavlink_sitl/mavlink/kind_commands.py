@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.plane import plane
 from mavlink_sitl.autopilot.ardupilot.rover import rover
 from mavlink_sitl.exchange import Result, Severity
@@ -19,10 +19,10 @@ from mavlink_sitl.mavlink.copter_commands import COPTER
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.firmware import Firmware
     from mavlink_sitl.autopilot.control.track import Vector
-    from mavlink_sitl.mavlink.commands import Command
+    from mavlink_sitl.mavlink.commands import ReceivedCommand
     from mavlink_sitl.mavlink.server import MavlinkServer
 
-Handler = Callable[["MavlinkServer", "Command"], Result]
+Handler = Callable[["MavlinkServer", "ReceivedCommand"], Result]
 
 
 def _mode(number: int) -> Handler:
@@ -35,7 +35,7 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     A plane ignores the radius in param3; param4 says which way round (`plane_guided_repo`).
     """
 
-    def handler(server: MavlinkServer, command: Command) -> Result:
+    def handler(server: MavlinkServer, command: ReceivedCommand) -> Result:
         copter = server.copter
         if command.is_long:
             return Result.UNSUPPORTED
@@ -57,7 +57,7 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     return handler
 
 
-def _go_to(copter: Firmware, command: Command, position: Vector) -> Result:
+def _go_to(copter: Firmware, command: ReceivedCommand, position: Vector) -> Result:
     """Where a DO_REPOSITION sends a vehicle that is in GUIDED; NED metres."""
     if isinstance(copter, plane.Plane):
         against = setpoints.usable(command.params[3]) and command.params[3] != 0.0
@@ -70,7 +70,7 @@ def _go_to(copter: Firmware, command: Command, position: Vector) -> Result:
         if copter.destination_ned_m() is None:
             return Result.FAILED
         copter.change_speed(1, command.params[0])
-    copter.go_to(Setpoint(Frame.LOCAL, position_m=position))
+    copter.go_to(Setpoint(SetpointFrame.LOCAL, position_m=position))
     return Result.ACCEPTED
 
 
@@ -79,23 +79,23 @@ def _as_plane(server: MavlinkServer) -> plane.Plane:
     return server.copter
 
 
-def _start_landing(server: MavlinkServer, _: Command) -> Result:
+def _start_landing(server: MavlinkServer, _: ReceivedCommand) -> Result:
     """DO_LAND_START: to the nearest one in the mission."""
     return Result.ACCEPTED if _as_plane(server).start_landing() else Result.FAILED
 
 
-def _look_at(_: MavlinkServer, command: Command) -> Result:
+def _look_at(_: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI_LOCATION: taken for a camera that is not there."""
     given = all(map(setpoints.usable, (command.x, command.y, command.z)))
     return Result.ACCEPTED if given else Result.DENIED
 
 
-def _go_around(server: MavlinkServer, command: Command) -> Result:
+def _go_around(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_GO_AROUND: only while landing."""
     return Result.ACCEPTED if _as_plane(server).go_around(command.params[0]) else Result.FAILED
 
 
-def _set_reverse(server: MavlinkServer, command: Command) -> Result:
+def _set_reverse(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_REVERSE."""
     assert isinstance(server.copter, rover.Rover)
     if command.params[0] not in (0.0, 1.0):
@@ -104,7 +104,7 @@ def _set_reverse(server: MavlinkServer, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _guided_change_speed(server: MavlinkServer, command: Command) -> Result:
+def _guided_change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_SPEED: an airspeed (0), in GUIDED (`plane_guided_repo`)."""
     copter = _as_plane(server)
     if copter.mode.spec.number != plane.MODE_GUIDED:
@@ -115,7 +115,7 @@ def _guided_change_speed(server: MavlinkServer, command: Command) -> Result:
     return copter.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
 
 
-def _change_speed(server: MavlinkServer, command: Command) -> Result:
+def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_CHANGE_SPEED: without a speed, param3 may be a throttle, which changes nothing here.
 
     Seen in `plane_guided_repo`.

@@ -28,7 +28,7 @@ from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
 from mavlink_sitl.mavlink.messages import telemetry
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.status_messages import heartbeat
-from mavlink_sitl.mavlink.messages.statustext import StatusTexts
+from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import StreamSchedule
 from mavlink_sitl.mavlink.missions.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer, saved_parameter
@@ -85,7 +85,7 @@ class MavlinkServer:
         self._routes = Routes(system_id, len(encoders))
         self._snapshot = snapshot
         self._decoders = [Decoder(encoder.signing) for encoder in encoders]
-        self._texts = StatusTexts()
+        self._texts = StatusTextEncoder()
         self._parameters = ParameterServer(copter.parameters)
         self._missions = MissionServer(copter, self.send, self.send_later)
         self._later: list[int] = []

@@ -10,13 +10,13 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, Vector
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 
 if TYPE_CHECKING:
-    from mavlink_sitl.mavlink.commands import Command
+    from mavlink_sitl.mavlink.commands import ReceivedCommand
 
 POSITION_IGNORE = 0x007
 VELOCITY_IGNORE = 0x038
@@ -24,7 +24,12 @@ ACCELERATION_IGNORE = 0x1C0
 YAW_IGNORE = 0x400
 YAW_RATE_IGNORE = 0x800
 
-LOCAL_FRAMES = {1: Frame.LOCAL, 7: Frame.OFFSET, 8: Frame.BODY, 9: Frame.BODY}
+LOCAL_FRAMES = {
+    1: SetpointFrame.LOCAL,
+    7: SetpointFrame.OFFSET,
+    8: SetpointFrame.BODY,
+    9: SetpointFrame.BODY,
+}
 """MAV_FRAME_LOCAL_NED, _LOCAL_OFFSET_NED, _BODY_NED, _BODY_OFFSET_NED"""
 
 AMSL_FRAMES = (0, 5)
@@ -114,11 +119,13 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
             return None
     velocity, acceleration, yaw, yaw_rate = _groups(message)
     return _refuse_unusable(
-        Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate, is_global=True)
+        Setpoint(
+            SetpointFrame.LOCAL, position, velocity, acceleration, yaw, yaw_rate, is_global=True
+        )
     )
 
 
-def place_of(copter: Copter, command: Command, long_frame: int) -> Vector | None:
+def place_of(copter: Copter, command: ReceivedCommand, long_frame: int) -> Vector | None:
     """The position a command names, in the local frame; None if it names none.
 
     Args:

@@ -46,7 +46,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Event:
+class SequenceElement:
     """One element of a sequence: what has to be equal for an alignment, and its value."""
 
     time_s: float
@@ -56,19 +56,19 @@ class Event:
     lasts_s: float = float("inf")
 
 
-def acknowledgements(messages: Timed) -> list[Event]:
+def acknowledgements(messages: Timed) -> list[SequenceElement]:
     """Each COMMAND_ACK."""
     return [
-        Event(t, m.command, _name("MAV_CMD", m.command), _name("MAV_RESULT", m.result))
+        SequenceElement(t, m.command, _name("MAV_CMD", m.command), _name("MAV_RESULT", m.result))
         for t, m in messages
         if m.get_type() == "COMMAND_ACK"
     ]
 
 
-def mission_acknowledgements(messages: Timed) -> list[Event]:
+def mission_acknowledgements(messages: Timed) -> list[SequenceElement]:
     """Each MISSION_ACK."""
     return [
-        Event(
+        SequenceElement(
             t,
             m.mission_type,
             _name("MAV_MISSION_TYPE", m.mission_type),
@@ -79,7 +79,7 @@ def mission_acknowledgements(messages: Timed) -> list[Event]:
     ]
 
 
-def modes(messages: Timed) -> list[Event]:
+def modes(messages: Timed) -> list[SequenceElement]:
     """Mode, base mode and system status that the HEARTBEAT went through."""
 
     def value(beat: Message) -> str:
@@ -89,7 +89,7 @@ def modes(messages: Timed) -> list[Event]:
     return _states(messages, "HEARTBEAT", "mode", value)
 
 
-def landed_states(messages: Timed) -> list[Event]:
+def landed_states(messages: Timed) -> list[SequenceElement]:
     """The landed states in order."""
     return _states(
         messages,
@@ -99,7 +99,9 @@ def landed_states(messages: Timed) -> list[Event]:
     )
 
 
-def _states(messages: Timed, kind: str, what: str, value: Callable[[Message], str]) -> list[Event]:
+def _states(
+    messages: Timed, kind: str, what: str, value: Callable[[Message], str]
+) -> list[SequenceElement]:
     found: list[tuple[float, str]] = []
     for time_s, message in messages:
         if message.get_type() == kind:
@@ -107,7 +109,9 @@ def _states(messages: Timed, kind: str, what: str, value: Callable[[Message], st
             if not found or found[-1][1] != now:
                 found.append((time_s, now))
     ends = [*(t for t, _ in found[1:]), float("inf")]
-    return [Event(t, v, what, v, end - t) for (t, v), end in zip(found, ends, strict=False)]
+    return [
+        SequenceElement(t, v, what, v, end - t) for (t, v), end in zip(found, ends, strict=False)
+    ]
 
 
 def _name(enum: str, number: int) -> str:
@@ -132,7 +136,7 @@ def mode_differences(flight: Conversation) -> list[Difference]:
     """Of the modes that the HEARTBEAT went through."""
     every_change_is_told = flight.recording.autopilot == "ardupilot"
 
-    def shown(states: Sequence[Event], place: int) -> bool:
+    def shown(states: Sequence[SequenceElement], place: int) -> bool:
         if states[place].lasts_s >= BETWEEN_BEATS_S:
             return True
         beside = [*states[max(place - 1, 0) : place], *states[place + 1 : place + 2]]
@@ -166,9 +170,9 @@ def _texts(messages: Timed) -> dict[str, float]:
 
 def _aligned(
     aspect: str,
-    real: list[Event],
-    ours: list[Event],
-    shown: Callable[[Sequence[Event], int], bool] = lambda *_: True,
+    real: list[SequenceElement],
+    ours: list[SequenceElement],
+    shown: Callable[[Sequence[SequenceElement], int], bool] = lambda *_: True,
 ) -> list[Difference]:
     found: list[Difference] = []
     matcher = SequenceMatcher(None, [e.key for e in real], [e.key for e in ours], autojunk=False)
@@ -183,7 +187,9 @@ def _aligned(
     return found
 
 
-def _difference(aspect: str, real: Event | None, ours: Event | None) -> Difference:
+def _difference(
+    aspect: str, real: SequenceElement | None, ours: SequenceElement | None
+) -> Difference:
     sides = [None if side is None else side.value for side in (real, ours)]
     here = next(side for side in (real, ours) if side is not None)
     return Difference(aspect, here.what, sides[0], sides[1], here.time_s)

@@ -71,7 +71,7 @@ class SetUp:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ComparisonVerdict:
     """A comparison, judged.
 
     Attributes:
@@ -134,7 +134,7 @@ def set_up(name: str) -> SetUp | None:
     return SetUp(entry.get("parameters", {}), entry.get("excluded", False), entry["reason"])
 
 
-def judge(flight: Conversation, name: str) -> Verdict:
+def judge(flight: Conversation, name: str) -> ComparisonVerdict:
     """Compare a conversation in all aspects, and hold the differences against the file."""
     meant: dict[str, list[tuple[Difference, Meant]]] = {}
     unlisted: dict[str, list[Difference]] = {}
@@ -146,10 +146,10 @@ def judge(flight: Conversation, name: str) -> Verdict:
                 unlisted[aspect].append(difference)
             else:
                 meant[aspect].append((difference, line))
-    return Verdict(meant, unlisted)
+    return ComparisonVerdict(meant, unlisted)
 
 
-def stale(name: str, verdicts: Sequence[Verdict]) -> list[Meant]:
+def stale(name: str, verdicts: Sequence[ComparisonVerdict]) -> list[Meant]:
     """Lines for a recording that nothing was found for, in any of its vehicles."""
     used = [line for v in verdicts for found in v.meant.values() for _, line in found]
     return [line for line in lines() if name in line.recordings and line not in used]

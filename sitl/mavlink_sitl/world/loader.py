@@ -7,7 +7,7 @@ import math
 from collections.abc import Hashable, Iterable
 from functools import cache
 from importlib import resources
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -17,8 +17,8 @@ from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.world.model import (
     GpsQuality,
     Ground,
+    MoverPath,
     Obstacle,
-    Path,
     RangeSensor,
     Wind,
     World,
@@ -59,7 +59,7 @@ def schema() -> dict[str, Any]:
     return dict(json.loads(text))
 
 
-def load_world(path: str | FilePath) -> World:
+def load_world(path: str | Path) -> World:
     """Read a world from a file.
 
     Args:
@@ -69,7 +69,7 @@ def load_world(path: str | FilePath) -> World:
         WorldError: it cannot be read, or is no world.
     """
     try:
-        text = FilePath(path).read_text(encoding="utf-8")
+        text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
         raise WorldError(f"cannot read the world {path}: {error.strerror}") from None
     except UnicodeDecodeError:
@@ -235,9 +235,9 @@ def _wall(data: dict[str, Any], here: list[str | int], common: dict[str, Any]) -
     )
 
 
-def _path(data: dict[str, Any], here: list[str | int]) -> Path:
+def _path(data: dict[str, Any], here: list[str | int]) -> MoverPath:
     points = tuple((float(n), float(e)) for n, e in data["points_m"])
     if all(point == points[0] for point in points):
         raise _WrongError([*here, "path", "points_m"], "are all the same position")
     turn = data.get("at_the_end", "turn_round") == "turn_round"
-    return Path(points, data["speed_m_s"], turn)
+    return MoverPath(points, data["speed_m_s"], turn)

@@ -17,8 +17,8 @@ Place = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Path:
-    """A way that an obstacle goes at a steady speed, for ever.
+class MoverPath:
+    """A path that an obstacle follows at a steady speed, for ever.
 
     Attributes:
         points_m: corners, North and East.
@@ -66,7 +66,7 @@ class Obstacle:
     yaw_rad: float = 0.0
     bottom_m: float = 0.0
     top_m: float = 10.0
-    path: Path | None = None
+    path: MoverPath | None = None
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from drone_navigation.processes import (
     ros_environment,
 )
 from flight_reports.flight_plot import plot_flight
-from flight_reports.flight_recording import RecordingError
+from flight_reports.flight_recording import NoFlightError
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -106,10 +106,10 @@ def main(args: list[str] | None = None) -> int:
         if code != 0:
             raise DemoError(f"The client exited with {code}; see {out}.")
         print(report(recording, _nearest(out / _SUMMARY)), flush=True)
-    except (DemoError, ProcessError, RecordingError) as error:
+    except (DemoError, ProcessError, NoFlightError) as error:
         print(f"The demo failed: {error}", file=sys.stderr)
         if tlog.exists() and not picture.exists():
-            with contextlib.suppress(RecordingError):
+            with contextlib.suppress(NoFlightError):
                 plot_flight(tlog, picture)
         if picture.exists():
             print(f"The flight is drawn in {picture}.", file=sys.stderr)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight_reports.flight_recording import Recording
+from flight_reports.flight_recording import FlightRecording
 from flight_reports.pictures.scene import replan_times_s
 from navigation_core.outcomes import OutcomeCode
 
@@ -35,7 +35,7 @@ class Nearest:
     collided: bool
 
 
-def report(recording: Recording, nearest: Nearest) -> str:
+def report(recording: FlightRecording, nearest: Nearest) -> str:
     """Check the flight and summarise it in one sentence.
 
     Args:

@@ -29,7 +29,7 @@ _SEARCHED_BYTES = 16 << 20
 
 
 @dataclass(frozen=True)
-class Piece:
+class LogPiece:
     """A piece of a log.
 
     Attributes:
@@ -53,7 +53,7 @@ class Piece:
     file_size: int
 
 
-def pieces(path: Path, chunk_bytes: int) -> Iterator[Piece]:
+def pieces(path: Path, chunk_bytes: int) -> Iterator[LogPiece]:
     """Yield the pieces of a log; the same packets whatever `chunk_bytes` is.
 
     Raises:
@@ -68,7 +68,7 @@ def pieces(path: Path, chunk_bytes: int) -> Iterator[Piece]:
         raise LogError(f"Cannot read {path}: {error.strerror or error}.") from error
 
 
-def _checked(path: Path, scanner: _Scanner) -> Iterator[Piece]:
+def _checked(path: Path, scanner: _Scanner) -> Iterator[LogPiece]:
     """Pass pieces on, and reject what isn't a tlog as soon as that is clear."""
     is_tlog = False
     position = 0
@@ -91,7 +91,7 @@ def _checked(path: Path, scanner: _Scanner) -> Iterator[Piece]:
         )
 
 
-def _refuse_other_formats(path: Path, piece: Piece, stamps: Stamps) -> None:
+def _refuse_other_formats(path: Path, piece: LogPiece, stamps: Stamps) -> None:
     if stamps.mostly_missing:
         raise RawStreamError(
             f"{path} is a raw telemetry stream: its packets have no timestamps. Give the tlog "
@@ -118,7 +118,7 @@ class _Scanner:
         self._last_time_s: float | None = None
         self._position = 0  # in the file
 
-    def pieces(self) -> Iterator[Piece]:
+    def pieces(self) -> Iterator[LogPiece]:
         """Yield the pieces, one of them or more."""
         file_size = self._file.seek(0, 2) if self._file.seekable() else 0
         if file_size:
@@ -151,7 +151,7 @@ class _Scanner:
         self._data[self._held : self._held + PADDING] = 0
         return self._held < capacity
 
-    def _piece(self, limit: int, ended: bool, file_size: int) -> Piece:
+    def _piece(self, limit: int, ended: bool, file_size: int) -> LogPiece:
         packets, loose = find_packets(self._data, self._first, self._held)
         packets = packets.at(slice(int(np.searchsorted(packets.start, limit))))
         loose = loose.at(slice(*np.searchsorted(loose.start, [STAMP_SIZE, limit]).tolist()))
@@ -169,7 +169,7 @@ class _Scanner:
         inside = packets.stop - np.maximum(packets.start - STAMP_SIZE, previous_stop)
         inside_loose = loose.stop - loose.start + STAMP_SIZE
         self._position += end
-        return Piece(
+        return LogPiece(
             data=self._data,
             packets=packets,
             loose=loose,

@@ -12,7 +12,7 @@ import numpy as np
 
 from flight_logs.dialect import MessageTable, message_names
 from flight_logs.errors import LogError
-from flight_logs.pieces import DEFAULT_CHUNK_BYTES, Piece, pieces
+from flight_logs.pieces import DEFAULT_CHUNK_BYTES, LogPiece, pieces
 from flight_logs.records import Records, empty_records, headers_of, records_by_name
 
 __all__ = ["DEFAULT_CHUNK_BYTES", "Counts", "Tlog", "iterate_tlog", "read_tlog"]
@@ -180,7 +180,7 @@ def iterate_tlog(
             progress(piece.position, piece.file_size)
 
 
-def _counts(piece: Piece) -> Counts:
+def _counts(piece: LogPiece) -> Counts:
     known = piece.loose.known
     unknown = Counter(piece.loose.number[~known].tolist())
     return Counts(

@@ -9,9 +9,9 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from flight_reports.flight_recording import Recording, RecordingError, read_recording
+from flight_reports.flight_recording import FlightRecording, NoFlightError, read_recording
 from flight_reports.pictures import labels, scene
-from flight_reports.pictures.scene import ABOVE, View
+from flight_reports.pictures.scene import ABOVE, Viewpoint
 from flight_reports.timeline import Timeline
 from navigation_core.mapping.obstacles import Obstacles
 
@@ -30,13 +30,13 @@ _TARGETS_NAMED_MAX = 12
 _PAUSE_S = 5.0
 
 
-def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recording:
+def plot_flight(path: Path, picture: Path, system: int | None = None) -> FlightRecording:
     """Draw the recording at ``path`` into the PNG ``picture``, and return what was drawn.
 
     Of several vehicles, ``system`` or the first is drawn.
 
     Raises:
-        RecordingError: the recording contains no flight.
+        NoFlightError: the recording contains no flight.
     """
     recording = read_recording(path, system)
     figure = plt.figure(figsize=(14.0, 8.0), layout="constrained", facecolor=scene.PAPER)
@@ -75,7 +75,7 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> Recordi
     return recording
 
 
-def _summary(recording: Recording) -> str:
+def _summary(recording: FlightRecording) -> str:
     flown_m = np.hypot(*np.diff(recording.positions_enu_m[:, :2], axis=0).T).sum()
     parts = [recording.vehicle, f"{recording.duration_s:.0f} s", f"{flown_m:.0f} m over ground"]
     replans = len(scene.replan_times_s(recording))
@@ -84,7 +84,7 @@ def _summary(recording: Recording) -> str:
     return ", ".join(parts)
 
 
-def _draw_view(axes: Axes, view: View, recording: Recording) -> None:
+def _draw_view(axes: Axes, view: Viewpoint, recording: FlightRecording) -> None:
     low, high = scene.bounds_m(recording, _MARGIN_M)
     ground_m = scene.ground_m(recording)
     low[2] = ground_m - _BELOW_GROUND_M
@@ -125,7 +125,7 @@ def _all_of(obstacles: Timeline[Obstacles]) -> Obstacles:
     return Obstacles(np.unique(posts.round(2), axis=0), np.unique(boxes.round(2), axis=0))
 
 
-def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
+def _draw_plans(axes: Axes, view: Viewpoint, recording: FlightRecording) -> None:
     plans = recording.plans.values
     for number, plan in enumerate(plans):
         newest = number == len(plans) - 1
@@ -139,7 +139,7 @@ def _draw_plans(axes: Axes, view: View, recording: Recording) -> None:
                   label="replanned" if number == 0 else None)  # fmt: skip
 
 
-def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
+def _draw_goals(axes: Axes, view: Viewpoint, recording: FlightRecording) -> None:
     targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
     for number, target in enumerate(targets):
         x, y = (float(part[0]) for part in view.points((target,)))
@@ -147,7 +147,7 @@ def _draw_goals(axes: Axes, view: View, recording: Recording) -> None:
                   label="goals" if number == 0 else None)  # fmt: skip
 
 
-def _name_goals(axes: Axes, recording: Recording) -> None:
+def _name_goals(axes: Axes, recording: FlightRecording) -> None:
     """Write the goals' numbers and places beside them, where nothing is drawn."""
     targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
     named = labels.names_of(targets)
@@ -172,7 +172,7 @@ def _name_goals(axes: Axes, recording: Recording) -> None:
         text.set(position=axes.transData.inverted().transform(corner), va="bottom")
 
 
-def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[float]) -> None:
+def _draw_line(axes: Axes, recording: FlightRecording, label: str, line: Timeline[float]) -> None:
     times_s, values = np.array(line.times_s), np.array(line.values, dtype=np.float64)
     # Between two goals nothing is told.
     pauses = np.flatnonzero(np.diff(times_s) > _PAUSE_S) + 1
@@ -189,7 +189,7 @@ def _draw_line(axes: Axes, recording: Recording, label: str, line: Timeline[floa
         axes.text(0.5, 0.5, "not in this recording", transform=axes.transAxes, ha="center")
 
 
-def _name_events(axes: Axes, recording: Recording) -> None:
+def _name_events(axes: Axes, recording: FlightRecording) -> None:
     # Replans are the orange lines, as on the map.
     named = [*recording.status]
     named += [(time_s, "goal") for time_s, _ in recording.goals]
@@ -224,7 +224,7 @@ def main(args: list[str] | None = None) -> int:
     picture: Path = options.output or options.log.with_suffix(".png")
     try:
         recording = plot_flight(options.log, picture, options.system)
-    except RecordingError as error:
+    except NoFlightError as error:
         print(f"flight_plot: {error}", file=sys.stderr)
         return EXIT_FAILED
     except OSError as error:

@@ -3,7 +3,7 @@
 The messages go through the code that flies (the vehicle, the map frame, the obstacle
 map), so a recording shows what the server knew at the time. A recording of the server has
 notes, too (:mod:`navigation_bridge.notes`): goals, plans, progress. What a recording of
-another program lacks is said in :attr:`Recording.remarks`.
+another program lacks is said in :attr:`FlightRecording.remarks`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from mavlink_vehicle.vehicle_config import VehicleConfig
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
-from navigation_bridge.recording.recorded_frames import Frame, FromFirstPosition, LocalOnly
+from navigation_bridge.recording.recorded_frames import FromFirstPosition, LocalOnly, PoseFrame
 from navigation_bridge.recording.recorded_notes import NotesReader, RecordedGoal
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_core.geometry import Vector3
@@ -41,12 +41,12 @@ _Source = tuple[int, int]
 _Stamped = tuple[float, Message]
 
 
-class RecordingError(ValueError):
+class NoFlightError(ValueError):
     """The recording contains no flight; the text says why."""
 
 
 @dataclass(frozen=True)
-class Recording:
+class FlightRecording:
     """One vehicle's flight. Times are seconds since its first position; lengths metres.
 
     Attributes:
@@ -91,16 +91,16 @@ class Recording:
         return float(self.times_s[-1])
 
 
-def read_recording(path: Path, system: int | None = None) -> Recording:
+def read_recording(path: Path, system: int | None = None) -> FlightRecording:
     """Read the flight of a vehicle in a tlog that tells a position: a system's, or the first.
 
     Raises:
-        RecordingError: there is no such file, or no position in it.
+        NoFlightError: there is no such file, or no position in it.
     """
     try:
         records = list(TlogReader(path))
     except LinkError as error:
-        raise RecordingError(str(error)) from error
+        raise NoFlightError(str(error)) from error
     codec = Codec(source_system=255, source_component=190)
     messages = [(time_s, message) for time_s, data in records for message in codec.decode(data)]
     vehicle, candidates = _choose(messages, system)
@@ -108,7 +108,7 @@ def read_recording(path: Path, system: int | None = None) -> Recording:
     if vehicle is None:
         wanted = "a vehicle" if system is None else f"system {system}"
         told = f"; it contains system {_listed(systems)}" if systems else ""
-        raise RecordingError(f"{path} contains no position of {wanted}{told}.")
+        raise NoFlightError(f"{path} contains no position of {wanted}{told}.")
     for frame, remark in (
         (MapFrame(), ""),
         (FromFirstPosition(), "The recording has no map origin; the first position is the origin."),
@@ -119,7 +119,7 @@ def read_recording(path: Path, system: int | None = None) -> Recording:
             reader.take(time_s, message)
         if reader.poses:
             return reader.recording([_remark(vehicle, systems), remark])
-    raise RecordingError(f"{path} contains no valid position of system {vehicle[0]}.")
+    raise NoFlightError(f"{path} contains no valid position of system {vehicle[0]}.")
 
 
 def _choose(
@@ -156,7 +156,7 @@ def _listed(systems: set[int]) -> str:
 class _Reader:
     """Follows one vehicle through a recording."""
 
-    def __init__(self, vehicle: _Source, other_systems: set[int], frame: Frame) -> None:
+    def __init__(self, vehicle: _Source, other_systems: set[int], frame: PoseFrame) -> None:
         self._other_systems = other_systems
         self.poses: list[tuple[float, MapPose, float]] = []
         self._vehicle = Vehicle(
@@ -237,12 +237,12 @@ class _Reader:
             if said.severity <= mavlink.MAV_SEVERITY_WARNING:
                 self._warnings.append((self._time_s, said.text))
 
-    def recording(self, remarks: Sequence[str]) -> Recording:
+    def recording(self, remarks: Sequence[str]) -> FlightRecording:
         """Return the recording, which must have a pose."""
         noted, profile = self._noted, self._vehicle.profile
         name = "vehicle" if profile is None else profile.name
         status = noted.status or [(time_s, f"mode {name}") for time_s, name in self._modes]
-        return Recording(
+        return FlightRecording(
             vehicle=f"{name}, system {self._vehicle.state.system_id}",
             remarks=tuple(remark for remark in [*remarks, *self._lacking()] if remark),
             times_s=np.array([time_s for time_s, _, _ in self.poses]),

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from flight_reports.flight_recording import RecordingError, read_recording
+from flight_reports.flight_recording import NoFlightError, read_recording
 from flight_reports.pictures import scene
 from flight_reports.pictures.film import SIZE_PX, Film, Picture, make_pace
 
@@ -66,7 +66,7 @@ def make_video(log: Path, mp4: Path, gif: Path, system: int | None = None) -> No
     """Make the films of the recording at ``log``: of a vehicle's system, or of the first.
 
     Raises:
-        RecordingError: the recording contains no flight.
+        NoFlightError: the recording contains no flight.
         VideoError: the MP4 cannot be written; the GIF has been.
     """
     recording = read_recording(log, system)
@@ -148,7 +148,7 @@ def main(args: list[str] | None = None) -> int:
     mp4, gif = (folder / options.log.with_suffix(end).name for end in (".mp4", ".gif"))
     try:
         make_video(options.log, mp4, gif, options.system)
-    except (RecordingError, VideoError) as error:
+    except (NoFlightError, VideoError) as error:
         hint = " `make demo` records it." if options.log == _LOG and not _LOG.exists() else ""
         print(f"flight_video: {error}{hint}", file=sys.stderr)
         return EXIT_FAILED

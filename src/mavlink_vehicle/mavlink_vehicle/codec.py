@@ -22,7 +22,7 @@ from pymavlink.dialects.v20 import all as mavlink
 
 from mavlink_vehicle.errors import MessageError
 from mavlink_vehicle.message_layout import MessageLayout
-from mavlink_vehicle.signing import SIGNATURE_SIZE, Signing, Verdict
+from mavlink_vehicle.signing import SIGNATURE_SIZE, SignatureVerdict, Signing
 
 __all__ = [
     "TARGETED",
@@ -321,9 +321,9 @@ class Codec:
             self.statistics.unsigned += not trusted
             return trusted
         verdict = signing.check(frame)
-        self.statistics.badly_signed += verdict is Verdict.WRONG
-        self.statistics.replayed += verdict is Verdict.REPLAYED
-        return verdict is Verdict.GOOD
+        self.statistics.badly_signed += verdict is SignatureVerdict.WRONG
+        self.statistics.replayed += verdict is SignatureVerdict.REPLAYED
+        return verdict is SignatureVerdict.GOOD
 
     def _unknown(
         self, buffer: bytes, start: int, stop: int, end: int, number: int, flags: int

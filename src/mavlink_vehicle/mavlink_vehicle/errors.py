@@ -23,7 +23,7 @@ class LinkError(VehicleError):
     """A link that is badly written or cannot be opened or used, or whose key cannot be read."""
 
 
-class ConfigurationError(VehicleError):
+class SettingError(VehicleError):
     """A setting that makes no sense."""
 
 

@@ -12,7 +12,7 @@ import hmac
 from collections.abc import Callable
 from enum import Enum
 
-__all__ = ["KEY_SIZE", "SIGNATURE_SIZE", "Signing", "Verdict"]
+__all__ = ["KEY_SIZE", "SIGNATURE_SIZE", "SignatureVerdict", "Signing"]
 
 KEY_SIZE = 32
 """Bytes of a key."""
@@ -27,7 +27,7 @@ _NEW_STREAM_TICKS = 60 * _TICKS_PER_S
 _MOST_STREAMS = 1024
 
 
-class Verdict(Enum):
+class SignatureVerdict(Enum):
     """The verdict on the signature of a frame."""
 
     GOOD = "good"
@@ -65,25 +65,25 @@ class Signing:
         self._last = min(max(self._last + 1, self._clock()), _LATEST)
         return self._last
 
-    def check(self, frame: bytes) -> Verdict:
+    def check(self, frame: bytes) -> SignatureVerdict:
         """Judge a whole frame that says that it is signed, and remember its time if it is good."""
         keyed = self._keyed_hash.copy()
         keyed.update(frame[:-6])
         if not hmac.compare_digest(keyed.digest()[:6], frame[-6:]):
-            return Verdict.WRONG
+            return SignatureVerdict.WRONG
         timestamp = int.from_bytes(frame[-12:-6], "little")
         stream = frame[5:7] + frame[-SIGNATURE_SIZE : -SIGNATURE_SIZE + 1]
         last = self._streams.get(stream)
         if last is None:
             oldest = max(self._last, self._clock()) - _NEW_STREAM_TICKS
             if timestamp < oldest or timestamp <= self._forgotten:
-                return Verdict.REPLAYED
+                return SignatureVerdict.REPLAYED
             self._make_room()
         elif timestamp <= last:
-            return Verdict.REPLAYED
+            return SignatureVerdict.REPLAYED
         self._streams[stream] = timestamp
         self._last = max(self._last, timestamp)
-        return Verdict.GOOD
+        return SignatureVerdict.GOOD
 
     def _make_room(self) -> None:
         """Forget the stream that was heard the longest ago, but not how far it had come."""

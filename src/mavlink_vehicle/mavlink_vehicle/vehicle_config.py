@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from mavlink_vehicle.errors import ConfigurationError
+from mavlink_vehicle.errors import SettingError
 
 DEFAULT_RATES_HZ: Mapping[str, float] = MappingProxyType(
     {
@@ -76,7 +76,7 @@ class VehicleConfig:
         """Reject what makes no sense.
 
         Raises:
-            ConfigurationError: says which value and what it may be.
+            SettingError: says which value and what it may be.
         """
         for name, low in (
             ("target_system", 0),
@@ -86,11 +86,9 @@ class VehicleConfig:
         ):
             number = getattr(self, name)
             if number is not None and not low <= number <= 255:
-                raise ConfigurationError(f"{name} is {number}; it must be {low} to 255.")
+                raise SettingError(f"{name} is {number}; it must be {low} to 255.")
         if self.heartbeat_type is not None and not 0 <= self.heartbeat_type <= 255:
-            raise ConfigurationError(
-                f"heartbeat_type is {self.heartbeat_type}; it must be 0 to 255."
-            )
+            raise SettingError(f"heartbeat_type is {self.heartbeat_type}; it must be 0 to 255.")
         for name in (
             "heartbeat_interval_s",
             "heartbeat_timeout_s",
@@ -99,9 +97,9 @@ class VehicleConfig:
             "mission_timeout_s",
         ):
             if not 0.0 < getattr(self, name) < 1e6:
-                raise ConfigurationError(f"{name} must be a positive number of seconds.")
+                raise SettingError(f"{name} must be a positive number of seconds.")
         if self.command_retries < 0 or self.mission_retries < 0:
-            raise ConfigurationError("command_retries and mission_retries must be 0 or more.")
+            raise SettingError("command_retries and mission_retries must be 0 or more.")
         for name in ("message_rates_hz", "optional_rates_hz"):
             if not all(0.0 <= rate_hz <= 1000.0 for rate_hz in getattr(self, name).values()):
-                raise ConfigurationError(f"{name} must be between 0 (off) and 1000 Hz.")
+                raise SettingError(f"{name} must be between 0 (off) and 1000 Hz.")

@@ -58,7 +58,7 @@ from navigation_core.tasks.base import (
     Observation,
     OperationKind,
     OperationReport,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Progress,
@@ -461,7 +461,7 @@ class Bridge:
 
     def _step_task(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
         intent = goal.task.step(observation, now)
-        if goal.operation is not None and goal.operation.state is not OperationState.PENDING:
+        if goal.operation is not None and goal.operation.state is not OperationStatus.PENDING:
             goal.operation = None  # the task has seen its end
         if isinstance(intent, Outcome):
             self._end(goal, intent, now)
@@ -503,7 +503,7 @@ class Bridge:
             )
         else:
             goal.operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
-        goal.operation = OperationReport(intent.kind, OperationState.PENDING, "")
+        goal.operation = OperationReport(intent.kind, OperationStatus.PENDING, "")
 
     def _fly(self, goal: ActiveGoal, intent: Fly, now: float) -> None:
         if goal.operation is not None:
@@ -606,7 +606,7 @@ class Bridge:
         goal = self._goal
         if goal is None or goal.operation is None or goal.operation_id != event.operation_id:
             return
-        state = OperationState[event.result.name]
+        state = OperationStatus[event.result.name]
         goal.operation = OperationReport(goal.operation.kind, state, event.reason)
         goal.next_step_s = min(goal.next_step_s, now)
         if event.result is not OperationResult.ACHIEVED:

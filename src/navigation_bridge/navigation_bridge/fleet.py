@@ -1,10 +1,10 @@
 """Several isolated vehicles on one driver thread. No ROS.
 
-A :class:`Fleet` is what the driver runs. It hands each message to the vehicle that it is from,
-calls each vehicle when its own deadline is due, and asks only those with whom something has
-happened for what they want to send. What one vehicle's application raises ends that vehicle's
-goal. When its timers fail again and again, the fleet gives that vehicle up: nothing more is sent
-for it, so that its own failsafe acts, and the others fly on.
+A :class:`FleetApplication` is what the driver runs. It hands each message to the vehicle that it is
+from, calls each vehicle when its own deadline is due, and asks only those with whom something has
+happened for what they want to send. What one vehicle's application raises ends that vehicle's goal.
+When its timers fail again and again, the fleet gives that vehicle up: nothing more is sent for it,
+so that its own failsafe acts, and the others fly on.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import GIVE_UP_S, Application
 from mavlink_vehicle.io.endpoints import TokenBucket
 
-__all__ = ["DriverThread", "Fleet", "Member", "MemberApplication"]
+__all__ = ["DriverThread", "FleetApplication", "Member", "MemberApplication"]
 
 ResultT = TypeVar("ResultT")
 
@@ -64,7 +64,7 @@ class Member:
     """
 
     def __init__(self, name: str, system_id: int, application: MemberApplication) -> None:
-        """Put together; a :class:`Fleet` takes it in."""
+        """Put together; a :class:`FleetApplication` takes it in."""
         self.name = name
         self.system_id = system_id
         self.application = application
@@ -77,7 +77,7 @@ class Member:
         self.handled_s: float | None = None
         self.rests_until_s = -math.inf
         self.timer_worked = False
-        self.fleet: Fleet | None = None
+        self.fleet: FleetApplication | None = None
 
     def post(self, work: Callable[[], object]) -> None:
         """Run ``work`` on the driver thread, soon; an exception affects this vehicle only."""
@@ -100,12 +100,12 @@ class Member:
 
         return fleet.thread.call(touching, timeout_s)
 
-    def _of_fleet(self) -> Fleet:
+    def _of_fleet(self) -> FleetApplication:
         assert self.fleet is not None, "a member is of a fleet before it is given work"
         return self.fleet
 
 
-class Fleet:
+class FleetApplication:
     """The application of a driver that runs those of several vehicles."""
 
     def __init__(self, members: Sequence[Member], clock: Clock) -> None:

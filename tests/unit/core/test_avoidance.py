@@ -20,7 +20,7 @@ from navigation_core.tasks.flying.goto_phases import Phase
 from navigation_core.tasks.flying.route import FlyRoute
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
-from navigation_core.tasks.leading.flight import Flight as TaskFlight
+from navigation_core.tasks.leading.path_follower import PathFollower
 from tests.support.point_mass import Flight, PointMass, fly
 
 CONFIG = GotoConfig(may_arm=True)
@@ -419,22 +419,22 @@ def test_what_drives_behind_its_setpoint_plans_and_brakes_from_where_it_is(
     setpoint = KinematicState((2.0, 0.0, 0.0), (1.5, 0.0, 0.0))
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
     goal = GotoGoal((30.0, 0.0, 0.0), None, 1.5)
-    flight = TaskFlight(goal, CONFIG, setpoint, 0.0, avoidance, traits)
-    for plan in (flight.plan_to_goal, flight.plan_stop):
+    follower = PathFollower(goal, CONFIG, setpoint, 0.0, avoidance, traits)
+    for plan in (follower.plan_to_goal, follower.plan_stop):
         plan(vehicle.observe())
-        assert flight.carrot is not None
-        assert flight.carrot.state.position_enu_m[0] == pytest.approx(begins_at_m, abs=0.05)
-        flight.commanded = setpoint
+        assert follower.carrot is not None
+        assert follower.carrot.state.position_enu_m[0] == pytest.approx(begins_at_m, abs=0.05)
+        follower.commanded = setpoint
 
 
 def test_what_stands_blocked_does_not_pass_on_the_little_speed_that_is_measured() -> None:
     vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
     vehicle.velocity = (0.15, 0.0, 0.0)
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
-    flight = TaskFlight(GotoGoal((30.0, 0.0, 0.0)), CONFIG, None, None, avoidance, ROVER)
-    flight.plan_stop(vehicle.observe())
-    assert flight.carrot is not None
-    assert flight.carrot.state.velocity_enu_m_s == (0.0, 0.0, 0.0)
+    follower = PathFollower(GotoGoal((30.0, 0.0, 0.0)), CONFIG, None, None, avoidance, ROVER)
+    follower.plan_stop(vehicle.observe())
+    assert follower.carrot is not None
+    assert follower.carrot.state.velocity_enu_m_s == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("speed_m_s", [0.1, 1.0])

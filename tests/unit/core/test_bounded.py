@@ -20,7 +20,7 @@ from navigation_core.tasks.base import (
     Observation,
     OperationKind,
     OperationReport,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Task,
@@ -143,16 +143,16 @@ class Hostile:
 
     def obey(self, intent: Intent) -> None:
         """Take an intent as a bridge does; an operation is over at the next step."""
-        if self.report is not None and self.report.state is not OperationState.PENDING:
+        if self.report is not None and self.report.state is not OperationStatus.PENDING:
             self.report = None
         if not isinstance(intent, Perform):
             return
         self.asked.add(intent.kind)
         if self.report is None or self.report.kind is not intent.kind:
-            self.report = OperationReport(intent.kind, OperationState.PENDING, "")
+            self.report = OperationReport(intent.kind, OperationStatus.PENDING, "")
         if intent.kind is self.withheld:
             return
-        self.report = OperationReport(intent.kind, OperationState.ACHIEVED, "")
+        self.report = OperationReport(intent.kind, OperationStatus.ACHIEVED, "")
         self.mode = _MODES.get(intent.kind, self.mode)
         if intent.kind in (OperationKind.ARM, OperationKind.DISARM):
             self.armed = intent.kind is OperationKind.ARM

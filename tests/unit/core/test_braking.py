@@ -9,7 +9,7 @@ from navigation_core.geometry import KinematicState, distance
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
-from navigation_core.planning.conflicts import Samples
+from navigation_core.planning.conflicts import MotionSamples
 from navigation_core.safety.braking import must_brake, stopping_ends
 from navigation_core.trajectories.trajectory import plan_stop
 
@@ -20,7 +20,7 @@ WALL = Obstacles.of((Box("wall", (10.5, 0.0), (1.0, 40.0)),))
 
 
 def brakes(state: KinematicState, obstacles: Obstacles = WALL, reaction_s: float = 0.3) -> bool:
-    return bool(must_brake(Samples.at(state), obstacles, LIMITS, CLEARANCE_M, reaction_s)[0])
+    return bool(must_brake(MotionSamples.at(state), obstacles, LIMITS, CLEARANCE_M, reaction_s)[0])
 
 
 def moving(x: float, speed: float, direction: float = 0.0) -> KinematicState:
@@ -40,21 +40,21 @@ def test_the_line_is_as_long_as_the_brake_of_the_trajectories(
         (float(speed * course[0]), float(speed * course[1]), 0.0),
         (float(acceleration * course[0]), float(acceleration * course[1]), 0.0),
     )
-    end = stopping_ends(Samples.at(state), LIMITS, 0.0)[0]
+    end = stopping_ends(MotionSamples.at(state), LIMITS, 0.0)[0]
     stop = plan_stop(state, LIMITS).end_position_enu_m
     assert distance((end[0], end[1], end[2]), stop) < 0.02 * distance(stop, state.position_enu_m)
 
 
 def test_the_reaction_time_is_flown_at_speed() -> None:
     state = moving(0.0, 4.0)
-    without = stopping_ends(Samples.at(state), LIMITS, 0.0)[0]
-    with_ = stopping_ends(Samples.at(state), LIMITS, 0.5)[0]
+    without = stopping_ends(MotionSamples.at(state), LIMITS, 0.0)[0]
+    with_ = stopping_ends(MotionSamples.at(state), LIMITS, 0.5)[0]
     assert with_[0] - without[0] == pytest.approx(2.0)
 
 
 def test_it_acts_in_time_to_stop_and_not_much_earlier() -> None:
     speed = 5.0
-    way_m = float(stopping_ends(Samples.at(moving(0.0, speed)), LIMITS, REACTION_S)[0, 0])
+    way_m = float(stopping_ends(MotionSamples.at(moving(0.0, speed)), LIMITS, REACTION_S)[0, 0])
     last_m = 10.0 - CLEARANCE_M - way_m
     assert not brakes(moving(last_m - 0.05, speed))
     assert brakes(moving(last_m + 0.05, speed))

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety.fences import Circle, Fence, Polygon, check_route
+from navigation_core.safety.fences import CircleArea, Fence, PolygonArea, check_route
 
 # A U, open to the North: between its arms is outside.
-U = Polygon(((0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)))
+U = PolygonArea(((0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)))
 HERE: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -29,7 +29,7 @@ def refused(
 
 
 def test_a_target_beyond_the_circle_is_rejected_with_both_numbers() -> None:
-    fence = Fence((Circle((1.0, 0.0), 50.0),))
+    fence = Fence((CircleArea((1.0, 0.0), 50.0),))
     assert not refused(fence, (50.0, 0.0, 5.0))
     text = refused(fence, (61.0, 0.0, 5.0))
     assert "60.00 m" in text
@@ -61,37 +61,37 @@ def test_the_return_to_the_first_waypoint_counts_when_there_are_laps() -> None:
 
 
 @pytest.mark.parametrize(
-    "area", [Circle((50.0, 0.0), 5.0, False), Polygon(((45, -5), (55, -5), (50, 5)), False)]
+    "area", [CircleArea((50.0, 0.0), 5.0, False), PolygonArea(((45, -5), (55, -5), (50, 5)), False)]
 )
-def test_a_path_through_an_exclusion_is_rejected(area: Circle | Polygon) -> None:
+def test_a_path_through_an_exclusion_is_rejected(area: CircleArea | PolygonArea) -> None:
     assert refused(Fence((area,)), (100.0, 0.0, 5.0))
     assert not refused(Fence((area,)), (100.0, 60.0, 5.0))
     assert refused(Fence((area,)), (50.0, -1.0, 5.0))
 
 
 def test_one_of_several_inclusions_is_enough_for_px4_but_not_for_ardupilot() -> None:
-    areas = (Circle((0.0, 0.0), 10.0), Circle((15.0, 0.0), 10.0))
+    areas = (CircleArea((0.0, 0.0), 10.0), CircleArea((15.0, 0.0), 10.0))
     assert not refused(Fence(alternatives=areas), (20.0, 0.0, 5.0))
     assert refused(Fence(areas), (20.0, 0.0, 5.0))
-    apart = (Circle((0.0, 0.0), 10.0), Circle((25.0, 0.0), 10.0))
+    apart = (CircleArea((0.0, 0.0), 10.0), CircleArea((25.0, 0.0), 10.0))
     assert "leaves" in refused(Fence(alternatives=apart), (25.0, 0.0, 5.0))
 
 
 def test_a_vehicle_outside_may_come_back_in() -> None:
-    fence = Fence((Circle((0.0, 0.0), 10.0),))
+    fence = Fence((CircleArea((0.0, 0.0), 10.0),))
     assert not refused(fence, (5.0, 0.0, 5.0), start=(30.0, 0.0, 5.0))
     assert refused(fence, (20.0, 0.0, 5.0), start=(30.0, 0.0, 5.0))
 
 
 def test_a_margin_keeps_targets_away_from_the_boundary() -> None:
-    fence = Fence((Circle((0.0, 0.0), 10.0),), altitude_max_m=20.0)
+    fence = Fence((CircleArea((0.0, 0.0), 10.0),), altitude_max_m=20.0)
     assert "1.00 m from the boundary" in refused(fence, (9.0, 0.0, 5.0), margin_m=2.0)
     assert "fence_margin_m" in refused(fence, (0.0, 0.0, 19.0), margin_m=2.0)
     assert not refused(fence, (7.0, 0.0, 17.0), margin_m=2.0)
 
 
 def test_a_waypoint_is_named_by_its_number() -> None:
-    fence = Fence((Circle((0.0, 0.0), 10.0),))
+    fence = Fence((CircleArea((0.0, 0.0), 10.0),))
     assert refused(fence, (5.0, 0.0, 5.0), (15.0, 0.0, 5.0)).startswith("Waypoint 1: ")
 
 
@@ -115,15 +115,15 @@ def test_a_path_is_accepted_only_if_no_point_of_it_is_outside(
     inclusion: bool,
     alternatives: bool,
 ) -> None:
-    areas = (Polygon(tuple(corners), inclusion), Circle(centre, 12.5, not inclusion))
-    both = (Polygon(tuple(corners)), Circle(centre, 12.5))
+    areas = (PolygonArea(tuple(corners), inclusion), CircleArea(centre, 12.5, not inclusion))
+    both = (PolygonArea(tuple(corners)), CircleArea(centre, 12.5))
     fence = Fence(alternatives=both) if alternatives else Fence(areas)
-    way = fence.check_way((*start, 0.0), (*end, 0.0))
+    rejection = fence.check_leg((*start, 0.0), (*end, 0.0))
     step = ((end[0] - start[0]) / 199.0, (end[1] - start[1]) / 199.0)
     points = [(start[0] + n * step[0], start[1] + n * step[1]) for n in range(200)]
     free_m = min(area.margin_m(p) for p in points for area in areas)
     outside = [p for p in points if not fence.allows(p)]
     if any(min(area.margin_m(p) for area in areas) > 1e-6 for p in outside):
-        assert way is not None
+        assert rejection is not None
     elif not outside and free_m > math.dist(points[0], points[1]):
-        assert way is None
+        assert rejection is None

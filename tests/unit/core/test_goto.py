@@ -16,7 +16,7 @@ from navigation_core.tasks.base import (
     Fly,
     Observation,
     OperationKind,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Requirement,
@@ -27,9 +27,9 @@ from navigation_core.tasks.base import (
 from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoConfigError, GotoGoal
 from navigation_core.tasks.flying.goto_phases import (
     TRANSITIONS,
-    Event,
     Phase,
     PhaseError,
+    PhaseEvent,
     next_phase,
 )
 from tests.support.point_mass import Flight, PointMass, fly
@@ -77,7 +77,7 @@ def assert_silent_on_the_ground(flight: Flight) -> None:
             assert observation.airborne is not False
             report = observation.operation
             taking_off = report is not None and report.kind is OperationKind.TAKE_OFF
-            assert not (taking_off and report and report.state is OperationState.PENDING)
+            assert not (taking_off and report and report.state is OperationStatus.PENDING)
 
 
 # --- the whole flight ----------------------------------------------------------------
@@ -362,13 +362,13 @@ def test_a_vehicle_that_was_landed_meanwhile_is_not_lifted_again() -> None:
 @pytest.mark.parametrize(
     ("state", "words"),
     [
-        (OperationState.REFUSED, "was rejected: Arm: need 3D fix."),
-        (OperationState.TIMED_OUT, "timed out: Arm: need 3D fix."),
-        (OperationState.CANCELLED, "was abandoned: Arm: need 3D fix."),
+        (OperationStatus.REFUSED, "was rejected: Arm: need 3D fix."),
+        (OperationStatus.TIMED_OUT, "timed out: Arm: need 3D fix."),
+        (OperationStatus.CANCELLED, "was abandoned: Arm: need 3D fix."),
     ],
 )
 def test_a_rejection_ends_the_goal_with_the_vehicles_reason(
-    kind: OperationKind, code: OutcomeCode, state: OperationState, words: str
+    kind: OperationKind, code: OutcomeCode, state: OperationStatus, words: str
 ) -> None:
     vehicle = PointMass(results={kind: state}, reason="Arm: need 3D fix")
     flight = fly(goto(), vehicle)
@@ -378,18 +378,18 @@ def test_a_rejection_ends_the_goal_with_the_vehicles_reason(
     assert vehicle.armed is False  # nobody leaves propellers turning on the ground
     # After anything but a clear refusal to arm, the motors may start in a moment.
     unclear = kind is not OperationKind.TAKE_CONTROL and (
-        state is not OperationState.REFUSED or kind is OperationKind.TAKE_OFF
+        state is not OperationStatus.REFUSED or kind is OperationKind.TAKE_OFF
     )
     assert (vehicle.requests[-1].kind is OperationKind.DISARM) is unclear
 
 
 def test_a_rejection_without_a_reason_says_so() -> None:
-    vehicle = PointMass(results={OperationKind.ARM: OperationState.REFUSED})
+    vehicle = PointMass(results={OperationKind.ARM: OperationStatus.REFUSED})
     assert "gave no reason" in fly(goto(), vehicle).outcome.message
 
 
 def test_a_link_lost_while_arming_is_called_that() -> None:
-    vehicle = PointMass(results={OperationKind.ARM: OperationState.LINK_LOST})
+    vehicle = PointMass(results={OperationKind.ARM: OperationStatus.LINK_LOST})
     assert fly(goto(), vehicle).outcome.code is OutcomeCode.LINK_LOST
 
 
@@ -479,7 +479,7 @@ def test_cancel_before_lift_off_leaves_a_vehicle_armed_that_somebody_else_armed(
 def test_a_disarm_that_is_rejected_is_admitted() -> None:
     vehicle = PointMass(
         delays={OperationKind.TAKE_OFF: 3.0},
-        results={OperationKind.DISARM: OperationState.REFUSED},
+        results={OperationKind.DISARM: OperationStatus.REFUSED},
         reason="not landed",
     )
     task = goto()
@@ -1022,14 +1022,14 @@ def test_settings_that_make_no_sense_are_named(name: str, value: float) -> None:
 
 def test_every_phase_leads_to_the_end_and_none_leads_on_from_it() -> None:
     for phase in Phase:
-        for event in Event:
+        for event in PhaseEvent:
             if (phase, event) in TRANSITIONS:
                 assert next_phase(phase, event) is TRANSITIONS[phase, event]
                 assert phase is not Phase.ENDED
             else:
                 with pytest.raises(PhaseError, match=f"{event.name} cannot happen"):
                     next_phase(phase, event)
-        assert phase is Phase.ENDED or next_phase(phase, Event.OVER) is Phase.ENDED
+        assert phase is Phase.ENDED or next_phase(phase, PhaseEvent.OVER) is Phase.ENDED
 
 
 # --- a position that is in doubt -----------------------------------------------------

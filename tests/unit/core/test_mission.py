@@ -18,7 +18,7 @@ from navigation_core.tasks.base import (
     Observation,
     OperationKind,
     OperationReport,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Status,
@@ -94,14 +94,14 @@ class Mission:
 
     def _obey(self, intent: Intent) -> None:
         report = self._operation
-        if report is not None and report.state is not OperationState.PENDING:
+        if report is not None and report.state is not OperationStatus.PENDING:
             self._operation = None
         if not isinstance(intent, Perform):
             return
         if self._operation is not None and self._operation.kind is intent.kind:
             return
         self.asked.append(intent.kind)
-        self._operation = OperationReport(intent.kind, OperationState.PENDING, "")
+        self._operation = OperationReport(intent.kind, OperationStatus.PENDING, "")
         self._done_s = self.now + 0.5 if self.answers else math.inf
         if intent.mission is not None:
             self.plan = intent.mission
@@ -111,9 +111,9 @@ class Mission:
             return
         kind, self._done_s = self._operation.kind, math.inf
         if kind in self.refuses:
-            self._operation = OperationReport(kind, OperationState.REFUSED, "because")
+            self._operation = OperationReport(kind, OperationStatus.REFUSED, "because")
             return
-        self._operation = OperationReport(kind, OperationState.ACHIEVED, "")
+        self._operation = OperationReport(kind, OperationStatus.ACHIEVED, "")
         if kind is OperationKind.ARM:
             self.armed = True
         elif kind is OperationKind.DISARM:

@@ -10,7 +10,7 @@ from navigation_core.tasks.base import (
     Observation,
     OperationKind,
     OperationReport,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Traits,
@@ -27,7 +27,7 @@ PLANE = Traits(
     height_min_m=20.0,
 )  # fmt: skip
 ACHIEVED, PENDING, REFUSED = (
-    OperationState.ACHIEVED, OperationState.PENDING, OperationState.REFUSED,
+    OperationStatus.ACHIEVED, OperationStatus.PENDING, OperationStatus.REFUSED,
 )  # fmt: skip
 Place = tuple[float, float, float]
 
@@ -40,7 +40,7 @@ def waypoint(
 
 def seen(
     place: Place,
-    report: tuple[OperationKind, OperationState] | None = None,
+    report: tuple[OperationKind, OperationStatus] | None = None,
     armed: bool = True,
     airborne: bool = True,
     in_control: bool = True,

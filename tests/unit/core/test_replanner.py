@@ -10,11 +10,11 @@ from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacle_shapes import Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
-from navigation_core.planning.conflicts import Samples
+from navigation_core.planning.conflicts import MotionSamples
 from navigation_core.planning.replanner import (
     TRANSITIONS,
     Decision,
-    Event,
+    ReplanEvent,
     Replanner,
     ReplannerError,
     ReplanRules,
@@ -32,8 +32,8 @@ RULES = ReplanRules(
 HERE: Vector3 = (0.0, 0.0, 5.0)
 
 
-def way(length_m: float = 40.0) -> Samples:
-    return Samples.of(plan_to(KinematicState(HERE), (length_m, 0.0, 5.0), Limits()))
+def flown_samples(length_m: float = 40.0) -> MotionSamples:
+    return MotionSamples.of(plan_to(KinematicState(HERE), (length_m, 0.0, 5.0), Limits()))
 
 
 def post(x: float, y: float) -> Obstacles:
@@ -50,7 +50,7 @@ def check(
     replanner: Replanner,
     obstacles: Obstacles,
     now: float,
-    on: Samples,
+    on: MotionSamples,
     time_s: float = 0.0,
     least_m: float = 40.0,
     left_m: float = 40.0,
@@ -60,28 +60,28 @@ def check(
 
 
 def test_a_path_is_kept_while_nothing_comes_nearer_than_the_conflict_distance() -> None:
-    replanner, on = flown(), way()
+    replanner, on = flown(), flown_samples()
     assert check(replanner, NOTHING, 1.0, on) is Decision.KEEP
-    # What a way was planned clear of is not in conflict once it seems a little nearer.
+    # What a path was planned clear of is not in conflict once it seems a little nearer.
     assert check(replanner, post(20.0, 0.5 + 1.5), 2.0, on) is Decision.KEEP
     assert check(replanner, post(20.0, 0.5 + 1.15), 3.0, on) is Decision.KEEP
     assert check(replanner, post(20.0, 0.5 + 1.05), 4.0, on) is Decision.REPLAN
 
 
 def test_a_conflict_far_ahead_counts_at_once() -> None:
-    replanner, on = flown(), way(200.0)
+    replanner, on = flown(), flown_samples(200.0)
     assert check(replanner, post(190.0, 0.0), 0.1, on) is Decision.REPLAN
     assert replanner.state is State.REPLANNING
 
 
 def test_what_was_passed_is_in_nobodys_way() -> None:
-    replanner, on = flown(), way()
+    replanner, on = flown(), flown_samples()
     later_s = float(on.times_s[-5])
     assert check(replanner, post(10.0, 0.0), 0.1, on, later_s) is Decision.KEEP
 
 
 def test_the_same_obstacles_and_the_same_path_are_looked_at_once() -> None:
-    replanner, on, obstacles = flown(), way(), post(20.0, 5.0)
+    replanner, on, obstacles = flown(), flown_samples(), post(20.0, 5.0)
     assert check(replanner, obstacles, 0.1, on) is Decision.KEEP
     on.positions_enu_m[:, 1] += 5.0  # It would be in conflict, if anybody looked.
     assert replanner.check(on, 0.0, (0.0, 5.0, 5.0), 40.0, 40.0, obstacles, 9.0) is Decision.KEEP
@@ -90,7 +90,7 @@ def test_the_same_obstacles_and_the_same_path_are_looked_at_once() -> None:
 
 
 def test_a_shorter_path_is_looked_for_now_and_then_and_only_if_there_can_be_one() -> None:
-    replanner, on = flown(0.0), way()
+    replanner, on = flown(0.0), flown_samples()
     assert check(replanner, post(9.0, 9.0), 2.0, on, left_m=60.0) is Decision.KEEP
     assert check(replanner, post(9.0, 9.1), 3.5, on, left_m=44.0) is Decision.KEEP
     assert check(replanner, post(9.0, 9.2), 3.6, on, left_m=60.0) is Decision.COMPARE
@@ -103,7 +103,7 @@ def test_a_shorter_path_is_looked_for_now_and_then_and_only_if_there_can_be_one(
 
 
 def test_it_does_not_flap_between_two_sides_that_are_about_equal() -> None:
-    replanner, on = flown(), way()
+    replanner, on = flown(), flown_samples()
     # Each new look at the obstacle makes the other side look a little shorter.
     for step, (left_m, other_m) in enumerate(itertools.cycle([(50.0, 46.0), (46.0, 50.0)])):
         if step == 40:
@@ -117,7 +117,7 @@ def test_it_does_not_flap_between_two_sides_that_are_about_equal() -> None:
 
 
 def test_while_there_is_no_path_it_is_looked_for_again_and_again_and_then_given_up() -> None:
-    replanner, on = flown(), way()
+    replanner, on = flown(), flown_samples()
     assert check(replanner, post(20.0, 0.0), 1.0, on) is Decision.REPLAN
     replanner.not_found(HERE, 1.0)
     assert replanner.state is State.BLOCKED
@@ -133,7 +133,7 @@ def test_while_there_is_no_path_it_is_looked_for_again_and_again_and_then_given_
 
 
 def test_a_path_that_opens_up_is_taken_and_counted() -> None:
-    replanner, on = flown(), way()
+    replanner, on = flown(), flown_samples()
     check(replanner, post(20.0, 0.0), 1.0, on)
     replanner.not_found(HERE, 1.0)
     assert replanner.wait(2.0, True) is Decision.REPLAN
@@ -162,8 +162,8 @@ def test_nothing_is_planned_while_that_is_not_allowed() -> None:
     assert replanner.wait(32.0, False) is Decision.GIVE_UP
 
 
-@pytest.mark.parametrize(("state", "event"), list(itertools.product(State, Event)))
-def test_every_event_is_in_the_table_or_an_error(state: State, event: Event) -> None:
+@pytest.mark.parametrize(("state", "event"), list(itertools.product(State, ReplanEvent)))
+def test_every_event_is_in_the_table_or_an_error(state: State, event: ReplanEvent) -> None:
     replanner = Replanner(RULES)
     replanner.state = state
     if (state, event) in TRANSITIONS:

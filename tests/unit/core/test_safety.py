@@ -5,7 +5,7 @@ import math
 import pytest
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety.target_checks import Box, FlightVolume, VolumeError, check_target
+from navigation_core.safety.target_checks import FlightVolume, MapBounds, VolumeError, check_target
 
 VOLUME = FlightVolume(radius_max_m=100.0, altitude_min_m=0.5, altitude_max_m=50.0)
 
@@ -74,7 +74,7 @@ def test_altitudes_are_above_the_ground_and_not_above_the_origin() -> None:
 
 
 def test_a_box_narrows_the_volume() -> None:
-    volume = FlightVolume(100.0, 0.5, 50.0, Box((-5.0, -5.0, 0.0), (20.0, 20.0, 30.0)))
+    volume = FlightVolume(100.0, 0.5, 50.0, MapBounds((-5.0, -5.0, 0.0), (20.0, 20.0, 30.0)))
     assert check_target((20.0, 20.0, 30.0), None, 0.0, volume) is None
     outside = check_target((-6.0, 0.0, 3.0), None, 0.0, volume)
     assert outside is not None
@@ -93,6 +93,6 @@ def test_an_empty_volume_is_a_configuration_error(radius: float, low: float, hig
 
 def test_an_empty_box_is_a_configuration_error() -> None:
     with pytest.raises(VolumeError, match="is empty"):
-        Box((0.0, 0.0, 0.0), (1.0, 0.0, 1.0))
+        MapBounds((0.0, 0.0, 0.0), (1.0, 0.0, 1.0))
     with pytest.raises(VolumeError, match="is empty"):
-        Box((0.0, 0.0, math.nan), (1.0, 1.0, 1.0))
+        MapBounds((0.0, 0.0, math.nan), (1.0, 1.0, 1.0))

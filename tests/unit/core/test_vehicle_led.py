@@ -13,7 +13,7 @@ from navigation_core.tasks.base import (
     Observation,
     OperationKind,
     OperationReport,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Status,
@@ -48,7 +48,7 @@ FLYING = Observation(
 )
 
 
-def report(kind: OperationKind, state: OperationState, reason: str = "") -> Observation:
+def report(kind: OperationKind, state: OperationStatus, reason: str = "") -> Observation:
     return replace(FLYING, operation=OperationReport(kind, state, reason))
 
 
@@ -58,7 +58,7 @@ def under_way(
     task = VehicleLed(goal, config or GotoConfig(), traits)
     task.start(FLYING, 0.0)
     assert task.step(FLYING, 0.0) == Perform(goal.operation)
-    assert isinstance(task.step(report(goal.operation, OperationState.ACHIEVED), 1.0), Wait)
+    assert isinstance(task.step(report(goal.operation, OperationStatus.ACHIEVED), 1.0), Wait)
     return task
 
 
@@ -66,7 +66,7 @@ def test_a_rejection_ends_it_with_the_vehicles_reason() -> None:
     task = VehicleLed(LAND, GotoConfig(), COPTER)
     task.start(FLYING, 0.0)
     task.step(FLYING, 0.0)
-    answer = task.step(report(OperationKind.LAND, OperationState.REFUSED, "no position"), 1.0)
+    answer = task.step(report(OperationKind.LAND, OperationStatus.REFUSED, "no position"), 1.0)
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.MODE_REFUSED
     assert "no position" in answer.message
@@ -201,7 +201,7 @@ def test_a_cancel_asks_for_hold_and_ends_at_a_standstill() -> None:
     task = under_way(LAND)
     task.cancel(2.0)
     assert task.step(FLYING, 2.0) == Perform(OperationKind.HOLD)
-    held = report(OperationKind.HOLD, OperationState.ACHIEVED)
+    held = report(OperationKind.HOLD, OperationStatus.ACHIEVED)
     for step in range(7):
         height_m = 10.0 - 0.3 * step
         moving = replace(held, time_s=2.0 + 0.2 * step, position_enu_m=(0.0, 0.0, height_m))
@@ -217,7 +217,7 @@ def test_a_cancel_says_when_the_vehicle_does_not_stop() -> None:
     task = under_way(LAND, config=GotoConfig(cancel_timeout_s=5.0))
     task.cancel(2.0)
     task.step(FLYING, 2.0)
-    held = report(OperationKind.HOLD, OperationState.ACHIEVED)
+    held = report(OperationKind.HOLD, OperationStatus.ACHIEVED)
     for step in range(13):
         place = (0.0, 1.5 * step, 10.0)
         answer = task.step(

@@ -21,7 +21,7 @@ from drone_navigation.client.events import (
     Telemetry,
 )
 from drone_navigation.client.live import LiveView
-from drone_navigation.client.view import JsonView, PlainView, View
+from drone_navigation.client.view import ClientView, JsonView, PlainView
 
 UNKNOWN = (math.nan, math.nan, math.nan)
 SENDING = Sending(1, "navigate_to_waypoint", "goal (10, 5, 2) m in frame map")
@@ -260,7 +260,7 @@ EVENTS: tuple[Event, ...] = (
 @pytest.mark.parametrize("make", [LiveView, PlainView])
 def test_every_event_but_the_exit_is_shown(make: type[LiveView] | type[PlainView]) -> None:
     where = console(200, terminal=make is LiveView, colour=False)
-    view: View = make(where)
+    view: ClientView = make(where)
     for event in EVENTS:
         view.tell(event, 1.0)
     view.close()

@@ -12,7 +12,7 @@ from mavlink_vehicle.codec import Message, make, with_source
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import ManualClock
 from mavlink_vehicle.io.driver import GIVE_UP_S
-from navigation_bridge.fleet import VEHICLE_BURST, Fleet, Member
+from navigation_bridge.fleet import VEHICLE_BURST, FleetApplication, Member
 
 
 class Recorder:
@@ -79,7 +79,7 @@ class Three:
             Member("abc"[number], number + 1, application)
             for number, application in enumerate(self.applications)
         ]
-        self.fleet = Fleet(self.members, self.clock)
+        self.fleet = FleetApplication(self.members, self.clock)
         self.fleet.attach(Now())
         self.fleet.start(self.clock.now())
         self.turn()
@@ -147,7 +147,7 @@ def test_a_flooding_vehicle_is_throttled_and_counted(three: Three) -> None:
 
 def test_a_single_vehicle_receives_all_messages() -> None:
     application = Recorder()
-    fleet = Fleet([Member("", 0, application)], ManualClock())
+    fleet = FleetApplication([Member("", 0, application)], ManualClock())
     fleet.receive(message("HEARTBEAT", 7), 0.0)
     fleet.receive(message("RADIO_STATUS", 51), 0.0)
     fleet.overhear(message("COMMAND_LONG", 255, target_system=9), 0.0)

@@ -12,20 +12,20 @@ import pytest
 from PIL import Image
 
 from flight_reports import flight_plot, flight_video
-from flight_reports.flight_recording import Recording, read_recording
+from flight_reports.flight_recording import FlightRecording, read_recording
 from flight_reports.pictures import scene as flight_scene
-from flight_reports.pictures.film import Film, Pace, Picture, make_pace
-from flight_reports.pictures.scene import ABOVE, View, ground_m
+from flight_reports.pictures.film import Film, Picture, Playback, make_pace
+from flight_reports.pictures.scene import ABOVE, Viewpoint, ground_m
 from flight_reports.timeline import Timeline
 from navigation_bridge.recording.recorded_notes import RecordedGoal as Goal
 from navigation_core.mapping.obstacles import Box, Cylinder, Obstacles
 
 DATA = Path(__file__).resolve().parents[2] / "data"
-SIDE = View("Side view", 0, 2)
+SIDE = Viewpoint("Side view", 0, 2)
 
 
 @pytest.fixture(scope="module")
-def flown() -> Recording:
+def flown() -> FlightRecording:
     """A recorded flight, with a goal and plans, and a post that is seen from 20 s to 40 s."""
     recording = read_recording(DATA / "copter_lowbatt.tlog")
     post = Obstacles.of((Cylinder("post", (20.0, 20.0), 2.0),))
@@ -46,19 +46,19 @@ def coloured(picture: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], colour: s
     return int((np.abs(picture.astype(int) - wanted).max(axis=-1) < 12).sum())
 
 
-def film(recording: Recording, *times_s: float) -> list[Picture]:
+def film(recording: FlightRecording, *times_s: float) -> list[Picture]:
     pictures = Film(recording, 3.0).pictures
     # Only what is seen from above: text has edges of many colours.
-    return [next(pictures(Pace(t_s, t_s, 1.0, 8.0)))[70:635, 50:720] for t_s in times_s]
+    return [next(pictures(Playback(t_s, t_s, 1.0, 8.0)))[70:635, 50:720] for t_s in times_s]
 
 
-def test_the_flown_path_grows(flown: Recording) -> None:
+def test_the_flown_path_grows(flown: FlightRecording) -> None:
     early, late = film(flown, 10.0, 50.0)
     assert coloured(early, flight_scene.TRACK) < coloured(late, flight_scene.TRACK)
 
 
 def test_an_obstacle_is_drawn_when_it_is_discovered_and_pales_when_it_has_gone(
-    flown: Recording,
+    flown: FlightRecording,
 ) -> None:
     before, discovered, known, gone = film(flown, 19.0, 20.1, 35.0, 41.0)
     new = [coloured(picture, flight_scene.NEW) for picture in (before, discovered, known)]
@@ -71,7 +71,7 @@ def test_an_obstacle_is_drawn_when_it_is_discovered_and_pales_when_it_has_gone(
     assert not np.array_equal(gone, before)
 
 
-def test_the_path_before_a_replan_fades(flown: Recording) -> None:
+def test_the_path_before_a_replan_fades(flown: FlightRecording) -> None:
     newest = Timeline(flown.plans.times_s[1:], flown.plans.values[1:])
     without = film(dataclasses.replace(flown, plans=newest), 30.2, 33.0, 36.0)
     pairs = zip(film(flown, 30.2, 33.0, 36.0), without, strict=True)
@@ -79,7 +79,9 @@ def test_the_path_before_a_replan_fades(flown: Recording) -> None:
     assert fresh > later > gone == 0
 
 
-def test_a_video_is_never_slower_than_the_flight_and_keeps_its_length(flown: Recording) -> None:
+def test_a_video_is_never_slower_than_the_flight_and_keeps_its_length(
+    flown: FlightRecording,
+) -> None:
     for film_s in (5.0, 24.0, 1000.0):
         pace = make_pace(flown, film_s, 8.0)
         assert pace.speedup >= 1.0
@@ -161,7 +163,7 @@ def test_obstacles_have_their_outlines_in_both_views() -> None:
     assert wall.max(axis=0) == pytest.approx((11.0, 9.0))
 
 
-def test_all_axes_of_a_video_are_labelled(flown: Recording) -> None:
+def test_all_axes_of_a_video_are_labelled(flown: FlightRecording) -> None:
     figure = Film(flown, 3.0)._figure
     above, side = figure.axes[:2]
     assert (above.get_xlabel(), above.get_ylabel()) == ("east (m)", "north (m)")
@@ -169,7 +171,7 @@ def test_all_axes_of_a_video_are_labelled(flown: Recording) -> None:
 
 
 def test_no_obstacle_is_drawn_below_the_ground(
-    flown: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    flown: FlightRecording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bottoms: list[float] = []
     shown = flight_scene.show_obstacles

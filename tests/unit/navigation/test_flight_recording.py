@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flight_reports.flight_recording import RecordingError, read_recording
+from flight_reports.flight_recording import NoFlightError, read_recording
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from navigation_bridge import notes
@@ -185,7 +185,7 @@ def test_a_file_that_is_not_a_flight_recording_is_an_error(
     log = tmp_path / "flight.tlog"
     if content is not None:
         log.write_bytes(content)
-    with pytest.raises(RecordingError, match=r"flight\.tlog"):
+    with pytest.raises(NoFlightError, match=r"flight\.tlog"):
         read_recording(log)
 
 
@@ -212,5 +212,5 @@ def test_of_several_vehicles_each_is_read_with_its_own_notes(tmp_path: Path) -> 
         (goal_read,) = read_recording(path, system).goals.values
         assert goal_read.targets_enu_m == ((float(system), 0.0, 3.0),)
     assert not read_recording(path, 1).goals.values
-    with pytest.raises(RecordingError, match="no position of system 7; it contains system 1, 2, 3"):
+    with pytest.raises(NoFlightError, match="no position of system 7; it contains system 1, 2, 3"):
         read_recording(path, 7)

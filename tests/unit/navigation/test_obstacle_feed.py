@@ -20,7 +20,7 @@ from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed, SensorPoints
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Obstacles
-from navigation_core.safety.fences import Circle, Fence, Polygon
+from navigation_core.safety.fences import CircleArea, Fence, PolygonArea
 from navigation_core.safety.target_checks import FlightVolume
 from tests.support.autopilot_messages import AutopilotMessages
 
@@ -408,21 +408,21 @@ SQUARE = ((-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0))
 class TestTheFence:
     def test_the_sides_of_a_polygon_are_walls_whichever_way_round_it_is_told(self) -> None:
         for corners in (SQUARE, SQUARE[::-1]):
-            fence = Fence(areas=(Polygon(corners),))
+            fence = Fence(areas=(PolygonArea(corners),))
             assert clearance(fence, 15.0, 0.0) == pytest.approx(5.0)
             assert clearance(fence, 15.0, 0.0, shift_m=0.5) == pytest.approx(5.5)
             assert clearance(fence, 19.9, 19.9, shift_m=0.5) == pytest.approx(0.6)
 
     def test_an_exclusion_is_kept_clear_of_from_outside(self) -> None:
-        fence = Fence(areas=(Polygon(SQUARE, inclusion=False),))
+        fence = Fence(areas=(PolygonArea(SQUARE, inclusion=False),))
         assert clearance(fence, 25.0, 0.0, shift_m=0.5) == pytest.approx(5.5)
-        hole = Fence(areas=(Circle((0.0, 0.0), 5.0, inclusion=False),))
+        hole = Fence(areas=(CircleArea((0.0, 0.0), 5.0, inclusion=False),))
         assert clearance(hole, 10.0, 0.0) == pytest.approx(5.0)
         assert clearance(hole, 1.0, 0.0) == 0.0
 
     @pytest.mark.parametrize("radius_m", [0.05, 5.0, 50.0, 300.0])
     def test_a_circle_is_a_polygon_that_touches_it(self, radius_m: float) -> None:
-        fence = Fence(areas=(Circle((3.0, 0.0), radius_m),))
+        fence = Fence(areas=(CircleArea((3.0, 0.0), radius_m),))
         for degrees in range(0, 360, 7):
             angle = math.radians(degrees)
             place = 3.0 + 0.8 * radius_m * math.cos(angle), 0.8 * radius_m * math.sin(angle)
@@ -433,7 +433,7 @@ class TestTheFence:
     def test_at_a_corner_that_points_inwards_nothing_sticks_out(self) -> None:
         # An L: what is east of 10 and north of 10 is outside.
         corners = ((-10, -10), (40, -10), (40, 10), (10, 10), (10, 40), (-10, 40))
-        fence = Fence(areas=(Polygon(tuple((float(x), float(y)) for x, y in corners)),))
+        fence = Fence(areas=(PolygonArea(tuple((float(x), float(y)) for x, y in corners)),))
         for east, north in ((9.0, 9.0), (11.0, 9.0), (9.0, 11.0), (9.0, 9.5), (-9.0, -9.0)):
             inside_m = min(
                 math.hypot(max(10.0 - east, 0.0), max(10.0 - north, 0.0)),
@@ -443,13 +443,13 @@ class TestTheFence:
 
     def test_between_two_areas_of_which_one_is_enough_there_is_no_wall(self) -> None:
         other = tuple((x + 30.0, y) for x, y in SQUARE)
-        fence = Fence(alternatives=(Polygon(SQUARE), Polygon(other)))
+        fence = Fence(alternatives=(PolygonArea(SQUARE), PolygonArea(other)))
         assert clearance(fence, 20.0, 0.0) == pytest.approx(20.0)
         assert clearance(fence, 45.0, 0.0) == pytest.approx(5.0)
 
     def test_ways_may_come_as_near_to_it_as_targets(self) -> None:
         flight = Flight(ObstacleConfig(vehicle_radius_m=0.5, margin_m=1.5))
-        standing, fence = flight.feed.standing, Fence(areas=(Polygon(SQUARE),))
+        standing, fence = flight.feed.standing, Fence(areas=(PolygonArea(SQUARE),))
         standing.bound(fence, 1.0, FlightVolume(15.0, 0.0, 100.0), (16.0, 0.0))
         assert flight.away_m(19.0, 0.0) == pytest.approx(2.0, abs=0.02)
         assert flight.away_m(19.0, 0.0) >= 2.0
@@ -469,7 +469,7 @@ class TestTheFence:
 
     def test_who_is_outside_may_come_back_in(self) -> None:
         flight = Flight()
-        fence = Fence(areas=(Polygon(SQUARE),))
+        fence = Fence(areas=(PolygonArea(SQUARE),))
         flight.feed.standing.bound(fence, 1.0, FlightVolume(25.0, 0.0, 100.0), (30.0, 0.0))
         assert len(flight.feed.obstacles) == 0
 

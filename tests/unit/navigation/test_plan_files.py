@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navigation_bridge.goals.plan_files import PlanError, Route, read_plan, read_waypoints
+from navigation_bridge.goals.plan_files import PlanError, PlannedRoute, read_plan, read_waypoints
 from navigation_bridge.goals.requests import AltitudeReference
 
 AMSL, HOME, GROUND = AltitudeReference.AMSL, AltitudeReference.HOME, AltitudeReference.GROUND
@@ -37,7 +37,7 @@ def plan(*items: object, firmware: int = 12, **more: object) -> str:
     )  # fmt: skip
 
 
-def read(path: Path, text: str) -> Route:
+def read(path: Path, text: str) -> PlannedRoute:
     path.write_text(text, encoding="utf-8")
     return read_plan(path) if path.suffix == ".plan" else read_waypoints(path)
 

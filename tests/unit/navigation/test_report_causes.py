@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flight_reports.analysis.events import Severity
+from flight_reports.analysis.events import EventSeverity
 from flight_reports.analysis.flight import Flight, read_flights
 from flight_reports.analysis.log_reader import read_contents
 from flight_reports.analysis.warnings import Warned, warnings
@@ -100,7 +100,7 @@ def test_a_flight_without_gaps_has_no_such_warning(tmp_path: Path) -> None:
 
 def test_a_late_server_loop_is_named(tmp_path: Path) -> None:
     (late,) = about("late loop", flight(tmp_path, still=True))
-    assert late.first.severity is Severity.BAD
+    assert late.first.severity is EventSeverity.BAD
     assert "no setpoint for 1.9 s" in late.first.text
     assert late.times_s == (pytest.approx(STILL_FROM_S, abs=0.1),)
 
@@ -115,7 +115,7 @@ def test_a_setpoint_gap_with_a_live_link_is_distinguished(tmp_path: Path) -> Non
 def test_a_crash_is_reported_with_the_events_before_it(tmp_path: Path) -> None:
     flown = flight(tmp_path, code="DISARMED", still=True, crash=True)
     (text,) = about("text", flown)
-    assert (text.first.text, text.first.severity) == (CRASH, Severity.BAD)
+    assert (text.first.text, text.first.severity) == (CRASH, EventSeverity.BAD)
     (goal,) = about("goal", flown)
     assert "DISARMED" in goal.first.text
     assert (
@@ -125,10 +125,11 @@ def test_a_crash_is_reported_with_the_events_before_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("clearance_m", "severity"), [(0.3, Severity.BAD), (0.8, Severity.WARNING), (1.2, None)]
+    ("clearance_m", "severity"),
+    [(0.3, EventSeverity.BAD), (0.8, EventSeverity.WARNING), (1.2, None)],
 )
 def test_low_clearance_is_a_warning(
-    tmp_path: Path, clearance_m: float, severity: Severity | None
+    tmp_path: Path, clearance_m: float, severity: EventSeverity | None
 ) -> None:
     # Before the goal it may stand as near as its people like.
     scans = ((0.5, 0.1), (5.0, 3.0), (6.0, clearance_m), (7.0, math.inf))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from flight_logs.records import Records
 from flight_reports.analysis.link_quality import link_quality, missing_before
-from flight_reports.analysis.tracking import Samples, tracking
+from flight_reports.analysis.tracking import TrackSamples, tracking
 from flight_reports.page.figures import line
 from flight_reports.page.html import safe
 
@@ -57,15 +57,17 @@ def test_a_silence_is_found_also_at_the_end() -> None:
     assert link_quality(quiet, 20.0, 3.0).gaps == ((1.0, 6.0), (6.0, 20.0))
 
 
-def circle(time_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Samples:
+def circle(time_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> TrackSamples:
     angle = 0.5 * time_s
-    return Samples(time_s, np.stack([5 * np.cos(angle), 5 * np.sin(angle), 0 * angle], axis=-1))
+    return TrackSamples(
+        time_s, np.stack([5 * np.cos(angle), 5 * np.sin(angle), 0 * angle], axis=-1)
+    )
 
 
 def test_a_delayed_response_is_measured_with_its_delay() -> None:
     time_s = np.arange(0.0, 30.0, 0.05)
     wanted = circle(time_s)
-    late = Samples(time_s, circle(time_s - 0.4).vectors_ned + np.array([0.0, 0.0, 0.5]))
+    late = TrackSamples(time_s, circle(time_s - 0.4).vectors_ned + np.array([0.0, 0.0, 0.5]))
     found = tracking(wanted, late, "m")
     assert found is not None
     assert found.delay_s == pytest.approx(0.4, abs=0.02)
@@ -78,9 +80,9 @@ def test_a_delayed_response_is_measured_with_its_delay() -> None:
 
 def test_the_approach_to_a_far_setpoint_is_excluded() -> None:
     time_s = np.arange(0.0, 20.0, 0.1)
-    far = Samples(time_s, np.tile([20.0, 0.0, -5.0], (len(time_s), 1)))
+    far = TrackSamples(time_s, np.tile([20.0, 0.0, -5.0], (len(time_s), 1)))
     north_m = np.minimum(2.0 * time_s, 20.2)
-    came = Samples(time_s, np.stack([north_m, 0 * time_s, 0 * time_s - 5.0], axis=-1))
+    came = TrackSamples(time_s, np.stack([north_m, 0 * time_s, 0 * time_s - 5.0], axis=-1))
     found = tracking(far, came, "m")
     assert found is not None
     assert found.horizontal_max <= 1.0
@@ -93,11 +95,11 @@ def test_missing_data_is_not_compared() -> None:
     time_s = np.arange(0.0, 10.0, 0.1)
     wanted = circle(time_s)
     gap = (time_s < 2.0) | (time_s > 8.0)
-    found = tracking(wanted, Samples(time_s[gap], wanted.vectors_ned[gap]), "m/s")
+    found = tracking(wanted, TrackSamples(time_s[gap], wanted.vectors_ned[gap]), "m/s")
     assert found is not None
     assert found.count == pytest.approx(40, abs=3)
     assert found.horizontal_max == pytest.approx(0.0, abs=1e-9)
-    assert tracking(Samples(time_s[:3], wanted.vectors_ned[:3]), wanted, "m") is None
+    assert tracking(TrackSamples(time_s[:3], wanted.vectors_ned[:3]), wanted, "m") is None
 
 
 def test_a_line_is_thinned_with_its_peaks_and_broken_at_gaps() -> None:

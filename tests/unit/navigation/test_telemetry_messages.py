@@ -20,7 +20,7 @@ from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import (
     Attitude,
     Battery,
-    Estimator,
+    EstimatorReport,
     GlobalPosition,
     GpsFix,
     Home,
@@ -192,9 +192,21 @@ def test_the_battery_is_diagnosed(battery: Battery | None, level: bytes) -> None
     ("state", "pose", "level"),
     [
         (VehicleState(), None, DiagnosticStatus.STALE),
-        (VehicleState(estimator=Estimator(0.0, 0, False, False)), None, DiagnosticStatus.ERROR),
-        (VehicleState(estimator=Estimator(0.0, 0x3FF, True, True)), None, DiagnosticStatus.WARN),
-        (VehicleState(estimator=Estimator(0.0, 0x3FF, True, True)), object(), DiagnosticStatus.OK),
+        (
+            VehicleState(estimator=EstimatorReport(0.0, 0, False, False)),
+            None,
+            DiagnosticStatus.ERROR,
+        ),
+        (
+            VehicleState(estimator=EstimatorReport(0.0, 0x3FF, True, True)),
+            None,
+            DiagnosticStatus.WARN,
+        ),
+        (
+            VehicleState(estimator=EstimatorReport(0.0, 0x3FF, True, True)),
+            object(),
+            DiagnosticStatus.OK,
+        ),
     ],
 )
 def test_the_estimator_is_diagnosed(state: VehicleState, pose: object, level: bytes) -> None:

@@ -9,20 +9,20 @@ from mavlink_vehicle.profiles import Profile, ardupilot, px4
 from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.vehicle.fence import NO_FENCE, areas_of, fence_of, has_areas
 from navigation_core.geometry import Vector3
-from navigation_core.safety.fences import Circle, Polygon
+from navigation_core.safety.fences import CircleArea, PolygonArea
 
 HOME = (3.0, 4.0, 1.0)
 ARDUPILOT = {
     "FENCE_ENABLE": 1.0, "FENCE_TYPE": 15.0, "FENCE_RADIUS": 50.0, "FENCE_ALT_MAX": 30.0,
     "FENCE_ALT_MIN": 2.0,
 }  # fmt: skip
-AREAS = (Circle((0.0, 0.0), 10.0), Circle((9.0, 0.0), 1.0, False))
+AREAS = (CircleArea((0.0, 0.0), 10.0), CircleArea((9.0, 0.0), 1.0, False))
 
 
 def test_the_bits_of_fence_type_say_what_counts() -> None:
     fence = fence_of(ardupilot.COPTER, ARDUPILOT, HOME, AREAS)
     assert fence is not None
-    assert fence.areas == (*AREAS, Circle((3.0, 4.0), 50.0, name="circle about home"))
+    assert fence.areas == (*AREAS, CircleArea((3.0, 4.0), 50.0, name="circle about home"))
     assert (fence.altitude_min_m, fence.altitude_max_m) == (2.0, 30.0)
     only_height = fence_of(ardupilot.COPTER, {**ARDUPILOT, "FENCE_TYPE": 1.0}, HOME, AREAS)
     assert only_height is not None
@@ -48,7 +48,7 @@ def test_px4_counts_its_distances_always_and_one_inclusion_is_enough() -> None:
     fence = fence_of(px4.COPTER, values, HOME, AREAS)
     assert fence is not None
     assert fence.alternatives == AREAS[:1]
-    assert fence.areas[-1] == Circle((3.0, 4.0), 80.0, name="circle about home")
+    assert fence.areas[-1] == CircleArea((3.0, 4.0), 80.0, name="circle about home")
     assert fence.altitude_max_m == 25.0
     assert fence_of(px4.COPTER, {**values, "GF_ACTION": 0.0}, HOME, AREAS) == NO_FENCE
     off = {"GF_ACTION": 2.0, "GF_MAX_HOR_DIST": 0.0, "GF_MAX_VER_DIST": 0.0}
@@ -83,8 +83,8 @@ def test_items_become_areas_and_broken_groups_are_left_out() -> None:
     line = [corner(5002, 2.0, 0, 0), corner(5002, 2.0, 1, 1)]
     back = corner(5000, 0.0, 0, 0)
     assert areas_of([back, *ring, hole, *line], _enu) == (
-        Polygon(((0.0, 0.0), (0.0, 1000.0), (1000.0, 0.0))),
-        Circle((2000.0, 1000.0), 7.5, False),
+        PolygonArea(((0.0, 0.0), (0.0, 1000.0), (1000.0, 0.0))),
+        CircleArea((2000.0, 1000.0), 7.5, False),
     )
     assert areas_of([], _enu) == ()
 

@@ -24,8 +24,15 @@ from mavlink_sitl import (
 from mavlink_sitl.options import make_parser
 from mavlink_sitl.world import range_finder
 from mavlink_sitl.world.loader import schema
-from mavlink_sitl.world.model import GpsQuality, Ground, Obstacle, RangeSensor, Wind, wind_from
-from mavlink_sitl.world.model import Path as Way
+from mavlink_sitl.world.model import (
+    GpsQuality,
+    Ground,
+    MoverPath,
+    Obstacle,
+    RangeSensor,
+    Wind,
+    wind_from,
+)
 from mavlink_sitl.world.shapes import Shapes, cast_on_ground, ground_height_m
 from tests.support.ground_station import ACCEPTED, FAILED, GUIDED, POSITION, GroundStation, Message
 
@@ -190,7 +197,7 @@ def test_ground_between_the_points_of_a_grid() -> None:
 
 def test_a_path_goes_back_and_forth_or_round() -> None:
     corners = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0))
-    forth, around = Way(corners, 1.0, True), Way(corners, 1.0, False)
+    forth, around = MoverPath(corners, 1.0, True), MoverPath(corners, 1.0, False)
     assert forth.at(15.0) == around.at(15.0) == (10.0, 5.0)
     assert forth.at(25.0) == pytest.approx((10.0, 5.0))
     assert around.at(20.0 + math.sqrt(50.0)) == pytest.approx((5.0, 5.0))
@@ -268,7 +275,7 @@ def test_a_sector_tells_the_nearest_of_what_is_in_it() -> None:
 
 
 def test_a_moving_obstacle_is_seen_where_it_is() -> None:
-    path = Way(((20.0, 0.0), (4.0, 0.0)), 2.0)
+    path = MoverPath(((20.0, 0.0), (4.0, 0.0)), 2.0)
     lorry = Obstacle("lorry", (20.0, 0.0), radius_m=1.0, path=path)
     world = World(obstacles=(lorry,), range_sensor=EXACT)
     simulation = Simulation([VehicleConfig(heading_deg=0.0)], world=world)
@@ -431,7 +438,7 @@ def test_another_vehicle_changes_nothing_for_the_first() -> None:
 
 
 def test_the_true_clearance_is_to_the_nearest_surface_in_space() -> None:
-    path = Way(((0.0, -9.0), (0.0, 9.0)), 1.0)
+    path = MoverPath(((0.0, -9.0), (0.0, 9.0)), 1.0)
     ball = Obstacle("ball", (0.0, -9.0), radius_m=1.0, bottom_m=6.0, top_m=7.0, path=path)
     simulation = Simulation([VehicleConfig()], world=World(obstacles=(WALL, ball)))
     vehicle = simulation.vehicles[0]
@@ -484,7 +491,7 @@ def test_a_moving_obstacle_hits_a_copter_that_stays() -> None:
         (0.0, -40.0),
         size_m=(3.0, 6.0),
         top_m=8.0,
-        path=Way(((0.0, -40.0), (0.0, 80.0)), 1.5),
+        path=MoverPath(((0.0, -40.0), (0.0, 80.0)), 1.5),
     )
     station = station_in(World(obstacles=(lorry,)))
     assert not station.simulation.truth.collided[0]
@@ -509,7 +516,7 @@ def test_every_kind_of_vehicle_lives_in_a_world(kind: str) -> None:
         (0.0, -20.0),
         size_m=(3.0, 4.0),
         top_m=3.0,
-        path=Way(((0.0, -20.0), (0.0, 80.0)), 4.0),
+        path=MoverPath(((0.0, -20.0), (0.0, 80.0)), 4.0),
     )
     world = World(obstacles=(WALL, lorry), range_sensor=EXACT, wind=wind_from(3.0, 90.0))
     config = VehicleConfig(vehicle=kind, heading_deg=0.0, ready_after_s=1.0)

@@ -6,7 +6,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import ProtocolError
 from mavlink_vehicle.protocols.operations.command import (
     Address,
-    Command,
+    CommandExchange,
     CommandFinished,
     CommandInput,
     CommandRequest,
@@ -26,8 +26,8 @@ ADDRESS = Address(source_system=1, source_component=191, target_system=1, target
 
 
 @pytest.fixture
-def command() -> Command:
-    command = Command(CommandRequest(ARM, (1.0,)), ADDRESS, TIMING)
+def command() -> CommandExchange:
+    command = CommandExchange(CommandRequest(ARM, (1.0,)), ADDRESS, TIMING)
     command.start(10.0)
     return command
 
@@ -37,11 +37,11 @@ def autopilot() -> AutopilotMessages:
     return AutopilotMessages()
 
 
-def sent(command: Command) -> list[Message]:
+def sent(command: CommandExchange) -> list[Message]:
     return command.messages_to_send()
 
 
-def test_it_is_sent_at_once_to_the_autopilot(command: Command) -> None:
+def test_it_is_sent_at_once_to_the_autopilot(command: CommandExchange) -> None:
     (message,) = sent(command)
     assert message.get_type() == "COMMAND_LONG"
     assert (message.target_system, message.target_component) == (1, 1)
@@ -61,7 +61,7 @@ def test_command_int_keeps_its_frame() -> None:
 
 @pytest.mark.parametrize("result", [ACCEPTED, FAILED, TEMPORARILY_REJECTED])
 def test_an_answer_ends_it_and_doubles_are_ignored(
-    command: Command, autopilot: AutopilotMessages, result: int
+    command: CommandExchange, autopilot: AutopilotMessages, result: int
 ) -> None:
     command.receive(autopilot.ack(ARM, result), 10.1)
     command.receive(autopilot.ack(ARM, FAILED), 10.2)
@@ -71,7 +71,9 @@ def test_an_answer_ends_it_and_doubles_are_ignored(
     assert command.next_deadline() is None
 
 
-def test_it_is_repeated_with_a_rising_confirmation_and_then_given_up(command: Command) -> None:
+def test_it_is_repeated_with_a_rising_confirmation_and_then_given_up(
+    command: CommandExchange,
+) -> None:
     now, messages = 10.0, sent(command)
     while (deadline := command.next_deadline()) is not None:
         assert deadline == pytest.approx(now + 0.5)
@@ -86,7 +88,7 @@ def test_it_is_repeated_with_a_rising_confirmation_and_then_given_up(command: Co
 
 
 def test_in_progress_extends_the_time_without_repeating(
-    command: Command, autopilot: AutopilotMessages
+    command: CommandExchange, autopilot: AutopilotMessages
 ) -> None:
     sent(command)
     for now in (10.2, 12.0, 13.9):
@@ -98,7 +100,7 @@ def test_in_progress_extends_the_time_without_repeating(
 
 
 def test_silence_after_in_progress_asks_again(
-    command: Command, autopilot: AutopilotMessages
+    command: CommandExchange, autopilot: AutopilotMessages
 ) -> None:
     sent(command)
     command.receive(autopilot.ack(ARM, IN_PROGRESS), 10.2)
@@ -107,7 +109,7 @@ def test_silence_after_in_progress_asks_again(
     assert message.confirmation == 1
 
 
-def test_endless_progress_ends(command: Command, autopilot: AutopilotMessages) -> None:
+def test_endless_progress_ends(command: CommandExchange, autopilot: AutopilotMessages) -> None:
     now = 10.0
     while command.state is not CommandState.FINISHED:
         now += 0.5
@@ -119,7 +121,7 @@ def test_endless_progress_ends(command: Command, autopilot: AutopilotMessages) -
 
 
 def test_acks_for_others_and_of_others_are_ignored(
-    command: Command, autopilot: AutopilotMessages
+    command: CommandExchange, autopilot: AutopilotMessages
 ) -> None:
     for message in (
         autopilot.ack(ARM, FAILED, target=(255, 190)),
@@ -135,7 +137,9 @@ def test_acks_for_others_and_of_others_are_ignored(
     assert command.next_event() == CommandFinished(ACCEPTED, attempts=1, in_progress=False)
 
 
-def test_a_cancelled_command_is_silent(command: Command, autopilot: AutopilotMessages) -> None:
+def test_a_cancelled_command_is_silent(
+    command: CommandExchange, autopilot: AutopilotMessages
+) -> None:
     command.cancel(10.1)
     command.handle_timer(20.0)
     command.receive(autopilot.ack(ARM, ACCEPTED), 20.0)
@@ -143,19 +147,21 @@ def test_a_cancelled_command_is_silent(command: Command, autopilot: AutopilotMes
     assert command.next_event() is None
 
 
-def test_starting_twice_is_a_mistake_of_the_caller(command: Command) -> None:
+def test_starting_twice_is_a_mistake_of_the_caller(command: CommandExchange) -> None:
     with pytest.raises(ProtocolError, match="no transition for START in WAITING"):
         command.start(11.0)
 
 
 def test_the_table_knows_every_state_and_nothing_leaves_the_end() -> None:
-    states = {state for state, _ in Command.table} | {state for state, _ in Command.table.values()}
+    states = {state for state, _ in CommandExchange.table} | {
+        state for state, _ in CommandExchange.table.values()
+    }
     assert states == set(CommandState)
-    for (state, _), (after, action) in Command.table.items():
+    for (state, _), (after, action) in CommandExchange.table.items():
         if state is CommandState.FINISHED:
             assert after is CommandState.FINISHED
             assert action is None
-    assert {what for _, what in Command.table} == set(CommandInput)
+    assert {what for _, what in CommandExchange.table} == set(CommandInput)
 
 
 def test_names_for_people() -> None:

@@ -18,7 +18,7 @@ from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
-from mavlink_vehicle.protocols.operations.command import Command, command_name
+from mavlink_vehicle.protocols.operations.command import CommandExchange, command_name
 from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
 from mavlink_vehicle.protocols.stations.station_acts import COMMANDS
@@ -29,7 +29,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 PROTOCOLS = (DOCS / "protocols.md").read_text("utf-8")
 FRAMES = (DOCS / "frames_and_units.md").read_text("utf-8")
 MACHINES = [
-    HeartbeatWatch, Command, Operation, MissionUpload, MissionDownload, MissionClear,
+    HeartbeatWatch, CommandExchange, Operation, MissionUpload, MissionDownload, MissionClear,
     MissionOperation, MessageRates, SetpointStream,
 ]  # fmt: skip
 

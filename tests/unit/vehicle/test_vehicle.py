@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.errors import ConfigurationError, MessageError, SetpointError
+from mavlink_vehicle.errors import MessageError, SetpointError, SettingError
 from mavlink_vehicle.events import (
     ArmedChanged,
     FailsafeBegan,
@@ -270,7 +270,7 @@ def test_a_profile_may_want_the_stream_before_its_mode(script: Script) -> None:
     ],
 )
 def test_settings_without_sense_are_rejected(changes: dict[str, object], words: str) -> None:
-    with pytest.raises(ConfigurationError, match=words):
+    with pytest.raises(SettingError, match=words):
         VehicleConfig(**changes)  # type: ignore[arg-type]
 
 

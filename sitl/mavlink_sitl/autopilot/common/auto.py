@@ -17,7 +17,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
@@ -52,7 +52,7 @@ class Auto(Mode):
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
         """See the class."""
         super().__init__(copter, spec)
-        self.task: Task | None = None
+        self.task: AutoTask | None = None
         self.may_take_off = False
         self.paused = False
         self._waiting: list[tuple[int, PlanItem]] = []
@@ -124,7 +124,7 @@ class Auto(Mode):
 
     # The items.
 
-    def _finish(self, task: Task) -> None:
+    def _finish(self, task: AutoTask) -> None:
         place = self.copter.plans.current
         told = ItemReached(place)
         self.copter.events.append(told)

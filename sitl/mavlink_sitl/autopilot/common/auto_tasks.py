@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.auto import Auto
 
 
-class Task:
+class AutoTask:
     """An item in flight.
 
     Args:
@@ -37,7 +37,7 @@ class Task:
         return False
 
 
-class Delay(Task):
+class Delay(AutoTask):
     """Stay for param1 seconds."""
 
     def __init__(self, auto: Auto, item: PlanItem) -> None:

@@ -17,7 +17,7 @@ STEEPEST = math.sqrt(0.5)
 Point = tuple[float, float]
 
 
-class Tracking(NamedTuple):
+class LineGuidance(NamedTuple):
     """The output of the law on a straight line.
 
     Attributes:
@@ -29,7 +29,7 @@ class Tracking(NamedTuple):
     beside_m: float
 
 
-class Circling(NamedTuple):
+class CircleGuidance(NamedTuple):
     """The output of the law.
 
     Attributes:
@@ -52,7 +52,7 @@ def circle(
     direction: int,
     period_s: float,
     damping: float,
-) -> Circling:
+) -> CircleGuidance:
     """The sideways acceleration for a circle.
 
     Args:
@@ -90,8 +90,8 @@ def circle(
     needed = tangent * tangent / max(0.5 * radius_m, radius_m + outside)
     track = direction * (correction + needed)
     if outside > 0.0 and direction * approach < direction * track:
-        return Circling(approach, False, outside)
-    return Circling(track, True, outside)
+        return CircleGuidance(approach, False, outside)
+    return CircleGuidance(track, True, outside)
 
 
 def line(
@@ -102,7 +102,7 @@ def line(
     end: Point,
     period_s: float,
     damping: float,
-) -> Tracking:
+) -> LineGuidance:
     """The sideways acceleration for a straight line; it goes on beyond its end.
 
     Args:
@@ -129,11 +129,11 @@ def line(
     if along < -0.7 * math.hypot(*away) and math.hypot(*away) > ahead_m:
         # Far behind its beginning: fly there first.
         across, towards = _parts(velocity, (-away[0], -away[1]))
-        return Tracking(_turn(math.atan2(across, towards), speed, period_s, damping), beside)
+        return LineGuidance(_turn(math.atan2(across, towards), speed, period_s, damping), beside)
     across, towards = _parts(velocity, direction)
     back = math.asin(min(max(beside / max(ahead_m, 0.1), -STEEPEST), STEEPEST))
     angle = math.remainder(math.atan2(across, towards) - back, math.tau)
-    return Tracking(_turn(angle, speed, period_s, damping), beside)
+    return LineGuidance(_turn(angle, speed, period_s, damping), beside)
 
 
 def _moving(velocity: Point, yaw_rad: float) -> tuple[Point, float]:

@@ -97,7 +97,7 @@ def _share(limit: float, part: float) -> float:
     return limit / part if part > 1e-6 else math.inf
 
 
-class Track:
+class LegTrack:
     """The leg in flight and, while a corner is rounded, the next one.
 
     Args:

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Guided, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
@@ -194,10 +194,10 @@ class Fence:
             return False
         if setpoint.position_m is not None:
             north, east, down = setpoint.position_m
-            if setpoint.frame is not Frame.LOCAL:
+            if setpoint.frame is not SetpointFrame.LOCAL:
                 motion = self._copter.motion
                 c, s = 1.0, 0.0
-                if setpoint.frame is Frame.BODY:
+                if setpoint.frame is SetpointFrame.BODY:
                     c, s = math.cos(motion.yaw_rad), math.sin(motion.yaw_rad)
                 north, east, down = (
                     motion.north_m + north * c - east * s,
@@ -205,7 +205,7 @@ class Fence:
                     motion.down_m + down,
                 )
             return bool(self._broken((north, east, down)))
-        if setpoint.velocity_m_s is None or setpoint.frame is Frame.BODY:
+        if setpoint.velocity_m_s is None or setpoint.frame is SetpointFrame.BODY:
             return False
         return self._leads_out(setpoint.velocity_m_s)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, Vector
 from mavlink_sitl.exchange import Motors
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class OffboardMode(Px4Mode):
     def __init__(self, vehicle: Px4Vehicle, spec: ModeSpec) -> None:
         """See the class."""
         super().__init__(vehicle, spec)
-        self.target = Setpoint(Frame.LOCAL, velocity_m_s=ZERO)
+        self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)
         self._fresh = True
 
     def follow(self, fresh: bool) -> None:
@@ -122,13 +122,15 @@ class OffboardMode(Px4Mode):
     def take(self, setpoint: Setpoint) -> None:
         """A new setpoint, in LOCAL or BODY (velocity only)."""
         velocity = setpoint.velocity_m_s
-        if setpoint.frame is Frame.BODY:
+        if setpoint.frame is SetpointFrame.BODY:
             if velocity is not None:
                 c, s = math.cos(self.px4.motion.yaw_rad), math.sin(self.px4.motion.yaw_rad)
                 north = velocity[0] * c - velocity[1] * s
                 east = velocity[0] * s + velocity[1] * c
                 velocity = (north, east, velocity[2])
-            setpoint = replace(setpoint, frame=Frame.LOCAL, position_m=None, velocity_m_s=velocity)
+            setpoint = replace(
+                setpoint, frame=SetpointFrame.LOCAL, position_m=None, velocity_m_s=velocity
+            )
         same = setpoint == self.target and not self._fresh
         self.target = setpoint
         if self.px4.mode is self and not same:

@@ -8,7 +8,7 @@ from mavlink_sitl.mavlink.codec import Message, dialect
 CHUNK = 50
 
 
-class StatusTexts:
+class StatusTextEncoder:
     """Words to messages; the chunks of a long text share an id.
 
     Args:

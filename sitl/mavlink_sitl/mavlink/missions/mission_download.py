@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 
 
-class MissionDownload:
+class MissionSender:
     """Gives one vehicle's lists away.
 
     Args:

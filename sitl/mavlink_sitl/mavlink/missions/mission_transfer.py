@@ -15,7 +15,7 @@ from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.missions import mission_items as items
-from mavlink_sitl.mavlink.missions.mission_download import MissionDownload, sender_of
+from mavlink_sitl.mavlink.missions.mission_download import MissionSender, sender_of
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
@@ -51,7 +51,7 @@ class _Upload:
     current: int | None = None
 
 
-class MissionServer(MissionDownload):
+class MissionServer(MissionSender):
     """Answers for one vehicle's lists.
 
     Args:

@@ -15,14 +15,14 @@ from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.commands import FORCE, Command
+from mavlink_sitl.mavlink.commands import FORCE, ReceivedCommand
 from mavlink_sitl.mavlink.px4.known_messages import STREAMS
 from mavlink_sitl.mavlink.setpoints import usable
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.px4.server import Px4Server
 
-Handler = Callable[["Px4Server", Command], "Result | None"]
+Handler = Callable[["Px4Server", ReceivedCommand], "Result | None"]
 HEARTBEAT, AVAILABLE_MODES, CURRENT_MODE = 0, 435, 436
 PLANE = "px4plane"
 _CHANGE_MODE = 1
@@ -30,7 +30,7 @@ NAN_AS_INTEGER = 0x7FF80000
 """What some senders put into x and y of a COMMAND_INT for NaN"""
 
 
-def handle(server: Px4Server, command: Command) -> Result | None:
+def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
     """Carry out a command.
 
     Args:
@@ -62,7 +62,7 @@ def mode_number(base_mode: int, main: int, sub: int) -> int:
     return px4.POSCTL if base_mode & dialect.MAV_MODE_FLAG_GUIDED_ENABLED else px4.MANUAL
 
 
-def _set_mode(server: Px4Server, command: Command) -> Result:
+def _set_mode(server: Px4Server, command: ReceivedCommand) -> Result:
     # The receiver acknowledges first, whatever will become of it; the verdict comes after.
     server.acknowledge(command.id, Result.ACCEPTED)
     # Some clients leave param3 NaN where a mode has no sub mode.
@@ -73,7 +73,7 @@ def _set_mode(server: Px4Server, command: Command) -> Result:
     return server.px4.set_mode(mode_number(base, main, sub), told=server.asked_by_station())
 
 
-def _arm_disarm(server: Px4Server, command: Command) -> Result | None:
+def _arm_disarm(server: Px4Server, command: ReceivedCommand) -> Result | None:
     what, force = command.params[0], command.params[1] == FORCE
     if what == 1.0:
         return server.px4.arm(force)
@@ -83,21 +83,21 @@ def _arm_disarm(server: Px4Server, command: Command) -> Result | None:
     return None
 
 
-def _take_off(server: Px4Server, command: Command) -> Result:
+def _take_off(server: Px4Server, command: ReceivedCommand) -> Result:
     # Zeros mean "not given", as in `probe_ground`.
     altitude = command.z if usable(command.z) and command.z != 0.0 else None
     return server.px4.take_off_to(altitude)
 
 
-def _land(server: Px4Server, _: Command) -> Result:
+def _land(server: Px4Server, _: ReceivedCommand) -> Result:
     return server.px4.land_here()
 
 
-def _return(server: Px4Server, _: Command) -> Result:
+def _return(server: Px4Server, _: ReceivedCommand) -> Result:
     return server.px4.return_to_launch()
 
 
-def _reposition(server: Px4Server, command: Command) -> Result:
+def _reposition(server: Px4Server, command: ReceivedCommand) -> Result:
     if not usable(command.params[1]) or not int(command.params[1]) & _CHANGE_MODE:
         return Result.UNSUPPORTED
     if not command.is_long and NAN_AS_INTEGER in (command.x, command.y):
@@ -118,7 +118,7 @@ def _given(value: float) -> bool:
     return math.isfinite(value) and value != -(2**31) and value != 2**31 - 1
 
 
-def _place(command: Command) -> GeoPoint | None:
+def _place(command: ReceivedCommand) -> GeoPoint | None:
     if not (_given(command.x) and _given(command.y)):
         return None
     scale = 1.0 if command.is_long else 1e7
@@ -128,15 +128,15 @@ def _place(command: Command) -> GeoPoint | None:
     return GeoPoint(latitude, longitude, 0.0)
 
 
-def _change_speed(server: Px4Server, command: Command) -> Result:
+def _change_speed(server: Px4Server, command: ReceivedCommand) -> Result:
     return server.px4.change_speed(int(command.params[0]), command.params[1])
 
 
-def _change_altitude(server: Px4Server, command: Command) -> Result:
+def _change_altitude(server: Px4Server, command: ReceivedCommand) -> Result:
     return server.px4.reposition(None, command.params[0], None)
 
 
-def _orbit(server: Px4Server, command: Command) -> Result:
+def _orbit(server: Px4Server, command: ReceivedCommand) -> Result:
     """A plane circles in AUTO.LOITER; the orbit mode of others is not modelled."""
     if server.px4.personality.kind != PLANE:
         return Result.UNSUPPORTED
@@ -144,7 +144,7 @@ def _orbit(server: Px4Server, command: Command) -> Result:
     return server.px4.reposition(_place(command), altitude, None)
 
 
-def _figure_eight(server: Px4Server, command: Command) -> Result | None:
+def _figure_eight(server: Px4Server, command: ReceivedCommand) -> Result | None:
     if server.px4.personality.kind == PLANE:
         return _orbit(server, command)
     text = "Figure 8 command only available for fixed wing and vtol vehicles."
@@ -152,25 +152,25 @@ def _figure_eight(server: Px4Server, command: Command) -> Result | None:
     return None
 
 
-def _standard_mode(server: Px4Server, command: Command) -> Result:
+def _standard_mode(server: Px4Server, command: ReceivedCommand) -> Result:
     modes = server.px4.personality.available_modes
     number = next((m[0] for m in modes if m[1] == command.params[0] != 0), None)
     return Result.FAILED if number is None else server.px4.set_mode(number)
 
 
-def _calibrate(server: Px4Server, _: Command) -> Result:
+def _calibrate(server: Px4Server, _: ReceivedCommand) -> Result:
     return Result.TEMPORARILY_REJECTED if server.px4.armed else Result.ACCEPTED
 
 
-def _accept(_server: Px4Server, _: Command) -> Result:
+def _accept(_server: Px4Server, _: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _ignore(_server: Px4Server, _: Command) -> None:
+def _ignore(_server: Px4Server, _: ReceivedCommand) -> None:
     """For parts that it does not have: nobody answers."""
 
 
-def _set_interval(server: Px4Server, command: Command) -> Result:
+def _set_interval(server: Px4Server, command: ReceivedCommand) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
     if message_id not in STREAMS:
         return Result.FAILED
@@ -178,7 +178,7 @@ def _set_interval(server: Px4Server, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _get_interval(server: Px4Server, command: Command) -> Result:
+def _get_interval(server: Px4Server, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     interval_us = server.streams.interval_us(message_id) if message_id in server.builders else 0
     message_id = min(max(message_id, 0), 65535)
@@ -186,7 +186,7 @@ def _get_interval(server: Px4Server, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _request_message(server: Px4Server, command: Command) -> Result:
+def _request_message(server: Px4Server, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if message_id == AVAILABLE_MODES:
         wanted = command.params[1]
@@ -202,14 +202,14 @@ def _request_message(server: Px4Server, command: Command) -> Result:
 
 
 def _request(message_id: int) -> Handler:
-    def handler(server: Px4Server, _: Command) -> Result:
+    def handler(server: Px4Server, _: ReceivedCommand) -> Result:
         server.send_later(message_id)
         return Result.ACCEPTED
 
     return handler
 
 
-def _set_home(server: Px4Server, command: Command) -> Result:
+def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
     copter = server.px4
     if not copter.estimator.position_ok:
         return Result.TEMPORARILY_REJECTED
@@ -223,7 +223,7 @@ def _set_home(server: Px4Server, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _reboot(server: Px4Server, command: Command) -> Result:
+def _reboot(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.params[0] == 0.0 and not server.px4.armed:
         return Result.ACCEPTED  # nothing is to be done
     if command.params[0] not in (1.0, 3.0):
@@ -231,26 +231,26 @@ def _reboot(server: Px4Server, command: Command) -> Result:
     return Result.DENIED if server.px4.armed else server.px4.reboot()
 
 
-def _prearm_checks(server: Px4Server, _: Command) -> Result:
+def _prearm_checks(server: Px4Server, _: ReceivedCommand) -> Result:
     return server.px4.arming.run_checks()
 
 
-def _mission_start(server: Px4Server, command: Command) -> Result:
+def _mission_start(server: Px4Server, command: ReceivedCommand) -> Result:
     return server.px4.start_mission(command.params[0])
 
 
-def _terminate(server: Px4Server, command: Command) -> Result:
+def _terminate(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.DENIED
     return server.px4.terminate()
 
 
-def _inject_failure(server: Px4Server, command: Command) -> Result:
+def _inject_failure(server: Px4Server, command: ReceivedCommand) -> Result:
     unit, kind, instance = (int(value) for value in command.params[:3])
     return server.px4.inject_failure(unit, kind, instance)
 
 
-def _accept_place(_: Px4Server, command: Command) -> Result:
+def _accept_place(_: Px4Server, command: ReceivedCommand) -> Result:
     """A region of interest, for a camera that is not there."""
     given = all(map(usable, (command.x, command.y, command.z)))
     return Result.ACCEPTED if given else Result.DENIED

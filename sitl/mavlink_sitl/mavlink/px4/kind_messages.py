@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.px4.plane.path_guidance import Path
+from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 from mavlink_sitl.mavlink.codec import Message, dialect
@@ -46,7 +46,7 @@ def _plane_mode(s: Snapshot) -> PlaneMode:
     return mode
 
 
-def _flying_path(s: Snapshot) -> Path | None:
+def _flying_path(s: Snapshot) -> PathPoint | None:
     """What a plane follows, armed."""
     return _plane_mode(s).path if s.copter.armed else None
 

@@ -25,7 +25,7 @@ from mavlink_sitl.exchange import (
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.commands import from_message
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
-from mavlink_sitl.mavlink.messages.statustext import StatusTexts
+from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import commands, kind_messages, messages, rates, setpoints
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
@@ -89,7 +89,7 @@ class Px4Server(MavlinkServer):
         self.role = role
         self.peers: list[Px4Server] = [self]
         self._parameters: Px4ParameterServer = Px4ParameterServer(copter.parameters)
-        self._texts = StatusTexts(numbers_all=True)
+        self._texts = StatusTextEncoder(numbers_all=True)
         self._gcs_heard_us: int | None = None
         self._ping_seq = 0
         self._ping_us = round(1e6 / rates.PING_HZ[role])

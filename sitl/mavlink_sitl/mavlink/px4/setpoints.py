@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, Vector
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
@@ -21,7 +21,7 @@ BODY_YAW_RATE_IGNORE, THRUST_IGNORE, ATTITUDE_IGNORE = 0x04, 0x40, 0x80
 HOVER_THRUST = 0.5
 GRAVITY_M_S2 = 9.80665
 LEAST_QUATERNION = 1e-6
-LOCAL_FRAMES = {1: Frame.LOCAL, 8: Frame.BODY}
+LOCAL_FRAMES = {1: SetpointFrame.LOCAL, 8: SetpointFrame.BODY}
 """MAV_FRAME_LOCAL_NED; MAV_FRAME_BODY_NED, of which only velocity and acceleration count"""
 AMSL, RELATIVE, TERRAIN = 5, 6, 11
 """MAV_FRAME_GLOBAL_INT, _RELATIVE_ALT_INT, _TERRAIN_ALT_INT; 0, 3 and 10 are rejected"""
@@ -75,7 +75,7 @@ def from_local_ned(message: Message) -> Setpoint:
         raise RefusedError(f"{kind} coordinate frame {message.coordinate_frame} unsupported")
     position = _group(message, ("x", "y", "z"), 0x001)
     velocity, acceleration, yaw, yaw_rate = _rest(message)
-    if frame is Frame.BODY:
+    if frame is SetpointFrame.BODY:
         position = None
     return _checked(kind, Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
 
@@ -102,7 +102,7 @@ def from_attitude_target(message: Message) -> Setpoint:
     turns = bool(mask & ATTITUDE_IGNORE) or not mask & BODY_YAW_RATE_IGNORE
     heading = math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
     return Setpoint(
-        Frame.LOCAL,
+        SetpointFrame.LOCAL,
         acceleration_m_s2=(north, east, upright + GRAVITY_M_S2),
         yaw_rad=None if turns else heading,
         yaw_rate_rad_s=message.body_yaw_rate if turns else None,
@@ -132,4 +132,6 @@ def from_global_int(message: Message, copter: Px4Vehicle) -> Setpoint:
         axes = [math.nan if skip else value for skip, value in zip(ignored, place, strict=True)]
         position = (axes[0], axes[1], axes[2])
     velocity, acceleration, yaw, yaw_rate = _rest(message)
-    return _checked(kind, Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, yaw_rate))
+    return _checked(
+        kind, Setpoint(SetpointFrame.LOCAL, position, velocity, acceleration, yaw, yaw_rate)
+    )

@@ -15,7 +15,7 @@ from drone_navigation.check.view import as_json, show
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.links import LinkKind, LinkUrl, parse_url
 from navigation_bridge.configuration.make_config import ServerConfig
-from navigation_bridge.fleet import Fleet, Member
+from navigation_bridge.fleet import FleetApplication, Member
 from navigation_bridge.network import open_network
 
 _POLL_S = 0.2
@@ -80,7 +80,7 @@ def look(
         name: Checker(config, partial(network.statistics_of, config.vehicle.target_system))
         for name, config in configs.items()
     }
-    fleet = Fleet(
+    fleet = FleetApplication(
         [
             Member(name, configs[name].vehicle.target_system, checker)
             for name, checker in checkers.items()

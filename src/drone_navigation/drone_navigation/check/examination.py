@@ -45,7 +45,7 @@ _RATE_S = 1.0
 
 
 @dataclass(frozen=True)
-class MessageRate:
+class RequestedRate:
     """Rate of a message.
 
     Attributes:
@@ -188,7 +188,7 @@ class Checker:
         self._drain()
         return rejection
 
-    def rates(self, now: float) -> list[MessageRate]:
+    def rates(self, now: float) -> list[RequestedRate]:
         """Return the measured rates of the last seconds and the requested ones."""
         profile = self.vehicle.profile
         if profile is None:
@@ -202,7 +202,7 @@ class Checker:
 
     def _rate(
         self, name: str, asked_hz: float, refusal: str | None, own_hz: float | None, now: float
-    ) -> MessageRate:
+    ) -> RequestedRate:
         """Measure one rate; what begins to come while it is looked at counts from there on."""
         first_s = self._first_s.get(name, math.inf)
         seen_s = min(now - first_s, _WINDOW_S)
@@ -214,7 +214,7 @@ class Checker:
             pending = "just started"
         elif name in _NEED_POSITION and not self.vehicle.state.position_valid:
             pending = "sent once there is a position"
-        return MessageRate(name, asked_hz, measured_hz, refusal, own_hz, pending)
+        return RequestedRate(name, asked_hz, measured_hz, refusal, own_hz, pending)
 
     def link(self, now: float) -> LinkHealth:
         """Return the link health since the last call."""

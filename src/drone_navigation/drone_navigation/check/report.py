@@ -24,7 +24,7 @@ from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
 
 
-class Verdict(enum.IntEnum):
+class CheckVerdict(enum.IntEnum):
     """Verdict of a check; the number is the exit code."""
 
     READY = 0
@@ -52,7 +52,7 @@ class Report:
         yours: what is left to the pilot.
     """
 
-    verdict: Verdict
+    verdict: CheckVerdict
     sentence: str
     sections: tuple[Section, ...] = ()
     missing: tuple[Missing, ...] = ()
@@ -70,7 +70,7 @@ def make_report(checker: Checker, link_advice: str, now: float) -> Report:
     profile = checker.vehicle.profile
     if profile is None:
         what = _silence(checker, link_advice)
-        return Report(Verdict.NO_VEHICLE, f"No vehicle was found: {what.what}", (), (what,))
+        return Report(CheckVerdict.NO_VEHICLE, f"No vehicle was found: {what.what}", (), (what,))
     health = checker.link(now)
     sections = (
         vehicle_section(checker, profile),
@@ -83,9 +83,9 @@ def make_report(checker: Checker, link_advice: str, now: float) -> Report:
     missing, yours = _missing(checker, now), _yours(checker, profile)
     if missing:
         sentence = "Not ready: a goal would be rejected or fail."
-        return Report(Verdict.NOT_READY, sentence, sections, missing, yours)
+        return Report(CheckVerdict.NOT_READY, sentence, sections, missing, yours)
     sentence = "Ready for goals." if not yours else "Ready for goals after the manual steps."
-    return Report(Verdict.READY, sentence, sections, (), yours)
+    return Report(CheckVerdict.READY, sentence, sections, (), yours)
 
 
 def _silence(checker: Checker, link_advice: str) -> Missing:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drone_navigation.check.examination import Checker, MessageRate
+from drone_navigation.check.examination import Checker, RequestedRate
 from mavlink_vehicle.io.links import parse_url
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.state.reducer import VehicleState
@@ -179,7 +179,7 @@ def rates_section(checker: Checker, profile: Profile, now: float) -> Section:
     )
 
 
-def _rate_line(rate: MessageRate, profile: Profile) -> Line:
+def _rate_line(rate: RequestedRate, profile: Profile) -> Line:
     value = f"{rate.measured_hz:.1f} Hz of {rate.asked_hz:g} Hz"
     if rate.refusal is not None:
         warning = f"The vehicle rejects the request ({rate.refusal})."

@@ -11,10 +11,14 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from drone_navigation.check.report import Report, Verdict
+from drone_navigation.check.report import CheckVerdict, Report
 from drone_navigation.check.sections import Section
 
-_COLOURS = {Verdict.READY: "green", Verdict.NOT_READY: "red", Verdict.NO_VEHICLE: "red"}
+_COLOURS = {
+    CheckVerdict.READY: "green",
+    CheckVerdict.NOT_READY: "red",
+    CheckVerdict.NO_VEHICLE: "red",
+}
 
 
 def as_json(reports: Mapping[str, Report]) -> str:

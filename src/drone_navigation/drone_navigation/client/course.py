@@ -21,7 +21,7 @@ from drone_navigation.client.events import (
     Sending,
     Telemetry,
 )
-from drone_navigation.client.goals import SentGoal, Stage
+from drone_navigation.client.goals import GoalStage, SentGoal
 from drone_navigation.client.options import (
     EXIT_ABORTED,
     EXIT_CANCELED,
@@ -29,7 +29,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
-from drone_navigation.client.view import View
+from drone_navigation.client.view import ClientView
 from drone_navigation.client.watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.presence import Presence
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
@@ -50,7 +50,7 @@ class Course:
     """
 
     def __init__(
-        self, node: Node, view: View, first: Errand, lost_timeout_s: float = LOST_TIMEOUT_S
+        self, node: Node, view: ClientView, first: Errand, lost_timeout_s: float = LOST_TIMEOUT_S
     ) -> None:
         """Prepare on ``node`` to send ``first`` and points after it.
 
@@ -93,7 +93,7 @@ class Course:
     @property
     def unanswered(self) -> bool:
         """True while the server has neither accepted nor rejected a goal."""
-        return any(goal.stage is not Stage.OPEN for goal in self._goals)
+        return any(goal.stage is not GoalStage.OPEN for goal in self._goals)
 
     @property
     def exit_code(self) -> int:
@@ -124,7 +124,7 @@ class Course:
 
     @property
     def _open(self) -> list[SentGoal]:
-        return [goal for goal in self._goals if goal.stage is Stage.OPEN]
+        return [goal for goal in self._goals if goal.stage is GoalStage.OPEN]
 
     # --- what to do ----------------------------------------------------------------------
 
@@ -171,7 +171,7 @@ class Course:
         for goal in list(self._goals):
             if goal.look(now_s):
                 self._on_stage(goal)
-            if goal.stage is Stage.REFUSED:
+            if goal.stage is GoalStage.REFUSED:
                 self._on_refused(goal, now_s)
 
     def _look_for_server(self, now_s: float) -> None:
@@ -188,19 +188,19 @@ class Course:
             self.say(remark)
 
     def _on_stage(self, goal: SentGoal) -> None:
-        if goal.stage is Stage.OPEN:
+        if goal.stage is GoalStage.OPEN:
             self._current = goal.number
             self._hear(goal.since_s)
             if self._accepted_s is None:
                 self._accepted_s = goal.since_s
             self.tell(Accepted(goal.number, goal.id))
-        elif goal.stage is Stage.ENDED:
+        elif goal.stage is GoalStage.ENDED:
             self._hear(goal.since_s)
             self._goals.remove(goal)
             ended = goal.end(replaced=self._sent > goal.number)
             self._on_end(ended)
             self.tell(ended)
-        elif goal.stage is Stage.FORGOTTEN:
+        elif goal.stage is GoalStage.FORGOTTEN:
             self._hear(goal.since_s)
             self._goals.remove(goal)
             self.code = EXIT_NO_SERVER
@@ -209,7 +209,7 @@ class Course:
                 "resume the goal, or the goal ended more than a minute ago.",
                 bad=True,
             )
-        elif goal.stage is Stage.UNANSWERED:
+        elif goal.stage is GoalStage.UNANSWERED:
             self._goals.remove(goal)
             self._fail(goal, EXIT_NO_SERVER)
             self.say("The server did not answer the goal request.", bad=True)
@@ -245,5 +245,5 @@ class Course:
     def _on_feedback(self, goal: SentGoal, telemetry: Telemetry) -> None:
         now_s = time.monotonic()
         self._hear(now_s)
-        if goal.number >= self._current and goal.stage in (Stage.SENT, Stage.OPEN):
+        if goal.number >= self._current and goal.stage in (GoalStage.SENT, GoalStage.OPEN):
             self._view.show(telemetry, self.t_s(now_s))

@@ -16,7 +16,7 @@ from custom_interfaces.action import (
 )
 from custom_interfaces.msg import Waypoint
 from drone_navigation.client.options import ACTION_COMMANDS
-from navigation_bridge.goals.plan_files import Route, read_plan, read_waypoints
+from navigation_bridge.goals.plan_files import PlannedRoute, read_plan, read_waypoints
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest
 from navigation_bridge.names import (
     ACTION_NAME,
@@ -107,7 +107,7 @@ def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:
     return goal
 
 
-def _route(route: Route, options: argparse.Namespace) -> Errand:
+def _route(route: PlannedRoute, options: argparse.Namespace) -> Errand:
     goal = NavigateWaypoints.Goal()
     goal.execution = goal.EXECUTION_MISSION if options.mission else goal.EXECUTION_SETPOINTS
     goal.waypoints = [_message(waypoint) for waypoint in route.waypoints]

@@ -25,7 +25,7 @@ _STATES = {
 }
 
 
-class Stage(Enum):
+class GoalStage(Enum):
     """Stage of a goal."""
 
     SENT = auto()
@@ -70,7 +70,7 @@ class SentGoal:
         self.number = number
         self.errand = errand
         self.typed = typed
-        self.stage = Stage.SENT
+        self.stage = GoalStage.SENT
         self.since_s = now_s
         self._handle: ClientGoalHandle | None = None
         self._results: list[Future] = []
@@ -90,9 +90,9 @@ class SentGoal:
     def look(self, now_s: float) -> bool:
         """Process answers; True if the stage has changed."""
         before = self.stage
-        if self.stage is Stage.SENT:
+        if self.stage is GoalStage.SENT:
             self._look_for_answer(now_s)
-        elif self.stage is Stage.OPEN:
+        elif self.stage is GoalStage.OPEN:
             self._look_for_end()
         if self.stage is before:
             return False
@@ -103,24 +103,24 @@ class SentGoal:
         if self._answer.done():
             self._handle = self._answer.result()
             if self._handle.accepted:
-                self.stage = Stage.OPEN
+                self.stage = GoalStage.OPEN
                 self.ask_again()
             else:
-                self.stage = Stage.REFUSED
+                self.stage = GoalStage.REFUSED
         elif now_s - self.since_s > RESPONSE_TIMEOUT_S:
-            self.stage = Stage.UNANSWERED
+            self.stage = GoalStage.UNANSWERED
 
     def _look_for_end(self) -> None:
         """Take the first result received; all requests get the same one."""
         answers = [future.result().status for future in self._results if future.done()]
         if any(status != GoalStatus.STATUS_UNKNOWN for status in answers):
-            self.stage = Stage.ENDED
+            self.stage = GoalStage.ENDED
         elif answers:
-            self.stage = Stage.FORGOTTEN
+            self.stage = GoalStage.FORGOTTEN
 
     def ask_again(self) -> None:
         """Request the result again; an answer sent while the server was lost never arrives."""
-        if self._handle is not None and self.stage is Stage.OPEN:
+        if self._handle is not None and self.stage is GoalStage.OPEN:
             self._results.append(self._handle.get_result_async())
 
     def cancel(self, now_s: float) -> bool:
@@ -129,7 +129,7 @@ class SentGoal:
         Returns:
             Whether the server has just refused; it is asked again a while later.
         """
-        if self.stage is not Stage.OPEN:
+        if self.stage is not GoalStage.OPEN:
             return False
         assert self._handle is not None
         if self._cancel is None:

@@ -28,7 +28,7 @@ from drone_navigation.client.options import (
 )
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.updates import Update, UpdateError, parse_point
-from drone_navigation.client.view import View
+from drone_navigation.client.view import ClientView
 from drone_navigation.presence import duplicate
 from navigation_bridge.names import SERVER_NODE_NAME
 
@@ -47,7 +47,7 @@ class NavigationClient:
     def __init__(
         self,
         node: Node,
-        view: View,
+        view: ClientView,
         errand: Errand,
         options: argparse.Namespace,
         keyboard: Keyboard | None,

@@ -19,7 +19,7 @@ from navigation_core.safety.lateness import LATE_S
 _PLAIN_PERIOD_S = 1.0
 
 
-class View(Protocol):
+class ClientView(Protocol):
     """Shows the progress of a goal. All times are in seconds since the first goal was accepted."""
 
     def tell(self, event: Event, t_s: float) -> None:
@@ -139,7 +139,7 @@ class _PatientConsole(Console):
         os.close(nowhere)
 
 
-def make_view(*, plain: bool, json: bool, keys: bool) -> View:
+def make_view(*, plain: bool, json: bool, keys: bool) -> ClientView:
     """Return JSON if asked for, else the live view on a terminal, and plain lines elsewhere.
 
     Args:

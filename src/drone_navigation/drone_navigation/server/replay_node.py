@@ -22,8 +22,8 @@ from mavlink_vehicle.io.clock import Clock, MonotonicClock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links import LinkKind, parse_url
 from navigation_bridge.configuration.make_config import ConfigurationError, ServerConfig
-from navigation_bridge.fleet import Fleet, Member
-from navigation_bridge.recording.replay_driver import Position, ReplayDriver
+from navigation_bridge.fleet import FleetApplication, Member
+from navigation_bridge.recording.replay_driver import ReplayDriver, ReplayPosition
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
@@ -58,7 +58,7 @@ def recording_of(config: ServerConfig, vehicles: Sequence[ServerConfig]) -> str 
     return links[0].path
 
 
-class ReplayFleet(Fleet):
+class ReplayFleet(FleetApplication):
     """Vehicles that receive a recording."""
 
     def __init__(self, members: Sequence[Member], clock: Clock) -> None:
@@ -203,5 +203,5 @@ class ReplayNode:
         self._logger.info(" ".join(words))
 
 
-def _where(position: Position) -> str:
+def _where(position: ReplayPosition) -> str:
     return f"{position.recording_s:.1f} s, {100.0 * position.share:.0f} % of the file"

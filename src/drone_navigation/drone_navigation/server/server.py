@@ -28,7 +28,7 @@ from mavlink_vehicle.io.endpoints import LinkStatistics
 from navigation_bridge.configuration.fleet_config import check_fleet, make_vehicle_config
 from navigation_bridge.configuration.make_config import ServerConfig, make_config
 from navigation_bridge.configuration.parameter_table import SERVER_WIDE, ParameterValue
-from navigation_bridge.fleet import Fleet, Member
+from navigation_bridge.fleet import FleetApplication, Member
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.network import Network, open_network
 from navigation_bridge.recording.replay_driver import ReplayDriver
@@ -107,10 +107,10 @@ class NavigationServer:
             self._driver = network.driver
             fleet = ReplayFleet(members, clock)
             network.driver.play_to(fleet)
-            self._fleet: Fleet = fleet
+            self._fleet: FleetApplication = fleet
             self._replay = ReplayNode(root, self._vehicles, network.driver)
         else:
-            self._fleet = Fleet(members, clock)
+            self._fleet = FleetApplication(members, clock)
             self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
         for vehicle in self._vehicles:

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from flight_reports.analysis.events import Moment, Severity
+from flight_reports.analysis.events import EventSeverity, Moment
 from flight_reports.analysis.flight import Flight
 from flight_reports.analysis.log_reader import SETPOINTS, Floats
 from flight_reports.analysis.message_rates import Source
@@ -51,7 +51,7 @@ def shortly_before(moment_s: float, told: list[Moment]) -> str:
     texts = [
         f"{moment_s - moment.time_s:.1f} s before: {moment.text}"
         for moment in sorted(told, key=lambda moment: moment.time_s)
-        if moment.severity is Severity.BAD and 0.0 <= moment_s - moment.time_s <= BEFORE_S
+        if moment.severity is EventSeverity.BAD and 0.0 <= moment_s - moment.time_s <= BEFORE_S
     ]
     return "; ".join(dict.fromkeys(texts))
 
@@ -81,7 +81,7 @@ def _late(flight: Flight, goal: RecordedGoal, setpoints_s: Floats) -> list[Momen
     told = []
     for still, spans in sorted(gaps.items()):
         longest_s = max(end_s - begin_s for begin_s, end_s in spans)
-        severity = Severity.BAD if longest_s >= _GAP_BAD_S else Severity.WARNING
+        severity = EventSeverity.BAD if longest_s >= _GAP_BAD_S else EventSeverity.WARNING
         until = f"for {'up to ' if len(spans) > 1 else ''}{longest_s:.1f} s"
         text = f"Goal {goal.short_id} received no setpoint {until}"
         if still:
@@ -130,6 +130,6 @@ def _near(flight: Flight, goal: RecordedGoal) -> list[Moment]:
     nearest_m = float(near.distance_m[place])
     if nearest_m >= _NEAR_M:
         return []
-    severity = Severity.BAD if nearest_m < _TOUCHES_M else Severity.WARNING
+    severity = EventSeverity.BAD if nearest_m < _TOUCHES_M else EventSeverity.WARNING
     text = f"An obstacle was {nearest_m:.2f} m from the range sensor"
     return [Moment(float(near.time_s[place]), "clearance", text, severity)]

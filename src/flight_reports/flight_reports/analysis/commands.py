@@ -16,7 +16,7 @@ _REPEATED_S = 4.0
 
 
 @dataclass(frozen=True)
-class Command:
+class SentCommand:
     """A COMMAND_LONG or COMMAND_INT to the vehicle.
 
     Attributes:
@@ -36,9 +36,9 @@ class Command:
     answered_after_s: float | None
 
 
-def commands(contents: LogContents, vehicle: Source) -> list[Command]:
+def commands(contents: LogContents, vehicle: Source) -> list[SentCommand]:
     """Return the commands to a vehicle with their answers, in sending order."""
-    found: list[tuple[int, Command]] = []
+    found: list[tuple[int, SentCommand]] = []
     latest: dict[tuple[int, Source], int] = {}
     for time_s, kind, number, by in _sent_and_answered(contents, vehicle):
         if kind == "answer":
@@ -49,7 +49,7 @@ def commands(contents: LogContents, vehicle: Source) -> list[Command]:
             found[place] = (number, replace(found[place][1], sent=found[place][1].sent + 1))
             continue
         latest[(number, by)] = len(found)
-        found.append((number, Command(time_s, command_name(number), by, 1, "", None)))
+        found.append((number, SentCommand(time_s, command_name(number), by, 1, "", None)))
     return [command for _, command in found]
 
 
@@ -77,12 +77,12 @@ def _sent_and_answered(
     return sorted(lines, key=lambda line: (line[0], line[1] == "answer"))
 
 
-def _is_again(command: Command, time_s: float) -> bool:
+def _is_again(command: SentCommand, time_s: float) -> bool:
     return command.answered_after_s is None and time_s - command.time_s < _REPEATED_S * command.sent
 
 
 def _answer(
-    found: list[tuple[int, Command]], number: int, time_s: float, result: tuple[int, int]
+    found: list[tuple[int, SentCommand]], number: int, time_s: float, result: tuple[int, int]
 ) -> None:
     """Assign an answer to the oldest command that waits for it."""
     for place, (its_number, command) in enumerate(found):

@@ -29,7 +29,7 @@ from navigation_bridge.recording.recorded_notes import NotesReader
 _GROUNDED = ("prearm:", "arm:", "preflight")
 
 
-class Severity(enum.Enum):
+class EventSeverity(enum.Enum):
     """Severity of an event."""
 
     BAD = "bad"
@@ -51,7 +51,7 @@ class Moment(NamedTuple):
     time_s: float
     kind: str
     text: str
-    severity: Severity
+    severity: EventSeverity
     by: Source | None = None
 
 
@@ -145,25 +145,27 @@ class Teller:
 
 def _moment(time_s: float, event: VehicleEvent) -> Moment | None:
     if isinstance(event, ModeChanged):
-        return Moment(time_s, "mode", f"Mode {event.name}", Severity.INFO)
+        return Moment(time_s, "mode", f"Mode {event.name}", EventSeverity.INFO)
     if isinstance(event, ArmedChanged):
         text = "Motors armed" if event.armed else "Motors disarmed"
-        return Moment(time_s, "arming", text, Severity.INFO)
+        return Moment(time_s, "arming", text, EventSeverity.INFO)
     if isinstance(event, FailsafeBegan):
         text = f"Failsafe ({event.kind.value}): {event.text}"
-        return Moment(time_s, "failsafe", text, Severity.BAD)
+        return Moment(time_s, "failsafe", text, EventSeverity.BAD)
     if isinstance(event, FailsafeEnded):
-        return Moment(time_s, "failsafe", f"Failsafe ({event.kind.value}) over", Severity.INFO)
+        return Moment(time_s, "failsafe", f"Failsafe ({event.kind.value}) over", EventSeverity.INFO)
     if isinstance(event, VehicleRebooted):
-        return Moment(time_s, "restart", "The autopilot restarted", Severity.BAD)
+        return Moment(time_s, "restart", "The autopilot restarted", EventSeverity.BAD)
     if isinstance(event, StationActed):
         who = "Unknown" if event.station is None else f"Ground station {named(event.station)}"
         text = f"{who} {event.act.value} ({event.how})"
-        return Moment(time_s, "station", text, Severity.WARNING, event.station)
+        return Moment(time_s, "station", text, EventSeverity.WARNING, event.station)
     if isinstance(event, StatusTextReceived) and event.severity <= mavlink.MAV_SEVERITY_WARNING:
         grounded = event.text.lower().startswith(_GROUNDED)
         bad = event.severity <= mavlink.MAV_SEVERITY_CRITICAL and not grounded
-        return Moment(time_s, "text", event.text, Severity.BAD if bad else Severity.WARNING)
+        return Moment(
+            time_s, "text", event.text, EventSeverity.BAD if bad else EventSeverity.WARNING
+        )
     return None
 
 

@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from flight_reports.analysis.commands import Command, commands
+from flight_reports.analysis.commands import SentCommand, commands
 from flight_reports.analysis.events import Retold, Teller
 from flight_reports.analysis.link_quality import LinkQuality, link_quality
 from flight_reports.analysis.log_reader import REQUESTS, SETPOINTS, LogContents, Progress
 from flight_reports.analysis.message_rates import Source
-from flight_reports.analysis.sensed_obstacles import Clearance, Sensed, read_clearance, read_sensed
+from flight_reports.analysis.sensed_obstacles import (
+    Sensed,
+    SensedClearance,
+    read_clearance,
+    read_sensed,
+)
 from flight_reports.analysis.track import Track, local_samples, read_setpoints, read_track
-from flight_reports.analysis.tracking import Samples, Tracking, tracking
+from flight_reports.analysis.tracking import Tracking, TrackSamples, tracking
 from mavlink_vehicle.codec import mavlink
 from navigation_bridge import notes
 
@@ -72,13 +77,13 @@ class Flight:
     track: Track
     retold: Retold
     speakers: tuple[Speaker, ...]
-    commands: tuple[Command, ...]
-    setpoints: Samples
+    commands: tuple[SentCommand, ...]
+    setpoints: TrackSamples
     position_tracking: Tracking | None
     velocity_tracking: Tracking | None
 
     @cached_property
-    def clearance(self) -> Clearance:
+    def clearance(self) -> SensedClearance:
         """Clearance by the vehicle's own scanner; empty without one."""
         return read_clearance(self.contents, self.source)
 
@@ -174,7 +179,7 @@ def _flight(contents: LogContents, source: Source, retold: Retold) -> Flight:
     )
 
 
-def _while_led(setpoints: Samples, retold: Retold) -> Samples:
+def _while_led(setpoints: TrackSamples, retold: Retold) -> TrackSamples:
     """Return the setpoints that came while the vehicle followed setpoints."""
     if not retold.led:
         return setpoints
@@ -182,7 +187,7 @@ def _while_led(setpoints: Samples, retold: Retold) -> Samples:
     led = np.array([led for _, led in retold.led])
     latest = np.searchsorted(times_s, setpoints.time_s, side="right") - 1
     kept = (latest >= 0) & led[np.maximum(latest, 0)]
-    return Samples(setpoints.time_s[kept], setpoints.vectors_ned[kept])
+    return TrackSamples(setpoints.time_s[kept], setpoints.vectors_ned[kept])
 
 
 def _speaker(contents: LogContents, who: Source, vehicle: Source, retold: Retold) -> Speaker:

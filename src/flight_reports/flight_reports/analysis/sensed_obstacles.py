@@ -8,7 +8,7 @@ import numpy as np
 
 from flight_reports.analysis.log_reader import Floats, LogContents
 from flight_reports.analysis.message_rates import Source
-from flight_reports.flight_recording import RecordingError, read_recording
+from flight_reports.flight_recording import NoFlightError, read_recording
 from navigation_core.mapping.obstacles import Obstacles
 
 LARGEST_LOG_BYTES = 8 << 20
@@ -30,7 +30,7 @@ class Sensed:
 
 
 @dataclass(frozen=True)
-class Clearance:
+class SensedClearance:
     """Distance of the nearest obstacle measured by a scanner.
 
     Attributes:
@@ -42,7 +42,7 @@ class Clearance:
     distance_m: Floats
 
 
-def read_clearance(contents: LogContents, vehicle: Source) -> Clearance:
+def read_clearance(contents: LogContents, vehicle: Source) -> SensedClearance:
     """Return the shortest distance of each OBSTACLE_DISTANCE of a vehicle's system.
 
     It is measured, and not reckoned from the map: there, what moves leaves places behind that are
@@ -50,13 +50,13 @@ def read_clearance(contents: LogContents, vehicle: Source) -> Clearance:
     """
     records = contents.records.get("OBSTACLE_DISTANCE")
     if records is None:
-        return Clearance(np.zeros(0), np.zeros(0))
+        return SensedClearance(np.zeros(0), np.zeros(0))
     own = records[records["system"] == vehicle[0]]
     # Above the sensor's reach means nothing was there; UINT16_MAX, that it was not looked
     # (https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE).
     there = own["distances"] <= own["max_distance"][:, None]
     distance_m = np.where(there, own["distances"] * 0.01, np.inf).min(axis=1)
-    return Clearance(own["time_s"].astype(np.float64), distance_m)
+    return SensedClearance(own["time_s"].astype(np.float64), distance_m)
 
 
 def obstacles_left_out(contents: LogContents) -> bool:
@@ -74,7 +74,7 @@ def read_sensed(contents: LogContents, vehicle: Source) -> Sensed | None:
         return None
     try:
         recording = read_recording(contents.path)
-    except RecordingError:
+    except NoFlightError:
         return None
     if not recording.vehicle.endswith(f", system {vehicle[0]}") or not len(recording.obstacles):
         return None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flight_logs.records import Records
 from flight_reports.analysis.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
 from flight_reports.analysis.message_rates import Source
-from flight_reports.analysis.tracking import Samples
+from flight_reports.analysis.tracking import TrackSamples
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
@@ -112,7 +112,7 @@ def laid_into(track: Track, frame: LocalFrame) -> Track:
 
 def read_setpoints(
     contents: LogContents, vehicle: Source, frame: LocalFrame | None
-) -> tuple[Samples, Samples]:
+) -> tuple[TrackSamples, TrackSamples]:
     """Return position setpoints (NED about the map's origin, m) and velocity setpoints (NED, m/s).
 
     Those in frames that turn or move with the vehicle are left out.
@@ -133,14 +133,14 @@ def read_setpoints(
     return _joined(positions), _joined(velocities)
 
 
-def local_samples(contents: LogContents, vehicle: Source) -> tuple[Samples, Samples]:
+def local_samples(contents: LogContents, vehicle: Source) -> tuple[TrackSamples, TrackSamples]:
     """Return the positions (NED, m) and velocities (NED, m/s) of LOCAL_POSITION_NED."""
     local = contents.of("LOCAL_POSITION_NED", vehicle)
     if local is None:
         return _joined([]), _joined([])
     return (
-        Samples(local["time_s"], _vectors(local, "x", "y", "z")),
-        Samples(local["time_s"], _vectors(local, "vx", "vy", "vz")),
+        TrackSamples(local["time_s"], _vectors(local, "x", "y", "z")),
+        TrackSamples(local["time_s"], _vectors(local, "vx", "vy", "vz")),
     )
 
 
@@ -167,14 +167,14 @@ def _vectors(records: Records, *names: str) -> Floats:
     return np.stack([records[name].astype(np.float64) for name in names], axis=-1)
 
 
-def _joined(parts: list[tuple[Floats, Floats]]) -> Samples:
+def _joined(parts: list[tuple[Floats, Floats]]) -> TrackSamples:
     if not parts:
-        return Samples(np.zeros(0), np.zeros((0, 3)))
+        return TrackSamples(np.zeros(0), np.zeros((0, 3)))
     time_s = np.concatenate([part[0] for part in parts])
     vectors = np.concatenate([part[1] for part in parts])
     chosen = np.argsort(time_s, kind="stable")
     chosen = chosen[np.isfinite(vectors[chosen]).all(axis=1)]
-    return Samples(time_s[chosen], vectors[chosen])
+    return TrackSamples(time_s[chosen], vectors[chosen])
 
 
 def _local_track(local: Records | None) -> Track:

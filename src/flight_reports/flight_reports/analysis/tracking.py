@@ -23,7 +23,7 @@ _DELAY_SPREAD = 0.2
 
 
 @dataclass(frozen=True)
-class Samples:
+class TrackSamples:
     """Vectors and their times: shape (n,) in s, shape (n, 3), NED."""
 
     time_s: Floats
@@ -68,7 +68,7 @@ class Tracking:
     vertical: Floats
 
 
-def tracking(setpoints: Samples, followed: Samples, unit: str) -> Tracking | None:
+def tracking(setpoints: TrackSamples, followed: TrackSamples, unit: str) -> Tracking | None:
     """Compare setpoints with the response.
 
     Of positions, those are left out that the vehicle was still on its way to: after a step of
@@ -113,7 +113,7 @@ def _is_told(time_s: Floats, told_s: Floats) -> NDArray[np.bool_]:
     return told_s[after] - told_s[after - 1] <= _PAUSE_S
 
 
-def _follows(setpoints: Samples, error: Floats) -> NDArray[np.bool_]:
+def _follows(setpoints: TrackSamples, error: Floats) -> NDArray[np.bool_]:
     """Return which setpoints the vehicle was tracking, not still approaching."""
     time_s = setpoints.time_s
     moved_m = np.linalg.norm(np.diff(setpoints.vectors_ned, axis=0), axis=1)
@@ -131,7 +131,9 @@ def _follows(setpoints: Samples, error: Floats) -> NDArray[np.bool_]:
     return follows
 
 
-def _delay_s(setpoints: Samples, followed: Samples, kept: NDArray[np.bool_]) -> float | None:
+def _delay_s(
+    setpoints: TrackSamples, followed: TrackSamples, kept: NDArray[np.bool_]
+) -> float | None:
     """Return the delay with the smallest error between response and setpoints."""
     time_s, wanted = setpoints.time_s[kept], setpoints.vectors_ned[kept]
     if np.linalg.norm(wanted.std(axis=0)) < _DELAY_SPREAD:

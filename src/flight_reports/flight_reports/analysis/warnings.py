@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight_reports.analysis.causes import causes, shortly_before
-from flight_reports.analysis.commands import LATE_S, Command
-from flight_reports.analysis.events import Moment, Severity, named
+from flight_reports.analysis.commands import LATE_S, SentCommand
+from flight_reports.analysis.events import EventSeverity, Moment, named
 from flight_reports.analysis.flight import Flight, Speaker
 
 # Losing this share of the packets is worth a look, and this is bad.
@@ -53,7 +53,7 @@ def _counts(moment: Moment, flight: Flight) -> bool:
     if moment.kind == "station" and not flight.retold.noted.goals:
         led = _leader(flight)
         return led is None or moment.by != led.source
-    return moment.severity is not Severity.INFO
+    return moment.severity is not EventSeverity.INFO
 
 
 def _leader(flight: Flight) -> Speaker | None:
@@ -71,15 +71,15 @@ def _of_goals(flight: Flight, happened: list[Moment]) -> list[Moment]:
             text = _with(text, reason(goal.message, goal.code))
             if before := shortly_before(goal.ended_s, happened):
                 text += f" – {before}"
-            told.append(Moment(goal.ended_s, "goal", text, Severity.BAD))
+            told.append(Moment(goal.ended_s, "goal", text, EventSeverity.BAD))
         elif goal.ended_s is None:
             end_s = flight.contents.duration_s
             text = f"The recording ends before goal {goal.short_id} ended"
-            told.append(Moment(end_s, "goal", text, Severity.WARNING))
+            told.append(Moment(end_s, "goal", text, EventSeverity.WARNING))
     for time_s, event in noted.events:
         if event.happened.event == "REJECTED":
             text = _with("A goal was rejected", event.happened.message)
-            told.append(Moment(time_s, "goal", text, Severity.WARNING))
+            told.append(Moment(time_s, "goal", text, EventSeverity.WARNING))
     return told
 
 
@@ -90,7 +90,7 @@ def _of_link(flight: Flight) -> list[Moment]:
             begin_s,
             "silence",
             f"The vehicle was silent for {end_s - begin_s:.1f} s",
-            Severity.BAD,
+            EventSeverity.BAD,
         )
         for begin_s, end_s in link.gaps
     ]
@@ -104,9 +104,11 @@ def _of_link(flight: Flight) -> list[Moment]:
                 f"The sequence numbers of {who} are not consecutive: "
                 "the log may combine several links or omit messages; its loss is unknown"
             )
-            told.append(Moment(0.0, "loss", text, Severity.WARNING))
+            told.append(Moment(0.0, "loss", text, EventSeverity.WARNING))
         elif quality.loss_share >= _LOSS:
-            severity = Severity.BAD if quality.loss_share >= _LOSS_BAD else Severity.WARNING
+            severity = (
+                EventSeverity.BAD if quality.loss_share >= _LOSS_BAD else EventSeverity.WARNING
+            )
             text = f"{quality.lost} packets of {who} were lost ({quality.loss_share:.1%})"
             worst = int(np.argmax(np.nan_to_num(quality.loss)))
             told.append(Moment(float(quality.intervals_s[worst]), "loss", text, severity))
@@ -124,16 +126,19 @@ def _of_commands(flight: Flight) -> list[Moment]:
     return told
 
 
-def _about_command(command: Command, any_answered: bool) -> tuple[str, Severity]:
+def _about_command(command: SentCommand, any_answered: bool) -> tuple[str, EventSeverity]:
     if command.answered_after_s is None:
         # A recording of one direction only has no answers at all.
         text = f"was never acknowledged (sent {command.sent} times)" if any_answered else ""
-        return text.replace("(sent 1 times)", "(sent once)"), Severity.WARNING
+        return text.replace("(sent 1 times)", "(sent once)"), EventSeverity.WARNING
     if command.result not in _ANSWERED_WELL and not command.name.startswith(_ASKING):
-        return f"was answered {command.result}", Severity.WARNING
+        return f"was answered {command.result}", EventSeverity.WARNING
     if command.answered_after_s > LATE_S:
-        return f"was acknowledged only after {command.answered_after_s:.1f} s", Severity.WARNING
-    return "", Severity.INFO
+        return (
+            f"was acknowledged only after {command.answered_after_s:.1f} s",
+            EventSeverity.WARNING,
+        )
+    return "", EventSeverity.INFO
 
 
 def _of_others(flight: Flight) -> list[Moment]:
@@ -144,7 +149,7 @@ def _of_others(flight: Flight) -> list[Moment]:
         if speaker.requests + speaker.setpoints and speaker is not led:
             times_s = [c.time_s for c in flight.commands if c.by == speaker.source]
             text = f"Ground station {named(speaker.source)} ({speaker.what}) also sent commands"
-            told.append(Moment(min(times_s, default=0.0), "station", text, Severity.WARNING))
+            told.append(Moment(min(times_s, default=0.0), "station", text, EventSeverity.WARNING))
     return told
 
 
@@ -156,16 +161,16 @@ def _of_recorder(flight: Flight) -> list[Moment]:
             f"The recorder's clock stepped back {counts.steps_back} times; what was recorded "
             "until it caught up is shown at one moment"
         ).replace("back 1 times", "back once")
-        told.append(Moment(0.0, "clock", text, Severity.WARNING))
+        told.append(Moment(0.0, "clock", text, EventSeverity.WARNING))
     if flight.contents.times_mended:
         text = f"{flight.contents.times_mended} packets have an implausible time"
-        told.append(Moment(0.0, "damage", text, Severity.WARNING))
+        told.append(Moment(0.0, "damage", text, EventSeverity.WARNING))
     if counts.bad_checksums:
         text = f"{counts.bad_checksums} packets have a wrong checksum and were skipped"
-        told.append(Moment(0.0, "damage", text, Severity.WARNING))
+        told.append(Moment(0.0, "damage", text, EventSeverity.WARNING))
     if counts.bytes_outside:
         text = f"{counts.bytes_outside} bytes of the file are outside packets"
-        told.append(Moment(0.0, "damage", text, Severity.WARNING))
+        told.append(Moment(0.0, "damage", text, EventSeverity.WARNING))
     return told
 
 

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_reports.analysis.events import Moment, Severity
+from flight_reports.analysis.events import EventSeverity, Moment
 from flight_reports.analysis.flight import GAP_S, Flight
 from flight_reports.analysis.log_reader import Floats
 from flight_reports.analysis.track import Track
@@ -26,7 +26,7 @@ Trace: TypeAlias = dict[str, Any]
 _POINTS_MAX = 4000
 _PLANS_MAX = 60
 _NAMED_MAX = 12
-_SEVERITIES = {Severity.BAD: "@bad", Severity.WARNING: "@warn"}
+_SEVERITIES = {EventSeverity.BAD: "@bad", EventSeverity.WARNING: "@warn"}
 
 
 def shown(text: str) -> str:

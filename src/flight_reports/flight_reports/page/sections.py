@@ -6,7 +6,7 @@ from datetime import datetime, timezone
 
 import numpy as np
 
-from flight_reports.analysis.events import Severity, named
+from flight_reports.analysis.events import EventSeverity, named
 from flight_reports.analysis.flight import Flight
 from flight_reports.analysis.tracking import Tracking
 from flight_reports.analysis.warnings import Warned, lacking, reason, warnings
@@ -14,7 +14,11 @@ from flight_reports.page.html import Markup, at, duration, element, joined, numb
 from navigation_bridge.recording.recorded_notes import RecordedGoal
 
 _TIMES_MAX = 6
-_SIGNS = {Severity.BAD: "▲ error", Severity.WARNING: "● warning", Severity.INFO: "note"}
+_SIGNS = {
+    EventSeverity.BAD: "▲ error",
+    EventSeverity.WARNING: "● warning",
+    EventSeverity.INFO: "note",
+}
 
 
 def summary(flight: Flight) -> Markup:

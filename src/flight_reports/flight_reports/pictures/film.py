@@ -10,10 +10,10 @@ import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_reports.flight_recording import Recording
+from flight_reports.flight_recording import FlightRecording
 from flight_reports.pictures import scene
 from flight_reports.pictures.panel import Panel
-from flight_reports.pictures.scene import ABOVE, Array, View
+from flight_reports.pictures.scene import ABOVE, Array, Viewpoint
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 
 mpl.use("Agg")
@@ -40,7 +40,7 @@ _GLOW_S = 0.5
 
 
 @dataclass(frozen=True)
-class Pace:
+class Playback:
     """Time range and speed of a video.
 
     Attributes:
@@ -61,7 +61,7 @@ class Pace:
         return np.append(np.arange(self.begin_s, self.end_s, step_s), self.end_s)
 
 
-def make_pace(recording: Recording, film_s: float, frames_hz: float) -> Pace:
+def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Playback:
     """Return a pace that shows all of interest in about ``film_s``, never slower than it was."""
     times_s = recording.goals.times_s or recording.status.times_s
     begin_s = max((times_s[0] if times_s else 0.0) - 0.5, 0.0)
@@ -69,7 +69,7 @@ def make_pace(recording: Recording, film_s: float, frames_hz: float) -> Pace:
     if recording.goals and len(recording.status):
         end_s = min(end_s, recording.status.times_s[-1] + 1.0)
     speedup = max(np.ceil(2.0 * (end_s - begin_s) / film_s) / 2.0, 1.0)
-    return Pace(begin_s, max(end_s, begin_s), float(speedup), frames_hz)
+    return Playback(begin_s, max(end_s, begin_s), float(speedup), frames_hz)
 
 
 class Film:
@@ -78,7 +78,7 @@ class Film:
     What never changes is drawn once; for each moment only the rest is drawn over a copy.
     """
 
-    def __init__(self, recording: Recording, speedup: float) -> None:
+    def __init__(self, recording: FlightRecording, speedup: float) -> None:
         """Prepare the pictures of ``recording``."""
         self._recording = recording
         width, height = (pixels / _DPI for pixels in SIZE_PX)
@@ -96,7 +96,7 @@ class Film:
         canvas.draw()
         self._background = canvas.copy_from_bbox(self._figure.bbox)
 
-    def pictures(self, pace: Pace) -> Iterator[Picture]:
+    def pictures(self, pace: Playback) -> Iterator[Picture]:
         """Yield a picture, shape (height, width, 3), for each moment."""
         for time_s in pace.times_s():
             self._canvas.restore_region(self._background)
@@ -138,7 +138,9 @@ class _Memory:
 class _Stage:
     """One view of the flight: what moves in it."""
 
-    def __init__(self, axes: Axes, view: View, recording: Recording, speedup: float) -> None:
+    def __init__(
+        self, axes: Axes, view: Viewpoint, recording: FlightRecording, speedup: float
+    ) -> None:
         self._axes, self._view, self._recording = axes, view, recording
         self._fade_s, self._glow_s = _FADE_S * speedup, _GLOW_S * speedup
         low, high = scene.bounds_m(recording, _MARGIN_M)
@@ -223,7 +225,7 @@ def _rgb(colour: str) -> Array:
     return np.array(to_rgb(colour))
 
 
-def _decorate(axes: Axes, view: View) -> None:
+def _decorate(axes: Axes, view: Viewpoint) -> None:
     axes.tick_params(labelsize=6, length=2, colors=scene.FAINT, pad=2)
     for spine in axes.spines.values():
         spine.set_color(scene.GONE)

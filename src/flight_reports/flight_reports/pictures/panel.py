@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
-from flight_reports.flight_recording import Recording
+from flight_reports.flight_recording import FlightRecording
 from flight_reports.pictures import scene
 from flight_reports.timeline import Timeline
 from navigation_core.outcomes import OutcomeCode
@@ -28,7 +28,7 @@ _UNKNOWN = "–"
 class Panel:
     """Draws the numbers of a recording."""
 
-    def __init__(self, figure: Figure, recording: Recording, speedup: float) -> None:
+    def __init__(self, figure: Figure, recording: FlightRecording, speedup: float) -> None:
         """Add what never changes to ``figure``."""
         self._recording, self._speedup = recording, speedup
         self._replan_times_s = scene.replan_times_s(recording)

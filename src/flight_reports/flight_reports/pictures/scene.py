@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
-from flight_reports.flight_recording import Recording
+from flight_reports.flight_recording import FlightRecording
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Obstacles
 
@@ -38,7 +38,7 @@ _AXES = ("east", "north", "altitude")
 
 
 @dataclass(frozen=True)
-class View:
+class Viewpoint:
     """Viewpoint of a flight.
 
     Attributes:
@@ -81,16 +81,16 @@ class View:
         axes.set_ylabel(f"{_AXES[self.upward]} (m)", **look)
 
 
-ABOVE = View("Top view", 0, 1)
+ABOVE = Viewpoint("Top view", 0, 1)
 
 
-def side_view(recording: Recording) -> View:
+def side_view(recording: FlightRecording) -> Viewpoint:
     """Return the view from the side that shows the longer way."""
     extent = np.ptp(recording.positions_enu_m[:, :2], axis=0)
-    return View("Side view", int(extent[1] > extent[0]), 2)
+    return Viewpoint("Side view", int(extent[1] > extent[0]), 2)
 
 
-def bounds_m(recording: Recording, margin_m: float) -> tuple[Array, Array]:
+def bounds_m(recording: FlightRecording, margin_m: float) -> tuple[Array, Array]:
     """Return the corners (shape (3,)) of what a picture must show."""
     points = [recording.positions_enu_m]
     points += [np.array(goal.targets_enu_m) for _, goal in recording.goals]
@@ -99,12 +99,14 @@ def bounds_m(recording: Recording, margin_m: float) -> tuple[Array, Array]:
     return everything.min(axis=0) - margin_m, everything.max(axis=0) + margin_m
 
 
-def ground_m(recording: Recording) -> float:
+def ground_m(recording: FlightRecording) -> float:
     """Return the map z below which nothing is drawn: the map's ground, or the lowest of the way."""
     return min(float(recording.positions_enu_m[:, 2].min()), 0.0)
 
 
-def fitted(low: Array, high: Array, view: View, ratio: float) -> tuple[float, float, float, float]:
+def fitted(
+    low: Array, high: Array, view: Viewpoint, ratio: float
+) -> tuple[float, float, float, float]:
     """Return left, right, bottom and top so that a frame of a width-to-height ratio fits."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     x, y = half[view.across], half[view.upward]
@@ -124,7 +126,7 @@ def draw_obstacles(axes: Axes) -> PolyCollection:
 
 def show_obstacles(
     shapes: PolyCollection,
-    view: View,
+    view: Viewpoint,
     obstacles: Obstacles,
     heights_m: tuple[float, float],
     colours: Array,
@@ -163,7 +165,7 @@ def _far_m(obstacles: Obstacles, way_enu_m: Array) -> Array:
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1) - reach)
 
 
-def replan_times_s(recording: Recording) -> list[float]:
+def replan_times_s(recording: FlightRecording) -> list[float]:
     """Return when the count of replans rose; each goal counts from 0."""
     rises, last = [], 0
     for time_s, count in recording.replans:

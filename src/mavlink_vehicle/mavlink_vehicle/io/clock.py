@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
-from mavlink_vehicle.errors import ConfigurationError
+from mavlink_vehicle.errors import SettingError
 
 
 class Clock(Protocol):
@@ -25,7 +25,7 @@ class MonotonicClock:
     def __init__(self, speedup: float = 1.0) -> None:
         """Begin at the machine's own time."""
         if not 0.0 < speedup < 1e6:
-            raise ConfigurationError(f"speedup is {speedup}; it must be a positive number.")
+            raise SettingError(f"speedup is {speedup}; it must be a positive number.")
         self._rate = speedup
 
     @property

@@ -33,7 +33,7 @@ from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.operations.command import (
     ACCEPTED,
     Address,
-    Command,
+    CommandExchange,
     CommandRequest,
     CommandTiming,
     result_name,
@@ -174,7 +174,7 @@ class MessageRates(Machine[None]):
         self._timing = timing
         self._address: Address | None = None
         self._wishes: dict[int, _Wish] = {}
-        self._command: Command | None = None
+        self._command: CommandExchange | None = None
         self._asked: _Wish | None = None
         self._unsure_until_s = -math.inf
         for name in self._rates_hz:
@@ -321,7 +321,7 @@ class MessageRates(Machine[None]):
         request = CommandRequest(
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, (wish.number, round(1e6 / wish.rate_hz))
         )
-        self._command = Command(request, address, self._timing)
+        self._command = CommandExchange(request, address, self._timing)
         self._command.start(now)
         self._step_command(now)
 

@@ -21,7 +21,7 @@ from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions.projections import AzimuthalEquidistant
 from mavlink_vehicle.state.health import sees_glitch
-from mavlink_vehicle.state.telemetry import Estimator, GlobalPosition, GpsFix
+from mavlink_vehicle.state.telemetry import EstimatorReport, GlobalPosition, GpsFix
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 JUMP_MAX_M = 2.0
@@ -61,7 +61,7 @@ class PositionTrust:
     @property
     def complaint(self) -> str:
         """The fault of the reported estimate; empty if there is none."""
-        return self._complaints.get(GpsFix) or self._complaints.get(Estimator) or ""
+        return self._complaints.get(GpsFix) or self._complaints.get(EstimatorReport) or ""
 
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process what a message has changed."""
@@ -73,7 +73,7 @@ class PositionTrust:
         if state.gps is not before.gps:
             self._judge(GpsFix, self._of_gps(state, now), now)
         if state.estimator is not before.estimator:
-            self._judge(Estimator, _of_estimator(state), now)
+            self._judge(EstimatorReport, _of_estimator(state), now)
 
     def jump_m(self, since_ned_m: tuple[float, float] = (0.0, 0.0)) -> float:
         """Return how far the position has jumped since the jumps added up to another vector."""

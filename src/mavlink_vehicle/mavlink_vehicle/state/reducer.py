@@ -31,7 +31,7 @@ from mavlink_vehicle.state.status_reducers import (
 from mavlink_vehicle.state.telemetry import (
     Attitude,
     Battery,
-    Estimator,
+    EstimatorReport,
     GlobalPosition,
     GpsFix,
     Home,
@@ -44,7 +44,7 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 __all__ = [
     "Attitude",
     "Battery",
-    "Estimator",
+    "EstimatorReport",
     "GlobalPosition",
     "GpsFix",
     "Home",
@@ -205,7 +205,7 @@ def _estimator(state: VehicleState, message: Message, now: float) -> VehicleStat
     # Of EKF_STATUS_REPORT (the root of the ratio) and of ESTIMATOR_STATUS.
     ratio = getattr(message, "pos_horiz_variance", None)
     ratio = message.pos_horiz_ratio if ratio is None else ratio
-    estimator = Estimator(
+    estimator = EstimatorReport(
         now,
         flags,
         bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),

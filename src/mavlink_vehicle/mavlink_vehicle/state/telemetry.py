@@ -145,7 +145,7 @@ class GpsFix(NamedTuple):
     vertical_accuracy_m: float | None = None
 
 
-class Estimator(NamedTuple):
+class EstimatorReport(NamedTuple):
     """EKF_STATUS_REPORT or ESTIMATOR_STATUS.
 
     Attributes:

@@ -11,7 +11,7 @@ from mavlink_vehicle.state.status_text import StatusText, StatusTexts
 from mavlink_vehicle.state.telemetry import (
     Attitude,
     Battery,
-    Estimator,
+    EstimatorReport,
     GlobalPosition,
     GpsFix,
     Home,
@@ -86,7 +86,7 @@ class VehicleState:
     home: Home | None = None
     origin: Origin | None = None
     gps: GpsFix | None = None
-    estimator: Estimator | None = None
+    estimator: EstimatorReport | None = None
     mission: MissionProgress | None = None
     ground_altitude_amsl_m: float | None = None
     ground_down_m: float | None = None

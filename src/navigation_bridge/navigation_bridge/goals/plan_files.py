@@ -55,7 +55,7 @@ class PlanError(ValueError):
 
 
 @dataclass(frozen=True)
-class Route:
+class PlannedRoute:
     """What a file holds.
 
     Attributes:
@@ -82,7 +82,7 @@ class _Reader(Protocol):
         """Return the items, notes, and whether a heading of 0 is meant as such."""
 
 
-def read_plan(path: Path) -> Route:
+def read_plan(path: Path) -> PlannedRoute:
     """Read a `.plan` file.
 
     Raises:
@@ -91,7 +91,7 @@ def read_plan(path: Path) -> Route:
     return _read(path, _plan_items)
 
 
-def read_waypoints(path: Path) -> Route:
+def read_waypoints(path: Path) -> PlannedRoute:
     """Read a `QGC WPL 110` file.
 
     Raises:
@@ -100,7 +100,7 @@ def read_waypoints(path: Path) -> Route:
     return _read(path, _wpl_items)
 
 
-def _read(path: Path, reader: _Reader) -> Route:
+def _read(path: Path, reader: _Reader) -> PlannedRoute:
     try:
         if path.stat().st_size > _SIZE_MAX_BYTES:
             raise PlanError(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
@@ -117,7 +117,7 @@ def _read(path: Path, reader: _Reader) -> Route:
         maker.finish()
     except PlanError as error:
         raise PlanError(f"{path}: {error}") from None
-    return Route(tuple(maker.waypoints), (*notes, *maker.notes))
+    return PlannedRoute(tuple(maker.waypoints), (*notes, *maker.notes))
 
 
 # --- the two formats ------------------------------------------------------------------

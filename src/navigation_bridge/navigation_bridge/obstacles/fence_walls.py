@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
-from navigation_core.safety.fences import Area, Circle, Fence, Point2
+from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
 
 __all__ = ["fence_walls"]
 
@@ -32,7 +32,7 @@ def fence_walls(fence: Fence, shift_m: float) -> tuple[KnownObstacle, ...]:
     """
     walls: list[KnownObstacle] = []
     for area in fence.areas:
-        if isinstance(area, Circle) and not area.inclusion:
+        if isinstance(area, CircleArea) and not area.inclusion:
             radius_m = max(area.radius_m - shift_m, 0.1)
             walls.append(Cylinder(_NAME, area.centre_enu_m, radius_m))
         else:
@@ -45,7 +45,7 @@ def fence_walls(fence: Fence, shift_m: float) -> tuple[KnownObstacle, ...]:
 
 def _corners(area: Area) -> tuple[Point2, ...]:
     """Return corners in counter-clockwise order; the sides of a circle are tangents."""
-    if isinstance(area, Circle):
+    if isinstance(area, CircleArea):
         sides = _SIDES_MAX
         if area.radius_m > _SAGITTA_M:
             sides = math.ceil(math.pi / math.acos(1.0 - _SAGITTA_M / area.radius_m))

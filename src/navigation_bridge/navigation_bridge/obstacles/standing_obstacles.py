@@ -11,7 +11,7 @@ from navigation_bridge.obstacles.fence_walls import fence_walls
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.mapping.obstacles import NOTHING, KnownObstacle, Obstacles
-from navigation_core.safety.fences import Circle, Fence
+from navigation_core.safety.fences import CircleArea, Fence
 from navigation_core.safety.target_checks import FlightVolume
 
 __all__ = ["HEADROOM_M", "StandingObstacles", "drives"]
@@ -121,7 +121,7 @@ class StandingObstacles:
             if fence is not None and fence_holds:
                 walls += fence_walls(fence, clearance_m - fence_margin_m)
             if volume_holds:
-                rim = Fence(areas=(Circle((0.0, 0.0), volume.radius_max_m),))
+                rim = Fence(areas=(CircleArea((0.0, 0.0), volume.radius_max_m),))
                 walls += fence_walls(rim, clearance_m)
             self._all_walls = Obstacles.of(walls)
         self._see_walls(place or (0.0, 0.0))

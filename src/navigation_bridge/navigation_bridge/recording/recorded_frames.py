@@ -12,7 +12,7 @@ from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.geometry import Vector3
 
 
-class Frame(Protocol):
+class PoseFrame(Protocol):
     """Turns telemetry into poses, as the map frame does."""
 
     def update(self, state: VehicleState) -> None:

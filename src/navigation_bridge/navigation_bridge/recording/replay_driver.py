@@ -43,7 +43,7 @@ class ReplayedApplication(Application, Protocol):
 
 
 @dataclass(frozen=True)
-class Position:
+class ReplayPosition:
     """Progress of a replay.
 
     Attributes:
@@ -170,12 +170,12 @@ class ReplayDriver:
         """Go back to the start, and play or stop there."""
         self.post(lambda: self._rewind(play))
 
-    def position(self) -> Position:
+    def position(self) -> ReplayPosition:
         """Return the progress; on the thread, or by :meth:`call`."""
         player = self._playing()
         time = player.time
         recording_s = player.now - self._begin_s
-        return Position(
+        return ReplayPosition(
             recording_s=recording_s,
             unix_s=self.begin_unix_s + recording_s,
             share=self._reader.position / self._reader.size,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
 from navigation_core.geometry import Vector3
-from navigation_core.safety.fences import Area, Circle, Fence, Point2, Polygon
+from navigation_core.safety.fences import Area, CircleArea, Fence, Point2, PolygonArea
 
 # Bits of FENCE_TYPE (AC_Fence.h).
 _ALTITUDE_MAX, _CIRCLE, _POLYGON, _ALTITUDE_MIN = 1, 2, 4, 8
@@ -37,10 +37,10 @@ def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) ->
         count = max(int(item.params[0]), 1) if item.command in _POLYGONS else 1
         group, left = left[:count], left[count:]
         if item.command in _CIRCLES:
-            areas.append(Circle(place(item), item.params[0], _CIRCLES[item.command]))
+            areas.append(CircleArea(place(item), item.params[0], _CIRCLES[item.command]))
         elif item.command in _POLYGONS and len(group) >= 3:
             corners = tuple(place(corner) for corner in group)
-            areas.append(Polygon(corners, _POLYGONS[item.command]))
+            areas.append(PolygonArea(corners, _POLYGONS[item.command]))
     return tuple(areas)
 
 
@@ -73,8 +73,8 @@ def fence_of(
     return NO_FENCE
 
 
-def _circle(home_enu_m: Vector3, radius_m: float) -> Circle:
-    return Circle((home_enu_m[0], home_enu_m[1]), radius_m, name="circle about home")
+def _circle(home_enu_m: Vector3, radius_m: float) -> CircleArea:
+    return CircleArea((home_enu_m[0], home_enu_m[1]), radius_m, name="circle about home")
 
 
 def _sorted(areas: Sequence[Area], union: bool) -> tuple[list[Area], tuple[Area, ...]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 
-__all__ = ["way_out"]
+__all__ = ["escape_point"]
 
 _DIRECTIONS = 32
 # How far it may be out, as multiples of what is missing.
@@ -17,7 +17,7 @@ _REACHES = np.array([1.01, 1.1, 1.25, 1.5, 2.0, 3.0, 4.5, 7.0, 12.0, 20.0])
 _TINY_M = 1e-6
 
 
-def way_out(
+def escape_point(
     start_enu_m: Array,
     goal_enu_m: Array,
     obstacles: Obstacles,

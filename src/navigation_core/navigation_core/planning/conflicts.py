@@ -20,7 +20,7 @@ _NEARER_M = 0.05
 
 
 @dataclass(frozen=True)
-class Samples:
+class MotionSamples:
     """Moments of a motion as arrays, to be checked against obstacles.
 
     Attributes:
@@ -36,7 +36,7 @@ class Samples:
     accelerations_enu_m_s2: Array
 
     @classmethod
-    def of(cls, trajectory: Trajectory) -> Samples:
+    def of(cls, trajectory: Trajectory) -> MotionSamples:
         """Sample a whole trajectory."""
         count = max(int(np.ceil(trajectory.duration_s / _SAMPLE_S)), 1) + 1
         times_s = np.linspace(0.0, trajectory.duration_s, count)
@@ -49,7 +49,7 @@ class Samples:
         )
 
     @classmethod
-    def at(cls, state: KinematicState) -> Samples:
+    def at(cls, state: KinematicState) -> MotionSamples:
         """Return one state alone."""
         position, velocity = state.position_enu_m, state.velocity_enu_m_s
         acceleration = state.acceleration_enu_m_s2
@@ -78,7 +78,7 @@ def first_conflict(points_enu_m: Array, obstacles: Obstacles, clearance_m: float
     """
     if not len(obstacles) or not len(points_enu_m):
         return None
-    begin = _way_out(points_enu_m, obstacles, clearance_m)
+    begin = _escape_index(points_enu_m, obstacles, clearance_m)
     if begin < 0:
         return -begin - 1
     for i in range(begin, len(points_enu_m) - 1, _LINES):
@@ -107,7 +107,7 @@ def clearance_at_m(position_enu_m: Vector3, obstacles: Obstacles, within_m: floa
     return clearance_m if clearance_m <= within_m else float("inf")
 
 
-def _way_out(points: Array, obstacles: Obstacles, clearance_m: float) -> int:
+def _escape_index(points: Array, obstacles: Obstacles, clearance_m: float) -> int:
     """Return the index from which on the clearance is to be kept; below 0: -1 - conflict."""
     nearest_m = clearance_at_m(_vector(points[0]), obstacles, clearance_m)
     if nearest_m >= clearance_m:

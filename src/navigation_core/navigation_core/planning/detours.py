@@ -8,10 +8,10 @@ import numpy as np
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.enclosure_proof import is_walled_in
-from navigation_core.planning.path_search import CLIMB_COST, shortest_way, way_cost_m
+from navigation_core.planning.path_search import CLIMB_COST, path_cost_m, shortest_path
 from navigation_core.planning.roadmap import build_net
 from navigation_core.planning.shortcuts import pulled_tight, with_fewer_corners
-from navigation_core.planning.tangent_search import tangent_way
+from navigation_core.planning.tangent_search import tangent_path
 
 __all__ = ["around"]
 
@@ -94,7 +94,7 @@ def _through_net(
     for height in heights_m:
         level = obstacles.between(height - clearance_m, height + clearance_m)
         nets.append(build_net(level, height, ends[:, :2], clearance_m))
-    found = shortest_way(nets, ends, obstacles, clearance_m, thorough=thorough)
+    found = shortest_path(nets, ends, obstacles, clearance_m, thorough=thorough)
     return None if found is None else pulled_tight(found, obstacles, clearance_m)
 
 
@@ -115,8 +115,8 @@ def _promising(
     return heights
 
 
-def _cost_m(way: Array | None) -> float:
-    return math.inf if way is None else way_cost_m(way)
+def _cost_m(path: Array | None) -> float:
+    return math.inf if path is None else path_cost_m(path)
 
 
 def _cheaper(one: Array | None, other: Array | None) -> Array | None:
@@ -126,14 +126,14 @@ def _cheaper(one: Array | None, other: Array | None) -> Array | None:
 def _beside(ends: Array, beside: Obstacles, clearance_m: float, most_m: float) -> Array | None:
     """Return a path around all that is between two heights, its height changing evenly."""
     plane = ends * (1.0, 1.0, 0.0)
-    way = tangent_way(plane[0], plane[1], _endless(beside), clearance_m, most_m)
-    if way is None:
+    path = tangent_path(plane[0], plane[1], _endless(beside), clearance_m, most_m)
+    if path is None:
         return None
-    lines = np.diff(way, axis=0)
+    lines = np.diff(path, axis=0)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(lines[:, 0], lines[:, 1]))])
-    way[:, 2] = ends[0, 2] + (ends[1, 2] - ends[0, 2]) * along / max(along[-1], 1e-9)
-    way[-1] = ends[1]
-    return way
+    path[:, 2] = ends[0, 2] + (ends[1, 2] - ends[0, 2]) * along / max(along[-1], 1e-9)
+    path[-1] = ends[1]
+    return path
 
 
 def _at_level(
@@ -149,11 +149,11 @@ def _at_level(
     if columns[0] is None or columns[1] is None:
         return None
     level = obstacles.between(height_m - clearance_m, height_m + clearance_m)
-    way = tangent_way(columns[0][1], columns[1][1], level, clearance_m, most_m)
-    if way is None:
+    path = tangent_path(columns[0][1], columns[1][1], level, clearance_m, most_m)
+    if path is None:
         return None
-    way = np.concatenate([ends[:1], columns[0], way[1:-1], columns[1][::-1], ends[1:]])
-    return pulled_tight(way, obstacles, clearance_m)
+    path = np.concatenate([ends[:1], columns[0], path[1:-1], columns[1][::-1], ends[1:]])
+    return pulled_tight(path, obstacles, clearance_m)
 
 
 def _column(end: Array, height_m: float, obstacles: Obstacles, clearance_m: float) -> Array | None:

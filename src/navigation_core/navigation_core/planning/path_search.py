@@ -13,7 +13,7 @@ from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.planar_shapes import Indices
 from navigation_core.planning.roadmap import Net
 
-__all__ = ["CLIMB_COST", "cost_m", "shortest_way", "way_cost_m"]
+__all__ = ["CLIMB_COST", "cost_m", "path_cost_m", "shortest_path"]
 
 # A metre up or down takes about as long as so many metres along.
 CLIMB_COST = 2.5
@@ -34,9 +34,9 @@ def cost_m(lines: Array) -> Array:
     return np.asarray(np.sqrt(east * east + north * north + up * up))
 
 
-def way_cost_m(way: Array) -> float:
+def path_cost_m(path: Array) -> float:
     """Return what a path costs, shape (N, 3): the sum over its lines."""
-    return float(cost_m(np.diff(way, axis=0)).sum())
+    return float(cost_m(np.diff(path, axis=0)).sum())
 
 
 @dataclass
@@ -65,16 +65,16 @@ class _Graph:
         )
         if not np.isfinite(far[0, goal]):
             return None
-        way = [goal]
-        while way[-1] != start:
-            way.append(int(before[0, way[-1]]))
-        return way[::-1]
+        path = [goal]
+        while path[-1] != start:
+            path.append(int(before[0, path[-1]]))
+        return path[::-1]
 
-    def close(self, way: Indices, obstacles: Obstacles, clearance_m: float) -> bool:
+    def close(self, path: Indices, obstacles: Obstacles, clearance_m: float) -> bool:
         """Close the lines at a path that are not clear; whether the path is clear."""
-        on_way = np.zeros(len(self.points), dtype=np.bool_)
-        on_way[way] = True
-        rows = np.flatnonzero(on_way[self.begins] & on_way[self.ends] & ~self.checked)
+        on_path = np.zeros(len(self.points), dtype=np.bool_)
+        on_path[path] = True
+        rows = np.flatnonzero(on_path[self.begins] & on_path[self.ends] & ~self.checked)
         clear = obstacles.are_clear(
             self.points[self.begins[rows]], self.points[self.ends[rows]], clearance_m
         )
@@ -83,7 +83,7 @@ class _Graph:
         return bool(clear.all())
 
 
-def shortest_way(
+def shortest_path(
     nets: list[Net],
     ends_enu_m: Array,
     obstacles: Obstacles,
@@ -104,10 +104,10 @@ def shortest_way(
     for neighbours in (_NEIGHBOURS, 10 * _NEIGHBOURS) if thorough else (_NEIGHBOURS,):
         graph = _graph(nets, ends_enu_m, obstacles, clearance_m, neighbours)
         for _ in range(_CHECKS_MAX):
-            way = graph.shortest(0, 1)
-            if way is None:
+            path = graph.shortest(0, 1)
+            if path is None:
                 break
-            rows = np.array(way, dtype=np.intp)
+            rows = np.array(path, dtype=np.intp)
             if graph.close(rows, obstacles, clearance_m):
                 return np.asarray(graph.points[rows])
     return None

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 
-__all__ = ["Indices", "Shapes"]
+__all__ = ["Indices", "PlanarShapes"]
 
 Indices: TypeAlias = NDArray[np.intp]
 
 
-class Shapes:
+class PlanarShapes:
     """Obstacles seen from above.
 
     A shape is a box with a radius about it: a post is a box without sides, a box one without

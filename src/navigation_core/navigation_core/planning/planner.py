@@ -11,10 +11,10 @@ import numpy as np
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.clearance_escape import way_out
+from navigation_core.planning.clearance_escape import escape_point
 from navigation_core.planning.detours import around
-from navigation_core.planning.planar_shapes import Shapes
-from navigation_core.trajectories.turning_room import drivable_way, has_room_to_turn
+from navigation_core.planning.planar_shapes import PlanarShapes
+from navigation_core.trajectories.turning_room import drivable_path, has_room_to_turn
 
 __all__ = ["NoPath", "Path", "PlanLimits", "plan"]
 
@@ -96,10 +96,10 @@ def plan(
     begin = _beginning(start, goal, obstacles, limits)
     if isinstance(begin, NoPath):
         return begin
-    way = around(
+    path = around(
         begin[-1], goal, obstacles, clearance_m, limits.heights_m, thorough=limits.thorough
     )
-    if not _is_clear(way, obstacles, clearance_m):
+    if not _is_clear(path, obstacles, clearance_m):
         return NoPath(
             f"No path to {_told(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "
             f"{len(obstacles)} obstacles: the target is enclosed, or every gap is narrower than "
@@ -107,20 +107,20 @@ def plan(
         )
     if turns:
         heading_rad = limits.heading_enu_rad if len(begin) == 1 else None
-        way = _driven(way, heading_rad, obstacles, limits)
-        if not _is_clear(way, obstacles, clearance_m):
+        path = _driven(path, heading_rad, obstacles, limits)
+        if not _is_clear(path, obstacles, clearance_m):
             return NoPath(
                 f"There are paths to {_told(goal_enu_m)}, but none leaves room to turn with a "
                 f"radius of {limits.turning_radius_m:.2f} m."
             )
-    corners = np.concatenate([begin[:-1], way])[1:-1]
+    corners = np.concatenate([begin[:-1], path])[1:-1]
     points = [(float(p[0]), float(p[1]), float(p[2])) for p in corners]
     return Path((start_enu_m, *points, goal_enu_m))
 
 
-def _is_clear(way: Array | None, obstacles: Obstacles, clearance_m: float) -> TypeGuard[Array]:
+def _is_clear(path: Array | None, obstacles: Obstacles, clearance_m: float) -> TypeGuard[Array]:
     """Whether there is a path, and each of its lines is clear: the last word, whoever found it."""
-    return way is not None and bool(obstacles.are_clear(way[:-1], way[1:], clearance_m).all())
+    return path is not None and bool(obstacles.are_clear(path[:-1], path[1:], clearance_m).all())
 
 
 def _beginning(
@@ -130,7 +130,7 @@ def _beginning(
     has_m = float(obstacles.clearance_m(start[None])[0])
     if has_m >= limits.clearance_m:
         return start[None]
-    out = way_out(start, goal, obstacles, limits.clearance_m, limits.heights_m)
+    out = escape_point(start, goal, obstacles, limits.clearance_m, limits.heights_m)
     if out is None:
         return NoPath(
             f"The start is {has_m:.2f} m from an obstacle and no straight line leads out to "
@@ -140,7 +140,7 @@ def _beginning(
 
 
 def _driven(
-    way: Array, heading_rad: float | None, obstacles: Obstacles, limits: PlanLimits
+    path: Array, heading_rad: float | None, obstacles: Obstacles, limits: PlanLimits
 ) -> Array | None:
     """Return a path that turns no tighter than allowed, as near to a shortest path as there is.
 
@@ -150,18 +150,20 @@ def _driven(
     radius_m = limits.turning_radius_m
     wide_m = max(limits.clearance_m, radius_m)
     for clearance_m, few_corners in ((limits.clearance_m, True), (wide_m, False)):
-        way_from = partial(_way_in_plane, way[-1], obstacles, clearance_m, few_corners=few_corners)
-        found = way if few_corners else way_from(way[0])
+        path_from = partial(
+            _path_in_plane, path[-1], obstacles, clearance_m, few_corners=few_corners
+        )
+        found = path if few_corners else path_from(path[0])
         if found is not None and heading_rad is not None:
-            found = drivable_way(
-                found, heading_rad, way_from, obstacles, limits.clearance_m, radius_m
+            found = drivable_path(
+                found, heading_rad, path_from, obstacles, limits.clearance_m, radius_m
             )
         if found is not None and has_room_to_turn(found, obstacles, limits.clearance_m, radius_m):
             return found
     return None
 
 
-def _way_in_plane(
+def _path_in_plane(
     goal: Array, obstacles: Obstacles, clearance_m: float, place: Array, *, few_corners: bool
 ) -> Array | None:
     return around(place, goal, obstacles, clearance_m, None, few_corners=few_corners)
@@ -181,7 +183,7 @@ def _unreachable(goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits) 
         return None
     if has_m <= 0.0:
         level = obstacles.between(goal_enu_m[2] - _TINY_M, goal_enu_m[2] + _TINY_M)
-        depth_m = Shapes(level).depth_m(np.array(goal_enu_m[:2]))
+        depth_m = PlanarShapes(level).depth_m(np.array(goal_enu_m[:2]))
         return f"The goal {_told(goal_enu_m)} is inside an obstacle, by {depth_m:.2f} m."
     return (
         f"The goal {_told(goal_enu_m)} is {has_m:.2f} m from an obstacle; "

@@ -21,9 +21,9 @@ from enum import Enum, auto
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import Obstacles
-from navigation_core.planning.conflicts import Samples, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, first_conflict
 
-# Less than this is not worth another way: all paths are about as short shortly before the end.
+# Less than this is not worth another path: all paths are about as short shortly before the end.
 _GAIN_MIN_M = 1.0
 # A vehicle that has come so far from where it was blocked has had a path meanwhile.
 _AWAY_M = 2.0
@@ -39,7 +39,7 @@ class State(Enum):
     GIVEN_UP = auto()
 
 
-class Event(Enum):
+class ReplanEvent(Enum):
     """An event that changes the state."""
 
     CONFLICT = auto()
@@ -55,27 +55,27 @@ class ReplannerError(RuntimeError):
     """An event came in a state in which it cannot happen: a programming error."""
 
 
-TRANSITIONS: dict[tuple[State, Event], State] = {
-    (State.KEEPING, Event.CONFLICT): State.REPLANNING,
-    (State.KEEPING, Event.LOOK): State.COMPARING,
+TRANSITIONS: dict[tuple[State, ReplanEvent], State] = {
+    (State.KEEPING, ReplanEvent.CONFLICT): State.REPLANNING,
+    (State.KEEPING, ReplanEvent.LOOK): State.COMPARING,
     # A flight that begins or goes on is planned without anybody asking here.
-    (State.KEEPING, Event.FOUND): State.KEEPING,
-    (State.KEEPING, Event.NOT_FOUND): State.BLOCKED,
-    (State.KEEPING, Event.STOP): State.BLOCKED,
-    (State.REPLANNING, Event.FOUND): State.KEEPING,
-    (State.REPLANNING, Event.NOT_FOUND): State.BLOCKED,
+    (State.KEEPING, ReplanEvent.FOUND): State.KEEPING,
+    (State.KEEPING, ReplanEvent.NOT_FOUND): State.BLOCKED,
+    (State.KEEPING, ReplanEvent.STOP): State.BLOCKED,
+    (State.REPLANNING, ReplanEvent.FOUND): State.KEEPING,
+    (State.REPLANNING, ReplanEvent.NOT_FOUND): State.BLOCKED,
     # A search takes some steps, in which the vehicle goes on.
-    (State.REPLANNING, Event.STOP): State.BLOCKED,
-    (State.COMPARING, Event.FOUND): State.KEEPING,
-    (State.COMPARING, Event.NOT_FOUND): State.KEEPING,
+    (State.REPLANNING, ReplanEvent.STOP): State.BLOCKED,
+    (State.COMPARING, ReplanEvent.FOUND): State.KEEPING,
+    (State.COMPARING, ReplanEvent.NOT_FOUND): State.KEEPING,
     # What is flown may come into conflict, or have to stop, while a shorter one is looked for.
-    (State.COMPARING, Event.CONFLICT): State.REPLANNING,
-    (State.COMPARING, Event.STOP): State.BLOCKED,
-    (State.BLOCKED, Event.RETRY): State.REPLANNING,
-    (State.BLOCKED, Event.STOP): State.BLOCKED,
-    (State.BLOCKED, Event.FOUND): State.KEEPING,
-    (State.BLOCKED, Event.NOT_FOUND): State.BLOCKED,
-    (State.BLOCKED, Event.TIME_OUT): State.GIVEN_UP,
+    (State.COMPARING, ReplanEvent.CONFLICT): State.REPLANNING,
+    (State.COMPARING, ReplanEvent.STOP): State.BLOCKED,
+    (State.BLOCKED, ReplanEvent.RETRY): State.REPLANNING,
+    (State.BLOCKED, ReplanEvent.STOP): State.BLOCKED,
+    (State.BLOCKED, ReplanEvent.FOUND): State.KEEPING,
+    (State.BLOCKED, ReplanEvent.NOT_FOUND): State.BLOCKED,
+    (State.BLOCKED, ReplanEvent.TIME_OUT): State.GIVEN_UP,
 }
 
 
@@ -109,14 +109,14 @@ class ReplanRules:
 
 
 class Replanner:
-    """Decides about one way; see the module."""
+    """Decides about one path; see the module."""
 
     def __init__(self, rules: ReplanRules) -> None:
         """Begin with a path that has not been checked yet."""
         self._rules = rules
         self.state = State.KEEPING
         self.replans = 0
-        self._way: Samples | None = None
+        self._path: MotionSamples | None = None
         self._obstacles: Obstacles | None = None
         self._planned_s = float("-inf")
         self._blocked_s: float | None = None
@@ -128,7 +128,7 @@ class Replanner:
 
     def check(
         self,
-        way: Samples,
+        path: MotionSamples,
         time_s: float,
         place_enu_m: Vector3,
         least_m: float,
@@ -141,7 +141,7 @@ class Replanner:
         Nothing is calculated unless path or obstacles are other objects than the last time.
 
         Args:
-            way: what is flown.
+            path: what is flown.
             time_s: up to when, in its own time.
             place_enu_m: the place on it at that time.
             least_m: the length that no path can be shorter than.
@@ -152,20 +152,20 @@ class Replanner:
         if self.state is State.REPLANNING:
             return Decision.REPLAN
         comparing = self.state is State.COMPARING
-        if way is self._way and obstacles is self._obstacles:
+        if path is self._path and obstacles is self._obstacles:
             return Decision.COMPARE if comparing else Decision.KEEP
         known = self._obstacles
-        self._way, self._obstacles = way, obstacles
+        self._path, self._obstacles = path, obstacles
         clearance_m = self._rules.conflict_clearance_m
-        rest = way.ahead(time_s, place_enu_m)
+        rest = path.ahead(time_s, place_enu_m)
         if first_conflict(rest, obstacles, clearance_m) is not None:
-            self._go(Event.CONFLICT)
+            self._go(ReplanEvent.CONFLICT)
             return Decision.REPLAN
         if comparing:
             return Decision.COMPARE
         waited = now - self._planned_s >= self._rules.elective_s
         if obstacles is not known and waited and self.is_clearly_shorter(least_m, left_m):
-            self._go(Event.LOOK)
+            self._go(ReplanEvent.LOOK)
             return Decision.COMPARE
         return Decision.KEEP
 
@@ -175,12 +175,12 @@ class Replanner:
         return length_m < left_m - gain_m
 
     def found(self, place_enu_m: Vector3, now: float) -> None:
-        """Record that another way is flown from now on."""
+        """Record that another path is flown from now on."""
         if self.state is not State.KEEPING:
             self.replans += 1
-        self._go(Event.FOUND)
+        self._go(ReplanEvent.FOUND)
         self._planned_s = now
-        self._way = None
+        self._path = None
         self.moved_on(place_enu_m)
 
     def not_found(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:
@@ -192,14 +192,14 @@ class Replanner:
             is_undecided: whether the search is to go on at once.
         """
         comparing = self.state is State.COMPARING
-        self._go(Event.NOT_FOUND)
+        self._go(ReplanEvent.NOT_FOUND)
         self._planned_s = float("-inf") if is_undecided else now
         if not comparing:
             self._block(place_enu_m, now)
 
     def stop(self, place_enu_m: Vector3, now: float) -> None:
         """Record that the vehicle is stopped, whatever was planned."""
-        self._go(Event.STOP)
+        self._go(ReplanEvent.STOP)
         self._block(place_enu_m, now)
 
     def wait(self, now: float, may_plan: bool) -> Decision:
@@ -210,10 +210,10 @@ class Replanner:
             may_plan: whether a path may be looked for at all.
         """
         if self.blocked_for_s(now) > self._rules.blocked_timeout_s:
-            self._go(Event.TIME_OUT)
+            self._go(ReplanEvent.TIME_OUT)
             return Decision.GIVE_UP
         if may_plan and now - self._planned_s >= self._rules.retry_s:
-            self._go(Event.RETRY)
+            self._go(ReplanEvent.RETRY)
             return Decision.REPLAN
         return Decision.WAIT
 
@@ -230,7 +230,7 @@ class Replanner:
         if self._blocked_s is None or self._blocked_at is None:
             self._blocked_s, self._blocked_at = now, place_enu_m
 
-    def _go(self, event: Event) -> None:
+    def _go(self, event: ReplanEvent) -> None:
         try:
             self.state = TRANSITIONS[self.state, event]
         except KeyError:

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.planar_shapes import Indices, Shapes
+from navigation_core.planning.planar_shapes import Indices, PlanarShapes
 
 __all__ = ["Net", "build_net"]
 
@@ -58,7 +58,7 @@ def build_net(level: Obstacles, height_m: float, around_m: Array, clearance_m: f
         around_m: points that must be well within the net, shape (N, 2).
         clearance_m: that the points of the net keep.
     """
-    shapes = Shapes(level)
+    shapes = PlanarShapes(level)
     samples, owner = _samples(shapes, clearance_m)
     ring = _ring(np.concatenate([samples, around_m]), clearance_m)
     owner = np.concatenate([owner, np.full(len(ring), -1)])
@@ -71,7 +71,7 @@ def build_net(level: Obstacles, height_m: float, around_m: Array, clearance_m: f
     return Net(height_m, np.column_stack([points, heights]), begins, ends)
 
 
-def _samples(shapes: Shapes, clearance_m: float) -> tuple[Array, Indices]:
+def _samples(shapes: PlanarShapes, clearance_m: float) -> tuple[Array, Indices]:
     spacing_m = clearance_m
     while True:
         samples, owner = shapes.sampled(spacing_m)
@@ -107,7 +107,7 @@ def _sides(triangles: Indices, owner: Indices) -> tuple[Indices, Indices]:
 
 
 def _gap_points(
-    shapes: Shapes, samples: Array, owner: Indices, pairs: Indices, clearance_m: float
+    shapes: PlanarShapes, samples: Array, owner: Indices, pairs: Indices, clearance_m: float
 ) -> tuple[Array, Indices]:
     """Return the points of gaps, and for each gap their rows or -1, shape (S, 3)."""
     # A sample in the middle of a post stands for its outline.
@@ -145,7 +145,9 @@ def _gap_points(
     return points, rows
 
 
-def _from(shapes: Shapes, points: Array, owner: Indices, samples: Array) -> tuple[Array, Array]:
+def _from(
+    shapes: PlanarShapes, points: Array, owner: Indices, samples: Array
+) -> tuple[Array, Array]:
     """How far points are from shapes, or from the ring samples, and the direction off them."""
     offset = points - samples
     reach = np.hypot(offset[:, 0], offset[:, 1])

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.path_search import cost_m, way_cost_m
+from navigation_core.planning.path_search import cost_m, path_cost_m
 
 __all__ = ["pulled_tight", "with_fewer_corners"]
 
@@ -25,61 +25,61 @@ _TURN_MAX_RAD = math.radians(50.0)
 _LONGER_SHARE = 0.06
 
 
-def pulled_tight(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+def pulled_tight(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     """Return a shorter path on the same side of each obstacle, or on a better one.
 
     Args:
-        way: points, shape (N, 3); its lines are clear.
+        path: points, shape (N, 3); its lines are clear.
         obstacles: all that count.
         clearance_m: that each line keeps.
     """
-    low, high = way.min(axis=0), way.max(axis=0)
+    low, high = path.min(axis=0), path.max(axis=0)
     nearby = obstacles.near(tuple(low), tuple(high), clearance_m)
-    way = _skipped(way, nearby, clearance_m)
+    path = _skipped(path, nearby, clearance_m)
     for number in range(_ROUNDS):
-        if len(way) == 2:
+        if len(path) == 2:
             break
-        drawn = _drawn(_split(way, nearby, clearance_m), nearby, clearance_m)
+        drawn = _drawn(_split(path, nearby, clearance_m), nearby, clearance_m)
         # From the other end each time: both are worth their time only for the first, long path.
         turn = -1 if number % 2 else 1
         shorter = _skipped_forward(drawn[::turn], nearby, clearance_m)[::turn]
-        before, after = way_cost_m(way), way_cost_m(shorter)
-        way = shorter
+        before, after = path_cost_m(path), path_cost_m(shorter)
+        path = shorter
         if before - after < 0.001 * before:
             break
-    return way
+    return path
 
 
-def _skipped(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+def _skipped(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     """Leave out points, from either end, as far as lines are clear; the shorter result."""
-    if len(way) == 2:
-        return way
-    ways = (
-        _skipped_forward(way, obstacles, clearance_m),
-        _skipped_forward(way[::-1], obstacles, clearance_m)[::-1],
+    if len(path) == 2:
+        return path
+    paths = (
+        _skipped_forward(path, obstacles, clearance_m),
+        _skipped_forward(path[::-1], obstacles, clearance_m)[::-1],
     )
-    return min(ways, key=way_cost_m)
+    return min(paths, key=path_cost_m)
 
 
-def _skipped_forward(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+def _skipped_forward(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     kept, here = [0], 0
-    while here < len(way) - 1:
-        there = np.arange(here + 2, min(len(way), here + _POINTS_MAX))
-        starts = np.broadcast_to(way[here], (len(there), 3))
-        clear = np.flatnonzero(obstacles.are_clear(starts, way[there], clearance_m))
+    while here < len(path) - 1:
+        there = np.arange(here + 2, min(len(path), here + _POINTS_MAX))
+        starts = np.broadcast_to(path[here], (len(there), 3))
+        clear = np.flatnonzero(obstacles.are_clear(starts, path[there], clearance_m))
         here = int(there[clear[-1]]) if len(clear) else here + 1
         kept.append(here)
-    return way[kept]
+    return path[kept]
 
 
-def _drawn(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+def _drawn(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     """Draw each corner towards the line between its neighbours, every second one at a time."""
-    way = way.copy()
+    path = path.copy()
     for first in (1, 2):
-        corners = np.arange(first, len(way) - 1, 2)
+        corners = np.arange(first, len(path) - 1, 2)
         if not len(corners):
             continue
-        before, corner, after = way[corners - 1], way[corners], way[corners + 1]
+        before, corner, after = path[corners - 1], path[corners], path[corners + 1]
         candidates = _candidates(before, corner, after)
         times = candidates.shape[1]
         flat = candidates.reshape(-1, 3)
@@ -93,25 +93,25 @@ def _drawn(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
         costs = np.where(better, costs, np.inf).reshape(-1, times)
         best = costs.argmin(axis=1)
         moved = np.isfinite(costs.min(axis=1))
-        way[corners[moved]] = candidates[moved, best[moved]]
-    return way
+        path[corners[moved]] = candidates[moved, best[moved]]
+    return path
 
 
-def _split(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+def _split(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     """Cut corners off: two points on the lines beside a corner take its place where it can be."""
-    corner = way[1:-1]
+    corner = path[1:-1]
     shares = _CUTS[:, None]
-    before = corner[:, None] + shares * (way[:-2] - corner)[:, None]
-    after = corner[:, None] + shares * (way[2:] - corner)[:, None]
+    before = corner[:, None] + shares * (path[:-2] - corner)[:, None]
+    after = corner[:, None] + shares * (path[2:] - corner)[:, None]
     flat = obstacles.are_clear(before.reshape(-1, 3), after.reshape(-1, 3), clearance_m)
     clear = flat.reshape(-1, len(_CUTS))
     best = np.where(clear.any(axis=1), clear.argmax(axis=1), -1)
-    parts = [way[:1]]
+    parts = [path[:1]]
     for row, column in enumerate(best):
         cut = column >= 0
         here = (before[row, column], after[row, column]) if cut else (corner[row],)
         parts.append(np.array(here))
-    return np.concatenate([*parts, way[-1:]])
+    return np.concatenate([*parts, path[-1:]])
 
 
 def _candidates(before: Array, corner: Array, after: Array) -> Array:
@@ -132,25 +132,25 @@ def _candidates(before: Array, corner: Array, after: Array) -> Array:
     )
 
 
-def with_fewer_corners(way: Array, obstacles: Obstacles, clearance_m: float) -> Array:
+def with_fewer_corners(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     """Join corners that follow each other closely, as about the end of a wall.
 
     A vehicle is slower on many short lines than on few longer ones.
     """
     row = 1
-    while row < len(way) - 2:
-        joined = _joined(way[row - 1 : row + 3])
+    while row < len(path) - 2:
+        joined = _joined(path[row - 1 : row + 3])
         if joined is not None:
-            starts = np.array([way[row - 1], joined])
-            ends = np.array([joined, way[row + 2]])
+            starts = np.array([path[row - 1], joined])
+            ends = np.array([joined, path[row + 2]])
             if obstacles.are_clear(starts, ends, clearance_m).all() and (
-                way_cost_m(np.array([way[row - 1], joined, way[row + 2]]))
-                < way_cost_m(way[row - 1 : row + 3]) + _LONGER_SHARE * clearance_m
+                path_cost_m(np.array([path[row - 1], joined, path[row + 2]]))
+                < path_cost_m(path[row - 1 : row + 3]) + _LONGER_SHARE * clearance_m
             ):
-                way = np.concatenate([way[:row], joined[None], way[row + 2 :]])
+                path = np.concatenate([path[:row], joined[None], path[row + 2 :]])
                 continue
         row += 1
-    return way
+    return path
 
 
 def _joined(points: Array) -> Array | None:

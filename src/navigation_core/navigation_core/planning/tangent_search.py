@@ -18,9 +18,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.planar_shapes import Indices, Shapes
+from navigation_core.planning.planar_shapes import Indices, PlanarShapes
 
-__all__ = ["tangent_way"]
+__all__ = ["tangent_path"]
 
 _CORNERS = 16
 # Beyond these numbers the net of paths is quicker: of obstacles, of times that some are taken
@@ -32,7 +32,7 @@ _LINES_MAX = 7500
 _ROOM = 1.0 + 1e-6
 
 
-def tangent_way(
+def tangent_path(
     start_enu_m: Array,
     goal_enu_m: Array,
     level: Obstacles,
@@ -53,12 +53,12 @@ def tangent_way(
     """
     search = _Search(start_enu_m, goal_enu_m, level, clearance_m)
     for _ in range(_ROUNDS_MAX):
-        way = search.shortest()
-        if way is None or np.hypot(*np.diff(way[:, :2], axis=0).T).sum() >= longest_m:
+        path = search.shortest()
+        if path is None or np.hypot(*np.diff(path[:, :2], axis=0).T).sum() >= longest_m:
             return None
-        _, obstacles = level.hits(way[:-1], way[1:], clearance_m)
+        _, obstacles = level.hits(path[:-1], path[1:], clearance_m)
         if not len(obstacles):
-            return way
+            return path
         new = np.unique(obstacles)
         if len(new) + search.taken > _SHAPES_MAX or search.looked_at > _LINES_MAX:
             return None
@@ -71,7 +71,7 @@ class _Search:
 
     def __init__(self, start: Array, goal: Array, level: Obstacles, clearance_m: float) -> None:
         self._level = level
-        self._shapes = Shapes(level)
+        self._shapes = PlanarShapes(level)
         self._clearance_m = clearance_m
         self._height = start[2]
         self._rows = np.empty(0, dtype=np.intp)
@@ -96,12 +96,12 @@ class _Search:
         graph = csr_array((lengths, (self._begins, self._ends)), shape=(count, count))
         indices = np.array([0])
         _, before = dijkstra(graph, directed=False, indices=indices, return_predecessors=True)
-        way = [1]
-        while way[-1] != 0:
-            way.append(int(before[0, way[-1]]))
-            if way[-1] < 0:
+        path = [1]
+        while path[-1] != 0:
+            path.append(int(before[0, path[-1]]))
+            if path[-1] < 0:
                 return None
-        return self._in_space(np.array(way[::-1]))
+        return self._in_space(np.array(path[::-1]))
 
     def take(self, rows: Indices) -> None:
         """Process obstacles of the level."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.conflicts import Samples, lines_clear
+from navigation_core.planning.conflicts import MotionSamples, lines_clear
 
 # Slower than this is standing: there is no direction to stop in.
 STANDING_M_S = 0.2
@@ -22,7 +22,7 @@ _POINTS = 5
 _NEARER_M = 0.05
 
 
-def stopping_ends(motion: Samples, limits: Limits, reaction_s: float) -> Array:
+def stopping_ends(motion: MotionSamples, limits: Limits, reaction_s: float) -> Array:
     """Return where a vehicle comes to rest that brakes at these moments.
 
     The acceleration along the path is taken away first, at the jerk of the limits; then the
@@ -42,16 +42,20 @@ def stopping_ends(motion: Samples, limits: Limits, reaction_s: float) -> Array:
     limit = deceleration_along_m_s2(course, limits)
     ahead = np.clip((motion.accelerations_enu_m_s2 * course).sum(axis=1), 0.0, limit)
     fade_s = ahead / jerk
-    way = speed * (reaction_s + fade_s) + ahead * fade_s * fade_s / 3.0
+    stopping_m = speed * (reaction_s + fade_s) + ahead * fade_s * fade_s / 3.0
     speed = speed + 0.5 * ahead * fade_s
     full = speed * speed / (2.0 * limit) + speed * limit / (2.0 * jerk)
     short = speed * np.sqrt(speed / jerk)
-    way = way + np.where(speed >= limit * limit / jerk, full, short)
-    return np.asarray(motion.positions_enu_m + course * way[:, None])
+    stopping_m = stopping_m + np.where(speed >= limit * limit / jerk, full, short)
+    return np.asarray(motion.positions_enu_m + course * stopping_m[:, None])
 
 
 def must_brake(
-    motion: Samples, obstacles: Obstacles, limits: Limits, clearance_m: float, reaction_s: float
+    motion: MotionSamples,
+    obstacles: Obstacles,
+    limits: Limits,
+    clearance_m: float,
+    reaction_s: float,
 ) -> NDArray[np.bool_]:
     """Return whether a vehicle must stop at these moments.
 

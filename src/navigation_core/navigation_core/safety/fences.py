@@ -21,7 +21,7 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class Circle:
+class CircleArea:
     """A circle in the map frame.
 
     Attributes:
@@ -66,7 +66,7 @@ class Circle:
 
 
 @dataclass(frozen=True)
-class Polygon:
+class PolygonArea:
     """A simple polygon in the map frame, of any shape.
 
     Attributes:
@@ -117,7 +117,7 @@ class Polygon:
         )
 
 
-Area = Circle | Polygon
+Area = CircleArea | PolygonArea
 
 
 def _distance_to_edge(point: Point2, start: Point2, end: Point2) -> float:
@@ -192,7 +192,7 @@ class Fence:
             )
         return None
 
-    def check_way(self, start_enu_m: Vector3, end_enu_m: Vector3) -> Rejection | None:
+    def check_leg(self, start_enu_m: Vector3, end_enu_m: Vector3) -> Rejection | None:
         """Return where the straight line between two points leaves the fence, if it does."""
         start, end = start_enu_m[:2], end_enu_m[:2]
         cuts = {0.0, 1.0}
@@ -254,7 +254,7 @@ def check_route(
     if closed and len(targets_enu_m) > 1:
         points.append(targets_enu_m[0])
     for start, end in itertools.pairwise(points):
-        rejection = fence.check_way(start, end)
+        rejection = fence.check_leg(start, end)
         if rejection is not None:
             return rejection
     return None

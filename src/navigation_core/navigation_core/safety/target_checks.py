@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from navigation_core.geometry import Vector3, horizontal_norm, is_finite
 from navigation_core.outcomes import OutcomeCode, Rejection
 
-__all__ = ["Box", "FlightVolume", "Rejection", "VolumeError", "check_target"]
+__all__ = ["FlightVolume", "MapBounds", "Rejection", "VolumeError", "check_target"]
 
 
 class VolumeError(ValueError):
@@ -16,7 +16,7 @@ class VolumeError(ValueError):
 
 
 @dataclass(frozen=True)
-class Box:
+class MapBounds:
     """Axis-aligned bounds in the map frame, in metres; both corners belong to it.
 
     Attributes:
@@ -65,7 +65,7 @@ class FlightVolume:
     radius_max_m: float
     altitude_min_m: float
     altitude_max_m: float
-    box: Box | None = None
+    box: MapBounds | None = None
 
     def left_by_m(self, position_enu_m: Vector3, ground_enu_m: float) -> float:
         """Return how far a position is beyond the radius, the greatest altitude or the box.

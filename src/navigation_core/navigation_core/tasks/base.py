@@ -27,7 +27,7 @@ __all__ = [
     "Observation",
     "OperationKind",
     "OperationReport",
-    "OperationState",
+    "OperationStatus",
     "Outcome",
     "OutcomeCode",
     "Perform",
@@ -143,7 +143,7 @@ class Traits:
 COPTER = Traits()
 
 
-class OperationState(Enum):
+class OperationStatus(Enum):
     """The state of an operation. All but PENDING are final."""
 
     PENDING = "PENDING"
@@ -165,7 +165,7 @@ class OperationReport:
     """
 
     kind: OperationKind
-    state: OperationState
+    state: OperationStatus
     reason: str
 
 

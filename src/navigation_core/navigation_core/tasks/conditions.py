@@ -11,7 +11,7 @@ from navigation_core.tasks.base import (
     Intent,
     Observation,
     OperationKind,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Rejection,
@@ -125,7 +125,7 @@ class Headway:
 
 
 @dataclass(frozen=True)
-class Operation:
+class RequestedOperation:
     """An operation that was asked for.
 
     Attributes:
@@ -145,26 +145,26 @@ class Operation:
         report = observation.operation
         what = _WHAT[self.intent.kind]
         if report is None or report.kind is not self.intent.kind:
-            state, reason = OperationState.PENDING, ""
+            state, reason = OperationStatus.PENDING, ""
         else:
             state, reason = report.state, report.reason.strip().rstrip(".")
-        if state is OperationState.ACHIEVED:
+        if state is OperationStatus.ACHIEVED:
             return None
-        if state is OperationState.PENDING:
+        if state is OperationStatus.PENDING:
             if now - self.asked_s <= self.timeout_s:
                 return self.intent
             text = f"The request to {what} timed out: no result within {self.timeout_s:g} s."
             return Outcome(self.refusal, text, None)
         because = f": {reason}." if reason else "; the vehicle gave no reason."
-        if state is OperationState.LINK_LOST:
+        if state is OperationStatus.LINK_LOST:
             return Outcome(
                 OutcomeCode.LINK_LOST,
                 f"The link was lost during the request to {what}{because}",
                 None,
             )
         ending = {
-            OperationState.REFUSED: "was rejected",
-            OperationState.TIMED_OUT: "timed out",
-            OperationState.CANCELLED: "was abandoned",
+            OperationStatus.REFUSED: "was rejected",
+            OperationStatus.TIMED_OUT: "timed out",
+            OperationStatus.CANCELLED: "was abandoned",
         }[state]
         return Outcome(self.refusal, f"The request to {what} {ending}{because}", None)

@@ -19,7 +19,7 @@ from navigation_core.trajectories.motions import (
     TINY_M,
     TINY_M_S,
     TINY_M_S2,
-    Piece,
+    MotionPiece,
     TrajectoryError,
     change_velocity,
     plan_straight,
@@ -37,7 +37,9 @@ _SPEED_SAMPLES = 32
 _SPEED_TOLERANCE = 1e-4
 
 
-def turn_and_straight(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[Piece]:
+def turn_and_straight(
+    state: KinematicState, goal_enu_m: Vector3, limits: Limits
+) -> list[MotionPiece]:
     """Plan a turn onto a line to the goal and the flight along it, as fast as it goes.
 
     Raises:
@@ -53,9 +55,9 @@ def turn_and_straight(state: KinematicState, goal_enu_m: Vector3, limits: Limits
     return min(plans, key=total_duration_s)
 
 
-def _turns(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[list[Piece]]:
+def _turns(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[list[MotionPiece]]:
     """Plan turns that end at different speeds, each with its line to the goal."""
-    found: dict[float, list[Piece]] = {}
+    found: dict[float, list[MotionPiece]] = {}
 
     def attempt(fraction: float) -> bool:
         try:
@@ -90,7 +92,7 @@ def _turns(state: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[l
 
 def _turn_at(
     state: KinematicState, goal_enu_m: Vector3, limits: Limits, fraction: float
-) -> list[Piece] | None:
+) -> list[MotionPiece] | None:
     """Plan a turn that ends at a share of the maximum speed.
 
     Where the turn ends decides where the line to the goal points, and that decides the
@@ -119,8 +121,8 @@ def _turn_at(
 
 
 def _line_after(
-    turn: Piece, end: KinematicState, goal_enu_m: Vector3, limits: Limits
-) -> list[Piece] | None:
+    turn: MotionPiece, end: KinematicState, goal_enu_m: Vector3, limits: Limits
+) -> list[MotionPiece] | None:
     """Add the line to the goal to a turn; None if it would go past the goal."""
     straight = plan_straight(end, goal_enu_m, limits)
     length_m = distance(end.position_enu_m, goal_enu_m)
@@ -128,7 +130,7 @@ def _line_after(
     return None if passes else [turn, straight]
 
 
-def _keeps_to_speed(turn: Piece, limits: Limits) -> bool:
+def _keeps_to_speed(turn: MotionPiece, limits: Limits) -> bool:
     """Whether the horizontal speed of a turn keeps to its limit, also if it is broken off.
 
     What counts is the velocity that is left once the acceleration has been taken away. So
@@ -142,6 +144,6 @@ def _keeps_to_speed(turn: Piece, limits: Limits) -> bool:
     return True
 
 
-def total_duration_s(pieces: list[Piece]) -> float:
+def total_duration_s(pieces: list[MotionPiece]) -> float:
     """Return how long a number of pieces take one after the other."""
     return sum(piece.duration_s for piece in pieces)

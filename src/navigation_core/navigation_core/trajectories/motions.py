@@ -44,7 +44,7 @@ class TrajectoryError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Piece:
+class MotionPiece:
     """One Ruckig profile along fixed axes of the map frame.
 
     Attributes:
@@ -86,7 +86,7 @@ class Piece:
 
 def plan_straight(
     state: KinematicState, goal_enu_m: Vector3, limits: Limits, end_speed_m_s: float = 0.0
-) -> Piece:
+) -> MotionPiece:
     """Plan along the line to the goal, from a state that moves along it, to a speed there."""
     axis = unit_between(state.position_enu_m, goal_enu_m) or EAST
     axis_limits = limits.along(axis)
@@ -98,13 +98,13 @@ def plan_straight(
     return _solve(request, state, (axis,), limits)
 
 
-def change_velocity(state: KinematicState, target_m_s: Vector3, limits: Limits) -> Piece:
+def change_velocity(state: KinematicState, target_m_s: Vector3, limits: Limits) -> MotionPiece:
     """Plan from a state to a velocity without acceleration, wherever that ends."""
     axes = _turn_axes(state, subtract(target_m_s, state.velocity_enu_m_s))
     return _reach(state, target_m_s, axes, limits)
 
 
-def change_along(state: KinematicState, target_m_s: Vector3, limits: Limits) -> Piece:
+def change_along(state: KinematicState, target_m_s: Vector3, limits: Limits) -> MotionPiece:
     """Plan a change of velocity along its chord, in space; across it, nothing changes."""
     chord = unit_between(ZERO, subtract(target_m_s, state.velocity_enu_m_s))
     if chord is None:
@@ -130,7 +130,7 @@ def speed_change_m(
 
 def _reach(
     state: KinematicState, target_m_s: Vector3, axes: tuple[Vector3, ...], limits: Limits
-) -> Piece:
+) -> MotionPiece:
     """Reach a velocity on each axis as fast as it goes."""
     request = ruckig.InputParameter(len(axes))
     request.control_interface = ruckig.ControlInterface.Velocity
@@ -159,7 +159,7 @@ def _solve(
     state: KinematicState,
     axes: tuple[Vector3, ...],
     limits: Limits,
-) -> Piece:
+) -> MotionPiece:
     """Fill in start and limits and let Ruckig calculate.
 
     Raises:
@@ -180,7 +180,7 @@ def _solve(
         raise TrajectoryError(f"Ruckig rejects {request}: {error}") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")
-    return Piece(state.position_enu_m, axes, profile, profile.duration, limits)
+    return MotionPiece(state.position_enu_m, axes, profile, profile.duration, limits)
 
 
 def relaxed_velocity(state: KinematicState, limits: Limits) -> Vector3:
@@ -191,7 +191,7 @@ def relaxed_velocity(state: KinematicState, limits: Limits) -> Vector3:
     return (vx + ax * level, vy + ay * level, vz + 0.5 * az * abs(az) / limits.jerk_m_s3)
 
 
-def relax(state: KinematicState, limits: Limits) -> Piece:
+def relax(state: KinematicState, limits: Limits) -> MotionPiece:
     """Take the acceleration away as fast as the jerk allows, along its own direction."""
     ax, ay, _ = state.acceleration_enu_m_s2
     level = unit_between(ZERO, (ax, ay, 0.0)) or EAST

@@ -32,7 +32,7 @@ from navigation_core.limits import Limits
 from navigation_core.trajectories.fastest_turn import total_duration_s
 from navigation_core.trajectories.motions import (
     TINY_M,
-    Piece,
+    MotionPiece,
     change_along,
     plan_straight,
     speed_change_m,
@@ -237,7 +237,7 @@ def _corner(before: _Leg, after: _Leg, speed_m_s: float) -> _Corner:
     return _Corner(speed_m_s, 0.5 * speed_m_s * _piece(before, speed_m_s, turn).duration_s, turn)
 
 
-def _piece(before: _Leg, speed_m_s: float, turn: _Turn) -> Piece:
+def _piece(before: _Leg, speed_m_s: float, turn: _Turn) -> MotionPiece:
     """Plan the turn as if it began at zero."""
     origin = KinematicState(ZERO, scale(before.direction, speed_m_s))
     return change_along(origin, turn.velocity_enu_m_s, turn.limits)

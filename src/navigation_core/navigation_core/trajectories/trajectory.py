@@ -37,7 +37,7 @@ from navigation_core.trajectories.fastest_turn import total_duration_s, turn_and
 from navigation_core.trajectories.motions import (
     TINY_M_S,
     TINY_M_S2,
-    Piece,
+    MotionPiece,
     TrajectoryError,
     change_velocity,
     plan_straight,
@@ -72,7 +72,7 @@ class Trajectory:
     end_position_enu_m: Vector3
     duration_s: float
     limits: Limits
-    _pieces: tuple[Piece, ...]
+    _pieces: tuple[MotionPiece, ...]
 
     def sample(self, t_s: float) -> KinematicState:
         """Return the state at a time; before the beginning and after the end it is clamped.
@@ -90,7 +90,7 @@ class Trajectory:
         piece, _ = self._piece_at(t_s)
         return self.limits if piece is None else piece.limits
 
-    def _piece_at(self, t_s: float) -> tuple[Piece | None, float]:
+    def _piece_at(self, t_s: float) -> tuple[MotionPiece | None, float]:
         """Return the piece of a time and the time since its beginning; None after the end."""
         for piece in self._pieces:
             if t_s < piece.duration_s:
@@ -162,13 +162,13 @@ def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Traje
     return assemble(start, goal_enu_m, limits, pieces)
 
 
-def lead_in(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[Piece]:
+def lead_in(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[MotionPiece]:
     """Plan what comes before the straight line to a point: a brake and a turn, if need be.
 
     Raises:
         TrajectoryError: Ruckig finds no solution.
     """
-    pieces: list[Piece] = []
+    pieces: list[MotionPiece] = []
     state = start
     unavoidable = relaxed_velocity(state, limits)
     if _is_too_fast(unavoidable, limits):
@@ -192,7 +192,7 @@ def plan_stop(start: KinematicState, limits: Limits) -> Trajectory:
 
 
 def assemble(
-    start: KinematicState, end_enu_m: Vector3, limits: Limits, pieces: list[Piece]
+    start: KinematicState, end_enu_m: Vector3, limits: Limits, pieces: list[MotionPiece]
 ) -> Trajectory:
     """Put pieces together that end in a standstill.
 

@@ -11,7 +11,7 @@ import numpy as np
 from navigation_core.geometry import wrap_angle
 from navigation_core.mapping.obstacles import Array, Obstacles
 
-__all__ = ["drivable_way", "has_room_to_turn"]
+__all__ = ["drivable_path", "has_room_to_turn"]
 
 # A first line within this of the heading is reached by what pursuit does anyway.
 _AHEAD_RAD = math.radians(20.0)
@@ -24,19 +24,21 @@ _ROUNDING_M = 1e-3
 _SAMPLES = 9
 
 
-def has_room_to_turn(way: Array, obstacles: Obstacles, clearance_m: float, radius_m: float) -> bool:
+def has_room_to_turn(
+    path: Array, obstacles: Obstacles, clearance_m: float, radius_m: float
+) -> bool:
     """Whether all corners of a path can be driven as arcs, clear of all obstacles.
 
     An arc of radius r that touches both lines of a corner of angle a begins ``r tan(a / 2)``
     before it, and passes ``r (1 / cos(a / 2) - 1)`` inside of it.
 
     Args:
-        way: points in a plane, shape (N, 3).
+        path: points in a plane, shape (N, 3).
         obstacles: all that count.
         clearance_m: that the arcs keep.
         radius_m: of the arcs.
     """
-    lines = np.diff(way, axis=0)
+    lines = np.diff(path, axis=0)
     length = np.hypot(lines[:, 0], lines[:, 1])
     course = np.arctan2(lines[:, 1], lines[:, 0])
     turn = np.array([wrap_angle(float(b - a)) for a, b in itertools.pairwise(course)])
@@ -45,7 +47,7 @@ def has_room_to_turn(way: Array, obstacles: Obstacles, clearance_m: float, radiu
     if (taken > length + _ROUNDING_M).any():
         return False
     arcs = [
-        _on_arc(way[row + 1] - reach[row] * lines[row] / length[row], course[row], angle, radius_m)
+        _on_arc(path[row + 1] - reach[row] * lines[row] / length[row], course[row], angle, radius_m)
         for row, angle in enumerate(turn)
     ]
     if not arcs:
@@ -53,10 +55,10 @@ def has_room_to_turn(way: Array, obstacles: Obstacles, clearance_m: float, radiu
     return bool((obstacles.clearance_m(np.concatenate(arcs)) >= clearance_m - _ROUNDING_M).all())
 
 
-def drivable_way(
+def drivable_path(
     direct: Array,
     heading_enu_rad: float,
-    way_from: Callable[[Array], Array | None],
+    path_from: Callable[[Array], Array | None],
     obstacles: Obstacles,
     clearance_m: float,
     radius_m: float,
@@ -66,7 +68,7 @@ def drivable_way(
     Args:
         direct: a path, shape (N, 3), that needs to be changed only at its beginning.
         heading_enu_rad: where the nose points there.
-        way_from: returns a way to the goal from a place, or None.
+        path_from: returns a path to the goal from a place, or None.
         obstacles: all that count.
         clearance_m: that the turn keeps.
         radius_m: of the turn.
@@ -80,7 +82,7 @@ def drivable_way(
         if tries == _TRIES_MAX:
             break
         tries += 1
-        rest = way_from(lead[-1])
+        rest = path_from(lead[-1])
         if rest is None:
             continue
         turned = _turned(lead[-1], course, rest[1:], obstacles, clearance_m, radius_m)
@@ -156,8 +158,8 @@ def _on_arc(start: Array, heading_rad: float, angle_rad: float, radius_m: float)
     return np.asarray(start + np.column_stack([east, north, np.zeros(_SAMPLES)]))
 
 
-def _is_clear(way: Array, obstacles: Obstacles, clearance_m: float) -> bool:
-    return bool(obstacles.are_clear(way[:-1], way[1:], clearance_m).all())
+def _is_clear(path: Array, obstacles: Obstacles, clearance_m: float) -> bool:
+    return bool(obstacles.are_clear(path[:-1], path[1:], clearance_m).all())
 
 
 def _beginnings(

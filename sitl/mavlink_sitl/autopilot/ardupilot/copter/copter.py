@@ -15,7 +15,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Stabilize,
     Throw,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Guided, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
@@ -241,7 +241,7 @@ class Copter(Firmware):
         target = self.auto.place_of(item, self.motion[:3])
         if not all(math.isfinite(value) for value in target):
             return Result.FAILED
-        self.go_to(Setpoint(Frame.LOCAL, position_m=target))
+        self.go_to(Setpoint(SetpointFrame.LOCAL, position_m=target))
         return Result.ACCEPTED
 
     def pause_or_go_on(self, go_on: bool) -> Result:

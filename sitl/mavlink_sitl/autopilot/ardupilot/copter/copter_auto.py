@@ -8,12 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import Circle, LoiterToAltitude, Spline
+from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
+    CircleTask,
+    LoiterToAltitude,
+    Spline,
+)
 from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
     FlyTo,
     LandAt,
     ReturnHome,
-    TakeOff,
+    TakeOffTask,
     stopping_point,
 )
 from mavlink_sitl.autopilot.common.auto import TAKE_OFFS, Auto
@@ -41,11 +45,11 @@ class CopterAuto(Auto):
     @property
     def taking_off(self) -> bool:
         """While the take-off climbs."""
-        return isinstance(self.task, TakeOff)
+        return isinstance(self.task, TakeOffTask)
 
     def ground_motors(self) -> Motors:
         """Only a take-off turns the motors up on the ground."""
-        lifting = isinstance(self.task, TakeOff) and self.task.lifting
+        lifting = isinstance(self.task, TakeOffTask) and self.task.lifting
         return Motors.FLY if lifting else Motors.IDLE
 
     # The items.
@@ -75,7 +79,7 @@ class CopterAuto(Auto):
         self._target = target
         command = item.command
         if command in TAKE_OFFS:
-            self.task = TakeOff(self, item, target[2])
+            self.task = TakeOffTask(self, item, target[2])
         elif command == Cmd.DELAY:
             self.task = Delay(self, item)
         elif command == Cmd.RTL:
@@ -83,7 +87,7 @@ class CopterAuto(Auto):
         elif command in (Cmd.LAND, Cmd.VTOL_LAND):
             self.task = LandAt(self, item, start, target, moves=bool(item.x or item.y))
         elif command == Cmd.LOITER_TURNS:
-            self.task = Circle(self, item, start, target)
+            self.task = CircleTask(self, item, start, target)
         elif command == Cmd.SPLINE:
             self.task = Spline(self, item, start, target, self._next_place(target))
         elif command == Cmd.LOITER_TO_ALT:
@@ -95,7 +99,7 @@ class CopterAuto(Auto):
 
     def _start_point(self) -> Vector:
         """Where the next leg begins: at the end of the last, or where the vehicle can stop."""
-        if isinstance(self.task, (FlyTo, TakeOff, Spline)):
+        if isinstance(self.task, (FlyTo, TakeOffTask, Spline)):
             return self.task.target
         return stopping_point(self.copter)
 

@@ -28,7 +28,7 @@ POINTS = 60
 """A curve is flown as so many straight pieces"""
 
 
-class Circle(CopterTask):
+class CircleTask(CopterTask):
     """Round a place, a number of turns; first to the nearest point of the circle.
 
     Args:

@@ -13,8 +13,8 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import (
     TAKEOFF_SPEED_M_S,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_distance
-from mavlink_sitl.autopilot.common.auto_tasks import Task
-from mavlink_sitl.autopilot.control.track import Track, TrackLeg, Vector
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
+from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg, Vector
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, YawMode
 
@@ -27,7 +27,7 @@ ALLOW_TAKEOFF = 2
 """Bit of AUTO_OPTIONS: no raised throttle needed for the take-off"""
 
 
-class CopterTask(Task):
+class CopterTask(AutoTask):
     """An item in flight.
 
     Args:
@@ -41,7 +41,7 @@ class CopterTask(Task):
         self.auto: CopterAuto = auto
 
 
-class TakeOff(CopterTask):
+class TakeOffTask(CopterTask):
     """Straight up, once the motors turn and somebody wants it.
 
     Args:
@@ -99,7 +99,7 @@ class FlyTo(CopterTask):
         self.target = target
         jerk = max(self.copter.parameters["WPNAV_JERK"], 0.1)
         self.leg = TrackLeg(start, target, self.copter.navigator.limits(), jerk)
-        self.track = Track(self.leg, self.copter.now_s)
+        self.track = LegTrack(self.leg, self.copter.now_s)
         self.following: FlyTo | None = None
         self._arrived_s: float | None = None
         self._restarted = True
@@ -127,7 +127,7 @@ class FlyTo(CopterTask):
         start = stopping_point(copter)
         jerk = max(copter.parameters["WPNAV_JERK"], 0.1)
         self.leg = TrackLeg(start, self.target, copter.navigator.limits(), jerk)
-        self.track = Track(self.leg, copter.now_s)
+        self.track = LegTrack(self.leg, copter.now_s)
         self.following = None
         self._restarted = True
 

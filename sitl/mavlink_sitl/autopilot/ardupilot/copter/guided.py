@@ -39,7 +39,7 @@ TAKEOFF_SPEED_M_S = 0.25
 """A take-off is complete within this much of its height, below this climb rate"""
 
 
-class Frame(Enum):
+class SetpointFrame(Enum):
     """The reference of a setpoint."""
 
     LOCAL = "local NED"
@@ -61,7 +61,7 @@ class Setpoint:
         is_global: it came as latitude and longitude.
     """
 
-    frame: Frame
+    frame: SetpointFrame
     position_m: Vector | None = None
     velocity_m_s: Vector | None = None
     acceleration_m_s2: Vector | None = None
@@ -93,7 +93,7 @@ class Guided(Mode):
         """See the class."""
         super().__init__(copter, spec)
         self.submode = Submode.VELOCITY
-        self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
+        self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
         self._expires_s = math.inf
         self._takeoff_pending = False
         self._attitude: AttitudeTarget | None = None
@@ -131,7 +131,7 @@ class Guided(Mode):
 
     def _stop(self) -> None:
         self.submode = Submode.VELOCITY
-        self.target = Setpoint(Frame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
+        self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
         self._expires_s = math.inf
         self._takeoff_pending = self._took_off = False
         self.guide(self.hold_guidance())
@@ -145,7 +145,7 @@ class Guided(Mode):
         """Climb straight up to a height, once the motors turn."""
         motion = self.copter.motion
         self.submode = Submode.TAKEOFF
-        self.target = Setpoint(Frame.LOCAL, position_m=(0.0, 0.0, 0.0))
+        self.target = Setpoint(SetpointFrame.LOCAL, position_m=(0.0, 0.0, 0.0))
         self._expires_s = math.inf
         self._takeoff_pending = True
         self._takeoff_down_m = down_m
@@ -185,12 +185,12 @@ class Guided(Mode):
 
     def _to_local(self, setpoint: Setpoint) -> Setpoint:
         motion = self.copter.motion
-        if setpoint.frame is Frame.LOCAL:
+        if setpoint.frame is SetpointFrame.LOCAL:
             return setpoint
         position = setpoint.position_m
         velocity, acceleration = setpoint.velocity_m_s, setpoint.acceleration_m_s2
         yaw = setpoint.yaw_rad
-        if setpoint.frame is Frame.BODY:
+        if setpoint.frame is SetpointFrame.BODY:
             position = _turned(position, motion.yaw_rad)
             velocity = _turned(velocity, motion.yaw_rad)
             acceleration = _turned(acceleration, motion.yaw_rad)
@@ -201,7 +201,9 @@ class Guided(Mode):
                 position[1] + motion.east_m,
                 position[2] + motion.down_m,
             )
-        return Setpoint(Frame.LOCAL, position, velocity, acceleration, yaw, setpoint.yaw_rate_rad_s)
+        return Setpoint(
+            SetpointFrame.LOCAL, position, velocity, acceleration, yaw, setpoint.yaw_rate_rad_s
+        )
 
     def _take(self, submode: Submode, setpoint: Setpoint) -> None:
         restart = submode is not self.submode or self._took_off
@@ -267,7 +269,7 @@ class Guided(Mode):
                 self.submode = Submode.POSITION
                 self._took_off = True
                 position = (*self._takeoff_at, self._takeoff_down_m)
-                self.target = Setpoint(Frame.LOCAL, position_m=position)
+                self.target = Setpoint(SetpointFrame.LOCAL, position_m=position)
         if self.submode is Submode.ATTITUDE and self._attitude is not None:
             self._fly_attitude(self._attitude)
         if copter.now_s >= self._expires_s:

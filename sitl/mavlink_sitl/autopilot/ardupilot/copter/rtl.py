@@ -24,7 +24,7 @@ OVERLAP_S = 1.8
 """The way home begins so long before the climb ends, in the recordings"""
 
 
-class Stage(Enum):
+class ReturnStage(Enum):
     """The stage of the return."""
 
     CLIMB = 1
@@ -85,16 +85,16 @@ class ReturnToLaunch(Mode):
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
         """See the class."""
         super().__init__(copter, spec)
-        self.stage = Stage.CLIMB
+        self.stage = ReturnStage.CLIMB
 
     @property
     def landing(self) -> bool:
         """In the last stage only."""
-        return self.stage is Stage.LAND
+        return self.stage is ReturnStage.LAND
 
     def enter(self) -> None:
         """Brake, and climb to the height of the way home."""
-        self.stage = Stage.CLIMB
+        self.stage = ReturnStage.CLIMB
         self._home = return_point_ned_m(self.copter)
         north, east, down = self._stopping_point()
         distance = math.dist((north, east), self._home[:2])
@@ -142,15 +142,15 @@ class ReturnToLaunch(Mode):
         copter = self.copter
         if copter.landed or not copter.armed:
             return
-        if self.stage is Stage.CLIMB:
+        if self.stage is ReturnStage.CLIMB:
             self.guide(self._climbing(self._base))
             if self._climb.remaining_s(copter.now_s) <= OVERLAP_S:
                 self._begin_return()
-        elif self.stage is Stage.RETURN:
+        elif self.stage is ReturnStage.RETURN:
             self._update_return()
-        elif self.stage is Stage.WAIT:
+        elif self.stage is ReturnStage.WAIT:
             self._update_wait()
-        if self.stage is Stage.LAND:
+        if self.stage is ReturnStage.LAND:
             self._update_land()
 
     def _climbing(self, guidance: Guidance) -> Guidance:
@@ -170,7 +170,7 @@ class ReturnToLaunch(Mode):
         self._return = self._leg(
             self._stop, self._home[:2], max(speed, 0.1), limits.acceleration_xy_m_s2
         )
-        self.stage = Stage.RETURN
+        self.stage = ReturnStage.RETURN
 
     def _update_return(self) -> None:
         now_s = self.copter.now_s
@@ -186,13 +186,13 @@ class ReturnToLaunch(Mode):
         )
         self.guide(self._climbing(guidance))
         if self._return.remaining_s(now_s) <= 0.0 and self._climb.remaining_s(now_s) <= 0.0:
-            self.stage = Stage.WAIT
+            self.stage = ReturnStage.WAIT
             self._arrived_s = now_s
 
     def _update_wait(self) -> None:
         waited_s = self.copter.now_s - self._arrived_s
         if waited_s >= self.copter.parameters["RTL_LOIT_TIME"] / 1000.0:
-            self.stage = Stage.LAND
+            self.stage = ReturnStage.LAND
             self._speed = 0.0
 
     def _update_land(self) -> None:

@@ -12,7 +12,7 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import (
     FlyLine,
     GlideTask,
     GoRound,
-    Wait,
+    GroundDelay,
 )
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
@@ -98,7 +98,7 @@ class GlideAuto(PlaneMode, Auto):
         elif command == Cmd.TAKEOFF:
             self.task = Climb(self, item, target[2])
         elif command == Cmd.DELAY:
-            self.task = Wait(self, item)
+            self.task = GroundDelay(self, item)
         elif command == Cmd.LAND:
             self.task = Approach(self, item, start, target)
         elif command in ROUND:

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.control import l1_guidance as l1
 from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.exchange import ItemReached, Motors
@@ -309,7 +309,7 @@ class Guided(Loiter):
         assert self.target is not None
         if setpoint.position_m is None:
             return
-        if setpoint.frame is Frame.OFFSET:
+        if setpoint.frame is SetpointFrame.OFFSET:
             down = self.plane.motion.down_m + setpoint.position_m[2]
         elif setpoint.is_global:
             down = setpoint.position_m[2]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Point
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import Launch
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity
@@ -33,7 +33,7 @@ COMPLETE_TEXTS = {
 }
 
 
-class GlideTask(Task):
+class GlideTask(AutoTask):
     """An item in flight.
 
     Args:
@@ -264,7 +264,7 @@ class GoRound(GlideTask):
         return abs(off) <= ALIGNED_RAD * (1 + int(abs(self._turned_rad) / math.tau))
 
 
-class Wait(GlideTask):
+class GroundDelay(GlideTask):
     """NAV_DELAY: only on the ground and disarmed; in the air it has nothing to fly by."""
 
     def __init__(self, auto: GlideAuto, item: PlanItem) -> None:

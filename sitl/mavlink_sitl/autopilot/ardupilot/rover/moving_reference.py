@@ -32,7 +32,7 @@ CORNER_M_S = 2.0
 _SCALAR = ScalarOps()
 
 
-class Route:
+class LegReference:
     """The way to one point; begins when the motors are armed.
 
     Args:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, Route
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
 from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.auto_tasks import Delay, Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, Motors, Severity
@@ -26,7 +26,7 @@ START_S = 0.9
 """From arming until a mission moves"""
 
 
-class DriveTo(Task):
+class DriveTo(AutoTask):
     """The way to an item's place.
 
     Args:
@@ -57,7 +57,9 @@ class DriveTo(Task):
         rover = self._rover
         here = (rover.motion.north_m, rover.motion.east_m) if speed_m_s > 0.0 else None
         leaving = 0.0 if self._stops else min(CORNER_M_S, rover.cruise_m_s())
-        self.route = Route(rover, self._target[:2], rover.cruise_m_s(), here, speed_m_s, leaving)
+        self.route = LegReference(
+            rover, self._target[:2], rover.cruise_m_s(), here, speed_m_s, leaving
+        )
         self._mode.route = self.route
 
     def update(self) -> None:

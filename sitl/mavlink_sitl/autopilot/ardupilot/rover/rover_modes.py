@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Frame, Setpoint
-from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point, Route
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import LegReference, Point
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
@@ -34,7 +34,7 @@ class DriveMode(Mode):
         """See the class."""
         super().__init__(rover, spec)
         self.rover = rover
-        self.route: Route | None = None
+        self.route: LegReference | None = None
 
     def ground_motors(self) -> Motors:
         """A rover never counts as landed."""
@@ -209,7 +209,7 @@ class Guided(DriveMode):
 
     def go_to(self, place: Point) -> None:
         """Drive to a place."""
-        self.route = Route(self.rover, place, self.rover.cruise_m_s())
+        self.route = LegReference(self.rover, place, self.rover.cruise_m_s())
         self._expires_s = math.inf
         self._told = False
 
@@ -217,9 +217,9 @@ class Guided(DriveMode):
         assert setpoint.position_m is not None
         north, east, _ = setpoint.position_m
         m = self.rover.motion
-        if setpoint.frame is Frame.LOCAL:
+        if setpoint.frame is SetpointFrame.LOCAL:
             return north, east
-        if setpoint.frame is Frame.BODY:
+        if setpoint.frame is SetpointFrame.BODY:
             c, s = math.cos(m.yaw_rad), math.sin(m.yaw_rad)
             north, east = north * c - east * s, north * s + east * c
         return m.north_m + north, m.east_m + east
@@ -227,7 +227,7 @@ class Guided(DriveMode):
     def _moving(self, setpoint: Setpoint) -> DriveGuidance | None:
         """The target of a setpoint without a position; None for one that says nothing."""
         yaw = self.rover.motion.yaw_rad
-        body = setpoint.frame is Frame.BODY
+        body = setpoint.frame is SetpointFrame.BODY
         base = DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
         velocity = setpoint.velocity_m_s
         speed = 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, Point, Route
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference, Point
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
 from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
 from mavlink_sitl.exchange import Severity
@@ -15,7 +15,7 @@ class ReturnToLaunch(DriveMode):
 
     def enter(self) -> None:
         """Set off."""
-        self.route = Route(self.rover, return_point_ned_m(self.rover)[:2], self.speed_m_s())
+        self.route = LegReference(self.rover, return_point_ned_m(self.rover)[:2], self.speed_m_s())
         self._said = False
 
     def speed_m_s(self) -> float:
@@ -56,7 +56,7 @@ class SmartReturn(ReturnToLaunch):
         points = rover.trail.points if rover.trail is not None else []
         destination = points.pop() if points else start
         leaving = min(CORNER_M_S, self.speed_m_s()) if points else 0.0
-        self.route = Route(rover, destination, self.speed_m_s(), start, speed_m_s, leaving)
+        self.route = LegReference(rover, destination, self.speed_m_s(), start, speed_m_s, leaving)
 
     def goes_on(self) -> bool:
         """Round the corner, while there are any."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
@@ -68,7 +68,7 @@ class Mission(CopterMode, Px4Mission):
             self.task.begin()
 
 
-class Px4Task(Task):
+class Px4Task(AutoTask):
     """An item in flight.
 
     Args:

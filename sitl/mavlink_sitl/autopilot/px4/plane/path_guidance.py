@@ -13,7 +13,7 @@ from typing import NamedTuple
 Point = tuple[float, float]
 
 
-class Path(NamedTuple):
+class PathPoint(NamedTuple):
     """The place of a path that is nearest to the vehicle.
 
     Attributes:
@@ -44,28 +44,28 @@ def unit(north: float, east: float, instead: Point = (1.0, 0.0)) -> Point:
     return (north / length, east / length) if length > 1e-6 else instead
 
 
-def line(here: Point, start: Point, end: Point) -> Path:
+def line(here: Point, start: Point, end: Point) -> PathPoint:
     """A straight line from a place to another."""
     along = unit(end[0] - start[0], end[1] - start[1])
     done = (here[0] - start[0]) * along[0] + (here[1] - start[1]) * along[1]
-    return Path((start[0] + done * along[0], start[1] + done * along[1]), along)
+    return PathPoint((start[0] + done * along[0], start[1] + done * along[1]), along)
 
 
-def point(here: Point, place: Point) -> Path:
+def point(here: Point, place: Point) -> PathPoint:
     """The straight way to a place from wherever the vehicle is."""
-    return Path(place, unit(place[0] - here[0], place[1] - here[1]))
+    return PathPoint(place, unit(place[0] - here[0], place[1] - here[1]))
 
 
-def circle(here: Point, centre: Point, radius_m: float, course: Point) -> Path:
+def circle(here: Point, centre: Point, radius_m: float, course: Point) -> PathPoint:
     """A circle, clockwise, or the other way round with a negative radius."""
     sense = -1.0 if radius_m < 0.0 else 1.0
     out = unit(here[0] - centre[0], here[1] - centre[1], course)
     radius = max(abs(radius_m), 1.0)
     nearest = (centre[0] + radius * out[0], centre[1] + radius * out[1])
-    return Path(nearest, (-sense * out[1], sense * out[0]), sense / radius)
+    return PathPoint(nearest, (-sense * out[1], sense * out[0]), sense / radius)
 
 
-def sideways_m_s2(here: Point, velocity_m_s: Point, path: Path, law: Law) -> float:
+def sideways_m_s2(here: Point, velocity_m_s: Point, path: PathPoint, law: Law) -> float:
     """The acceleration to the right.
 
     Args:

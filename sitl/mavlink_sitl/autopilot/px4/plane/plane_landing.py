@@ -9,7 +9,7 @@ from mavlink_sitl.autopilot.control.l1_guidance import bank_rad
 from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane import path_guidance
-from mavlink_sitl.autopilot.px4.plane.path_guidance import Path, Point
+from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint, Point
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m
 from mavlink_sitl.exchange import Motors, Severity
@@ -38,7 +38,7 @@ class Descent:
         self._flare_s: float | None = None
         self._flare_climb_m_s = 0.0
 
-    def _path(self) -> Path:
+    def _path(self) -> PathPoint:
         if self._entrance is None:
             return self._mode.circle_path(self._touchdown[:2], self._plane.loiter_radius_m())
         self._plane.circling = None

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _LOITERS = (Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT)
 
 
-class PlaneTask(Task):
+class PlaneTask(AutoTask):
     """An item in flight.
 
     Args:
@@ -69,7 +69,7 @@ class FlyOver(PlaneTask):
         return self.plane.in_flight and near and self.mission.at_height(self.target[2])
 
 
-class Circle(PlaneTask):
+class CircleTask(PlaneTask):
     """Round a place: for ever, for a time, or until a height is reached."""
 
     _since_s: float | None = None
@@ -202,8 +202,8 @@ class PlaneMission(PlaneMode, Px4Mission):
         before = self.task.target if isinstance(self.task, PlaneTask) else None
         target = self.place_of(item, before or self.here())
         kinds: dict[int, type[PlaneTask]] = {Cmd.TAKEOFF: ClimbOut, Cmd.LAND: LandAt}
-        kind = kinds.get(item.command, Circle if item.command in _LOITERS else FlyOver)
+        kind = kinds.get(item.command, CircleTask if item.command in _LOITERS else FlyOver)
         if item.command == Cmd.DELAY:
-            kind, target = Circle, before or self.here()
+            kind, target = CircleTask, before or self.here()
         start = None if isinstance(self.task, ClimbOut) else before
         self.task = kind(self, item, target, start)

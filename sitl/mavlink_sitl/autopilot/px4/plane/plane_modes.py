@@ -11,7 +11,7 @@ from mavlink_sitl.autopilot.control.l1_guidance import bank_rad
 from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane import path_guidance
-from mavlink_sitl.autopilot.px4.plane.path_guidance import Path, Point
+from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint, Point
 from mavlink_sitl.exchange import Motors
 from mavlink_sitl.guidance import GlideGuidance
 
@@ -38,7 +38,7 @@ class PlaneMode(Px4Mode):
 
     px4: Px4Plane
     place: Vector = (0.0, 0.0, 0.0)
-    path: Path | None = None
+    path: PathPoint | None = None
     _climb_m_s = 0.0
 
     def ground_motors(self) -> Motors:
@@ -95,7 +95,7 @@ class PlaneMode(Px4Mode):
 
     def fly(
         self,
-        path: Path | None,
+        path: PathPoint | None,
         climb_m_s: float,
         airspeed_m_s: float | None = None,
         full_throttle: bool = False,
@@ -131,7 +131,7 @@ class PlaneMode(Px4Mode):
             )
         )
 
-    def circle_path(self, centre: Point, radius_m: float) -> Path:
+    def circle_path(self, centre: Point, radius_m: float) -> PathPoint:
         """A circle to follow; it is remembered as the one that is flown."""
         self.px4.circling = (centre, radius_m)
         return path_guidance.circle(
@@ -144,7 +144,7 @@ class PlaneMode(Px4Mode):
         self.place = place
         self.fly(self.circle_path(place[:2], radius), self.climb_to(place[2]))
 
-    def follow_path(self, path: Path, place: Vector) -> None:
+    def follow_path(self, path: PathPoint, place: Vector) -> None:
         """Fly along a path, at the height of a place on it."""
         self.px4.circling = None
         self.place = place
@@ -260,7 +260,7 @@ class Altitude(Manual):
             self._line = None
         self.fly(path, climb, within(airspeed, 1.0, 100.0), bank=roll * self.bank_limit_rad())
 
-    def _straight_on(self) -> Path | None:
+    def _straight_on(self) -> PathPoint | None:
         if self.spec.behaviour != "px4_position":
             return None
         if self._line is None:

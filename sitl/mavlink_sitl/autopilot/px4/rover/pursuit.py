@@ -55,7 +55,7 @@ def speed_in_time(jerk: float, deceleration: float, distance_m: float, final_m_s
     return max(0.5 * (math.sqrt(ramp * ramp + 4.0 * squared) - ramp), final_m_s)
 
 
-class Pursuit:
+class PurePursuit:
     """The way to one place.
 
     Args:

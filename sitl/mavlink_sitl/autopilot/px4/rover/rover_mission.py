@@ -6,11 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
-from mavlink_sitl.autopilot.common.auto_tasks import Task
+from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
-from mavlink_sitl.autopilot.px4.rover.pursuit import Point, Pursuit
+from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def corner_rad(before: Point, corner: Point, after: Point) -> float:
     return abs(math.remainder(one - other, math.tau))
 
 
-class DriveTo(Task):
+class DriveTo(AutoTask):
     """The way to an item's place, and the time there.
 
     Args:
@@ -59,7 +59,7 @@ class DriveTo(Task):
             angle = corner_rad(start, target, after)
             accept = corner_radius_m(rover, angle)
             arrival = min(rover.reduced_m_s(1.0 - angle / math.pi), rover.cruise_m_s())
-        mission.way = Pursuit(rover, target, start, arrival, accept)
+        mission.way = PurePursuit(rover, target, start, arrival, accept)
 
     def update(self) -> None:
         """Drive on."""

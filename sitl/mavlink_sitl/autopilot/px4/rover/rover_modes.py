@@ -14,7 +14,7 @@ from mavlink_sitl.autopilot.px4.mode import (
     TakeoffMode,
     given,
 )
-from mavlink_sitl.autopilot.px4.rover.pursuit import Point, Pursuit
+from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
 from mavlink_sitl.exchange import Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
@@ -35,7 +35,7 @@ class DriveMode(Px4Mode):
     """
 
     px4: Px4Rover
-    way: Pursuit | None = None
+    way: PurePursuit | None = None
 
     def ground_motors(self) -> Motors:
         """Standing is no reason to stop the motor."""
@@ -77,7 +77,7 @@ class Hold(DriveMode, HoldMode):
         if not self.px4.armed:
             self.way = None
         elif self.way is None:
-            self.way = Pursuit(self.px4, self.level(), self.level())
+            self.way = PurePursuit(self.px4, self.level(), self.level())
         super().update()
 
     def go_to(
@@ -89,7 +89,7 @@ class Hold(DriveMode, HoldMode):
 
     def stay_at(self, target: Vector) -> None:
         """Go to a place and stay there."""
-        self.way = Pursuit(self.px4, target[:2], self.level())
+        self.way = PurePursuit(self.px4, target[:2], self.level())
 
 
 class Takeoff(DriveMode, TakeoffMode):
@@ -127,7 +127,7 @@ class Land(DriveMode):
 class Return(DriveMode):
     """AUTO.RTL: straight home, or where RTL_TYPE says; there it has landed and disarms."""
 
-    way: Pursuit
+    way: PurePursuit
 
     @property
     def landing(self) -> bool:
@@ -143,7 +143,7 @@ class Return(DriveMode):
         """Set off."""
         rover = self.px4
         place = destination_ned_m(rover)
-        self.way = Pursuit(rover, place[:2], self.level())
+        self.way = PurePursuit(rover, place[:2], self.level())
         if not rover.armed:
             return
         down = return_down_m(rover, place)
@@ -215,7 +215,7 @@ class Offboard(DriveMode, OffboardMode):
         self.way = None
         if place is not None:
             if given(place)[0]:
-                self.way = Pursuit(self.px4, place[:2])
+                self.way = PurePursuit(self.px4, place[:2])
                 self.update()
             else:
                 self.stop()

@@ -30,7 +30,7 @@ from mavlink_vehicle.protocols.mission.mission_parts import TransferResult, Tran
 from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload, UploadFinished
 from mavlink_vehicle.protocols.operations.command import (
     Address,
-    Command,
+    CommandExchange,
     CommandFinished,
     CommandRequest,
     CommandTiming,
@@ -70,7 +70,7 @@ class MissionTiming:
     command: CommandTiming
 
 
-class MissionState(enum.Enum):
+class MissionOperationState(enum.Enum):
     """The state of the state machine."""
 
     IDLE = "not started"
@@ -96,7 +96,7 @@ class MissionInput(enum.Enum):
     CANCEL = "cancelled, or the link is lost"
 
 
-_Part = MissionUpload | MissionClear | MissionDownload | Command
+_Part = MissionUpload | MissionClear | MissionDownload | CommandExchange
 
 
 class MissionOperation(Machine[OperationFinished]):
@@ -106,7 +106,7 @@ class MissionOperation(Machine[OperationFinished]):
         self, operation_id: int, goal: MissionJob, address: Address, timing: MissionTiming
     ) -> None:
         """Prepare; `begin` is the way in."""
-        super().__init__(MissionState.IDLE)
+        super().__init__(MissionOperationState.IDLE)
         self.operation_id = operation_id
         self.goal = goal
         self.stored: tuple[MissionItem, ...] | None = None
@@ -128,7 +128,7 @@ class MissionOperation(Machine[OperationFinished]):
     @property
     def finished(self) -> bool:
         """Whether it has ended."""
-        return self.state is MissionState.FINISHED
+        return self.state is MissionOperationState.FINISHED
 
     def next_modes(self) -> tuple[int, ...]:
         """No mode follows from it."""
@@ -288,7 +288,7 @@ class MissionOperation(Machine[OperationFinished]):
         # Nothing in the state would show it if only the answers were lost: ask as often as for
         # an item.
         timing = replace(self._timing.command, retries=self._timing.transfer.retries)
-        self._begin_part(Command(request, self._address, timing), now)
+        self._begin_part(CommandExchange(request, self._address, timing), now)
 
     def _wait_for_reasons(self, now: float) -> None:
         self._part = None
@@ -317,7 +317,7 @@ class MissionOperation(Machine[OperationFinished]):
         self._part = self._upload = None
         self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
 
-    _S = MissionState
+    _S = MissionOperationState
     _I = MissionInput
     table: ClassVar[Table] = {
         (_S.IDLE, _I.WRITE): (_S.WRITING, _write),

@@ -151,7 +151,7 @@ def ack_result(message: Message, command: int, address: Address) -> int | None:
     return int(message.result)
 
 
-class Command(Machine[CommandFinished]):
+class CommandExchange(Machine[CommandFinished]):
     """Sends one command until it is answered; ends in exactly one `CommandFinished`."""
 
     def __init__(

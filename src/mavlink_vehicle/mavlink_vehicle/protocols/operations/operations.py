@@ -27,7 +27,7 @@ from mavlink_vehicle.protocols.operations.command import (
     ACCEPTED,
     IN_PROGRESS,
     Address,
-    Command,
+    CommandExchange,
     CommandTiming,
     ack_result,
     command_name,
@@ -82,7 +82,7 @@ class Operation(Machine[OperationFinished]):
         self._gate = gate
         self._gate_until_s = math.inf
         self._command_timing = command_timing
-        self._command = Command(goal.request, address, command_timing)
+        self._command = CommandExchange(goal.request, address, command_timing)
         self._again_s: float | None = None
         self._vehicle = VehicleState()
         self._connected = True
@@ -267,7 +267,7 @@ class Operation(Machine[OperationFinished]):
     def _send_again(self, now: float) -> None:
         sent = self._command.attempts
         self._refused_until_s = None
-        self._command = Command(
+        self._command = CommandExchange(
             self.goal.request, self._address, self._command_timing, sent_before=sent
         )
         self._send(now)

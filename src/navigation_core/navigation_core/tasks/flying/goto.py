@@ -15,7 +15,7 @@ from navigation_core.planning.replanner import Decision
 from navigation_core.tasks.base import COPTER, Fly, Observation, Outcome, Setpoint, Traits
 from navigation_core.tasks.flying.goto_base import PAUSABLE, Answer
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoConfigError, GotoGoal
-from navigation_core.tasks.flying.goto_phases import Event, Phase
+from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent
 from navigation_core.tasks.flying.goto_stopping import GotoStopping
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
@@ -52,42 +52,42 @@ class Goto(GotoStopping):
             Phase.TAKING_OFF: self._take_off,
             Phase.NAVIGATING: self._navigate,
             Phase.SETTLING: self._settle,
-            Phase.BLOCKED: self._wait_for_way,
+            Phase.BLOCKED: self._wait_for_path,
             Phase.HOLDING: self._hold,
             Phase.PAUSED: self._stay,
             Phase.BRAKING: self._brake,
             Phase.DISARMING: self._disarm,
         }
 
-    def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
+    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
         if self._phase not in PAUSABLE:
             self._pursuit.forget()
-        self._flight.plan_to_goal(observation)
+        self._follower.plan_to_goal(observation)
         if self._avoider is not None and not self._avoider.may_begin(observation, now):
-            event = Event.NO_WAY
+            event = PhaseEvent.NO_WAY
         self._go(event, now)
 
     def _navigate(self, observation: Observation, now: float) -> Answer:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation, now)
-        if self._flight.is_stale or self._flight.carrot is None:
-            self._begin_flight(Event.REPLAN, observation, now)
+        if self._follower.is_stale or self._follower.carrot is None:
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
-            self._go(Event.NO_WAY, now)
+            self._go(PhaseEvent.NO_WAY, now)
         if self._phase is not Phase.NAVIGATING:
             return None
-        carrot = self._flight.carrot
+        carrot = self._follower.carrot
         assert carrot is not None
         here_enu_m = measured_state(observation).position_enu_m
         path = None
         if self._traits.flies:
-            self._flight.walk(here_enu_m, self._caution.speed_share(carrot, observation))
+            self._follower.walk(here_enu_m, self._caution.speed_share(carrot, observation))
         else:
-            path = self._flight.follow(here_enu_m, self._until_s())
+            path = self._follower.follow(here_enu_m, self._until_s())
         self._note_place(observation)
         if carrot.arrived if path is None else path.left_m <= self._arrival_radius_m:
             carrot.finish()
-            self._go(Event.TRAJECTORY_ENDED, now)
+            self._go(PhaseEvent.TRAJECTORY_ENDED, now)
             return None
         if carrot.stalled_s > self._patience_s:
             return self._timeout("The vehicle made no progress", observation)
@@ -105,19 +105,19 @@ class Goto(GotoStopping):
     def _settle(self, observation: Observation, now: float) -> Answer:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation, now)
-        if self._flight.is_stale:
-            self._begin_flight(Event.REPLAN, observation, now)
+        if self._follower.is_stale:
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
             return None
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
-            self._go(Event.NO_WAY, now)
+            self._go(PhaseEvent.NO_WAY, now)
             return None
         turned = self._yaw_error_rad(observation) <= self._config.arrival_yaw_rad
         if self._has_arrived(observation, now, turned):
             return self._arrived(observation, now)
         if now - self._phase_since_s > self._patience_s + self._hold_time_s:
             return self._timeout("The vehicle did not settle", observation)
-        assert self._flight.carrot is not None
-        return Fly(self._setpoint(self._flight.carrot, observation))
+        assert self._follower.carrot is not None
+        return Fly(self._setpoint(self._follower.carrot, observation))
 
     def _setpoint(
         self, carrot: Carrot, observation: Observation, path: DrivenPath | None = None
@@ -131,7 +131,7 @@ class Goto(GotoStopping):
             path,
             carrot.trajectory.end_position_enu_m,
             Pursuer(here.position_enu_m, here.velocity_enu_m_s, yaw),
-            self._flight.limits,
+            self._follower.limits,
             self._arrival_radius_m,
             observation.time_s,
         )
@@ -160,8 +160,8 @@ class Goto(GotoStopping):
 
     def _lose_position(self, observation: Observation, now: float) -> Answer:
         """Stop the setpoint, because where the vehicle is is not known."""
-        self._flight.plan_stop(observation)
-        self._go(Event.POSITION_LOST, now)
+        self._follower.plan_stop(observation)
+        self._go(PhaseEvent.POSITION_LOST, now)
         return None
 
     def _hold(self, observation: Observation, now: float) -> Answer:
@@ -179,7 +179,7 @@ class Goto(GotoStopping):
                 self._doubted = False
                 self._forget()
             self._held_s = 0.0 if self._pause_asked else held_s
-            self._begin_flight(Event.REPLAN, observation, now)
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
             return None
         if located:
             self._phase_since_s = now  # it is not lost; for how long it may be in doubt is not ours
@@ -192,7 +192,7 @@ class Goto(GotoStopping):
                 f"The vehicle has reported no valid position, velocity and yaw for {timeout_s:g} s."
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
-        self._flight.walk(None)
+        self._follower.walk(None)
         return self._led(observation)
 
     def _stay(self, observation: Observation, now: float) -> Answer:
@@ -203,20 +203,20 @@ class Goto(GotoStopping):
         if not self._pause_asked:
             if self._avoider is not None:
                 self._avoider.restart_clock()
-            self._begin_flight(Event.REPLAN, observation, now)
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
             return None
         return self._stand(observation, now)
 
     def _stand(self, observation: Observation, now: float) -> Answer:
         """Brake and stand, but give way to what comes near."""
-        if self._flight.is_stale or self._flight.carrot is None:
-            self._flight.plan_stop(observation)
+        if self._follower.is_stale or self._follower.carrot is None:
+            self._follower.plan_stop(observation)
         elif self._avoider is not None:
             self._avoider.give_way(observation, now)
-        self._flight.walk(None)
+        self._follower.walk(None)
         return self._led(observation)
 
-    def _wait_for_way(self, observation: Observation, now: float) -> Answer:
+    def _wait_for_path(self, observation: Observation, now: float) -> Answer:
         """Stand still until obstacles leave a path, or it has taken too long."""
         assert self._avoider is not None
         if not is_located(observation, self._config.position_stale_s):
@@ -229,7 +229,7 @@ class Goto(GotoStopping):
         if decision is Decision.GIVE_UP:
             return self._over(*self._avoider.failure(), observation)
         if decision is Decision.REPLAN:
-            self._begin_flight(Event.REPLAN, observation, now)
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
             if self._phase is not Phase.BLOCKED:
                 return None
         return self._stand(observation, now)

@@ -19,7 +19,7 @@ from navigation_core.tasks.base import (
     Intent,
     Observation,
     OperationKind,
-    OperationState,
+    OperationStatus,
     Outcome,
     Perform,
     Progress,
@@ -30,14 +30,14 @@ from navigation_core.tasks.base import (
     VehicleMode,
     Wait,
 )
-from navigation_core.tasks.conditions import Dwell, Operation
+from navigation_core.tasks.conditions import Dwell, RequestedOperation
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.flying.goto_phases import Event, Phase, next_phase
+from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.caution import Caution
-from navigation_core.tasks.leading.flight import Flight
+from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.measurement import is_airborne, is_located, measured_speed
 from navigation_core.tasks.standstill import Standstill
@@ -84,15 +84,15 @@ class GotoBase(ABC):
         self._goal = goal
         self._config = config
         self._traits = traits
-        self._flight = Flight(goal, config, predecessor, predecessor_yaw, avoidance, traits)
-        self._avoider = None if avoidance is None else Avoider(avoidance, self._flight)
-        self._caution = Caution(avoidance, traits, self._flight.limits)
-        self._estimator = GotoEstimator(goal, config, self._flight.limits, traits)
+        self._follower = PathFollower(goal, config, predecessor, predecessor_yaw, avoidance, traits)
+        self._avoider = None if avoidance is None else Avoider(avoidance, self._follower)
+        self._caution = Caution(avoidance, traits, self._follower.limits)
+        self._estimator = GotoEstimator(goal, config, self._follower.limits, traits)
         self._predecessor_time_s = predecessor_time_s
         self._last_step_s = 0.0
         self._phase = Phase.PREPARING
         self._phase_since_s = 0.0
-        self._operation: Operation | None = None
+        self._operation: RequestedOperation | None = None
         self._arming_asked = False
         self._armed_seen = False
         self._armed_for_us = False
@@ -135,32 +135,32 @@ class GotoBase(ABC):
     @property
     def commanded(self) -> KinematicState | None:
         """State of the setpoint sent last, for a successor; None before the first."""
-        return self._flight.commanded
+        return self._follower.commanded
 
     @property
     def commanded_yaw_enu_rad(self) -> float | None:
         """Yaw of the setpoint sent last; None before the first."""
-        return self._flight.commanded_yaw
+        return self._follower.commanded_yaw
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The path that is planned, in the map frame; the same object until it is replanned."""
-        return self._flight.path_enu_m
+        return self._follower.path_enu_m
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._phase_since_s = now
         self._last_step_s = now if self._predecessor_time_s is None else self._predecessor_time_s
-        self._estimator.start(self._level(observation), self._flight)
+        self._estimator.start(self._level(observation), self._follower)
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
         """Return what to do now, or how it ended; after the end, the outcome again."""
         if self._outcome is not None:
             return self._outcome
         observation = self._level(observation)
-        self._flight.dt_s = max(now - self._last_step_s, 0.0)
+        self._follower.dt_s = max(now - self._last_step_s, 0.0)
         self._last_step_s = now
-        if self._flight.dt_s > self._config.step_gap_s:
+        if self._follower.dt_s > self._config.step_gap_s:
             self._forget()
         self._armed_seen = self._armed_seen or observation.armed
         try:
@@ -175,19 +175,19 @@ class GotoBase(ABC):
             answer = replace(answer, by_velocity=True)
             self._doubted = True
         if isinstance(answer, Fly):
-            if self._flight.carrot is not None:
-                self._flight.note(self._flight.carrot)
+            if self._follower.carrot is not None:
+                self._follower.note(self._follower.carrot)
             answer = replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
         elif isinstance(answer, Outcome):
             self._outcome = answer
-            self._go(Event.OVER, now)
+            self._go(PhaseEvent.OVER, now)
         return answer
 
     def think(self, observation: Observation, now: float) -> None:
-        """Look for another way around obstacles, if need be."""
+        """Look for another path around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
-        if is_located(observation, self._config.position_stale_s) and not self._flight.is_stale:
+        if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:
             try:
                 self._avoider.think(self._level(observation), now)
             except TrajectoryError as error:
@@ -210,11 +210,11 @@ class GotoBase(ABC):
         """Take control again, and plan from where the vehicle is then."""
         if self._phase is Phase.PREPARING or self._phase in _STOPPING:
             return
-        self._flight.forget_commanded()
+        self._follower.forget_commanded()
         if self._avoider is not None:
             self._avoider.restart_clock()
         self._forget()
-        self._go(Event.NEEDS_CONTROL, now)
+        self._go(PhaseEvent.NEEDS_CONTROL, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
@@ -233,7 +233,7 @@ class GotoBase(ABC):
         elapsed_s = now - self._phase_since_s
         observation = self._level(observation)
         progress = self._estimator.progress(
-            self._phase, elapsed_s, self._flight.carrot, observation
+            self._phase, elapsed_s, self._follower.carrot, observation
         )
         if self._avoider is None:
             return progress
@@ -261,11 +261,11 @@ class GotoBase(ABC):
             text = "The goal was cancelled."
             self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
         elif observation.position_doubt and self._phase in _DOUBTING:
-            self._flight.plan_stop(observation)
-            self._go(Event.POSITION_LOST, now)
+            self._follower.plan_stop(observation)
+            self._go(PhaseEvent.POSITION_LOST, now)
         elif self._pause_asked and self._phase in PAUSABLE:
-            self._flight.plan_stop(observation)
-            self._go(Event.PAUSE, now)
+            self._follower.plan_stop(observation)
+            self._go(PhaseEvent.PAUSE, now)
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         for _ in range(_PHASE_CHANGES_MAX):
@@ -278,7 +278,7 @@ class GotoBase(ABC):
                 return answer
         raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
 
-    def _go(self, event: Event, now: float) -> None:
+    def _go(self, event: PhaseEvent, now: float) -> None:
         """Move to the phase that an event leads to."""
         self._phase = next_phase(self._phase, event)
         self._phase_since_s = now
@@ -288,27 +288,27 @@ class GotoBase(ABC):
 
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
-        self._flight.is_stale = True
+        self._follower.is_stale = True
         for memory in (self._arrival, self._still, self._stopped, self._landed):
             memory.reset()
 
     def _stop(self, observation: Observation, now: float, ending: Outcome) -> None:
         """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
         self._ending = ending
-        inherited = self._phase is Phase.PREPARING and self._flight.commanded is not None
+        inherited = self._phase is Phase.PREPARING and self._follower.commanded is not None
         # A replaced goal may have left something under way.
         on_ground = self._phase is Phase.TAKING_OFF or any(
             is_pending(observation, kind)
             for kind in (OperationKind.ARM, OperationKind.DISARM, OperationKind.TAKE_OFF)
         )
         if self._phase in _FLYING or (inherited and observation.in_control):
-            self._flight.plan_stop(observation)
-            self._go(Event.STOP_IN_AIR, now)
+            self._follower.plan_stop(observation)
+            self._go(PhaseEvent.STOP_IN_AIR, now)
         elif on_ground or self._arming_asked:
             self._armed_for_us = self._arming_asked or any(
                 is_pending(observation, kind) for kind in (OperationKind.ARM, OperationKind.DISARM)
             )
-            self._go(Event.STOP_ON_GROUND, now)
+            self._go(PhaseEvent.STOP_ON_GROUND, now)
 
     def _check_flight(self, observation: Observation, now: float) -> Answer:
         """Look for what ends or suspends every flight."""
@@ -329,7 +329,7 @@ class GotoBase(ABC):
         return Wait() if on_ground else None
 
     @abstractmethod
-    def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
+    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
         """Plan the flight, and be in the phase that the event leads to."""
 
     # --- outcomes and operations -----------------------------------------------------
@@ -367,7 +367,7 @@ class GotoBase(ABC):
             timeout_s = (
                 self._config.cancel_timeout_s if stopping else self._config.operation_timeout_s
             )
-            self._operation = Operation(intent, refusal, now, timeout_s)
+            self._operation = RequestedOperation(intent, refusal, now, timeout_s)
             return intent  # A report that is there already is about an earlier request.
         return self._operation.check(observation, now)
 
@@ -397,4 +397,4 @@ def is_pending(observation: Observation, kind: OperationKind) -> bool:
     report = observation.operation
     if report is None or report.kind is not kind:
         return False
-    return report.state is OperationState.PENDING
+    return report.state is OperationStatus.PENDING

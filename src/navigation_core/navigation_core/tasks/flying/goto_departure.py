@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Observation, OperationKind, OperationState, Outcome, Perform
+from navigation_core.tasks.base import Observation, OperationKind, OperationStatus, Outcome, Perform
 from navigation_core.tasks.conditions import check_departure
 from navigation_core.tasks.flying.goto_base import Answer, GotoBase, is_pending
-from navigation_core.tasks.flying.goto_phases import Event
+from navigation_core.tasks.flying.goto_phases import PhaseEvent
 
 
 class GotoDeparture(GotoBase):
@@ -32,13 +32,13 @@ class GotoDeparture(GotoBase):
             if answer is not None:
                 return answer
         if self._flies(observation) and not taking_off:
-            self._begin_flight(Event.FLIES, observation, now)
+            self._begin_flight(PhaseEvent.FLIES, observation, now)
             return None
-        self._flight.forget_commanded()  # What was sent in the air is no start on the ground.
+        self._follower.forget_commanded()  # What was sent in the air is no start on the ground.
         if observation.armed or taking_off:
-            self._go(Event.NEEDS_TAKEOFF, now)
+            self._go(PhaseEvent.NEEDS_TAKEOFF, now)
         else:
-            self._go(Event.NEEDS_ARMING, now)
+            self._go(PhaseEvent.NEEDS_ARMING, now)
         return None
 
     def _arm(self, observation: Observation, now: float) -> Answer:
@@ -47,14 +47,14 @@ class GotoDeparture(GotoBase):
             Perform(OperationKind.ARM), OutcomeCode.ARMING_REFUSED, observation, now
         )
         report = observation.operation
-        refused = report is not None and report.state is OperationState.REFUSED
+        refused = report is not None and report.state is OperationStatus.REFUSED
         if isinstance(answer, Outcome) and (observation.armed or not refused):
             # Without a clear rejection the motors may be turning, now or in a moment.
             self._stop(observation, now, answer)
             return None
         if answer is not None:
             return answer
-        self._go(Event.NEEDS_TAKEOFF if self._traits.flies else Event.NEEDS_CONTROL, now)
+        self._go(PhaseEvent.NEEDS_TAKEOFF if self._traits.flies else PhaseEvent.NEEDS_CONTROL, now)
         return None
 
     def _take_off(self, observation: Observation, now: float) -> Answer:
@@ -75,7 +75,7 @@ class GotoDeparture(GotoBase):
         if answer is not None:
             return answer
         if observation.in_control:
-            self._begin_flight(Event.FLIES, observation, now)
+            self._begin_flight(PhaseEvent.FLIES, observation, now)
         else:
-            self._go(Event.NEEDS_CONTROL, now)
+            self._go(PhaseEvent.NEEDS_CONTROL, now)
         return None

@@ -29,7 +29,7 @@ class Phase(Enum):
     ENDED = auto()
 
 
-class Event(Enum):
+class PhaseEvent(Enum):
     """An event that changes the phase."""
 
     NEEDS_CONTROL = auto()
@@ -50,60 +50,60 @@ class PhaseError(RuntimeError):
     """An event came in a phase in which it cannot happen: a programming error."""
 
 
-TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
-    (Phase.PREPARING, Event.NEEDS_ARMING): Phase.ARMING,
-    (Phase.PREPARING, Event.NEEDS_TAKEOFF): Phase.TAKING_OFF,
-    (Phase.PREPARING, Event.FLIES): Phase.NAVIGATING,
-    (Phase.PREPARING, Event.STOP_ON_GROUND): Phase.DISARMING,
-    (Phase.PREPARING, Event.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.ARMING, Event.NEEDS_TAKEOFF): Phase.TAKING_OFF,
+TRANSITIONS: dict[tuple[Phase, PhaseEvent], Phase] = {
+    (Phase.PREPARING, PhaseEvent.NEEDS_ARMING): Phase.ARMING,
+    (Phase.PREPARING, PhaseEvent.NEEDS_TAKEOFF): Phase.TAKING_OFF,
+    (Phase.PREPARING, PhaseEvent.FLIES): Phase.NAVIGATING,
+    (Phase.PREPARING, PhaseEvent.STOP_ON_GROUND): Phase.DISARMING,
+    (Phase.PREPARING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.ARMING, PhaseEvent.NEEDS_TAKEOFF): Phase.TAKING_OFF,
     # What drives needs no take-off.
-    (Phase.ARMING, Event.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.ARMING, Event.STOP_ON_GROUND): Phase.DISARMING,
+    (Phase.ARMING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.ARMING, PhaseEvent.STOP_ON_GROUND): Phase.DISARMING,
     # Some autopilots leave the mode that obeys setpoints for the take-off.
-    (Phase.TAKING_OFF, Event.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.TAKING_OFF, Event.FLIES): Phase.NAVIGATING,
-    (Phase.TAKING_OFF, Event.STOP_ON_GROUND): Phase.DISARMING,
-    (Phase.NAVIGATING, Event.TRAJECTORY_ENDED): Phase.SETTLING,
-    (Phase.NAVIGATING, Event.POSITION_LOST): Phase.HOLDING,
-    (Phase.NAVIGATING, Event.REPLAN): Phase.NAVIGATING,
-    (Phase.NAVIGATING, Event.PAUSE): Phase.PAUSED,
-    (Phase.NAVIGATING, Event.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.SETTLING, Event.POSITION_LOST): Phase.HOLDING,
-    (Phase.SETTLING, Event.REPLAN): Phase.NAVIGATING,
-    (Phase.SETTLING, Event.PAUSE): Phase.PAUSED,
-    (Phase.SETTLING, Event.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.HOLDING, Event.REPLAN): Phase.NAVIGATING,
-    (Phase.HOLDING, Event.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.PAUSED, Event.REPLAN): Phase.NAVIGATING,
-    (Phase.PAUSED, Event.POSITION_LOST): Phase.HOLDING,
-    (Phase.PAUSED, Event.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.DISARMING, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.TAKING_OFF, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.TAKING_OFF, PhaseEvent.FLIES): Phase.NAVIGATING,
+    (Phase.TAKING_OFF, PhaseEvent.STOP_ON_GROUND): Phase.DISARMING,
+    (Phase.NAVIGATING, PhaseEvent.TRAJECTORY_ENDED): Phase.SETTLING,
+    (Phase.NAVIGATING, PhaseEvent.POSITION_LOST): Phase.HOLDING,
+    (Phase.NAVIGATING, PhaseEvent.REPLAN): Phase.NAVIGATING,
+    (Phase.NAVIGATING, PhaseEvent.PAUSE): Phase.PAUSED,
+    (Phase.NAVIGATING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.SETTLING, PhaseEvent.POSITION_LOST): Phase.HOLDING,
+    (Phase.SETTLING, PhaseEvent.REPLAN): Phase.NAVIGATING,
+    (Phase.SETTLING, PhaseEvent.PAUSE): Phase.PAUSED,
+    (Phase.SETTLING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.HOLDING, PhaseEvent.REPLAN): Phase.NAVIGATING,
+    (Phase.HOLDING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.PAUSED, PhaseEvent.REPLAN): Phase.NAVIGATING,
+    (Phase.PAUSED, PhaseEvent.POSITION_LOST): Phase.HOLDING,
+    (Phase.PAUSED, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.DISARMING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
     # A ground station had stopped it in a mode of its own, and resumes it.
-    (Phase.NAVIGATING, Event.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.SETTLING, Event.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.HOLDING, Event.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.PAUSED, Event.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.BLOCKED, Event.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.NAVIGATING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.SETTLING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.HOLDING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.PAUSED, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
+    (Phase.BLOCKED, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
     # Wherever a flight begins or goes on, obstacles may leave no path.
-    (Phase.PREPARING, Event.NO_WAY): Phase.BLOCKED,
-    (Phase.TAKING_OFF, Event.NO_WAY): Phase.BLOCKED,
-    (Phase.NAVIGATING, Event.NO_WAY): Phase.BLOCKED,
-    (Phase.SETTLING, Event.NO_WAY): Phase.BLOCKED,
-    (Phase.HOLDING, Event.NO_WAY): Phase.BLOCKED,
-    (Phase.PAUSED, Event.NO_WAY): Phase.BLOCKED,
-    (Phase.BLOCKED, Event.NO_WAY): Phase.BLOCKED,
-    (Phase.BLOCKED, Event.REPLAN): Phase.NAVIGATING,
-    (Phase.BLOCKED, Event.POSITION_LOST): Phase.HOLDING,
-    (Phase.BLOCKED, Event.PAUSE): Phase.PAUSED,
-    (Phase.BLOCKED, Event.STOP_IN_AIR): Phase.BRAKING,
+    (Phase.PREPARING, PhaseEvent.NO_WAY): Phase.BLOCKED,
+    (Phase.TAKING_OFF, PhaseEvent.NO_WAY): Phase.BLOCKED,
+    (Phase.NAVIGATING, PhaseEvent.NO_WAY): Phase.BLOCKED,
+    (Phase.SETTLING, PhaseEvent.NO_WAY): Phase.BLOCKED,
+    (Phase.HOLDING, PhaseEvent.NO_WAY): Phase.BLOCKED,
+    (Phase.PAUSED, PhaseEvent.NO_WAY): Phase.BLOCKED,
+    (Phase.BLOCKED, PhaseEvent.NO_WAY): Phase.BLOCKED,
+    (Phase.BLOCKED, PhaseEvent.REPLAN): Phase.NAVIGATING,
+    (Phase.BLOCKED, PhaseEvent.POSITION_LOST): Phase.HOLDING,
+    (Phase.BLOCKED, PhaseEvent.PAUSE): Phase.PAUSED,
+    (Phase.BLOCKED, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
 }
 TRANSITIONS.update(
-    {(phase, Event.OVER): Phase.ENDED for phase in Phase if phase is not Phase.ENDED}
+    {(phase, PhaseEvent.OVER): Phase.ENDED for phase in Phase if phase is not Phase.ENDED}
 )
 
 
-def next_phase(phase: Phase, event: Event) -> Phase:
+def next_phase(phase: Phase, event: PhaseEvent) -> Phase:
     """Return the phase that an event leads to.
 
     Raises:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from navigation_core.geometry import KinematicState, Vector3, distance, is_finite
 from navigation_core.limits import Limits
+from navigation_core.planning.planner import NoPath
 from navigation_core.searches import Search
 from navigation_core.tasks.base import Observation, Progress, Status, Traits
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.flying.goto_phases import Phase
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.checked_path import NoWay, Way
-from navigation_core.tasks.leading.flight import Flight
+from navigation_core.tasks.leading.checked_path import CheckedPath
+from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import is_airborne
 from navigation_core.trajectories.trajectory import TrajectoryError, plan_to
 
@@ -44,14 +45,14 @@ class GotoEstimator:
         self._needs_arming = False
         self._takeoff_m = 0.0
         self._leg = (0.0, 0.0)
-        self._preview: Search[Way | NoWay] | None = None
+        self._preview: Search[CheckedPath | NoPath] | None = None
         # Whether the leg before the flight goes through all points of a route.
         self.follows_route = False
         self._last = Progress(Status.PREPARING, 0.0, 0.0)
         self._position_enu_m: Vector3 | None = None
 
     def set_goal(self, goal_enu_m: Vector3) -> None:
-        """Estimate the way to another point from now on."""
+        """Estimate the path to another point from now on."""
         self._goal_enu_m = goal_enu_m
 
     def takeoff_height_m(self, ground_enu_m: float) -> float:
@@ -59,12 +60,12 @@ class GotoEstimator:
         height_m = self._goal_enu_m[2] - ground_enu_m
         return min(max(height_m, self._config.takeoff_height_min_m), self._config.takeoff_height_m)
 
-    def start(self, observation: Observation, flight: Flight) -> None:
+    def start(self, observation: Observation, follower: PathFollower) -> None:
         """Plan the leg that is flown after the take-off, for its length and duration.
 
         Args:
             observation: what is known.
-            flight: plans the path around obstacles, if it is to.
+            follower: plans the path around obstacles, if it is to.
         """
         position = observation.position_enu_m
         if position is None or not is_finite(position):
@@ -77,7 +78,7 @@ class GotoEstimator:
             self._takeoff_m = self.takeoff_height_m(ground_m)
             position = (position[0], position[1], ground_m + self._takeoff_m)
         try:
-            self._preview = flight.preview(position, observation)
+            self._preview = follower.preview(position, observation)
             self._look_at_preview()
             if self.follows_route:
                 return
@@ -120,14 +121,14 @@ class GotoEstimator:
         if preview is None:
             return
         try:
-            way = preview.result()
+            path = preview.result()
         except TrajectoryError:
             self._preview = None
             return
-        if way is not None:
+        if path is not None:
             self._preview = None
-        if isinstance(way, Way):
-            self._leg = (way.length_m, way.trajectory.duration_s)
+        if isinstance(path, CheckedPath):
+            self._leg = (path.length_m, path.trajectory.duration_s)
             self.follows_route = True
 
     def _to_goal_m(self) -> float:

@@ -6,7 +6,7 @@ from navigation_core.geometry import norm
 from navigation_core.tasks.base import Fly, Observation, OperationKind, Outcome, Perform, Wait
 from navigation_core.tasks.flying.goto_base import Answer
 from navigation_core.tasks.flying.goto_departure import GotoDeparture
-from navigation_core.tasks.flying.goto_phases import Event
+from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import is_located
 
@@ -19,10 +19,10 @@ class GotoStopping(GotoDeparture):
 
     def _brake(self, observation: Observation, now: float) -> Answer:
         located = is_located(observation, self._config.position_stale_s)
-        if located and (self._flight.is_stale or self._flight.carrot is None):
-            self._flight.plan_stop(observation)
-        self._flight.walk(None)
-        carrot = self._flight.carrot
+        if located and (self._follower.is_stale or self._follower.carrot is None):
+            self._follower.plan_stop(observation)
+        self._follower.walk(None)
+        carrot = self._follower.carrot
         commanded_m_s = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
         still = self._stopped.holds(observation, self._config.position_stale_s)
         if still and commanded_m_s < _STANDS_M_S:
@@ -34,7 +34,7 @@ class GotoStopping(GotoDeparture):
 
     def _led(self, observation: Observation) -> Answer:
         """Return the carrot's setpoint, for a vehicle that is being stopped."""
-        carrot = self._flight.carrot
+        carrot = self._follower.carrot
         if carrot is None:
             return Wait()
         setpoint = carrot.setpoint
@@ -44,8 +44,8 @@ class GotoStopping(GotoDeparture):
         assert self._ending is not None
         holds = not self._armed_for_us and self._operation is not None
         if self._traits.flies and self._flies(observation) and not holds:
-            self._flight.plan_stop(observation)
-            self._go(Event.STOP_IN_AIR, now)
+            self._follower.plan_stop(observation)
+            self._go(PhaseEvent.STOP_IN_AIR, now)
             return None
         if not self._armed_for_us:
             return self._cut_take_off(observation, now)

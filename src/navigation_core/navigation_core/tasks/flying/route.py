@@ -30,10 +30,10 @@ from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flying.goto import Goto
 from navigation_core.tasks.flying.goto_base import Answer
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.flying.goto_phases import Event, Phase
+from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
-from navigation_core.tasks.leading.flight import cruise_limits
+from navigation_core.tasks.leading.path_follower import cruise_limits
 from navigation_core.trajectories.route_trajectory import RoutePoint
 
 __all__ = ["FlyRoute", "RouteError", "RouteWaypoint"]
@@ -140,8 +140,8 @@ class FlyRoute(Goto):
         )
         stop = self._at(end)
         self._goal = self._section_goal()
-        self._flight.set_goal(self._goal)
-        self._flight.set_route(points, tuple(self._at(i).yaw_enu_rad for i in indices))
+        self._follower.set_goal(self._goal)
+        self._follower.set_route(points, tuple(self._at(i).yaw_enu_rad for i in indices))
         self._estimator.set_goal(stop.position_enu_m)
         self._arrival_radius_m = max(stop.acceptance_radius_m, self._traits.arrival_radius_m)
         self._hold_time_s = stop.hold_time_s
@@ -149,7 +149,7 @@ class FlyRoute(Goto):
         self._planned_from = self._next
         self._nearest_m = math.inf
 
-    def _begin_flight(self, event: Event, observation: Observation, now: float) -> None:
+    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
         self._set_section()
         super()._begin_flight(event, observation, now)
 
@@ -163,7 +163,7 @@ class FlyRoute(Goto):
         here_m = distance(position, waypoint.position_enu_m)
         self._nearest_m = min(self._nearest_m, here_m)
         near = self._nearest_m <= waypoint.acceptance_radius_m
-        setpoint_gone = self._planned_from + self._flight.passed > self._next
+        setpoint_gone = self._planned_from + self._follower.passed > self._next
         receding = here_m > self._nearest_m + 0.1 and not self._pursuit.leaves
         if not setpoint_gone or not (near or receding):
             return
@@ -172,7 +172,7 @@ class FlyRoute(Goto):
             return
         self._returns -= 1
         self._nearest_m = math.inf
-        self._flight.is_stale = True  # so it is replanned, from here to the same waypoint
+        self._follower.is_stale = True  # so it is replanned, from here to the same waypoint
 
     def _tick_off(self, reached: bool) -> None:
         if reached:
@@ -189,14 +189,14 @@ class FlyRoute(Goto):
             return math.inf
         if self._nearest_m <= _MET_SHARE * self._at(self._next).acceptance_radius_m:
             return math.inf
-        return self._flight.passed_at_s(self._next - self._planned_from)
+        return self._follower.passed_at_s(self._next - self._planned_from)
 
     def _arrived(self, observation: Observation, now: float) -> Answer:
         error_m = self._error_m(observation)
         self._tick_off(True)
         self._held_s, self._least_left_m = 0.0, math.inf
         if self._next < self._total:
-            self._begin_flight(Event.REPLAN, observation, now)
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
             return None
         text = f"Flew {self._reached} of {self._total} waypoints."
         if not self._missed:
@@ -234,8 +234,8 @@ class FlyRoute(Goto):
         """Return how much longer the path by the waypoints is than straight to the next stop."""
         end = self._section_end()
         places = [position_enu_m, *(self._at(i).position_enu_m for i in range(self._next, end + 1))]
-        way_m = sum(distance(a, b) for a, b in itertools.pairwise(places))
-        return way_m - distance(places[0], places[-1])
+        path_m = sum(distance(a, b) for a, b in itertools.pairwise(places))
+        return path_m - distance(places[0], places[-1])
 
     def _after_section(self) -> tuple[float, float]:
         """Return path and time of what comes after the stop that is flown to."""

@@ -11,14 +11,15 @@ from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.planning.conflicts import Samples, clearance_at_m, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
+from navigation_core.planning.planner import NoPath
 from navigation_core.planning.replanner import Decision, Replanner, ReplanRules, State
 from navigation_core.safety.braking import must_brake
 from navigation_core.tasks.base import Observation
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.checked_path import NoWay, Way
-from navigation_core.tasks.leading.flight import Flight
+from navigation_core.tasks.leading.checked_path import CheckedPath
+from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 
 # Time until a long path is tried to be planned on once more, how far from the next point that is
@@ -28,19 +29,19 @@ _TURNS_M_S2 = 0.05
 
 
 class Avoider:
-    """Keeps one flight away from obstacles."""
+    """Keeps the path to one goal away from obstacles."""
 
-    def __init__(self, config: AvoidanceConfig, flight: Flight) -> None:
+    def __init__(self, config: AvoidanceConfig, follower: PathFollower) -> None:
         """Prepare.
 
         Args:
             config: how to keep away.
-            flight: which flight; it must have been made with the same.
+            follower: of the path; it must have been made with the same.
         """
-        assert flight.ways is not None
+        assert follower.planner is not None
         self._config = config
-        self._flight = flight
-        self._ways = flight.ways
+        self._follower = follower
+        self._planner = follower.planner
         self._replanner = Replanner(
             ReplanRules(
                 config.conflict_clearance_m,
@@ -66,17 +67,17 @@ class Avoider:
         Returns:
             Whether it may be flown; if not, the vehicle is to be stopped.
         """
-        if self._flight.carrot is None:
+        if self._follower.carrot is None:
             return True
         here = measured_state(observation).position_enu_m
         if self._hears_nothing(observation):
             self._stop(observation, now, self.reason)
             return False
-        if self._flight.undecided:
+        if self._follower.undecided:
             self._replanner.not_found(here, now, is_undecided=True)
             return False
-        if self._flight.no_way:
-            self.reason = self._flight.no_way
+        if self._follower.no_path:
+            self.reason = self._follower.no_path
             self._replanner.not_found(here, now)
             return False
         self.reason = ""
@@ -104,7 +105,7 @@ class Avoider:
         return True
 
     def think(self, observation: Observation, now: float) -> None:
-        """Look for another way if need be, and go over to it; without one, stop.
+        """Look for another path if need be, and go over to it; without one, stop.
 
         While a search goes on, the old path is flown, and the brake watches.
         """
@@ -148,18 +149,18 @@ class Avoider:
 
     def give_way(self, observation: Observation, now: float) -> None:
         """While the vehicle stands, go out of the way of what comes near."""
-        flight, limit_m = self._flight, self._config.conflict_clearance_m
-        carrot = flight.carrot
+        follower, limit_m = self._follower, self._config.conflict_clearance_m
+        carrot = follower.carrot
         if carrot is None:
             return
-        if flight.way is not None and not carrot.ended:
-            conflict = self._is_in_conflict(flight.way, carrot, observation)
-            leads_away = bool(flight.way.passed_s)
+        if follower.path is not None and not carrot.ended:
+            conflict = self._is_in_conflict(follower.path, carrot, observation)
+            leads_away = bool(follower.path.passed_s)
             # What drives begins each plan as fast as it is: a brake that is under way would
             # never get slower if it were replanned in every step.
-            brakes = not leads_away and flight.starts_here
+            brakes = not leads_away and follower.starts_here
             if (conflict and not brakes) or (leads_away and self._must_brake(observation)):
-                flight.plan_stop(observation)
+                follower.plan_stop(observation)
             return
         here = measured_state(observation).position_enu_m
         if clearance_at_m(here, observation.obstacles, limit_m) >= limit_m:
@@ -167,11 +168,11 @@ class Avoider:
         if now - self._gave_way_s < self._config.retry_s:
             return
         self._gave_way_s = now
-        assert flight.commanded is not None
-        assert flight.way_out is not None
-        away = flight.way_out.plan_away(flight.start(observation), observation.obstacles)
+        assert follower.commanded is not None
+        assert follower.evasion is not None
+        away = follower.evasion.plan_away(follower.start(observation), observation.obstacles)
         if away is not None:
-            flight.take(away, leads_to_goal=False)
+            follower.take(away, leads_to_goal=False)
 
     # --- what it looks at ----------------------------------------------------------------
 
@@ -185,30 +186,30 @@ class Avoider:
 
     def _must_brake(self, observation: Observation) -> bool:
         """Ask the layer that knows nothing of paths."""
-        here, commanded = measured_state(observation), self._flight.commanded
+        here, commanded = measured_state(observation), self._follower.commanded
         if commanded is not None:
             here = replace(here, acceleration_enu_m_s2=commanded.acceleration_enu_m_s2)
         acts = must_brake(
-            Samples.at(here),
+            MotionSamples.at(here),
             observation.obstacles,
-            self._ways.braking_limits,
+            self._planner.braking_limits,
             self._config.brake_clearance_m,
             self._config.reaction_s,
         )
         return bool(acts[0])
 
-    def _is_in_conflict(self, way: Way, carrot: Carrot, observation: Observation) -> bool:
-        rest = way.samples.ahead(carrot.time_s, carrot.state.position_enu_m)
+    def _is_in_conflict(self, path: CheckedPath, carrot: Carrot, observation: Observation) -> bool:
+        rest = path.samples.ahead(carrot.time_s, carrot.state.position_enu_m)
         limit_m = self._config.conflict_clearance_m
         return first_conflict(rest, observation.obstacles, limit_m) is not None
 
     def _check(self, observation: Observation, now: float) -> Decision:
-        way, carrot = self._flight.way, self._flight.carrot
-        if way is None or carrot is None:
+        path, carrot = self._follower.path, self._follower.carrot
+        if path is None or carrot is None:
             return Decision.KEEP
         place = carrot.state.position_enu_m
         return self._replanner.check(
-            way.samples,
+            path.samples,
             carrot.time_s,
             place,
             self._least_m(place),
@@ -219,28 +220,28 @@ class Avoider:
 
     def _plan_on(self, observation: Observation, now: float) -> None:
         """Plan the rest of a long path before it gets there, or stop where its plan ends."""
-        way, carrot = self._flight.way, self._flight.carrot
-        if way is None or carrot is None or carrot.time_s < way.extend_s:
+        path, carrot = self._follower.path, self._follower.carrot
+        if path is None or carrot is None or carrot.time_s < path.extend_s:
             return
         # In a corner, or right before one, it could not be done without a stop.
-        next_m = distance(carrot.state.position_enu_m, self._flight.points[0].position_enu_m)
+        next_m = distance(carrot.state.position_enu_m, self._follower.points[0].position_enu_m)
         turns = norm(carrot.state.acceleration_enu_m_s2) > _TURNS_M_S2
         near = next_m < _AHEAD_S * norm(carrot.state.velocity_enu_m_s)
-        if (turns or near) and carrot.time_s < way.extend_s + _PATIENCE_S:
+        if (turns or near) and carrot.time_s < path.extend_s + _PATIENCE_S:
             return
-        last_moment = carrot.time_s > float(way.samples.times_s[-1]) - _PLAN_ON_S
-        onward = self._flight.find_way(observation, under_way=True)
-        if isinstance(onward, Way):
-            self._flight.take(onward)
-        elif last_moment and isinstance(onward, NoWay):
+        last_moment = carrot.time_s > float(path.samples.times_s[-1]) - _PLAN_ON_S
+        onward = self._follower.find_path(observation, under_way=True)
+        if isinstance(onward, CheckedPath):
+            self._follower.take(onward)
+        elif last_moment and isinstance(onward, NoPath):
             self._stop(observation, now, onward.reason)
         elif onward is not None:
-            self._flight.way = replace(way, extend_s=carrot.time_s + _PLAN_ON_S)
+            self._follower.path = replace(path, extend_s=carrot.time_s + _PLAN_ON_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
         """Return the length of the straight path through what is left of the points."""
         length_m = 0.0
-        for point in self._flight.points:
+        for point in self._follower.points:
             length_m += distance(place_enu_m, point.position_enu_m)
             place_enu_m = point.position_enu_m
         return length_m
@@ -249,32 +250,34 @@ class Avoider:
 
     def _stop(self, observation: Observation, now: float, reason: str) -> None:
         self.reason = reason
-        self._flight.plan_stop(observation)
+        self._follower.plan_stop(observation)
         self._replanner.stop(measured_state(observation).position_enu_m, now)
 
     def _replan(self, observation: Observation, now: float) -> None:
         place = measured_state(observation).position_enu_m
-        way = self._flight.find_way(observation, under_way=True)
-        if way is None:
+        path = self._follower.find_path(observation, under_way=True)
+        if path is None:
             return
-        if isinstance(way, NoWay):
-            self.reason = way.reason
-            self._flight.plan_stop(observation)
+        if isinstance(path, NoPath):
+            self.reason = path.reason
+            self._follower.plan_stop(observation)
             self._replanner.not_found(place, now)
         else:
-            self._flight.take(way)
+            self._follower.take(path)
             self._replanner.found(place, now)
 
     def _compare(self, observation: Observation, now: float) -> None:
         """Go over to a path that is clearly shorter, if there is one."""
-        place, carrot = measured_state(observation).position_enu_m, self._flight.carrot
+        place, carrot = measured_state(observation).position_enu_m, self._follower.carrot
         assert carrot is not None
-        way = self._flight.find_way(observation, under_way=True)
-        if way is None:
+        path = self._follower.find_path(observation, under_way=True)
+        if path is None:
             return
         left_m = carrot.distance_remaining_m
-        if isinstance(way, Way) and self._replanner.is_clearly_shorter(way.length_m, left_m):
-            self._flight.take(way)
+        if isinstance(path, CheckedPath) and self._replanner.is_clearly_shorter(
+            path.length_m, left_m
+        ):
+            self._follower.take(path)
             self._replanner.found(place, now)
         else:
             self._replanner.not_found(place, now)

@@ -27,7 +27,7 @@ from navigation_core.geometry import (
 )
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Obstacles
-from navigation_core.planning.conflicts import Samples, clearance_at_m, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
 from navigation_core.planning.planner import NoPath, PlanLimits, plan
 from navigation_core.safety.braking import must_brake, stopping_ends
 from navigation_core.searches import IsWanted
@@ -40,7 +40,7 @@ from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 # A route is planned around obstacles so far ahead, or for so many of its points, to bound the
 # work; it is planned on so long before it gets there.
 _HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
-# Slower than this a vehicle need not stop before it goes another way.
+# Slower than this a vehicle need not stop before it takes another path.
 _SLOW_M_S = 0.3
 # So many trajectories are tried along the same lines, and from the same beginning.
 _TRIES_MAX, _TRIES_IN_ALL = 3, 4
@@ -56,7 +56,7 @@ _STEERED_RAD, _STEERED_POINTS, _NEARER_M = 1.2, 6, 0.05
 
 
 @dataclass(frozen=True)
-class Way:
+class CheckedPath:
     """The planned path and its trajectory.
 
     Attributes:
@@ -69,7 +69,7 @@ class Way:
 
     trajectory: Trajectory
     passed_s: tuple[float, ...]
-    samples: Samples
+    samples: MotionSamples
     extend_s: float = math.inf
     entered_s: float = 0.0
 
@@ -79,17 +79,6 @@ class Way:
         return self.trajectory.remaining_distance_m(self.entered_s)
 
 
-@dataclass(frozen=True)
-class NoWay:
-    """There is none.
-
-    Attributes:
-        reason: a sentence with the numbers that matter.
-    """
-
-    reason: str
-
-
 class _Fault(Enum):
     """Where a trajectory could not be made sound."""
 
@@ -97,7 +86,7 @@ class _Fault(Enum):
     LATER = auto()
 
 
-class WayPlanner:
+class PathPlanner:
     """Plans the paths of one goal."""
 
     def __init__(self, config: AvoidanceConfig, traits: Traits, limits: Limits) -> None:
@@ -123,7 +112,7 @@ class WayPlanner:
         points: Sequence[RoutePoint],
         obstacles: Obstacles,
         is_wanted: IsWanted = lambda: True,
-    ) -> Way | NoWay:
+    ) -> CheckedPath | NoPath:
         """Return a path from any state by way of points, or why there is none.
 
         A search makes several attempts, of which the first is mostly enough; all of them take
@@ -146,12 +135,12 @@ class WayPlanner:
         needed_m = self._config.plan_clearance_m
         if room_m < needed_m:
             x, y, z = nearest.position_enu_m
-            return NoWay(
+            return NoPath(
                 f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m on the route is {room_m:.2f} m from an "
                 f"obstacle; the required clearance is {needed_m:g} m."
             )
         if self._is_cornered(start.position_enu_m, heading_enu_rad, obstacles):
-            return NoWay(
+            return NoPath(
                 "The vehicle is so close to an obstacle that it would have to turn on the spot "
                 "or reverse, which it cannot do."
             )
@@ -161,24 +150,24 @@ class WayPlanner:
             left = _TRIES_IN_ALL
             for extra_m in self._extras_m(room_m - needed_m):
                 if not is_wanted():
-                    return NoWay("The search was abandoned.")
+                    return NoPath("The search was abandoned.")
                 lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
                 if isinstance(lines, NoPath):
                     reason = lines.reason
                     continue
                 tries = min(left, _TRIES_MAX)
-                way = self._fly(state, begin, lines, obstacles, tries)
+                path = self._fly(state, begin, lines, obstacles, tries)
                 left -= tries
-                if isinstance(way, Way):
-                    return self._continued(way, points[-1], far)
+                if isinstance(path, CheckedPath):
+                    return self._continued(path, points[-1], far)
                 reason = (
                     "A path exists, but none that can be flown from here with a clearance of "
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
                 )
                 # Other lines begin with about the same turn.
-                if way is _Fault.BEGINNING or left == 0:
+                if path is _Fault.BEGINNING or left == 0:
                     break
-        return NoWay(reason)
+        return NoPath(reason)
 
     def _split(
         self, place_enu_m: Vector3, points: Sequence[RoutePoint]
@@ -192,16 +181,18 @@ class WayPlanner:
                 return points[:count], tuple(points[count:])
         return points, ()
 
-    def _continued(self, way: Way, last: RoutePoint, far: tuple[RoutePoint, ...]) -> Way:
+    def _continued(
+        self, path: CheckedPath, last: RoutePoint, far: tuple[RoutePoint, ...]
+    ) -> CheckedPath:
         """Add what is for later: as if there were no obstacles, after a stop that never comes."""
         if not far:
-            return way
+            return path
         if self._far is None or self._far[0] != far:
             self._far = (far, plan_route(KinematicState(last.position_enu_m), far))
-        route, joint_s = self._far[1], way.trajectory.duration_s
-        passed_s = (*way.passed_s, *(joint_s + time_s for time_s in route.passed_s))
-        trajectory = way.trajectory.then(route.trajectory)
-        return Way(trajectory, passed_s, way.samples, joint_s - _EXTEND_S)
+        route, joint_s = self._far[1], path.trajectory.duration_s
+        passed_s = (*path.passed_s, *(joint_s + time_s for time_s in route.passed_s))
+        trajectory = path.trajectory.then(route.trajectory)
+        return CheckedPath(trajectory, passed_s, path.samples, joint_s - _EXTEND_S)
 
     def _clearance_m(self, position_enu_m: Vector3, obstacles: Obstacles) -> float:
         config = self._config
@@ -249,16 +240,16 @@ class WayPlanner:
         self, start: KinematicState, obstacles: Obstacles
     ) -> Iterator[Trajectory | None]:
         """Return what a path may begin with: nothing, or a brake if it moves."""
-        if not self._acts(Samples.at(start), obstacles)[0]:
+        if not self._acts(MotionSamples.at(start), obstacles)[0]:
             yield None
         if norm(start.velocity_enu_m_s) < _SLOW_M_S:
             return
         stop = plan_stop(start, self.braking_limits)
-        braked = Samples.of(stop).positions_enu_m
+        braked = MotionSamples.of(stop).positions_enu_m
         if first_conflict(braked, obstacles, self._config.flown_clearance_m) is None:
             yield stop
 
-    def _acts(self, motion: Samples, obstacles: Obstacles) -> NDArray[np.bool_]:
+    def _acts(self, motion: MotionSamples, obstacles: Obstacles) -> NDArray[np.bool_]:
         """Return when the brake would act."""
         config = self._config
         return must_brake(
@@ -306,7 +297,7 @@ class WayPlanner:
         vias: list[Via],
         obstacles: Obstacles,
         tries: int,
-    ) -> Way | _Fault:
+    ) -> CheckedPath | _Fault:
         """Return a trajectory along lines that was found sound, or where none was.
 
         Args:
@@ -318,7 +309,7 @@ class WayPlanner:
         """
         for _ in range(tries):
             route = plan_route(state, [via.point for via in vias])
-            samples = Samples.of(route.trajectory)
+            samples = MotionSamples.of(route.trajectory)
             faults_s = self._faults_s(samples, obstacles)
             if not faults_s:
                 return _joined(begin, route, vias)
@@ -330,7 +321,7 @@ class WayPlanner:
         moves = norm(state.velocity_enu_m_s) >= _SLOW_M_S
         return _Fault.BEGINNING if moves and faults_s[0] < led_in_s else _Fault.LATER
 
-    def _faults_s(self, samples: Samples, obstacles: Obstacles) -> list[float]:
+    def _faults_s(self, samples: MotionSamples, obstacles: Obstacles) -> list[float]:
         """Return when a trajectory is too near to an obstacle, or too fast towards one."""
         clearance_m = self._config.flown_clearance_m
         near = first_conflict(samples.positions_enu_m, obstacles, clearance_m)
@@ -341,15 +332,15 @@ class WayPlanner:
     def _braking_m(self, limits: Limits, course_enu: Vector3) -> float:
         """Return the braking path from full speed."""
         velocity = scale(course_enu, limits.along(course_enu).speed_forward_m_s)
-        cruise = Samples.at(KinematicState(ZERO, velocity))
+        cruise = MotionSamples.at(KinematicState(ZERO, velocity))
         end = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
         return float(np.linalg.norm(end))
 
 
-def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[Via]) -> Way:
+def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[Via]) -> CheckedPath:
     """Return the path of a route, and of what comes before it."""
     trajectory, before_s = route.trajectory, 0.0
     if begin is not None:
         trajectory, before_s = begin.then(trajectory), begin.duration_s
     passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
-    return Way(trajectory, tuple(passed_s), Samples.of(trajectory))
+    return CheckedPath(trajectory, tuple(passed_s), MotionSamples.of(trajectory))

@@ -10,10 +10,10 @@ import numpy as np
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.conflicts import Samples, first_conflict
+from navigation_core.planning.conflicts import MotionSamples, first_conflict
 from navigation_core.tasks.base import Traits
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
-from navigation_core.tasks.leading.checked_path import Way
+from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.trajectories.trajectory import plan_stop, plan_to
 
 # Directions and steps in which a clear place is looked for, how many are tried, and what is kept
@@ -21,7 +21,7 @@ from navigation_core.trajectories.trajectory import plan_stop, plan_to
 _DIRECTIONS, _RING_M, _PLACES_MAX, _AWAY_M = 16, 0.5, 6, 0.2
 
 
-class WayOut:
+class Evasion:
     """Stops one vehicle, and lets it give way."""
 
     def __init__(self, config: AvoidanceConfig, traits: Traits, limits: Limits) -> None:
@@ -37,7 +37,7 @@ class WayOut:
         self._limits = limits
         self._emergency_limits = _harder(limits, config.emergency_factor)
 
-    def stop(self, start: KinematicState, obstacles: Obstacles) -> Way:
+    def stop(self, start: KinematicState, obstacles: Obstacles) -> CheckedPath:
         """Return the braking path: an emergency's if the usual one leads too near to something.
 
         Args:
@@ -48,15 +48,15 @@ class WayOut:
             TrajectoryError: no trajectory could be calculated.
         """
         trajectory = plan_stop(start, self._limits)
-        samples = Samples.of(trajectory)
+        samples = MotionSamples.of(trajectory)
         clearance_m = self._config.conflict_clearance_m
         if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is not None:
             trajectory = plan_stop(start, self._emergency_limits)
-            samples = Samples.of(trajectory)
-        return Way(trajectory, (), samples)
+            samples = MotionSamples.of(trajectory)
+        return CheckedPath(trajectory, (), samples)
 
-    def plan_away(self, start: KinematicState, obstacles: Obstacles) -> Way | None:
-        """Return a way to the nearest clear place; None if there is none within reach.
+    def plan_away(self, start: KinematicState, obstacles: Obstacles) -> CheckedPath | None:
+        """Return a path to the nearest clear place; None if there is none within reach.
 
         What drives has none: it could not leave sideways, and stands better than it turns.
 
@@ -74,10 +74,10 @@ class WayOut:
         clear = obstacles.clearance_m(places) >= needed_m
         for x, y, z in places[clear][:_PLACES_MAX]:
             trajectory = plan_to(start, (float(x), float(y), float(z)), self._emergency_limits)
-            samples = Samples.of(trajectory)
+            samples = MotionSamples.of(trajectory)
             clearance_m = self._config.conflict_clearance_m
             if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is None:
-                return Way(trajectory, (trajectory.duration_s,), samples)
+                return CheckedPath(trajectory, (trajectory.duration_s,), samples)
         return None
 
     def _places(self, here_enu_m: Vector3) -> Array:

@@ -19,7 +19,7 @@ _ON_THE_LINE_M = 0.5
 
 @dataclass(frozen=True)
 class Via:
-    """A point on the way, and whether it was asked for or is there because of obstacles."""
+    """A point on the path, and whether it was asked for or is there because of obstacles."""
 
     point: RoutePoint
     asked: bool

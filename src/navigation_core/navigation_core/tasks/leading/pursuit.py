@@ -118,7 +118,7 @@ class Pursuit:
         """Return the velocity that leads along.
 
         Args:
-            path: the way to the end; None once the vehicle is at its end.
+            path: what is left of it; None once the vehicle is at its end.
             end_enu_m: where to come to rest.
             pursuer: the vehicle.
             limits: the speed is kept to theirs.

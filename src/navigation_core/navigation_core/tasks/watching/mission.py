@@ -28,7 +28,7 @@ from navigation_core.tasks.base import (
     Wait,
     WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Headway, Operation, check_departure
+from navigation_core.tasks.conditions import Dwell, Headway, RequestedOperation, check_departure
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
 from navigation_core.tasks.standstill import Standstill
@@ -39,7 +39,7 @@ from navigation_core.tasks.watching.mission_phases import (
     MissionPhase,
     check_change,
 )
-from navigation_core.tasks.watching.mission_progress import MissionProgress
+from navigation_core.tasks.watching.mission_progress import MissionTally
 
 _MOVED_M = 0.5
 _STUCK_S = 60.0
@@ -83,7 +83,7 @@ class FlyMission(WithoutSetpoints):
         self._plan = MissionPlan(
             waypoints * laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
         )
-        self._mission = MissionProgress(
+        self._mission = MissionTally(
             waypoints,
             laps,
             speed_m_s or config.limits.speed_horizontal_m_s,
@@ -93,7 +93,7 @@ class FlyMission(WithoutSetpoints):
         self._measures = MissionMeasures(waypoints, config, traits)
         self._phase = MissionPhase.HALTING
         self._since_s = 0.0
-        self._operation: Operation | None = None
+        self._operation: RequestedOperation | None = None
         self._armed_by_us = False
         self._stored = False
         self._left_mode = False
@@ -244,7 +244,7 @@ class FlyMission(WithoutSetpoints):
     ) -> _Answer:
         if self._operation is None or self._operation.intent.kind is not intent.kind:
             patience_s = self._config.operation_timeout_s if timeout_s is None else timeout_s
-            self._operation = Operation(intent, refusal, now, patience_s)
+            self._operation = RequestedOperation(intent, refusal, now, patience_s)
             return intent
         return self._operation.check(observation, now)
 

@@ -10,7 +10,7 @@ from navigation_core.tasks.base import MissionReport, Observation, RouteProgress
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 
 
-class MissionProgress:
+class MissionTally:
     """Ticks off the waypoints of all laps."""
 
     def __init__(

@@ -30,7 +30,7 @@ from navigation_core.tasks.base import (
     Wait,
     WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Operation, check_departure
+from navigation_core.tasks.conditions import Dwell, RequestedOperation, check_departure
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
 from navigation_core.tasks.measurement import (
@@ -114,7 +114,7 @@ class FlyPlane(WithoutSetpoints):
         self._route = PlaneRoute(waypoints, laps, traits.circle_radius_m)
         self._phase = _Phase.PREPARING
         self._phase_since_s = 0.0
-        self._operation: Operation | None = None
+        self._operation: RequestedOperation | None = None
         # Whether the vehicle has taken the place that this phase sends it to.
         self._sent = False
         self._stay_enu_m: Vector3 | None = None
@@ -251,7 +251,7 @@ class FlyPlane(WithoutSetpoints):
         """Ask for an operation; None once it is achieved."""
         if self._operation is None or self._operation.intent.kind is not intent.kind:
             timeout_s = self._config.operation_timeout_s
-            self._operation = Operation(intent, refusal, now, timeout_s)
+            self._operation = RequestedOperation(intent, refusal, now, timeout_s)
             return intent  # a report that is there already is about an earlier request
         return self._operation.check(observation, now)
 

@@ -27,7 +27,7 @@ from navigation_core.tasks.base import (
     Wait,
     WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Headway, Operation
+from navigation_core.tasks.conditions import Dwell, Headway, RequestedOperation
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.standstill import Standstill
@@ -97,7 +97,7 @@ class VehicleLed(WithoutSetpoints):
         self._config = config
         self._traits = traits
         self._phase = _Phase.ASKING
-        self._operation: Operation | None = None
+        self._operation: RequestedOperation | None = None
         self._cancel_asked = False
         self._cancelled_s = 0.0
         self._landing_seen = False
@@ -211,7 +211,7 @@ class VehicleLed(WithoutSetpoints):
     ) -> Intent | Outcome | None:
         if self._operation is None:
             timeout_s = self._config.operation_timeout_s
-            self._operation = Operation(intent, OutcomeCode.MODE_REFUSED, now, timeout_s)
+            self._operation = RequestedOperation(intent, OutcomeCode.MODE_REFUSED, now, timeout_s)
             return intent
         return self._operation.check(observation, now)
 

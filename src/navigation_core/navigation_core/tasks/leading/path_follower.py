@@ -1,4 +1,4 @@
-"""The setpoint of a flight: its start, its target, and the setpoint sent last."""
+"""Follows the path to a goal: its start, its target, and the setpoint sent last."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from navigation_core.geometry import (
     wrap_angle,
 )
 from navigation_core.limits import Limits
+from navigation_core.planning.planner import NoPath
 from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.searches import Search
 from navigation_core.tasks.base import COPTER, Observation, Traits
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.checked_path import NoWay, Way, WayPlanner
+from navigation_core.tasks.leading.checked_path import CheckedPath, PathPlanner
 from navigation_core.tasks.leading.driven_path import DrivenPath
-from navigation_core.tasks.leading.evasion import WayOut
+from navigation_core.tasks.leading.evasion import Evasion
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import plan_stop, plan_to
@@ -43,7 +44,7 @@ _CLIMB_SHARE = 0.92
 # What drives does not sway, and is slowed down when it is too fast (see Pursuit).
 _DRIVEN_SHARE = 0.99
 # As near to a point as so many times the allowed distance from its corner, it counts as passed by
-# a setpoint that goes over to another way: it could not be met again without a stop.
+# a setpoint that goes over to another path: it could not be met again without a stop.
 _PASSED_CORNERS = 1.5
 # Slower than this, a direction of travel says nothing.
 _COURSE_SPEED_M_S = 0.5
@@ -77,15 +78,15 @@ class _Pending:
         begun_s: when the search began.
     """
 
-    search: Search[Way | NoWay]
+    search: Search[CheckedPath | NoPath]
     carrot: Carrot | None
     route: tuple[RoutePoint, ...]
     joint_s: float
     begun_s: float
 
 
-class Flight:
-    """Plans trajectories and remembers the last setpoint, so that the next one fits it."""
+class PathFollower:
+    """Plans trajectories and follows them; each plan fits the setpoint sent last."""
 
     def __init__(
         self,
@@ -126,20 +127,20 @@ class Flight:
         self._via_yaw: tuple[float | None, ...] = ()
         self._passed_s: tuple[float, ...] = ()
         # The path around obstacles that is flown, and why there is none.
-        self.way: Way | None = None
-        self.no_way = ""
+        self.path: CheckedPath | None = None
+        self.no_path = ""
         # Whether one is still searched for.
         self.undecided = False
         self._pending: _Pending | None = None
         self._avoidance = avoidance
         self._leads_to_goal = False
-        self.ways = self.way_out = None
+        self.planner = self.evasion = None
         # What drives is led by where it is, not by where it should be.
         self.starts_here = not traits.flies
         self._braking_m_s2 = min(traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
         if avoidance is not None:
-            self.ways = WayPlanner(avoidance, traits, self.limits)
-            self.way_out = WayOut(avoidance, traits, self.limits)
+            self.planner = PathPlanner(avoidance, traits, self.limits)
+            self.evasion = Evasion(avoidance, traits, self.limits)
 
     @property
     def passed(self) -> int:
@@ -183,7 +184,7 @@ class Flight:
         """Plan the flight to the goal; there is no carrot if nothing is known to begin with.
 
         While a path around obstacles is searched for, ``undecided`` says so; if they leave none,
-        ``no_way`` says why. In both cases the vehicle is stopped.
+        ``no_path`` says why. In both cases the vehicle is stopped.
 
         Args:
             observation: what is known.
@@ -191,7 +192,7 @@ class Flight:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        if self.ways is not None:
+        if self.planner is not None:
             self._plan_around(observation)
             return
         self.carrot = None
@@ -216,7 +217,7 @@ class Flight:
 
     def _plan_around(self, observation: Observation) -> None:
         """Advance to the goal around obstacles, or stop while no path is known."""
-        self.no_way, self.undecided = "", False
+        self.no_path, self.undecided = "", False
         if not self._is_searching_from_here():
             before, held = self.commanded, self.carrot
             self.carrot = None
@@ -226,27 +227,29 @@ class Flight:
                 self.carrot = held
             else:
                 self.plan_stop(observation)
-        way = self.find_way(observation)
-        if isinstance(way, Way):
-            self.take(way)
+        path = self.find_path(observation)
+        if isinstance(path, CheckedPath):
+            self.take(path)
         else:
-            self.undecided = way is None
-            self.no_way = "" if way is None else way.reason
+            self.undecided = path is None
+            self.no_path = "" if path is None else path.reason
 
     def preview(
         self, position_enu_m: Vector3, observation: Observation
-    ) -> Search[Way | NoWay] | None:
+    ) -> Search[CheckedPath | NoPath] | None:
         """Search for the path around obstacles as it would be from a place, to estimate it."""
-        if self.ways is None or self._avoidance is None:
+        if self.planner is None or self._avoidance is None:
             return None
         yaw = observation.yaw_enu_rad or 0.0
         start, points = KinematicState(position_enu_m), self._points
-        ways, known = self.ways, observation.obstacles
+        planner, known = self.planner, observation.obstacles
         return self._avoidance.searcher.begin(
-            lambda is_wanted: ways.plan(start, yaw, points, known, is_wanted)
+            lambda is_wanted: planner.plan(start, yaw, points, known, is_wanted)
         )
 
-    def find_way(self, observation: Observation, under_way: bool = False) -> Way | NoWay | None:
+    def find_path(
+        self, observation: Observation, under_way: bool = False
+    ) -> CheckedPath | NoPath | None:
         """Look for a path around obstacles, to be called until there is an answer.
 
         The first call begins a search, which goes on beside the flight. The path that it finds
@@ -278,8 +281,8 @@ class Flight:
                 return None
             self._give_search_up()
             limit_s = self._avoidance.search_timeout_s
-            return NoWay(f"The search for a path took longer than {limit_s:g} s.")
-        if isinstance(found, NoWay) or self.starts_here or pending.carrot is None:
+            return NoPath(f"The search for a path took longer than {limit_s:g} s.")
+        if isinstance(found, NoPath) or self.starts_here or pending.carrot is None:
             self._pending = None
             return found
         # A setpoint that stands is never late.
@@ -303,7 +306,7 @@ class Flight:
         return False
 
     def _begin_search(self, observation: Observation, under_way: bool) -> None:
-        assert self.ways is not None
+        assert self.planner is not None
         assert self._avoidance is not None
         assert self.commanded is not None
         searcher, carrot = self._avoidance.searcher, self.carrot
@@ -322,8 +325,10 @@ class Flight:
             gap_m = distance(points[0].position_enu_m, start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
-        ways, known, yaw = self.ways, observation.obstacles, observation.yaw_enu_rad or 0.0
-        search = searcher.begin(lambda is_wanted: ways.plan(start, yaw, points, known, is_wanted))
+        planner, known, yaw = self.planner, observation.obstacles, observation.yaw_enu_rad or 0.0
+        search = searcher.begin(
+            lambda is_wanted: planner.plan(start, yaw, points, known, is_wanted)
+        )
         self._pending = _Pending(search, carrot, self._points, joint_s, observation.time_s)
 
     def _give_search_up(self) -> None:
@@ -331,10 +336,10 @@ class Flight:
             self._pending.search.abandon()
             self._pending = None
 
-    def _joins(self, way: Way, time_s: float) -> bool:
+    def _joins(self, path: CheckedPath, time_s: float) -> bool:
         """Whether the setpoint can go over to a path there without a jump."""
         assert self.commanded is not None
-        state = way.trajectory.sample(time_s)
+        state = path.trajectory.sample(time_s)
         velocity = subtract(state.velocity_enu_m_s, self.commanded.velocity_enu_m_s)
         gap_m = distance(state.position_enu_m, self.commanded.position_enu_m)
         return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
@@ -355,23 +360,23 @@ class Flight:
             return KinematicState(here.position_enu_m)
         return here
 
-    def take(self, way: Way, leads_to_goal: bool = True) -> None:
+    def take(self, path: CheckedPath, leads_to_goal: bool = True) -> None:
         """Fly a path that begins at :meth:`start`.
 
         Args:
-            way: what to fly.
+            path: what to fly.
             leads_to_goal: whether it goes through the points that are left, or elsewhere.
         """
         assert self.commanded_yaw is not None
         self._passed_s = ()
         if leads_to_goal:
-            gone = len(self._points) - len(way.passed_s)
-            self._passed_s = (-math.inf,) * gone + way.passed_s
-            self.path_enu_m = way.trajectory.path_enu_m
+            gone = len(self._points) - len(path.passed_s)
+            self._passed_s = (-math.inf,) * gone + path.passed_s
+            self.path_enu_m = path.trajectory.path_enu_m
         self.carrot = Carrot(
-            way.trajectory, self._config, self.commanded_yaw, self.commanded_yaw, way.entered_s
+            path.trajectory, self._config, self.commanded_yaw, self.commanded_yaw, path.entered_s
         )
-        self.way = way
+        self.path = path
         self._leads_to_goal = leads_to_goal
 
     def plan_stop(self, observation: Observation) -> None:
@@ -380,18 +385,18 @@ class Flight:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        self.carrot = self.way = None
+        self.carrot = self.path = None
         self._leads_to_goal = False
         self._passed_s = ()
         if not self._choose_start(observation):
             return
         assert self.commanded is not None
         assert self.commanded_yaw is not None
-        if self.way_out is None:
+        if self.evasion is None:
             trajectory = plan_stop(self.commanded, self.limits)
         else:
-            self.way = self.way_out.stop(self.commanded, observation.obstacles)
-            trajectory = self.way.trajectory
+            self.path = self.evasion.stop(self.commanded, observation.obstacles)
+            trajectory = self.path.trajectory
         self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
 
     def walk(self, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
