@@ -131,20 +131,21 @@ class Caution:
         clearance_m = self._avoidance.brake_clearance_m
         timeout_s = self._traits.setpoint_timeout_s
         velocity = setpoint.velocity_enu_m_s
-        return min(
-            safe_speed_m_s(
-                position,
-                velocity,
-                observation.obstacles,
-                self._limits,
-                clearance_m,
-                timeout_s,
-                observation.obstacles_reach_m,
-            ),
-            safe_speed_beside_m_s(
-                position, velocity, observation.moving, self._limits, clearance_m, timeout_s
-            ),
+        safe_m_s = safe_speed_m_s(
+            position,
+            velocity,
+            observation.obstacles,
+            self._limits,
+            clearance_m,
+            timeout_s,
+            observation.obstacles_reach_m,
         )
+        if not self._traits.flies:
+            return safe_m_s  # it cannot leave sideways: where it is slow, it may be boxed in
+        beside_m_s = safe_speed_beside_m_s(
+            position, velocity, observation.moving, self._limits, clearance_m, timeout_s
+        )
+        return min(safe_m_s, beside_m_s)
 
 
 def _slower(setpoint: Setpoint, share: float) -> Setpoint:
