@@ -8,7 +8,7 @@ import pytest
 
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import RouteProgress
+from navigation_core.tasks.base import RouteProgress, Status
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.route import FlyRoute, RouteError, RouteWaypoint
 from tests.support.point_mass import PointMass, fly
@@ -136,3 +136,23 @@ def test_a_route_without_waypoints_or_laps_is_none(count: int, laps: int) -> Non
     waypoint = RouteWaypoint(PLACES[0], 0.5)
     with pytest.raises(RouteError, match="at least one"):
         FlyRoute((waypoint,) * count, laps, GotoConfig())
+
+
+def test_what_is_left_of_a_paused_route_goes_through_its_waypoints() -> None:
+    """And not straight to its end, which may be near."""
+    corners = ((10.0, 0.0, 3.0), (10.0, 10.0, 3.0), (0.0, 10.0, 3.0))
+    waypoints = tuple(RouteWaypoint(place, 0.5, max_speed_m_s=2.0) for place in corners)
+    vehicle, task = hovering(), FlyRoute(waypoints, 1, GotoConfig())
+    left_m: dict[Status, list[float]] = {}
+
+    def each_step(elapsed_s: float) -> None:
+        if 2.0 <= elapsed_s < 6.0:
+            task.pause(vehicle.now)
+        else:
+            task.unpause(vehicle.now)
+        progress = task.progress(vehicle.observe(), vehicle.now)
+        left_m.setdefault(progress.status, []).append(progress.distance_remaining_m)
+
+    assert fly(task, vehicle, each_step).outcome.code is OutcomeCode.SUCCESS
+    assert min(left_m[Status.PAUSED]) > 20.0
+    assert max(left_m[Status.PAUSED]) < 30.1

@@ -47,7 +47,9 @@ class GotoEstimator:
         self._leg = (0.0, 0.0)
         self._preview: Search[CheckedPath | NoPath] | None = None
         # Whether the leg before the flight goes through all points of a route.
-        self.follows_route = False
+        self._follows_route = False
+        # Whether the distance that was estimated last is that of a straight line to the goal.
+        self.is_straight = True
         self._last = Progress(Status.PREPARING, 0.0, 0.0)
         self._position_enu_m: Vector3 | None = None
 
@@ -80,7 +82,7 @@ class GotoEstimator:
         try:
             self._preview = follower.preview(position, observation)
             self._look_at_preview()
-            if self.follows_route:
+            if self._follows_route:
                 return
             leg = plan_to(KinematicState(position), self._goal_enu_m, self._limits)
         except TrajectoryError:
@@ -103,9 +105,11 @@ class GotoEstimator:
             self._position_enu_m = position
         if phase is Phase.ENDED:
             return Progress(self._last.status, 0.0, 0.0)
+        self.is_straight = False
         if phase in (Phase.PREPARING, Phase.ARMING, Phase.TAKING_OFF):
             self._look_at_preview()
             left = self._before_flight(phase, elapsed_s, observation.ground_enu_m)
+            self.is_straight = not self._follows_route
         elif phase in (Phase.BRAKING, Phase.DISARMING):
             left = self._while_stopping(phase, carrot)
         elif carrot is None:
@@ -129,9 +133,10 @@ class GotoEstimator:
             self._preview = None
         if isinstance(path, CheckedPath):
             self._leg = (path.length_m, path.trajectory.duration_s)
-            self.follows_route = True
+            self._follows_route = True
 
     def _to_goal_m(self) -> float:
+        self.is_straight = True
         if self._position_enu_m is None:
             return 0.0
         return distance(self._position_enu_m, self._goal_enu_m)

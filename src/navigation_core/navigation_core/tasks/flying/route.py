@@ -30,7 +30,7 @@ from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flying.goto import Goto
 from navigation_core.tasks.flying.goto_base import Answer
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent
+from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import cruise_limits
@@ -45,7 +45,6 @@ _CORNER_SHARE = 0.5
 _RETURNS = 2
 # What drives heads for a waypoint until it is this near to it, in radii; then for what follows.
 _MET_SHARE = 0.6
-_BEFORE_FLIGHT = frozenset({Phase.PREPARING, Phase.ARMING, Phase.TAKING_OFF})
 
 
 class RouteError(ValueError):
@@ -212,8 +211,7 @@ class FlyRoute(Goto):
         progress = super().progress(observation, now)
         index = min(self._next, self._total - 1)
         more_m, more_s = self._after_section()
-        straight = self._phase in _BEFORE_FLIGHT and not self._estimator.follows_route
-        if straight and observation.position_enu_m is not None:
+        if self._estimator.is_straight and observation.position_enu_m is not None:
             detour_m = self._detour_m(observation.position_enu_m)
             more_m += detour_m
             more_s += detour_m / self._config.limits.speed_horizontal_m_s
