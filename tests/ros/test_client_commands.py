@@ -66,7 +66,7 @@ def test_a_flight_by_commands_alone(flight: Flight) -> None:
 
 def test_a_vehicle_that_does_not_exist_is_answered_with_those_that_do(flight: Flight) -> None:
     for command in (["land"], ["status"], ["--goal", "1", "2", "3"]):
-        given = ["--vehicle", "coptr", "--server-timeout", "2"]
+        given = ["--vehicle", "coptr", "--server-timeout", "5"]
         code, text = run(flight, *command, *given)
         assert code == 5, text
         assert "one vehicle without a name: omit --vehicle." in text
