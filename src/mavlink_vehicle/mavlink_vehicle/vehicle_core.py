@@ -37,7 +37,7 @@ from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.mission.fence_items import FenceItems
 from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
-from mavlink_vehicle.protocols.operations.command import Address, CommandRequest, CommandTiming
+from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.operations.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
@@ -79,9 +79,6 @@ _LATE_S = 0.25
 _STREAM_SHARE = 0.9
 _MODE_FIELDS = ("custom_mode", "intended_mode")
 _MODE_MESSAGES = (_HEARTBEAT, _CURRENT_MODE)
-_REQUEST_HEARTBEAT = CommandRequest(
-    mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,)
-)
 _SETPOINTS = frozenset(
     {
         mavlink.MAVLink_set_position_target_local_ned_message,
@@ -127,8 +124,7 @@ class VehicleCore:
             lambda: not isinstance(self._slot.pending, MissionOperation),
         )
         self._stream = SetpointStream()
-        self._own_gap = OwnGap()
-        self._outbox: list[Message] = []
+        self._own_gap = OwnGap(lambda: self.address)
         self._drag = Drag()
         self._order = SequenceOrder()
         self._place = self._mode_place = self._beat_place = -1
@@ -139,6 +135,7 @@ class VehicleCore:
         self.ranges = RangeReader()
         self._events: deque[VehicleEvent] = deque()
         self._parts = (
+            self._own_gap,
             self._sender,
             self._watch,
             self._rates,
@@ -150,6 +147,7 @@ class VehicleCore:
             self._timesync,
         )
         self._senders = (
+            self._own_gap,
             self._slot,
             self._stream,
             self._sender,
@@ -360,14 +358,11 @@ class VehicleCore:
             time = part.next_deadline()
             if time is not None and (earliest is None or time < earliest):
                 earliest = time
-        time = self._own_gap.next_deadline()
-        return time if time is not None and (earliest is None or time < earliest) else earliest
+        return earliest
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
         self._notice(now)
-        if self._own_gap.asks(now):
-            self._outbox.append(_REQUEST_HEARTBEAT.message(self.address, 0))
         for part in self._parts:
             part.handle_timer(now)
         while (event := self._watch.next_event()) is not None:
@@ -384,7 +379,7 @@ class VehicleCore:
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent, with our ids in it."""
-        messages, self._outbox = self._outbox, []
+        messages: list[Message] = []
         for part in self._senders:
             made = part.messages_to_send()
             # Who repeats a command takes this for a loss on the link.

@@ -2,12 +2,15 @@ from __future__ import annotations
 
 import pytest
 
+from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.own_gap import OwnGap
+
+ADDRESS = Address(255, 191, 1, 1)
 
 
 def gap_after(stalled_s: float) -> tuple[OwnGap, float]:
     """Run for two seconds, stand still, and run again; the vehicle's clock is 100 s ahead."""
-    gap, now = OwnGap(), 0.0
+    gap, now = OwnGap(lambda: ADDRESS), 0.0
     for tick in range(40):
         now = 0.05 * tick
         assert gap.notice(now, boot_ms(now), 1.0) is None
@@ -22,7 +25,7 @@ def boot_ms(time_s: float) -> int:
 
 
 def test_as_long_as_we_run_there_is_no_gap() -> None:
-    gap = OwnGap()
+    gap = OwnGap(lambda: ADDRESS)
     for tick in range(100):
         assert gap.notice(0.9 * tick, None, 1.0) is None
         gap.see_mode(0.9 * tick, None)
@@ -53,7 +56,7 @@ def test_a_second_gap_before_the_mode_was_seen_changes_nothing() -> None:
 
 
 def test_without_a_clock_of_the_vehicle_the_time_decides() -> None:
-    gap = OwnGap()
+    gap = OwnGap(lambda: ADDRESS)
     gap.notice(0.0, None, 1.0)
     assert gap.notice(5.0, None, 1.0) == 5.0
     gap.see_mode(5.1, None)
@@ -72,13 +75,16 @@ def test_the_mode_is_asked_for_until_it_is_seen() -> None:
     gap, now = gap_after(2.6)
     due = gap.next_deadline()
     assert due is not None
-    assert not gap.asks(now)
+    gap.handle_timer(now)
+    assert not gap.messages_to_send()
     asked = 0
     while now < due + 0.5:
         now += 0.01
         gap.notice(now, boot_ms(now), 1.0)
-        asked += gap.asks(now)
+        gap.handle_timer(now)
+        asked += len(gap.messages_to_send())
     assert asked == 2
     gap.see_mode(now, boot_ms(now))
     assert gap.next_deadline() is None
-    assert not gap.asks(now + 1.0)
+    gap.handle_timer(now + 1.0)
+    assert not gap.messages_to_send()

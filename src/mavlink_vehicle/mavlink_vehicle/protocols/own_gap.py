@@ -17,17 +17,25 @@ within milliseconds (measured on both).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
+
 _MARGIN_S = 0.1
 _BUFFERED_S = 1.5
 # By then the clock of the vehicle has been heard to have gone on for longer than the gap.
 _ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
+_REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 
 
 class OwnGap:
     """Knows whether the mode has been seen since we last stood still."""
 
-    def __init__(self) -> None:
-        """Begin without a gap."""
+    def __init__(self, address: Callable[[], Address]) -> None:
+        """Begin without a gap; `address` tells those of a request."""
+        self._address = address
+        self._outbox: list[Message] = []
         self._ran_s: float | None = None
         self._ran_boot_ms: int | None = None
         self._before: tuple[float, int | None] | None = None
@@ -59,12 +67,16 @@ class OwnGap:
         """Return when a HEARTBEAT is to be asked for; None if none is wanted."""
         return None if self._before is None else self._ask_s
 
-    def asks(self, now: float) -> bool:
-        """Return whether to ask for a HEARTBEAT now."""
-        if self._before is None or now < self._ask_s:
-            return False
-        self._ask_s = now + _ASK_EVERY_S
-        return True
+    def handle_timer(self, now: float) -> None:
+        """Ask for a HEARTBEAT when it is time."""
+        if self._before is not None and now >= self._ask_s:
+            self._ask_s = now + _ASK_EVERY_S
+            self._outbox.append(_REQUEST.message(self._address(), 0))
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+        messages, self._outbox = self._outbox, []
+        return messages
 
     def see_mode(self, now: float, boot_time_ms: int | None) -> None:
         """Process a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""
