@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from mavlink_sitl.autopilot.control import drive_controller
 from mavlink_sitl.autopilot.px4.rover import drive_law
-from mavlink_sitl.dynamics import battery, boat, rover, sih_rover
+from mavlink_sitl.dynamics import boat, rover, sih_rover
 from mavlink_sitl.guidance import DriveGuidance
 from mavlink_sitl.lanes import Lane
 from mavlink_sitl.physics.copter_pipeline import DT_S
@@ -26,34 +25,22 @@ class RoverPhysics(ToldPhysics):
     full_current_a = FULL_CURRENT_A
     guidance_type = DriveGuidance
     targets_of = staticmethod(drive_controller.targets_of)
+    at_rest = staticmethod(rover.at_rest)
     drive_law: Any = drive_controller
     drive_gains: Any = drive_controller.DriveGains()
 
-    def __init__(
-        self,
-        yaw_rad: Sequence[float],
-        pack: battery.BatteryModel,
-        remaining: Sequence[float],
-        seed: int,
-        wind_ned_m_s: tuple[float, float, float],
-    ) -> None:
-        """See `Physics`."""
-        super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
-        o = self.o
-        self.body_model: Any = self._model()
-        self.body = rover.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
-        self.gps_sample = (0.0, self.body, self.error)
-        self._drive = self.drive_law.initial(o)
-
     def _model(self) -> Any:
         return rover.RoverModel()
+
+    def _controller(self) -> Any:
+        return self.drive_law.initial(self.o)
 
     def step(self) -> None:
         """Controllers and bodies, DT_S onwards."""
         body = self.body
         moves = drive_controller.DriveBody(body.forward_m_s, body.yaw_rad, body.yaw_rate_rad_s)
-        self._drive, throttle, steering = self.drive_law.step(
-            self._drive, self._told_lanes, moves, DT_S, self.drive_gains, self.o
+        self._control, throttle, steering = self.drive_law.step(
+            self._control, self._told_lanes, moves, DT_S, self.drive_gains, self.o
         )
         self.body = self._move(rover.GroundCommand(throttle * self.efficiency, steering))
         self.error = sensors.advance(self.error, DT_S)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from mavlink_sitl.autopilot.control import glide_controller
-from mavlink_sitl.dynamics import battery, plane
+from mavlink_sitl.dynamics import plane
 from mavlink_sitl.guidance import GlideGuidance
 from mavlink_sitl.lanes import Lane
 from mavlink_sitl.physics.copter_pipeline import DT_S
@@ -27,31 +26,19 @@ class PlanePhysics(ToldPhysics):
     full_current_a = FULL_CURRENT_A
     guidance_type = GlideGuidance
     targets_of = staticmethod(glide_controller.targets_of)
+    at_rest = staticmethod(plane.at_rest)
     glide_gains = glide_controller.GlideGains()
-
-    def __init__(
-        self,
-        yaw_rad: Sequence[float],
-        pack: battery.BatteryModel,
-        remaining: Sequence[float],
-        seed: int,
-        wind_ned_m_s: tuple[float, float, float],
-    ) -> None:
-        """See `Physics`."""
-        super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
-        o = self.o
-        self.body_model: Any = self._model()
-        self.body = plane.at_rest(o.full(0.0), o.pack(list(yaw_rad)), o)
-        self.gps_sample = (0.0, self.body, self.error)
-        self._glide = glide_controller.initial(o)
 
     def _model(self) -> Any:
         return plane.PlaneModel()
 
+    def _controller(self) -> Any:
+        return glide_controller.initial(self.o)
+
     def step(self) -> None:
         """Controllers and bodies, DT_S onwards."""
-        self._glide, bank, climb, throttle = glide_controller.step(
-            self._glide,
+        self._control, bank, climb, throttle = glide_controller.step(
+            self._control,
             self._told_lanes,
             self.body.airspeed_m_s,
             DT_S,

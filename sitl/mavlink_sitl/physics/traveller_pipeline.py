@@ -18,11 +18,13 @@ class ToldPhysics(Physics):
         full_current_a: what the motor draws at full throttle.
         guidance_type: the guidance, which begins with doing nothing.
         targets_of: makes lanes of it.
+        at_rest: makes the bodies as they stand at first, of height (down), yaw and lanes.
     """
 
     full_current_a: ClassVar[float]
     guidance_type: ClassVar[type[Guidance]]
     targets_of: ClassVar[Callable[..., Any]]
+    at_rest: ClassVar[Callable[..., Any]]
 
     def __init__(
         self,
@@ -36,6 +38,18 @@ class ToldPhysics(Physics):
         super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
         self._told: list[Any] = [self.guidance_type() for _ in range(self.count)]
         self._told_lanes = self.targets_of(self._told, self.o)
+        self.body_model: Any = self._model()
+        self.body = self.at_rest(self.o.full(0.0), self.o.pack(list(yaw_rad)), self.o)
+        self.gps_sample = (0.0, self.body, self.error)
+        self._control: Any = self._controller()
+
+    def _model(self) -> Any:
+        """Return the model of the bodies."""
+        raise NotImplementedError
+
+    def _controller(self) -> Any:
+        """Return the controllers' state at first."""
+        raise NotImplementedError
 
     def step_batteries(self, dt: float) -> None:
         """Draw current for dt seconds: in proportion to the throttle."""
