@@ -14,8 +14,9 @@ from navigation_core.mapping.obstacle_shapes import Box, Cylinder, KnownObstacle
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Fly
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
-from navigation_core.tasks.flying.route import FlyRoute
+from navigation_core.tasks.flying.flight import SetpointFlight
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from tests.support.point_mass import PointMass, fly
@@ -109,7 +110,7 @@ def _hovering() -> PointMass:
     return PointMass(position=START, armed=True, in_control=True, airborne=True)
 
 
-def _assert_safe(task: Goto, things: list[Thing]) -> OutcomeCode:
+def _assert_safe(task: SetpointFlight, things: list[Thing]) -> OutcomeCode:
     vehicle = _hovering()
     sight = Sight(vehicle, _sane(things))
     flight = fly(task, vehicle, sight.look, time_max_s=400.0)
@@ -129,7 +130,7 @@ def _assert_safe(task: Goto, things: list[Thing]) -> OutcomeCode:
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
 @given(things=st.lists(things, min_size=1, max_size=14))
 def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
-    _assert_safe(Goto(GotoGoal((45.0, 0.0, 5.0)), CONFIG, avoidance=AVOIDANCE), things)
+    _assert_safe(fly_to(GotoGoal((45.0, 0.0, 5.0)), CONFIG, avoidance=AVOIDANCE), things)
 
 
 @settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
@@ -147,4 +148,4 @@ def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
     ),
 )
 def test_a_route_hits_nothing_and_ends(things: list[Thing], waypoints: list[RouteWaypoint]) -> None:
-    _assert_safe(FlyRoute(tuple(waypoints), 1, CONFIG, avoidance=AVOIDANCE), things)
+    _assert_safe(fly_route(tuple(waypoints), 1, CONFIG, avoidance=AVOIDANCE), things)

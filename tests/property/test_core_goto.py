@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Fly, OperationKind, OperationStatus, Outcome
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.flight import SetpointFlight
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from tests.support.core_strategies import limits
 from tests.support.point_mass import Flight, PointMass, fly
 
@@ -70,7 +71,7 @@ disturbances = st.tuples(
 
 def _disturb(
     vehicle: PointMass,
-    task: Goto,
+    task: SetpointFlight,
     schedule: list[tuple[Callable[[PointMass, bool], None], float, float]],
     cancel_s: float | None,
 ) -> Callable[[float], None]:
@@ -143,7 +144,7 @@ def test_every_flight_ends_once_and_honestly(
     elif begins != "ground":
         vehicle.armed = True
         vehicle.airborne = None if begins == "unknown" else False
-    task = Goto(GotoGoal(target, yaw, speed), config)
+    task = fly_to(GotoGoal(target, yaw, speed), config)
     flight = fly(
         task,
         vehicle,

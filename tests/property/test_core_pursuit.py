@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from navigation_core.limits import Limits
 from navigation_core.tasks.base import Fly, Observation, Outcome, Perform, Traits
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 
 _DT_S = 0.05
 CAR = Traits(name="rover", flies=False, turning_radius_m=0.9)
@@ -55,7 +55,9 @@ def drive(
     traits: Traits, car: Car, x: float, y: float, speed_m_s: float
 ) -> tuple[Outcome, list[float]]:
     """Drive to the end, and return it with all speeds that were told."""
-    task = Goto(GotoGoal((x, y, 0.0), None, speed_m_s), GotoConfig(limits=Limits()), traits=traits)
+    task = fly_to(
+        GotoGoal((x, y, 0.0), None, speed_m_s), GotoConfig(limits=Limits()), traits=traits
+    )
     task.start(car.observe(0.0), 0.0)
     told: list[float] = []
     now = 0.0

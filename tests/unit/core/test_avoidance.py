@@ -15,9 +15,10 @@ from navigation_core.mapping.obstacle_shapes import Box, Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import COPTER, Fly, Progress, Status, Traits
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.flight import SetpointFlight
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.goto_phases import Phase
-from navigation_core.tasks.flying.route import FlyRoute
+from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.leading.path_follower import PathFollower
@@ -47,8 +48,8 @@ def goto(
     target: Vector3 = TARGET,
     avoidance: AvoidanceConfig | None = AVOIDANCE,
     speed: float | None = None,
-) -> Goto:
-    return Goto(GotoGoal(target, None, speed), CONFIG, avoidance=avoidance)
+) -> SetpointFlight:
+    return fly_to(GotoGoal(target, None, speed), CONFIG, avoidance=avoidance)
 
 
 def post(x: float, y: float, radius: float = 0.5) -> Obstacles:
@@ -58,7 +59,7 @@ def post(x: float, y: float, radius: float = 0.5) -> Obstacles:
 class Watched:
     """A flight, the truth about its clearance, and what its feedback said."""
 
-    def __init__(self, task: Goto, vehicle: PointMass) -> None:
+    def __init__(self, task: SetpointFlight, vehicle: PointMass) -> None:
         """Prepare."""
         self.task, self.vehicle = task, vehicle
         self.told: list[Progress] = []
@@ -404,7 +405,7 @@ def test_it_does_not_flap_between_two_sides() -> None:
 def test_a_car_keeps_clear_of_a_wall_that_it_drives_around() -> None:
     vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
-    task = Goto(GotoGoal((30.0, 0.0, 0.0), None, 2.0), CONFIG, traits=ROVER, avoidance=avoidance)
+    task = fly_to(GotoGoal((30.0, 0.0, 0.0), None, 2.0), CONFIG, traits=ROVER, avoidance=avoidance)
     watched = Watched(task, vehicle)
     assert watched.fly(when(1.0, vehicle, FENCE)).outcome.code is OutcomeCode.SUCCESS
     assert watched.nearest_m > AVOIDANCE.brake_clearance_m
@@ -449,7 +450,7 @@ def test_what_drives_comes_to_rest_beside_what_crowds_it(speed_m_s: float) -> No
         for i in np.linspace(0.3, 2.0 * math.pi - 0.3, 8)
     ]
     vehicle.obstacles = Obstacles.of(tuple(ring))
-    task = Goto(GotoGoal((30.0, 0.0, 0.0)), CONFIG, traits=ROVER, avoidance=avoidance)
+    task = fly_to(GotoGoal((30.0, 0.0, 0.0)), CONFIG, traits=ROVER, avoidance=avoidance)
     watched = Watched(task, vehicle)
     watched.fly()
     assert math.hypot(*vehicle.velocity[:2]) < 0.05
@@ -462,7 +463,7 @@ def test_what_cannot_turn_on_the_spot_stays_where_it_could_only_come_nearer() ->
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None, blocked_timeout_s=3.0)
     # Its nose points at a wall.
     vehicle.obstacles = Obstacles.of((Box("quay", (1.3, 0.0), (1.0, 20.0)),))
-    task = Goto(GotoGoal((-30.0, 0.0, 0.0)), CONFIG, traits=boat, avoidance=avoidance)
+    task = fly_to(GotoGoal((-30.0, 0.0, 0.0)), CONFIG, traits=boat, avoidance=avoidance)
     watched = Watched(task, vehicle)
     outcome = watched.fly().outcome
     assert outcome.code is OutcomeCode.NO_PATH
@@ -475,7 +476,7 @@ def test_what_cannot_turn_on_the_spot_stays_where_it_could_only_come_nearer() ->
 
 def test_a_waypoint_inside_an_obstacle_blocks_until_it_is_free() -> None:
     waypoints = tuple(RouteWaypoint((x, 0.0, 5.0), 1.0) for x in (10.0, 20.0, 30.0))
-    vehicle, task = hovering(), FlyRoute(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = hovering(), fly_route(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
@@ -492,7 +493,7 @@ def test_the_waypoints_of_a_route_are_reached_around_obstacles() -> None:
         RouteWaypoint(place, 1.0)
         for place in ((20.0, 0.0, 5.0), (20.0, 20.0, 5.0), (0.0, 20.0, 5.0))
     )
-    vehicle, task = hovering(), FlyRoute(waypoints, 2, CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = hovering(), fly_route(waypoints, 2, CONFIG, avoidance=AVOIDANCE)
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
@@ -522,7 +523,7 @@ def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> N
         )
     )
     points = tuple(RouteWaypoint((20.0 * k, 0.0, 5.0), 2.0) for k in range(1, 11))
-    watched = Watched(FlyRoute(points, 1, CONFIG, avoidance=AVOIDANCE), vehicle)
+    watched = Watched(fly_route(points, 1, CONFIG, avoidance=AVOIDANCE), vehicle)
     outcome = watched.fly().outcome
     assert outcome.code is OutcomeCode.NO_PATH
     assert watched.nearest_m > 15.0
@@ -531,7 +532,7 @@ def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> N
 
 def test_a_long_route_is_planned_on_in_flight_without_a_stop() -> None:
     waypoints = tuple(RouteWaypoint((20.0 * k, 5.0 * (k % 2), 5.0), 2.0) for k in range(1, 16))
-    vehicle, task = hovering(), FlyRoute(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = hovering(), fly_route(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
     # It is beyond what is planned at first.
     vehicle.obstacles = post(250.0, 2.5, 1.0)
     watched = Watched(task, vehicle)

@@ -27,8 +27,8 @@ from navigation_core.tasks.base import (
     Traits,
     VehicleMode,
 )
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
-from navigation_core.tasks.flying.route import FlyRoute, RouteWaypoint
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed
@@ -50,11 +50,11 @@ def waypoints(height_m: float, speed_m_s: float | None = None) -> tuple[RouteWay
 
 
 TASKS: dict[str, Callable[[], Task]] = {
-    "goto": lambda: Goto(GotoGoal((-300.0, 0.0, 10.0)), CONFIG),
-    "goto of a PX4": lambda: Goto(GotoGoal((-300.0, 0.0, 10.0)), CONFIG, traits=PX4_COPTER),
-    "goto of a rover": lambda: Goto(GotoGoal((-300.0, 0.0, 0.0)), CONFIG, traits=ROVER),
-    "route": lambda: FlyRoute(waypoints(10.0), 2, CONFIG),
-    "route of a rover": lambda: FlyRoute(waypoints(0.0), 2, CONFIG, traits=ROVER),
+    "goto": lambda: fly_to(GotoGoal((-300.0, 0.0, 10.0)), CONFIG),
+    "goto of a PX4": lambda: fly_to(GotoGoal((-300.0, 0.0, 10.0)), CONFIG, traits=PX4_COPTER),
+    "goto of a rover": lambda: fly_to(GotoGoal((-300.0, 0.0, 0.0)), CONFIG, traits=ROVER),
+    "route": lambda: fly_route(waypoints(10.0), 2, CONFIG),
+    "route of a rover": lambda: fly_route(waypoints(0.0), 2, CONFIG, traits=ROVER),
     "mission": lambda: FlyMission(waypoints(10.0), 1, CONFIG, COPTER),
     "mission of a rover": lambda: FlyMission(waypoints(0.0), 1, CONFIG, ROVER),
     "mission of a plane": lambda: FlyMission(waypoints(50.0), 1, CONFIG, PLANE),

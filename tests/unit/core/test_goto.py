@@ -24,7 +24,8 @@ from navigation_core.tasks.base import (
     Wait,
     check_requirements,
 )
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoConfigError, GotoGoal
+from navigation_core.tasks.flying.flight import SetpointFlight
+from navigation_core.tasks.flying.goto import GotoConfig, GotoConfigError, GotoGoal, fly_to
 from navigation_core.tasks.flying.goto_phases import (
     TRANSITIONS,
     Phase,
@@ -51,11 +52,11 @@ def goto(
     yaw: float | None = None,
     speed: float | None = None,
     config: GotoConfig = CONFIG,
-) -> Goto:
-    return Goto(GotoGoal(target, yaw, speed), config)
+) -> SetpointFlight:
+    return fly_to(GotoGoal(target, yaw, speed), config)
 
 
-def cancel_in(task: Goto, phase: Phase, after_s: float = 0.0) -> Callable[[float], None]:
+def cancel_in(task: SetpointFlight, phase: Phase, after_s: float = 0.0) -> Callable[[float], None]:
     """Return what cancels a task once it has been in a phase for a time."""
     entered: list[float] = []
 
@@ -854,7 +855,7 @@ def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
         sent_s = vehicle.now
         vehicle.obey(answer)
         vehicle.advance(0.05)
-    second = Goto(
+    second = fly_to(
         GotoGoal(target),
         CONFIG,
         predecessor=first.commanded,
@@ -871,7 +872,7 @@ def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
 def test_a_predecessor_far_from_the_vehicle_is_no_start() -> None:
     vehicle = hovering()
     far = KinematicState((30.0, 0.0, 2.5), (3.0, 0.0, 0.0))
-    flight = fly(Goto(GotoGoal(TARGET), CONFIG, far, 0.0), vehicle)
+    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, far, 0.0), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
     assert distance(flight.setpoints[0][1].setpoint.position_enu_m, (0.0, 0.0, 2.5)) < 0.01
 
@@ -879,7 +880,7 @@ def test_a_predecessor_far_from_the_vehicle_is_no_start() -> None:
 def test_a_predecessor_in_the_air_is_no_start_on_the_ground() -> None:
     vehicle = PointMass()
     earlier = KinematicState((2.0, 0.0, 2.5), (3.0, 0.0, 0.0))
-    flight = fly(Goto(GotoGoal(TARGET), CONFIG, earlier, 0.0), vehicle)
+    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, earlier, 0.0), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
     start = flight.setpoints[0][1].setpoint.position_enu_m
     assert distance(start, (0.0, 0.0, 2.0)) < 0.2
@@ -935,14 +936,14 @@ def test_a_successor_cancelled_before_its_first_step_still_brakes() -> None:
     while vehicle.now < 103.0:
         vehicle.obey(_intent(first, vehicle))
         vehicle.advance(0.05)
-    second = Goto(GotoGoal((0.0, 0.0, 2.5)), CONFIG, first.commanded, first.commanded_yaw_enu_rad)
+    second = fly_to(GotoGoal((0.0, 0.0, 2.5)), CONFIG, first.commanded, first.commanded_yaw_enu_rad)
     second.cancel(vehicle.now)
     flight = fly(second, vehicle)
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert vehicle.speed < CONFIG.stop_speed_m_s
 
 
-def _intent(task: Goto, vehicle: PointMass) -> Fly | Perform | Wait:
+def _intent(task: SetpointFlight, vehicle: PointMass) -> Fly | Perform | Wait:
     answer = task.step(vehicle.observe(), vehicle.now)
     assert not isinstance(answer, Outcome)
     return answer

@@ -13,7 +13,7 @@ from navigation_core.mapping.obstacle_shapes import Box, Cylinder
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Progress, Status
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from tests.support.late_searches import LateSearcher
 from tests.support.point_mass import Flight, PointMass, fly
@@ -34,7 +34,7 @@ class Searched:
         )
         self.searcher = LateSearcher(lambda: self.vehicle.now, takes_s, lead_s)
         avoidance = dataclasses.replace(AVOIDANCE, searcher=self.searcher)
-        self.task = Goto(GotoGoal((40.0, 0.0, 5.0)), CONFIG, avoidance=avoidance)
+        self.task = fly_to(GotoGoal((40.0, 0.0, 5.0)), CONFIG, avoidance=avoidance)
         self.told: list[Progress] = []
         self.nearest_m = math.inf
 

@@ -9,8 +9,9 @@ import pytest
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import RouteProgress, Status
+from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto_config import GotoConfig
-from navigation_core.tasks.flying.route import FlyRoute, RouteError, RouteWaypoint
+from navigation_core.tasks.flying.route import RouteError, RouteWaypoint, fly_route
 from tests.support.point_mass import PointMass, fly
 
 PLACES = ((8.0, 0.0, 3.0), (16.0, 0.0, 3.0), (24.0, 0.0, 3.0))
@@ -21,10 +22,10 @@ def hovering() -> PointMass:
     return PointMass(position=(0.0, 0.0, 3.0), armed=True, in_control=True, airborne=True)
 
 
-def route(laps: int = 1, hold_time_s: float = 0.0, turns_back: bool = False) -> FlyRoute:
+def route(laps: int = 1, hold_time_s: float = 0.0, turns_back: bool = False) -> SetpointFlight:
     """Three waypoints in a line, each with a radius of half a metre."""
     waypoints = tuple(RouteWaypoint(place, 0.5, hold_time_s, max_speed_m_s=2.0) for place in PLACES)
-    return FlyRoute(waypoints, laps, GotoConfig(), turns_back=turns_back)
+    return fly_route(waypoints, laps, GotoConfig(), turns_back=turns_back)
 
 
 def gust(vehicle: PointMass, times: int = 1) -> Callable[[float], None]:
@@ -42,7 +43,7 @@ def gust(vehicle: PointMass, times: int = 1) -> Callable[[float], None]:
     return each_step
 
 
-def told(task: FlyRoute, vehicle: PointMass) -> RouteProgress:
+def told(task: SetpointFlight, vehicle: PointMass) -> RouteProgress:
     progress = task.progress(vehicle.observe(), vehicle.now).route
     assert progress is not None
     return progress
@@ -135,14 +136,14 @@ def test_one_with_a_hold_time_is_never_missed_but_waited_for() -> None:
 def test_a_route_without_waypoints_or_laps_is_none(count: int, laps: int) -> None:
     waypoint = RouteWaypoint(PLACES[0], 0.5)
     with pytest.raises(RouteError, match="at least one"):
-        FlyRoute((waypoint,) * count, laps, GotoConfig())
+        fly_route((waypoint,) * count, laps, GotoConfig())
 
 
 def test_what_is_left_of_a_paused_route_goes_through_its_waypoints() -> None:
     """And not straight to its end, which may be near."""
     corners = ((10.0, 0.0, 3.0), (10.0, 10.0, 3.0), (0.0, 10.0, 3.0))
     waypoints = tuple(RouteWaypoint(place, 0.5, max_speed_m_s=2.0) for place in corners)
-    vehicle, task = hovering(), FlyRoute(waypoints, 1, GotoConfig())
+    vehicle, task = hovering(), fly_route(waypoints, 1, GotoConfig())
     left_m: dict[Status, list[float]] = {}
 
     def each_step(elapsed_s: float) -> None:

@@ -25,7 +25,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection, check_target
 from navigation_core.searches import Searcher
 from navigation_core.tasks.base import Task
-from navigation_core.tasks.flying.goto import Goto, GotoConfig, GotoGoal
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import RouteWaypoint
 from navigation_core.tasks.watching.vehicle_led import (
     LAND,
@@ -184,7 +184,7 @@ def _goto(
     avoidance = avoidance_of(avoid, situation)
 
     def make_task(handover: Handover) -> Task:
-        return Goto(
+        return fly_to(
             goal,
             config,
             predecessor=handover.commanded,

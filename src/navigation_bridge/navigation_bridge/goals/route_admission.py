@@ -12,7 +12,7 @@ from navigation_core.geometry import horizontal_norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.base import Task
-from navigation_core.tasks.flying.route import FlyRoute, RouteWaypoint
+from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import circle_max_m
@@ -68,7 +68,7 @@ def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | R
     avoidance = avoidance_of(request.avoid_obstacles, situation)
 
     def make_task(handover: Handover) -> Task:
-        return FlyRoute(
+        return fly_route(
             waypoints,
             laps,
             situation.goto,

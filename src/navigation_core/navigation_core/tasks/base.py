@@ -41,7 +41,6 @@ __all__ = [
     "Traits",
     "VehicleMode",
     "Wait",
-    "WithoutSetpoints",
     "check_requirements",
 ]
 
@@ -421,23 +420,6 @@ class Task(Protocol):
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
-
-
-class WithoutSetpoints:
-    """The part of :class:`Task` of one whose vehicle flies by itself: no setpoint is sent."""
-
-    @property
-    def commanded(self) -> KinematicState | None:
-        """None: a successor begins where the vehicle is."""
-        return None
-
-    @property
-    def commanded_yaw_enu_rad(self) -> float | None:
-        """None, as for the state."""
-        return None
-
-    def think(self, observation: Observation, now: float) -> None:
-        """Nothing takes long."""
 
 
 def check_requirements(

@@ -168,3 +168,44 @@ class RequestedOperation:
             OperationStatus.CANCELLED: "was abandoned",
         }[state]
         return Outcome(self.refusal, f"The request to {what} {ending}{because}", None)
+
+
+class Requester:
+    """Requests the operations of a task, one at a time."""
+
+    def __init__(self, timeout_s: float) -> None:
+        """Begin without a request.
+
+        Args:
+            timeout_s: how long the report of an operation may take, unless it is told otherwise.
+        """
+        self._timeout_s = timeout_s
+        self.current: RequestedOperation | None = None
+        """The operation that was requested last; None once it is forgotten."""
+
+    def perform(
+        self,
+        intent: Perform,
+        refusal: OutcomeCode,
+        observation: Observation,
+        now: float,
+        timeout_s: float | None = None,
+    ) -> Intent | Outcome | None:
+        """Request an operation; None once it is achieved.
+
+        Args:
+            intent: what is to be done.
+            refusal: code of the outcome if it comes to nothing.
+            observation: what is known now.
+            now: time in seconds.
+            timeout_s: how long its report may take; None for the usual time.
+        """
+        if self.current is None or self.current.intent.kind is not intent.kind:
+            patience_s = self._timeout_s if timeout_s is None else timeout_s
+            self.current = RequestedOperation(intent, refusal, now, patience_s)
+            return intent  # a report that is there already is about an earlier request
+        return self.current.check(observation, now)
+
+    def forget(self) -> None:
+        """Forget the request; the next one is made anew."""
+        self.current = None

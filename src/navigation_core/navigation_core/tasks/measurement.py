@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from navigation_core.geometry import KinematicState, Vector3, add, norm, scale
-from navigation_core.tasks.base import Observation, Requirement, check_requirements
+from navigation_core.tasks.base import Observation, Requirement, Traits, check_requirements
 
 _LOCATED = Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
 
@@ -19,6 +19,13 @@ def is_airborne(observation: Observation, height_min_m: float) -> bool:
         return observation.airborne
     position = observation.position_enu_m
     return position is not None and position[2] - observation.ground_enu_m > height_min_m
+
+
+def can_move(observation: Observation, traits: Traits, height_min_m: float) -> bool:
+    """Whether it can be led: what flies must be in the air, what drives only armed."""
+    if not traits.flies:
+        return observation.armed
+    return observation.armed and is_airborne(observation, height_min_m)
 
 
 def measured_state(observation: Observation) -> KinematicState:

@@ -3,7 +3,7 @@
 A route is cut into sections that each end in a stop: where a waypoint has a hold time, and at
 the end. Each section is flown like a flight to a point, but by way of its other waypoints, so
 arming, take-off, pauses, cancels and lost positions are those of
-:class:`~navigation_core.tasks.flying.goto.Goto`.
+:class:`~navigation_core.tasks.flying.flight.SetpointFlight`.
 
 A waypoint counts as reached when the vehicle itself was within its radius, not when the
 setpoint was. One that was passed further off is turned back for, if that is wanted, or the route
@@ -20,23 +20,20 @@ from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
     COPTER,
-    Observation,
     Outcome,
     Progress,
     RouteProgress,
     Traits,
 )
-from navigation_core.tasks.conditions import Dwell
-from navigation_core.tasks.flying.goto import Goto
-from navigation_core.tasks.flying.goto_base import Answer
+from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.flying.goto_phases import PhaseEvent
+from navigation_core.tasks.flying.itinerary import Section
 from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import cruise_limits
 from navigation_core.trajectories.route_trajectory import RoutePoint
 
-__all__ = ["FlyRoute", "RouteError", "RouteWaypoint"]
+__all__ = ["RouteError", "RouteItinerary", "RouteWaypoint", "fly_route"]
 
 # Share of a waypoint's radius by which the planned path may cut its corner; the rest is for
 # the vehicle, which does not follow exactly.
@@ -51,41 +48,24 @@ class RouteError(ValueError):
     """A route cannot be flown; the sentence says why."""
 
 
-class FlyRoute(Goto):
-    """The task of one route. See :class:`navigation_core.tasks.base.Task`."""
+class RouteItinerary:
+    """The sections of a route. See :class:`~navigation_core.tasks.flying.itinerary.Itinerary`."""
 
     def __init__(
         self,
         waypoints: tuple[RouteWaypoint, ...],
         laps: int,
         config: GotoConfig,
-        predecessor: KinematicState | None = None,
-        predecessor_yaw: float | None = None,
-        predecessor_time_s: float | None = None,
-        traits: Traits = COPTER,
-        avoidance: AvoidanceConfig | None = None,
-        turns_back: bool = False,
+        traits: Traits,
+        turns_back: bool,
     ) -> None:
-        """Prepare.
-
-        Args:
-            waypoints: at least one; they are expected to have passed ``safety.check_target``.
-            laps: how often they are flown, at least once.
-            config: how to fly.
-            predecessor: as for :class:`~navigation_core.tasks.flying.goto.Goto`.
-            predecessor_yaw: as there.
-            predecessor_time_s: as there.
-            traits: what the vehicle can do.
-            avoidance: how to keep away from obstacles; None to fly straight.
-            turns_back: whether to turn back for a waypoint that was passed outside its radius.
-
-        Raises:
-            RouteError: there is no waypoint or no lap.
-        """
+        """Prepare; the arguments are those of :func:`fly_route`."""
         if not waypoints or laps < 1:
             raise RouteError("A route needs at least one waypoint and one lap.")
         self._waypoints = waypoints
         self._laps = laps
+        self._limits = config.limits
+        self._traits = traits
         # The next waypoint that the vehicle has not passed, counted over all laps.
         self._next = 0
         self._reached = 0
@@ -94,18 +74,6 @@ class FlyRoute(Goto):
         # How often it may still turn back for the next waypoint.
         self._returns = self._returns_max = _RETURNS if turns_back else 0
         self._planned_from = 0
-        super().__init__(
-            self._section_goal(),
-            config,
-            predecessor,
-            predecessor_yaw,
-            predecessor_time_s,
-            traits,
-            avoidance,
-        )
-        self._set_section()
-
-    # --- sections ------------------------------------------------------------------------
 
     @property
     def _total(self) -> int:
@@ -121,57 +89,47 @@ class FlyRoute(Goto):
                 return index
         return self._total - 1
 
-    def _section_goal(self) -> GotoGoal:
-        end = self._at(self._section_end())
-        return GotoGoal(end.position_enu_m, end.yaw_enu_rad, end.max_speed_m_s)
-
-    def _set_section(self) -> None:
-        """Pass the flight the waypoints up to the next stop."""
+    def begin_section(self) -> Section:
+        """Return the waypoints up to the next stop."""
         end = self._section_end()
         indices = range(self._next, end + 1)
         points = tuple(
             RoutePoint(
                 self._at(i).position_enu_m,
                 0.0 if i == end else _CORNER_SHARE * self._at(i).acceptance_radius_m,
-                cruise_limits(self._config.limits, self._at(i).max_speed_m_s, self._traits),
+                cruise_limits(self._limits, self._at(i).max_speed_m_s, self._traits),
             )
             for i in indices
         )
         stop = self._at(end)
-        self._goal = self._section_goal()
-        self._follower.set_goal(self._goal)
-        self._follower.set_route(points, tuple(self._at(i).yaw_enu_rad for i in indices))
-        self._estimator.set_goal(stop.position_enu_m)
-        self._arrival_radius_m = max(stop.acceptance_radius_m, self._traits.arrival_radius_m)
-        self._hold_time_s = stop.hold_time_s
-        self._arrival = Dwell(max(self._config.arrival_dwell_s, stop.hold_time_s))
         self._planned_from = self._next
         self._nearest_m = math.inf
+        return Section(
+            GotoGoal(stop.position_enu_m, stop.yaw_enu_rad, stop.max_speed_m_s),
+            points,
+            tuple(self._at(i).yaw_enu_rad for i in indices),
+            stop.acceptance_radius_m,
+            stop.hold_time_s,
+        )
 
-    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
-        self._set_section()
-        super()._begin_flight(event, observation, now)
-
-    def _note_place(self, observation: Observation) -> None:
+    def note_place(self, position_enu_m: Vector3 | None, passed: int, leaves: bool) -> bool:
         """Tick off the waypoints that the vehicle has come near, or has flown past."""
-        position = observation.position_enu_m
-        end = self._section_end()
-        if position is None or self._next >= end:
-            return
+        if position_enu_m is None or self._next >= self._section_end():
+            return False
         waypoint = self._at(self._next)
-        here_m = distance(position, waypoint.position_enu_m)
+        here_m = distance(position_enu_m, waypoint.position_enu_m)
         self._nearest_m = min(self._nearest_m, here_m)
         near = self._nearest_m <= waypoint.acceptance_radius_m
-        setpoint_gone = self._planned_from + self._follower.passed > self._next
-        receding = here_m > self._nearest_m + 0.1 and not self._pursuit.leaves
+        setpoint_gone = self._planned_from + passed > self._next
+        receding = here_m > self._nearest_m + 0.1 and not leaves
         if not setpoint_gone or not (near or receding):
-            return
+            return False
         if near or self._returns == 0:
             self._tick_off(near)
-            return
+            return False
         self._returns -= 1
         self._nearest_m = math.inf
-        self._follower.is_stale = True  # so it is replanned, from here to the same waypoint
+        return True
 
     def _tick_off(self, reached: bool) -> None:
         if reached:
@@ -182,20 +140,18 @@ class FlyRoute(Goto):
         self._nearest_m = math.inf
         self._returns = self._returns_max
 
-    def _until_s(self) -> float:
-        """Return up to when the path may be looked ahead to: no further than what is to be met."""
+    def point_to_meet(self) -> int | None:
+        """Return the next waypoint, counted from the section's first; None for the stop."""
         if self._next >= self._section_end():
-            return math.inf
+            return None
         if self._nearest_m <= _MET_SHARE * self._at(self._next).acceptance_radius_m:
-            return math.inf
-        return self._follower.passed_at_s(self._next - self._planned_from)
+            return None
+        return self._next - self._planned_from
 
-    def _arrived(self, observation: Observation, now: float) -> Answer:
-        error_m = self._error_m(observation)
+    def arrive(self, error_m: float) -> Outcome | None:
+        """Tick off the stop; returns the end of the route after the last."""
         self._tick_off(True)
-        self._held_s, self._least_left_m = 0.0, math.inf
         if self._next < self._total:
-            self._begin_flight(PhaseEvent.REPLAN, observation, now)
             return None
         text = f"Flew {self._reached} of {self._total} waypoints."
         if not self._missed:
@@ -204,17 +160,16 @@ class FlyRoute(Goto):
         text += f" Passed outside their radius: {names} (counted from 0, over all laps)."
         return Outcome(OutcomeCode.WAYPOINT_MISSED, text, error_m)
 
-    # --- progress ------------------------------------------------------------------------
-
-    def progress(self, observation: Observation, now: float) -> Progress:
+    def total(
+        self, progress: Progress, position_enu_m: Vector3 | None, is_straight: bool
+    ) -> Progress:
         """Return the progress of the whole route."""
-        progress = super().progress(observation, now)
         index = min(self._next, self._total - 1)
         more_m, more_s = self._after_section()
-        if self._estimator.is_straight and observation.position_enu_m is not None:
-            detour_m = self._detour_m(observation.position_enu_m)
+        if is_straight and position_enu_m is not None:
+            detour_m = self._detour_m(position_enu_m)
             more_m += detour_m
-            more_s += detour_m / self._config.limits.speed_horizontal_m_s
+            more_s += detour_m / self._limits.speed_horizontal_m_s
         return replace(
             progress,
             distance_remaining_m=progress.distance_remaining_m + more_m,
@@ -244,7 +199,45 @@ class FlyRoute(Goto):
         for index in range(end + 1, self._total):
             waypoint = self._at(index)
             leg_m = distance(self._at(index - 1).position_enu_m, waypoint.position_enu_m)
-            limits = cruise_limits(self._config.limits, waypoint.max_speed_m_s, self._traits)
+            limits = cruise_limits(self._limits, waypoint.max_speed_m_s, self._traits)
             length_m += leg_m
             time_s += leg_m / limits.speed_horizontal_m_s + waypoint.hold_time_s
         return length_m, time_s
+
+
+def fly_route(
+    waypoints: tuple[RouteWaypoint, ...],
+    laps: int,
+    config: GotoConfig,
+    predecessor: KinematicState | None = None,
+    predecessor_yaw: float | None = None,
+    predecessor_time_s: float | None = None,
+    traits: Traits = COPTER,
+    avoidance: AvoidanceConfig | None = None,
+    turns_back: bool = False,
+) -> SetpointFlight:
+    """Return the task of one route.
+
+    Args:
+        waypoints: at least one; they are expected to have passed ``safety.check_target``.
+        laps: how often they are flown, at least once.
+        config: how to fly.
+        predecessor: as for :class:`~navigation_core.tasks.flying.flight.SetpointFlight`.
+        predecessor_yaw: as there.
+        predecessor_time_s: as there.
+        traits: what the vehicle can do.
+        avoidance: how to keep away from obstacles; None to fly straight.
+        turns_back: whether to turn back for a waypoint that was passed outside its radius.
+
+    Raises:
+        RouteError: there is no waypoint or no lap.
+    """
+    return SetpointFlight(
+        RouteItinerary(waypoints, laps, config, traits, turns_back),
+        config,
+        predecessor,
+        predecessor_yaw,
+        predecessor_time_s,
+        traits,
+        avoidance,
+    )

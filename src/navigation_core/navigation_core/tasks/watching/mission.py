@@ -9,11 +9,10 @@ a switch of the mode.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance
-from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
     Intent,
     Observation,
@@ -21,16 +20,15 @@ from navigation_core.tasks.base import (
     Outcome,
     Perform,
     Progress,
-    Requirement,
     Status,
     Traits,
     VehicleMode,
     Wait,
-    WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Headway, RequestedOperation, check_departure
+from navigation_core.tasks.conditions import Dwell, Headway, check_departure
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.watching.mission_measures import MissionMeasures
 from navigation_core.tasks.watching.mission_phases import (
@@ -53,12 +51,9 @@ _ITEM_UPLOAD_S = 0.5
 # firmwares' own radii are 2 to 3 m by default (WPNAV_RADIUS, WP_RADIUS, NAV_ACC_RAD), and a
 # plane's is that of its circle.
 _PASSING_M, _PASSING_CIRCLES = 4.0, 2.0
-_PHASE_CHANGES_MAX = 8
-
-_Answer = Intent | Outcome | None
 
 
-class FlyMission(WithoutSetpoints):
+class FlyMission(PhasedTask[MissionPhase]):
     """The task of one mission. See :class:`navigation_core.tasks.base.Task`."""
 
     def __init__(
@@ -78,7 +73,7 @@ class FlyMission(WithoutSetpoints):
             traits: what the vehicle can do.
             speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
         """
-        self._config = config
+        super().__init__(config, MissionPhase.HALTING)
         self._traits = traits
         self._plan = MissionPlan(
             waypoints * laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
@@ -91,17 +86,11 @@ class FlyMission(WithoutSetpoints):
         )
         self._path: tuple[Vector3, ...] = ()
         self._measures = MissionMeasures(waypoints, config, traits)
-        self._phase = MissionPhase.HALTING
-        self._since_s = 0.0
-        self._operation: RequestedOperation | None = None
         self._armed_by_us = False
         self._stored = False
         self._left_mode = False
         self._started = False
-        self._cancel_asked = False
-        self._pause_asked = False
         self._ending: Outcome | None = None
-        self._outcome: Outcome | None = None
         self._left_s: float | None = None
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
@@ -109,7 +98,7 @@ class FlyMission(WithoutSetpoints):
         self._headed_for = 0
         self._arrival = Dwell(config.arrival_dwell_s)
         self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
-        self._handlers: dict[MissionPhase, Callable[[Observation, float], _Answer]] = {
+        self._handlers = {
             MissionPhase.HALTING: self._halt,
             MissionPhase.UPLOADING: self._upload,
             MissionPhase.PREPARING: self._prepare,
@@ -125,22 +114,13 @@ class FlyMission(WithoutSetpoints):
     # --- the task protocol -----------------------------------------------------------
 
     @property
-    def requires(self) -> Requirement:
-        """The preconditions of :meth:`start`."""
-        return Requirement.CONNECTION | Requirement.POSITION
-
-    @property
-    def phase(self) -> MissionPhase:
-        """The phase of the task."""
-        return self._phase
-
-    @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The waypoints: what is between them is the vehicle's own business."""
         return self._path
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
+        super().start(observation, now)
         self._path = tuple(waypoint.position_enu_m for waypoint in self._plan.waypoints)
         if self._measures.on_ground(observation) and observation.position_enu_m is not None:
             self._plan = replace(
@@ -150,35 +130,6 @@ class FlyMission(WithoutSetpoints):
             )
         if not observation.armed or self._measures.on_ground(observation):
             self._go(MissionPhase.UPLOADING, now)
-
-    def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Return what to do now, or how it ended; after the end, the outcome again."""
-        if self._outcome is None:
-            if self._cancel_asked and self._phase not in STOPPING:
-                text = "The goal was cancelled."
-                self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
-            answer = self._answer(observation, now)
-            if not isinstance(answer, Outcome):
-                return answer
-            self._outcome = answer
-            self._go(MissionPhase.ENDED, now)
-        return self._outcome
-
-    def cancel(self, now: float) -> None:
-        """Ask the vehicle to hold, and then to forget the mission."""
-        self._cancel_asked = True
-
-    def pause(self, now: float) -> Rejection | None:
-        """Have the vehicle hold; before the flight, as soon as it begins."""
-        self._pause_asked = True
-        return None
-
-    def unpause(self, now: float) -> None:
-        """Resume with the item that was under way."""
-        self._pause_asked = False
-
-    def take_up(self, now: float) -> None:
-        """It has held the vehicle in the same mode itself; nothing is past."""
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A PX4 holds by itself at the end, and when somebody removes the mission."""
@@ -210,43 +161,30 @@ class FlyMission(WithoutSetpoints):
     # --- the state machine -----------------------------------------------------------
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        for _ in range(_PHASE_CHANGES_MAX):
-            answer = self._handlers[self._phase](observation, now)
-            if answer is not None:
-                return answer
-        raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
+        if self._cancel_asked and self._phase not in STOPPING:
+            text = "The goal was cancelled."
+            self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
+        return super()._answer(observation, now)
 
     def _go(self, phase: MissionPhase, now: float) -> None:
         check_change(self._phase, phase)
-        self._phase = phase
-        self._since_s = self._moved_s = now
-        self._operation = None
+        super()._go(phase, now)
+        self._moved_s = now
         self._headway.restart()
         self._left_s = None
         self._arrival.reset()
         self._stopped.reset()
 
+    def _end(self, now: float) -> None:
+        self._go(MissionPhase.ENDED, now)
+
     def _stop_with(self, ending: Outcome, now: float) -> None:
         """Bring the vehicle to a stop, and then end with an outcome."""
         self._ending = ending
         # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
-        if self._phase is MissionPhase.UPLOADING and self._operation is not None:
+        if self._phase is MissionPhase.UPLOADING and self._requests.current is not None:
             self._stored = True
         self._go(MissionPhase.STOPPING, now)
-
-    def _perform(
-        self,
-        intent: Perform,
-        refusal: OutcomeCode,
-        observation: Observation,
-        now: float,
-        timeout_s: float | None = None,
-    ) -> _Answer:
-        if self._operation is None or self._operation.intent.kind is not intent.kind:
-            patience_s = self._config.operation_timeout_s if timeout_s is None else timeout_s
-            self._operation = RequestedOperation(intent, refusal, now, patience_s)
-            return intent
-        return self._operation.check(observation, now)
 
     def _do(
         self,
@@ -255,9 +193,9 @@ class FlyMission(WithoutSetpoints):
         following: MissionPhase,
         observation: Observation,
         now: float,
-    ) -> _Answer:
+    ) -> Answer:
         """Have something done, and go on; what is rejected ends the task, motors off if need be."""
-        answer = self._perform(Perform(kind), refusal, observation, now)
+        answer = self._requests.perform(Perform(kind), refusal, observation, now)
         if isinstance(answer, Outcome) and (self._armed_by_us or self._stored):
             self._stop_with(answer, now)
             return None
@@ -267,21 +205,21 @@ class FlyMission(WithoutSetpoints):
 
     # --- before the flight -----------------------------------------------------------
 
-    def _halt(self, observation: Observation, now: float) -> _Answer:
+    def _halt(self, observation: Observation, now: float) -> Answer:
         """Stop what was flown before: setpoints end, and an upload takes a while."""
-        if observation.mode is VehicleMode.HOLD and self._operation is None:
+        if observation.mode is VehicleMode.HOLD and self._requests.current is None:
             self._go(MissionPhase.UPLOADING, now)
             return None
         return self._do(
             OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.UPLOADING, observation, now
         )
 
-    def _upload(self, observation: Observation, now: float) -> _Answer:
+    def _upload(self, observation: Observation, now: float) -> Answer:
         rejection = check_departure(observation, self._config, self._traits)
         if rejection is not None:
             return Outcome(rejection.code, rejection.message, None)
         timeout_s = self._config.operation_timeout_s + _ITEM_UPLOAD_S * len(self._plan.waypoints)
-        answer = self._perform(
+        answer = self._requests.perform(
             Perform(OperationKind.UPLOAD_MISSION, mission=self._plan),
             OutcomeCode.MISSION_REFUSED,
             observation,
@@ -293,7 +231,7 @@ class FlyMission(WithoutSetpoints):
             self._go(MissionPhase.STARTING if observation.armed else MissionPhase.PREPARING, now)
         return answer
 
-    def _prepare(self, observation: Observation, now: float) -> _Answer:
+    def _prepare(self, observation: Observation, now: float) -> Answer:
         if observation.in_control or not self._traits.control_before_takeoff:
             self._go(MissionPhase.ARMING, now)
             return None
@@ -305,16 +243,16 @@ class FlyMission(WithoutSetpoints):
             now,
         )
 
-    def _arm(self, observation: Observation, now: float) -> _Answer:
+    def _arm(self, observation: Observation, now: float) -> Answer:
         self._armed_by_us = True
         return self._do(
             OperationKind.ARM, OutcomeCode.ARMING_REFUSED, MissionPhase.STARTING, observation, now
         )
 
-    def _begin(self, observation: Observation, now: float) -> _Answer:
+    def _begin(self, observation: Observation, now: float) -> Answer:
         # It may have landed in a pause. Once it was asked to start, it is on its way.
         rejection = check_departure(observation, self._config, self._traits)
-        if rejection is not None and self._operation is None:
+        if rejection is not None and self._requests.current is None:
             self._stop_with(Outcome(rejection.code, rejection.message, None), now)
             return None
         answer = self._do(
@@ -329,7 +267,7 @@ class FlyMission(WithoutSetpoints):
 
     # --- the flight ------------------------------------------------------------------
 
-    def _watch(self, observation: Observation, now: float) -> _Answer:
+    def _watch(self, observation: Observation, now: float) -> Answer:
         report = observation.mission
         if report is not None and report.changed:
             text = f"The vehicle no longer holds the uploaded mission: {report.changed}."
@@ -337,7 +275,7 @@ class FlyMission(WithoutSetpoints):
         if not observation.armed:
             text = "The vehicle was disarmed during its mission."
             return Outcome(OutcomeCode.DISARMED, text, None)
-        current_s = self._since_s + _REPORT_S
+        current_s = self._phase_since_s + _REPORT_S
         fresh = report if report is not None and report.time_s >= current_s else None
         self._mission.note(fresh, observation)
         arrived = self._measures.has_arrived(fresh, observation) and not observation.position_doubt
@@ -355,7 +293,7 @@ class FlyMission(WithoutSetpoints):
         self._left_s = None
         return self._look_for_motion(observation, now)
 
-    def _out_of_mode(self, observation: Observation, now: float) -> _Answer:
+    def _out_of_mode(self, observation: Observation, now: float) -> Answer:
         """The vehicle holds by itself: at the end, or because somebody is at it."""
         if self._left_s is None:
             self._left_s = now
@@ -370,7 +308,7 @@ class FlyMission(WithoutSetpoints):
         text = "The vehicle left the mode in which it flies the mission."
         return Outcome(OutcomeCode.PILOT_OVERRIDE, text, None)
 
-    def _look_for_motion(self, observation: Observation, now: float) -> _Answer:
+    def _look_for_motion(self, observation: Observation, now: float) -> Answer:
         position = observation.position_enu_m
         if position is not None and (
             self._moved_from is None or distance(position, self._moved_from) > _MOVED_M
@@ -400,7 +338,7 @@ class FlyMission(WithoutSetpoints):
             self._headway.restart()
         return (distance(position, target),)
 
-    def _stop_for_pause(self, observation: Observation, now: float) -> _Answer:
+    def _stop_for_pause(self, observation: Observation, now: float) -> Answer:
         if self._holds_already(observation):
             self._go(MissionPhase.PAUSED, now)
             return None
@@ -408,7 +346,7 @@ class FlyMission(WithoutSetpoints):
             OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
         )
 
-    def _stay(self, observation: Observation, now: float) -> _Answer:
+    def _stay(self, observation: Observation, now: float) -> Answer:
         if not observation.armed:
             text = "The vehicle was disarmed while its mission was paused."
             return Outcome(OutcomeCode.DISARMED, text, None)
@@ -419,8 +357,12 @@ class FlyMission(WithoutSetpoints):
 
     # --- the end ---------------------------------------------------------------------
 
-    def _stop(self, observation: Observation, now: float) -> _Answer:
-        if not observation.armed and self._operation is None and not self._arming(observation):
+    def _stop(self, observation: Observation, now: float) -> Answer:
+        if (
+            not observation.armed
+            and self._requests.current is None
+            and not self._arming(observation)
+        ):
             self._go(MissionPhase.CLEARING, now)
             return None
         grounded = self._armed_by_us and not self._started
@@ -429,7 +371,7 @@ class FlyMission(WithoutSetpoints):
         timeout_s = self._config.cancel_timeout_s
         answer = None
         if down or not self._holds_already(observation):
-            answer = self._perform(
+            answer = self._requests.perform(
                 Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s
             )
         if isinstance(answer, Outcome):
@@ -438,7 +380,7 @@ class FlyMission(WithoutSetpoints):
             return None
         if answer is not None:
             return answer
-        over = now - self._since_s > self._config.cancel_timeout_s
+        over = now - self._phase_since_s > self._config.cancel_timeout_s
         stopped = self._stopped.holds(observation, self._config.position_stale_s)
         if stopped or not self._traits.hovers or over:
             self._add_to_ending(self._how_it_stopped(stopped))
@@ -453,20 +395,20 @@ class FlyMission(WithoutSetpoints):
             return "It has stopped."
         return self._stopped.failure(self._config.cancel_timeout_s)
 
-    def _clear(self, observation: Observation, now: float) -> _Answer:
+    def _clear(self, observation: Observation, now: float) -> Answer:
         assert self._ending is not None
         # A PX4 that stands in its mission mode without a mission will not arm again.
         stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
         if stands_in_mode and not self._left_mode:
             hold = Perform(OperationKind.HOLD)
-            answer = self._perform(hold, self._ending.code, observation, now, _CLEAR_S)
+            answer = self._requests.perform(hold, self._ending.code, observation, now, _CLEAR_S)
             if answer is not None and not isinstance(answer, Outcome):
                 return answer
             self._left_mode = True
         changed = observation.mission is not None and observation.mission.changed
         if not self._stored or changed:
             return self._ending
-        answer = self._perform(
+        answer = self._requests.perform(
             Perform(OperationKind.CLEAR_MISSION), self._ending.code, observation, now, _CLEAR_S
         )
         if isinstance(answer, Outcome):
@@ -483,7 +425,9 @@ class FlyMission(WithoutSetpoints):
         """Whether it is in its hold mode, and nobody here has asked for another one."""
         report = observation.operation
         starting = report is not None and report.kind is OperationKind.START_MISSION
-        return self._operation is None and observation.mode is VehicleMode.HOLD and not starting
+        return (
+            self._requests.current is None and observation.mode is VehicleMode.HOLD and not starting
+        )
 
     def _arming(self, observation: Observation) -> bool:
         report = observation.operation

@@ -10,12 +10,11 @@ until it is sent on. So a pause and a cancel are a place, too: where it is. It c
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum, auto
 
 from navigation_core.geometry import Vector3, distance
-from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
     Intent,
     Observation,
@@ -23,14 +22,12 @@ from navigation_core.tasks.base import (
     Outcome,
     Perform,
     Progress,
-    Requirement,
     Status,
     Traits,
     VehicleMode,
     Wait,
-    WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, RequestedOperation, check_departure
+from navigation_core.tasks.conditions import Dwell, check_departure
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
 from navigation_core.tasks.measurement import (
@@ -39,6 +36,7 @@ from navigation_core.tasks.measurement import (
     measured_speed,
     measured_state,
 )
+from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 
 # Usual speeds of small planes, for estimates before it flies: ArduPlane's AIRSPEED_CRUISE is
@@ -52,8 +50,6 @@ _STUCK_S, _NEARER_M = 90.0, 2.0
 _LEVEL_M_S = 1.5
 # A metre of height takes a plane about as long as five on its way.
 _HEIGHT_WEIGHT = 5.0
-_PHASE_CHANGES_MAX = 8
-_Answer = Intent | Outcome | None
 
 
 class _Phase(Enum):
@@ -82,7 +78,7 @@ _BEFORE_FLIGHT = frozenset({_Phase.PREPARING, _Phase.ARMING, _Phase.TAKING_OFF})
 _IN_FLIGHT = frozenset({_Phase.FLYING, _Phase.CIRCLING, _Phase.PAUSED})
 
 
-class FlyPlane(WithoutSetpoints):
+class FlyPlane(PhasedTask[_Phase]):
     """The task of a plane's goal or route. See :class:`navigation_core.tasks.base.Task`."""
 
     def __init__(
@@ -107,27 +103,23 @@ class FlyPlane(WithoutSetpoints):
         """
         if not waypoints or laps < 1:
             raise RouteError("A route needs at least one waypoint and one lap.")
-        self._config = config
+        super().__init__(config, _Phase.PREPARING)
         self._traits = traits
         self._takeoff_height_m = takeoff_height_m
         self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in waypoints)
         self._route = PlaneRoute(waypoints, laps, traits.circle_radius_m)
-        self._phase = _Phase.PREPARING
-        self._phase_since_s = 0.0
-        self._operation: RequestedOperation | None = None
         # Whether the vehicle has taken the place that this phase sends it to.
         self._sent = False
         self._stay_enu_m: Vector3 | None = None
         self._speed_told_m_s: float | None = None
         self._speed_problem = ""
-        self._arming_asked = self._cancel_asked = self._pause_asked = False
+        self._arming_asked = False
         self._last_enu_m: Vector3 | None = None
         self._circling = Circling(traits.circle_radius_m)
         self._circled = Dwell(config.arrival_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
         self._nearest_m, self._nearest_s = float("inf"), 0.0
-        self._outcome: Outcome | None = None
-        self._handlers: dict[_Phase, Callable[[Observation, float], _Answer]] = {
+        self._handlers = {
             _Phase.PREPARING: self._prepare,
             _Phase.ARMING: self._arm,
             _Phase.TAKING_OFF: self._take_off,
@@ -141,53 +133,14 @@ class FlyPlane(WithoutSetpoints):
     # --- the task protocol -----------------------------------------------------------
 
     @property
-    def requires(self) -> Requirement:
-        """The preconditions of :meth:`start`."""
-        return Requirement.CONNECTION | Requirement.POSITION
-
-    @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The waypoints of one lap; how it flies between them is the plane's own matter."""
         return self._path_enu_m
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
-        self._phase_since_s = self._nearest_s = now
-
-    def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Return what to do now, or how it ended; after the end, the outcome again."""
-        if self._outcome is not None:
-            return self._outcome
-        if self._cancel_asked and self._phase not in (_Phase.STOPPING, _Phase.DISARMING):
-            self._begin_stop(observation, now)
-        answer: _Answer = None
-        for _ in range(_PHASE_CHANGES_MAX):
-            answer = self._check_flight(observation, now)
-            if answer is None:
-                answer = self._handlers[self._phase](observation, now)
-            if answer is not None:
-                break
-        else:
-            raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
-        if isinstance(answer, Outcome):
-            if self._speed_problem:
-                answer = replace(answer, message=f"{answer.message} {self._speed_problem}")
-            self._outcome = answer
-            self._phase = _Phase.ENDED
-        return answer
-
-    def cancel(self, now: float) -> None:
-        """Ask for an early end: it circles where it is then."""
-        self._cancel_asked = True
-
-    def pause(self, now: float) -> Rejection | None:
-        """Circle where it is until :meth:`unpause`; before the flight, once it has taken off."""
-        self._pause_asked = True
-        return None
-
-    def unpause(self, now: float) -> None:
-        """Resume after a pause."""
-        self._pause_asked = False
+        super().start(observation, now)
+        self._nearest_s = now
 
     def take_up(self, now: float) -> None:
         """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
@@ -237,25 +190,29 @@ class FlyPlane(WithoutSetpoints):
     def _is_flying(self) -> bool:
         return self._phase in _IN_FLIGHT
 
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        if self._cancel_asked and self._phase not in (_Phase.STOPPING, _Phase.DISARMING):
+            self._begin_stop(observation, now)
+        answer = super()._answer(observation, now)
+        if isinstance(answer, Outcome) and self._speed_problem:
+            return replace(answer, message=f"{answer.message} {self._speed_problem}")
+        return answer
+
+    def _handle(self, observation: Observation, now: float) -> Answer:
+        answer = self._check_flight(observation, now)
+        return super()._handle(observation, now) if answer is None else answer
+
     def _go(self, phase: _Phase, now: float) -> None:
-        self._phase = phase
-        self._phase_since_s = self._nearest_s = now
-        self._operation = None
+        super()._go(phase, now)
+        self._nearest_s = now
         self._sent = False
         self._nearest_m = float("inf")
         self._circled.reset()
 
-    def _perform(
-        self, intent: Perform, refusal: OutcomeCode, observation: Observation, now: float
-    ) -> _Answer:
-        """Ask for an operation; None once it is achieved."""
-        if self._operation is None or self._operation.intent.kind is not intent.kind:
-            timeout_s = self._config.operation_timeout_s
-            self._operation = RequestedOperation(intent, refusal, now, timeout_s)
-            return intent  # a report that is there already is about an earlier request
-        return self._operation.check(observation, now)
+    def _end(self, now: float) -> None:
+        self._phase = _Phase.ENDED
 
-    def _check_flight(self, observation: Observation, now: float) -> _Answer:
+    def _check_flight(self, observation: Observation, now: float) -> Answer:
         """Look for what ends every flight."""
         if not self._is_flying():
             return None
@@ -276,7 +233,7 @@ class FlyPlane(WithoutSetpoints):
             return self._over(OutcomeCode.NO_POSITION, text, observation)
         return None
 
-    def _prepare(self, observation: Observation, now: float) -> _Answer:
+    def _prepare(self, observation: Observation, now: float) -> Answer:
         rejection = check_departure(observation, self._config, self._traits)
         if rejection is not None:
             return self._over(rejection.code, rejection.message, observation)
@@ -286,48 +243,50 @@ class FlyPlane(WithoutSetpoints):
             self._go(_Phase.TAKING_OFF if observation.armed else _Phase.ARMING, now)
         return None
 
-    def _arm(self, observation: Observation, now: float) -> _Answer:
+    def _arm(self, observation: Observation, now: float) -> Answer:
         self._arming_asked = True
         refusal = OutcomeCode.ARMING_REFUSED
-        answer = self._perform(Perform(OperationKind.ARM), refusal, observation, now)
+        answer = self._requests.perform(Perform(OperationKind.ARM), refusal, observation, now)
         if answer is None:
             self._go(_Phase.TAKING_OFF, now)
         return answer
 
-    def _take_off(self, observation: Observation, now: float) -> _Answer:
+    def _take_off(self, observation: Observation, now: float) -> Answer:
         intent = Perform(OperationKind.TAKE_OFF, self._takeoff_height_m)
-        answer = self._perform(intent, OutcomeCode.TAKEOFF_REFUSED, observation, now)
+        answer = self._requests.perform(intent, OutcomeCode.TAKEOFF_REFUSED, observation, now)
         if answer is None:
             self._go(_Phase.FLYING, now)
         return answer
 
     # --- the flight ------------------------------------------------------------------
 
-    def _send(self, place: Vector3, observation: Observation, now: float) -> _Answer:
+    def _send(self, place: Vector3, observation: Observation, now: float) -> Answer:
         """Have it fly to a place and circle it; None once it has taken that."""
         if self._sent:
             return None
         intent = Perform(OperationKind.REPOSITION, target_enu_m=place)
-        answer = self._perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
+        answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
         if answer is None:
-            self._sent, self._operation = True, None
+            self._sent = True
+            self._requests.forget()
         return answer
 
-    def _tell_speed(self, observation: Observation, now: float) -> _Answer:
+    def _tell_speed(self, observation: Observation, now: float) -> Answer:
         """Ask for the speed of this leg if there is one; a rejection is noted, and it flies on."""
         speed_m_s = self._route.current.max_speed_m_s
         if speed_m_s is None or speed_m_s == self._speed_told_m_s:
             return None
         intent = Perform(OperationKind.CHANGE_SPEED, speed_m_s=speed_m_s)
-        answer = self._perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
+        answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
         if isinstance(answer, Outcome):
             self._speed_problem = f"It flew at its own speed. {answer.message}"
             answer = None
         if answer is None:
-            self._speed_told_m_s, self._operation = speed_m_s, None
+            self._speed_told_m_s = speed_m_s
+            self._requests.forget()
         return answer
 
-    def _fly(self, observation: Observation, now: float) -> _Answer:
+    def _fly(self, observation: Observation, now: float) -> Answer:
         if self._pause_asked or observation.position_doubt:
             return self._begin_stay(_Phase.PAUSED, observation, now)
         target = self._route.current.position_enu_m
@@ -355,7 +314,7 @@ class FlyPlane(WithoutSetpoints):
             self._nearest_m, self._nearest_s = left_m, now
         return Wait()
 
-    def _circle(self, observation: Observation, now: float) -> _Answer:
+    def _circle(self, observation: Observation, now: float) -> Answer:
         """Circle for the dwell, and for the hold time of the waypoint."""
         if self._pause_asked or observation.position_doubt:
             return self._begin_stay(_Phase.PAUSED, observation, now)
@@ -373,7 +332,7 @@ class FlyPlane(WithoutSetpoints):
             return Wait()
         return self._next(observation, now)
 
-    def _next(self, observation: Observation, now: float) -> _Answer:
+    def _next(self, observation: Observation, now: float) -> Answer:
         """Advance to the next waypoint, or end on the circle about the last."""
         self._route.advance()
         self._circling = Circling(self._traits.circle_radius_m)
@@ -390,7 +349,7 @@ class FlyPlane(WithoutSetpoints):
 
     # --- pause, cancel ---------------------------------------------------------------
 
-    def _begin_stay(self, phase: _Phase, observation: Observation, now: float) -> _Answer:
+    def _begin_stay(self, phase: _Phase, observation: Observation, now: float) -> Answer:
         """Choose where to circle: here, but no lower than is safe."""
         position = observation.position_enu_m
         if position is None:
@@ -400,7 +359,7 @@ class FlyPlane(WithoutSetpoints):
         self._go(phase, now)
         return None
 
-    def _stay(self, observation: Observation, now: float) -> _Answer:
+    def _stay(self, observation: Observation, now: float) -> Answer:
         assert self._stay_enu_m is not None
         answer = self._send(self._stay_enu_m, observation, now)
         if answer is None and not (self._pause_asked or observation.position_doubt):
@@ -421,7 +380,7 @@ class FlyPlane(WithoutSetpoints):
             self._stay_enu_m = None
             self._go(_Phase.STOPPING, now)
 
-    def _stop(self, observation: Observation, now: float) -> _Answer:
+    def _stop(self, observation: Observation, now: float) -> Answer:
         text = "The goal was cancelled."
         if self._stay_enu_m is None:
             return self._over(OutcomeCode.CANCELED, text, observation)
@@ -433,12 +392,12 @@ class FlyPlane(WithoutSetpoints):
             return self._over(OutcomeCode.CANCELED, text, observation)
         return answer
 
-    def _disarm(self, observation: Observation, now: float) -> _Answer:
+    def _disarm(self, observation: Observation, now: float) -> Answer:
         if observation.armed and is_airborne(observation, self._config.airborne_height_m):
             self._begin_stop(observation, now)
             return None
         code, text = OutcomeCode.CANCELED, "The goal was cancelled."
-        answer = self._perform(Perform(OperationKind.DISARM), code, observation, now)
+        answer = self._requests.perform(Perform(OperationKind.DISARM), code, observation, now)
         if answer is None:
             return self._over(code, f"{text} The vehicle is disarmed.", observation)
         if isinstance(answer, Outcome):

@@ -25,11 +25,11 @@ from navigation_core.tasks.base import (
     Traits,
     VehicleMode,
     Wait,
-    WithoutSetpoints,
 )
-from navigation_core.tasks.conditions import Dwell, Headway, RequestedOperation
+from navigation_core.tasks.conditions import Dwell, Headway
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.watching.plane_route import Circling
 
@@ -82,7 +82,7 @@ LAND = VehicleLedGoal(OperationKind.LAND, VehicleMode.LAND, "landing")
 RETURN_TO_LAUNCH = VehicleLedGoal(OperationKind.RETURN, VehicleMode.RETURN, "return")
 
 
-class VehicleLed(WithoutSetpoints):
+class VehicleLed(PhasedTask[_Phase]):
     """Landing or return. See :class:`navigation_core.tasks.base.Task`."""
 
     def __init__(self, goal: VehicleLedGoal, config: GotoConfig, traits: Traits) -> None:
@@ -93,12 +93,9 @@ class VehicleLed(WithoutSetpoints):
             config: tolerances and limits of time.
             traits: what the vehicle can do.
         """
+        super().__init__(config, _Phase.ASKING)
         self._goal = goal
-        self._config = config
         self._traits = traits
-        self._phase = _Phase.ASKING
-        self._operation: RequestedOperation | None = None
-        self._cancel_asked = False
         self._cancelled_s = 0.0
         self._landing_seen = False
         self._moved_s = 0.0
@@ -107,7 +104,6 @@ class VehicleLed(WithoutSetpoints):
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
         self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
-        self._outcome: Outcome | None = None
 
     # --- the task protocol -----------------------------------------------------------
 
@@ -116,29 +112,14 @@ class VehicleLed(WithoutSetpoints):
         """The preconditions of :meth:`start`."""
         return Requirement.CONNECTION
 
-    @property
-    def path_enu_m(self) -> tuple[Vector3, ...]:
-        """Empty: the vehicle flies by itself."""
-        return ()
-
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._moved_s = now
         self._moved_from = observation.position_enu_m
 
-    def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Return what to do now, or how it ended; after the end, the outcome again."""
-        if self._outcome is None:
-            answer = self._answer(observation, now)
-            if not isinstance(answer, Outcome):
-                return answer
-            self._outcome = answer
-            self._phase = _Phase.ENDED
-        return self._outcome
-
     def cancel(self, now: float) -> None:
         """Ask the vehicle to hold where it is."""
-        self._cancel_asked = True
+        super().cancel(now)
         self._cancelled_s = now
 
     def pause(self, now: float) -> Rejection | None:
@@ -150,9 +131,6 @@ class VehicleLed(WithoutSetpoints):
 
     def unpause(self, now: float) -> None:
         """Nothing to go on with."""
-
-    def take_up(self, now: float) -> None:
-        """Nothing to go on with: it is never paused."""
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """PX4 changes from its return mode to its landing mode, and to another on the ground."""
@@ -188,32 +166,32 @@ class VehicleLed(WithoutSetpoints):
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         if self._cancel_asked and self._phase is not _Phase.STOPPING:
-            self._phase = _Phase.STOPPING
-            self._operation = None
+            self._go(_Phase.STOPPING, now)
         if self._on_ground(observation) and self._traits.flies:
             return self._on_the_ground(observation)
         if self._phase is _Phase.STOPPING:
             return self._stop(observation, now)
         if self._phase is _Phase.ASKING:
-            if observation.airborne is False and self._traits.flies and self._operation is None:
+            if (
+                observation.airborne is False
+                and self._traits.flies
+                and self._requests.current is None
+            ):
                 # Its mode for a return might begin with a climb.
                 text = f"The vehicle is on the ground; no {self._goal.name} is needed."
                 return Outcome(OutcomeCode.NOT_FLYING, text, None)
             answer = self._ask(Perform(self._goal.operation), observation, now)
             if answer is not None:
                 return answer
-            self._phase = _Phase.UNDER_WAY
+            self._go(_Phase.UNDER_WAY, now)
             self._moved_s = now
         return self._watch(observation, now)
 
-    def _ask(
-        self, intent: Perform, observation: Observation, now: float
-    ) -> Intent | Outcome | None:
-        if self._operation is None:
-            timeout_s = self._config.operation_timeout_s
-            self._operation = RequestedOperation(intent, OutcomeCode.MODE_REFUSED, now, timeout_s)
-            return intent
-        return self._operation.check(observation, now)
+    def _end(self, now: float) -> None:
+        self._phase = _Phase.ENDED
+
+    def _ask(self, intent: Perform, observation: Observation, now: float) -> Answer:
+        return self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
 
     def _watch(self, observation: Observation, now: float) -> Intent | Outcome:
         if not observation.armed and not self._traits.flies:

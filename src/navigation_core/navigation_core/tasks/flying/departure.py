@@ -1,0 +1,133 @@
+"""The departure of a flight: takes control, arms, takes off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.base import (
+    Intent,
+    Observation,
+    OperationKind,
+    OperationStatus,
+    Outcome,
+    Perform,
+    Traits,
+)
+from navigation_core.tasks.conditions import Requester, check_departure
+from navigation_core.tasks.flying.arrival import Arrival
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.flying.goto_phases import PhaseEvent
+from navigation_core.tasks.flying.goto_progress import GotoEstimator
+from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.measurement import can_move
+
+
+@dataclass(frozen=True)
+class StopFirst:
+    """The answer of a phase after which the vehicle is to be stopped, and then the goal to end.
+
+    Attributes:
+        ending: the outcome.
+    """
+
+    ending: Outcome
+
+
+Step = Intent | Outcome | PhaseEvent | StopFirst
+"""The answer of a phase, or what happened in it."""
+
+
+class Departure:
+    """The phases before the flight."""
+
+    def __init__(
+        self,
+        config: GotoConfig,
+        traits: Traits,
+        requests: Requester,
+        follower: PathFollower,
+        estimator: GotoEstimator,
+        arrival: Arrival,
+    ) -> None:
+        """Prepare; the parts are those of the flight that departs."""
+        self._config = config
+        self._traits = traits
+        self._requests = requests
+        self._follower = follower
+        self._estimator = estimator
+        self._arrival = arrival
+        self.arming_asked = False
+        """Whether the vehicle was asked to arm."""
+        self._armed_seen = False
+
+    def note(self, observation: Observation) -> None:
+        """Record whether the vehicle was ever armed."""
+        self._armed_seen = self._armed_seen or observation.armed
+
+    def prepare(self, observation: Observation, now: float) -> Step:
+        """Take control, as far as that comes first."""
+        # A take-off that a replaced goal began goes on.
+        taking_off = is_pending(observation, OperationKind.TAKE_OFF)
+        rejection = check_departure(observation, self._config, self._traits)
+        if rejection is not None and not taking_off:
+            return Outcome(rejection.code, rejection.message, self._arrival.error_m(observation))
+        if is_pending(observation, OperationKind.DISARM):
+            # Of a replaced goal; it cannot be taken back.
+            disarm, refusal = Perform(OperationKind.DISARM), OutcomeCode.ARMING_REFUSED
+            timeout_s = self._config.cancel_timeout_s
+            pending = self._requests.perform(disarm, refusal, observation, now, timeout_s)
+            assert pending is not None
+            return pending
+        moves = self._moves(observation)
+        needs_control = self._traits.control_before_takeoff or moves
+        if not observation.in_control and not taking_off and needs_control:
+            control, refusal = Perform(OperationKind.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
+            answer = self._requests.perform(control, refusal, observation, now)
+            if answer is not None:
+                return answer
+        if moves and not taking_off:
+            return PhaseEvent.FLIES
+        self._follower.forget_commanded()  # What was sent in the air is no start on the ground.
+        ready = observation.armed or taking_off
+        return PhaseEvent.NEEDS_TAKEOFF if ready else PhaseEvent.NEEDS_ARMING
+
+    def arm(self, observation: Observation, now: float) -> Step:
+        """Arm."""
+        self.arming_asked = True
+        arm, refusal = Perform(OperationKind.ARM), OutcomeCode.ARMING_REFUSED
+        answer = self._requests.perform(arm, refusal, observation, now)
+        report = observation.operation
+        refused = report is not None and report.state is OperationStatus.REFUSED
+        if isinstance(answer, Outcome) and (observation.armed or not refused):
+            # Without a clear rejection the motors may be turning, now or in a moment.
+            return StopFirst(answer)
+        if answer is not None:
+            return answer
+        return PhaseEvent.NEEDS_TAKEOFF if self._traits.flies else PhaseEvent.NEEDS_CONTROL
+
+    def take_off(self, observation: Observation, now: float) -> Step:
+        """Take off."""
+        if self._armed_seen and not observation.armed:
+            text = "The vehicle was disarmed before take-off."
+            return Outcome(OutcomeCode.DISARMED, text, self._arrival.error_m(observation))
+        height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
+        climb, refusal = Perform(OperationKind.TAKE_OFF, height_m), OutcomeCode.TAKEOFF_REFUSED
+        answer = self._requests.perform(climb, refusal, observation, now)
+        if isinstance(answer, Outcome) and self.arming_asked and not self._moves(observation):
+            # Turning propellers on the ground are a danger, and this task armed them.
+            return StopFirst(answer)
+        if answer is not None:
+            return answer
+        return PhaseEvent.FLIES if observation.in_control else PhaseEvent.NEEDS_CONTROL
+
+    def _moves(self, observation: Observation) -> bool:
+        return can_move(observation, self._traits, self._config.airborne_height_m)
+
+
+def is_pending(observation: Observation, kind: OperationKind) -> bool:
+    """Whether an operation of this kind is under way."""
+    report = observation.operation
+    if report is None or report.kind is not kind:
+        return False
+    return report.state is OperationStatus.PENDING

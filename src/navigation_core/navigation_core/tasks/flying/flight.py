@@ -1,0 +1,486 @@
+"""Flies by setpoints: takes control, arms, takes off, flies from stop to stop, reports the outcome.
+
+The vehicle is believed, never assumed: a phase ends when the vehicle's own state shows
+that it has. While a take-off is under way or the vehicle stands on the ground no setpoint
+is sent, because a real ArduCopter then stays on the ground (observed).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.planning.replanner import Decision
+from navigation_core.tasks.base import (
+    COPTER,
+    Fly,
+    Intent,
+    Observation,
+    OperationKind,
+    Outcome,
+    Progress,
+    Requirement,
+    Setpoint,
+    Status,
+    Traits,
+    VehicleMode,
+    Wait,
+)
+from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.flying.arrival import Arrival
+from navigation_core.tasks.flying.departure import Departure, Step, StopFirst, is_pending
+from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
+from navigation_core.tasks.flying.goto_progress import GotoEstimator
+from navigation_core.tasks.flying.itinerary import Itinerary
+from navigation_core.tasks.flying.stopping import Stopping
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.avoider import Avoider
+from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.caution import Caution
+from navigation_core.tasks.leading.driven_path import DrivenPath
+from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.pursuit import Pursuit
+from navigation_core.tasks.leading.turning_circle import Pursuer
+from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.trajectories.trajectory import TrajectoryError
+
+_PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
+_DOUBTING = _PAUSABLE | {Phase.PAUSED}
+_FLYING = _PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.BRAKING}
+_STOPPING = frozenset({Phase.BRAKING, Phase.DISARMING})
+_BEGINS = frozenset({PhaseEvent.FLIES, PhaseEvent.REPLAN})
+# So much nearer along the path than ever before is progress.
+_NEARER_M = 1.0
+
+
+class SetpointFlight(PhasedTask[Phase]):
+    """The task of a flight through the stops of an itinerary. See :class:`~.base.Task`."""
+
+    def __init__(
+        self,
+        itinerary: Itinerary,
+        config: GotoConfig,
+        predecessor: KinematicState | None = None,
+        predecessor_yaw: float | None = None,
+        predecessor_time_s: float | None = None,
+        traits: Traits = COPTER,
+        avoidance: AvoidanceConfig | None = None,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            itinerary: where to go; it is expected to have passed ``safety.check_target``.
+            config: how to go there.
+            predecessor: state of the setpoint that the replaced task sent last, from which
+                this one goes on without a jump; None to begin at the measured state.
+            predecessor_yaw: yaw of that setpoint.
+            predecessor_time_s: when it was sent; None for the time of :meth:`start`.
+            traits: what the vehicle can do.
+            avoidance: how to keep away from obstacles; None to fly straight.
+        """
+        super().__init__(config, Phase.PREPARING)
+        section = itinerary.begin_section()
+        self._itinerary = itinerary
+        self._traits = traits
+        self._follower = PathFollower(
+            section.goal, config, predecessor, predecessor_yaw, avoidance, traits
+        )
+        self._avoider = None if avoidance is None else Avoider(avoidance, self._follower)
+        self._caution = Caution(avoidance, traits, self._follower.limits)
+        self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
+        self._arrival = Arrival(section, config, traits)
+        self._departure = Departure(
+            config, traits, self._requests, self._follower, self._estimator, self._arrival
+        )
+        self._stopping = Stopping(config, traits, self._requests, self._follower, self._arrival)
+        self._pursuit = Pursuit(traits)
+        self._predecessor_time_s = predecessor_time_s
+        self._last_step_s = 0.0
+        # Whether the vehicle was held by its velocity, so that it is not where it was told to be.
+        self._doubted = False
+        self._thought_failed: TrajectoryError | None = None
+        # Time without a position since the flight last got nearer to its end.
+        self._held_s = 0.0
+        self._least_left_m = math.inf
+        self._landed = Dwell(config.landed_timeout_s)
+        self._steps: dict[Phase, Callable[[Observation, float], Step | None]] = {
+            Phase.PREPARING: self._departure.prepare,
+            Phase.ARMING: self._departure.arm,
+            Phase.TAKING_OFF: self._departure.take_off,
+            Phase.NAVIGATING: self._navigate,
+            Phase.SETTLING: self._settle,
+            Phase.BLOCKED: self._wait_for_path,
+            Phase.HOLDING: self._hold,
+            Phase.PAUSED: self._stay,
+            Phase.BRAKING: lambda observation, now: self._stopping.brake(
+                observation, now, self._phase_since_s
+            ),
+            Phase.DISARMING: self._stopping.disarm,
+        }
+        self._set_section()
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def requires(self) -> Requirement:
+        """The preconditions of :meth:`start`."""
+        return (
+            Requirement.CONNECTION | Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
+        )
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """State of the setpoint sent last, for a successor; None before the first."""
+        return self._follower.commanded
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """Yaw of the setpoint sent last; None before the first."""
+        return self._follower.commanded_yaw
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """The path that is planned, in the map frame; the same object until it is replanned."""
+        return self._follower.path_enu_m
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        super().start(observation, now)
+        self._last_step_s = now if self._predecessor_time_s is None else self._predecessor_time_s
+        self._estimator.start(self._level(observation), self._follower)
+
+    def think(self, observation: Observation, now: float) -> None:
+        """Look for another path around obstacles, if need be."""
+        if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
+            return
+        if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:
+            try:
+                self._avoider.think(self._level(observation), now)
+            except TrajectoryError as error:
+                self._thought_failed = error
+
+    def take_up(self, now: float) -> None:
+        """Take control again, and plan from where the vehicle is then."""
+        if self._phase is Phase.PREPARING or self._phase in _STOPPING:
+            return
+        self._follower.forget_commanded()
+        if self._avoider is not None:
+            self._avoider.restart_clock()
+        self._forget()
+        self._take(PhaseEvent.NEEDS_CONTROL, now)
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
+        if self._traits.control_before_takeoff:
+            return False
+        before_flight = self._phase not in _FLYING
+        return before_flight and mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD)
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Resume after a time without steps: the flight is replanned at the next step."""
+        self._last_step_s = now
+        self._forget()
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Return the progress of all sections."""
+        elapsed_s = now - self._phase_since_s
+        observation = self._level(observation)
+        progress = self._estimator.progress(
+            self._phase, elapsed_s, self._follower.carrot, observation
+        )
+        if self._avoider is not None:
+            progress = replace(progress, replans=self._avoider.replans)
+            if self._phase is Phase.BLOCKED and self._avoider.reason:
+                progress = replace(progress, blocked=self._avoider.reason)
+            elif self._phase is Phase.BLOCKED:
+                # The first search, for a fraction of a second: no obstacle is known.
+                progress = replace(progress, status=Status.NAVIGATING)
+        position = observation.position_enu_m
+        return self._itinerary.total(progress, position, self._estimator.is_straight)
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _level(self, observation: Observation) -> Observation:
+        """Put what drives at the height of its goal: the home that heights count from moves."""
+        position = observation.position_enu_m
+        if self._traits.flies or position is None:
+            return observation
+        height_m = self._arrival.goal.position_enu_m[2]
+        return replace(observation, position_enu_m=(position[0], position[1], height_m))
+
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        observation = self._level(observation)
+        self._follower.dt_s = max(now - self._last_step_s, 0.0)
+        self._last_step_s = now
+        if self._follower.dt_s > self._config.step_gap_s:
+            self._forget()
+        self._departure.note(observation)
+        try:
+            if self._thought_failed is not None:
+                raise self._thought_failed
+            self._interrupt(observation, now)
+            answer = super()._answer(observation, now)
+        except TrajectoryError as error:
+            answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
+        if not isinstance(answer, Fly):
+            return answer
+        braking = self._doubted and self._phase is Phase.BRAKING
+        if observation.position_doubt or braking:
+            answer = replace(answer, by_velocity=True)
+            self._doubted = True
+        if self._follower.carrot is not None:
+            self._follower.note(self._follower.carrot)
+        return replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
+
+    def _handle(self, observation: Observation, now: float) -> Answer:
+        if self._stopping.ending is not None and self._phase not in _STOPPING:
+            return self._stopping.ending
+        step = self._check_flight(observation, now)
+        if step is None:
+            step = self._steps[self._phase](observation, now)
+        if isinstance(step, StopFirst):
+            self._stop(observation, now, step.ending)
+        elif isinstance(step, PhaseEvent) and step in _BEGINS:
+            self._begin_flight(step, observation, now)
+        elif isinstance(step, PhaseEvent):
+            self._take(step, now)
+        else:
+            return step
+        return None
+
+    def _interrupt(self, observation: Observation, now: float) -> None:
+        """Stop for what was asked, or for a position that is in doubt."""
+        if self._cancel_asked and self._phase not in _STOPPING:
+            text = "The goal was cancelled."
+            self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
+        elif observation.position_doubt and self._phase in _DOUBTING:
+            self._take(self._lose_position(observation), now)
+        elif self._pause_asked and self._phase in _PAUSABLE:
+            self._follower.plan_stop(observation)
+            self._take(PhaseEvent.PAUSE, now)
+
+    def _take(self, event: PhaseEvent, now: float) -> None:
+        """Move to the phase that an event leads to."""
+        self._go(next_phase(self._phase, event), now)
+        self._arrival.restart()
+        self._stopping.restart()
+
+    def _end(self, now: float) -> None:
+        self._take(PhaseEvent.OVER, now)
+
+    def _forget(self) -> None:
+        """Drop what a time without steps makes worthless."""
+        self._follower.is_stale = True
+        self._arrival.forget()
+        self._stopping.restart()
+        self._landed.reset()
+
+    def _stop(self, observation: Observation, now: float, ending: Outcome) -> None:
+        """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
+        self._stopping.ending = ending
+        arming_asked = self._departure.arming_asked
+        inherited = self._phase is Phase.PREPARING and self._follower.commanded is not None
+        # A replaced goal may have left something under way.
+        arming = any(
+            is_pending(observation, kind) for kind in (OperationKind.ARM, OperationKind.DISARM)
+        )
+        taking_off = is_pending(observation, OperationKind.TAKE_OFF)
+        on_ground = self._phase is Phase.TAKING_OFF or arming or taking_off
+        if self._phase in _FLYING or (inherited and observation.in_control):
+            self._follower.plan_stop(observation)
+            self._take(PhaseEvent.STOP_IN_AIR, now)
+        elif on_ground or arming_asked:
+            self._stopping.armed_for_us = arming_asked or arming
+            self._take(PhaseEvent.STOP_ON_GROUND, now)
+
+    def _check_flight(self, observation: Observation, now: float) -> Step | None:
+        """Look for what ends or suspends every flight."""
+        if self._phase not in _FLYING:
+            return None
+        if not observation.armed:
+            text = "The vehicle was disarmed during the goal."
+            return self._over(OutcomeCode.DISARMED, text, observation)
+        if not observation.in_control:
+            text = "The vehicle left the mode in which it follows setpoints."
+            return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
+        on_ground = observation.airborne is False and self._traits.flies
+        if self._landed.holds(on_ground, now):
+            if self._stopping.ending is not None:
+                return self._stopping.ended("The vehicle is on the ground.", observation)
+            text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
+            return self._over(OutcomeCode.LANDED, text, observation)
+        return Wait() if on_ground else None
+
+    def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
+        return Outcome(code, text, self._arrival.error_m(observation))
+
+    # --- the flight ------------------------------------------------------------------
+
+    def _set_section(self) -> None:
+        """Pass the parts of the flight the section that is to be flown."""
+        section = self._itinerary.begin_section()
+        self._follower.set_goal(section.goal)
+        self._follower.set_route(section.points, section.yaws_enu_rad)
+        self._estimator.set_goal(section.goal.position_enu_m)
+        self._arrival.expect(section)
+
+    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
+        """Plan the flight, and be in the phase that the event leads to."""
+        self._set_section()
+        if self._phase not in _PAUSABLE:
+            self._pursuit.forget()
+        self._follower.plan_to_goal(observation)
+        if self._avoider is not None and not self._avoider.may_begin(observation, now):
+            event = PhaseEvent.NO_WAY
+        self._take(event, now)
+
+    def _navigate(self, observation: Observation, now: float) -> Step | None:
+        if not is_located(observation, self._config.position_stale_s):
+            return self._lose_position(observation)
+        if self._follower.is_stale or self._follower.carrot is None:
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
+        elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
+            return PhaseEvent.NO_WAY
+        if self._phase is not Phase.NAVIGATING:
+            return None
+        carrot = self._follower.carrot
+        assert carrot is not None
+        here_enu_m = measured_state(observation).position_enu_m
+        path = None
+        if self._traits.flies:
+            self._follower.walk(here_enu_m, self._caution.speed_share(carrot, observation))
+        else:
+            meet = self._itinerary.point_to_meet()
+            until_s = math.inf if meet is None else self._follower.passed_at_s(meet)
+            path = self._follower.follow(here_enu_m, until_s)
+        if self._itinerary.note_place(
+            observation.position_enu_m, self._follower.passed, self._pursuit.leaves
+        ):
+            self._follower.is_stale = True  # so it is replanned, from here to the same point
+        if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
+            carrot.finish()
+            return PhaseEvent.TRAJECTORY_ENDED
+        if carrot.stalled_s > self._arrival.patience_s:
+            return self._arrival.timeout("The vehicle made no progress", observation)
+        if carrot.distance_remaining_m < self._least_left_m - _NEARER_M:
+            self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
+        return Fly(self._setpoint(carrot, observation, path))
+
+    def _settle(self, observation: Observation, now: float) -> Step | None:
+        if not is_located(observation, self._config.position_stale_s):
+            return self._lose_position(observation)
+        if self._follower.is_stale:
+            return PhaseEvent.REPLAN
+        if self._avoider is not None and self._avoider.is_too_near(observation, now):
+            return PhaseEvent.NO_WAY
+        arrival = self._arrival
+        if arrival.holds(observation, now, arrival.is_turned(observation)):
+            return self._arrived(observation, now)
+        if now - self._phase_since_s > arrival.patience_s + arrival.hold_time_s:
+            return arrival.timeout("The vehicle did not settle", observation)
+        assert self._follower.carrot is not None
+        return Fly(self._setpoint(self._follower.carrot, observation))
+
+    def _setpoint(
+        self, carrot: Carrot, observation: Observation, path: DrivenPath | None = None
+    ) -> Setpoint:
+        """Return what leads the vehicle along: the carrot, or a velocity along the path."""
+        if self._traits.flies:
+            return carrot.setpoint
+        here, yaw = measured_state(observation), observation.yaw_enu_rad
+        assert yaw is not None
+        return self._pursuit.follow(
+            path,
+            carrot.trajectory.end_position_enu_m,
+            Pursuer(here.position_enu_m, here.velocity_enu_m_s, yaw),
+            self._follower.limits,
+            self._arrival.radius_m,
+            observation.time_s,
+        )
+
+    def _arrived(self, observation: Observation, now: float) -> Step | None:
+        """End, or go on; the vehicle has been near, turned and slow for its time."""
+        error_m = self._arrival.error_m(observation)
+        assert error_m is not None
+        ending = self._itinerary.arrive(error_m)
+        if ending is not None:
+            return ending
+        self._held_s, self._least_left_m = 0.0, math.inf
+        return PhaseEvent.REPLAN
+
+    def _lose_position(self, observation: Observation) -> PhaseEvent:
+        """Stop the setpoint, because where the vehicle is is not known."""
+        self._follower.plan_stop(observation)
+        return PhaseEvent.POSITION_LOST
+
+    def _hold(self, observation: Observation, now: float) -> Step | None:
+        located = is_located(observation, self._config.position_stale_s)
+        held_s = self._held_s + now - self._phase_since_s
+        if held_s > self._arrival.patience_s and not self._pause_asked:
+            # Each time it comes back the flight restarts, and with it all other patience.
+            text = (
+                f"The vehicle's position is intermittent: the vehicle held for {held_s:.0f} s in "
+                "total without getting closer."
+            )
+            return Outcome(OutcomeCode.NO_POSITION, text, None)
+        if located and not observation.position_doubt:
+            if self._doubted:
+                self._doubted = False
+                self._forget()
+            self._held_s = 0.0 if self._pause_asked else held_s
+            return PhaseEvent.REPLAN
+        if located:
+            self._phase_since_s = now  # it is not lost; for how long it may be in doubt is not ours
+        timeout_s = self._config.position_timeout_s
+        age_s = observation.position_age_s
+        too_old = math.isfinite(age_s) and age_s > timeout_s
+        # The age alone is not enough: the position may be new and its heading missing.
+        if too_old or now - self._phase_since_s > timeout_s:
+            text = (
+                f"The vehicle has reported no valid position, velocity and yaw for {timeout_s:g} s."
+            )
+            return Outcome(OutcomeCode.NO_POSITION, text, None)
+        self._follower.walk(None)
+        return self._stopping.led(observation)
+
+    def _stay(self, observation: Observation, now: float) -> Step | None:
+        """Stand still where the pause came, until it is over."""
+        if not is_located(observation, self._config.position_stale_s):
+            return self._lose_position(observation)
+        if self._pause_asked:
+            return self._stand(observation, now)
+        if self._avoider is not None:
+            self._avoider.restart_clock()
+        return PhaseEvent.REPLAN
+
+    def _stand(self, observation: Observation, now: float) -> Step:
+        """Brake and stand, but give way to what comes near."""
+        if self._follower.is_stale or self._follower.carrot is None:
+            self._follower.plan_stop(observation)
+        elif self._avoider is not None:
+            self._avoider.give_way(observation, now)
+        self._follower.walk(None)
+        return self._stopping.led(observation)
+
+    def _wait_for_path(self, observation: Observation, now: float) -> Step | None:
+        """Stand still until obstacles leave a path, or it has taken too long."""
+        assert self._avoider is not None
+        if not is_located(observation, self._config.position_stale_s):
+            return self._lose_position(observation)
+        if self._arrival.holds(observation, now):
+            return self._arrived(observation, now)
+        # Who is there already only waits to be slow.
+        is_there = self._arrival.is_near(observation)
+        decision = self._avoider.wait(observation, now, may_plan=not is_there)
+        if decision is Decision.GIVE_UP:
+            return self._over(*self._avoider.failure(), observation)
+        if decision is Decision.REPLAN:
+            self._begin_flight(PhaseEvent.REPLAN, observation, now)
+            if self._phase is not Phase.BLOCKED:
+                return None
+        return self._stand(observation, now)

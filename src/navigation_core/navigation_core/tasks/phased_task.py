@@ -1,0 +1,148 @@
+"""The common frame of tasks: phases with handlers, operations, cancel and pause, one outcome."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from enum import Enum
+from typing import Generic, TypeAlias, TypeVar
+
+from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.outcomes import Rejection
+from navigation_core.tasks.base import (
+    Intent,
+    Observation,
+    Outcome,
+    Progress,
+    Requirement,
+    VehicleMode,
+)
+from navigation_core.tasks.conditions import Requester
+from navigation_core.tasks.flying.goto_config import GotoConfig
+
+Answer: TypeAlias = Intent | Outcome | None
+"""The answer of a phase; None to ask the phase that it has changed to."""
+
+PhaseT = TypeVar("PhaseT", bound=Enum)
+
+# A step changes the phase a few times at most; more would be a programming error.
+_PHASE_CHANGES_MAX = 8
+
+
+class PhasedTask(ABC, Generic[PhaseT]):
+    """A :class:`~navigation_core.tasks.base.Task` whose phases answer for it.
+
+    What it does not override is that of a vehicle that flies by itself: no setpoint is sent, no
+    mode is accepted, and nothing has to be taken up after a pause.
+    """
+
+    def __init__(self, config: GotoConfig, phase: PhaseT) -> None:
+        """Prepare.
+
+        Args:
+            config: tolerances and limits of time.
+            phase: the first phase.
+        """
+        self._config = config
+        self._phase = phase
+        self._phase_since_s = 0.0
+        self._requests = Requester(config.operation_timeout_s)
+        self._cancel_asked = False
+        self._pause_asked = False
+        self._outcome: Outcome | None = None
+        self._handlers: Mapping[PhaseT, Callable[[Observation, float], Answer]] = {}
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def requires(self) -> Requirement:
+        """The preconditions of :meth:`start`."""
+        return Requirement.CONNECTION | Requirement.POSITION
+
+    @property
+    def phase(self) -> PhaseT:
+        """The phase of the task."""
+        return self._phase
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """None: a successor begins where the vehicle is."""
+        return None
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """None, as for the state."""
+        return None
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """Empty: the vehicle flies by itself."""
+        return ()
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        self._phase_since_s = now
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Return what to do now, or how it ended; after the end, the outcome again."""
+        if self._outcome is None:
+            answer = self._answer(observation, now)
+            if not isinstance(answer, Outcome):
+                return answer
+            self._outcome = answer
+            self._end(now)
+        return self._outcome
+
+    def think(self, observation: Observation, now: float) -> None:
+        """Nothing takes long."""
+
+    def cancel(self, now: float) -> None:
+        """Ask for an early end; the steps that follow bring the vehicle to a stop."""
+        self._cancel_asked = True
+
+    def pause(self, now: float) -> Rejection | None:
+        """Stop until :meth:`unpause`; before the flight, as soon as it begins."""
+        self._pause_asked = True
+        return None
+
+    def unpause(self, now: float) -> None:
+        """Resume after a pause."""
+        self._pause_asked = False
+
+    def take_up(self, now: float) -> None:
+        """Nothing is past: the vehicle was held in a mode of its own."""
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """No: any change of mode that was not requested is somebody taking over."""
+        return False
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Nothing was missed in a time without steps."""
+
+    @abstractmethod
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Return the progress."""
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Ask the phases until one has an answer."""
+        for _ in range(_PHASE_CHANGES_MAX):
+            answer = self._handle(observation, now)
+            if answer is not None:
+                return answer
+        raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
+
+    def _handle(self, observation: Observation, now: float) -> Answer:
+        """Return the answer of the present phase."""
+        return self._handlers[self._phase](observation, now)
+
+    def _go(self, phase: PhaseT, now: float) -> None:
+        """Begin another phase."""
+        self._phase = phase
+        self._phase_since_s = now
+        self._requests.forget()
+
+    @abstractmethod
+    def _end(self, now: float) -> None:
+        """Be in the last phase; the outcome is there."""
