@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from typing import TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.simulation import Simulation
@@ -23,6 +23,8 @@ from navigation_bridge.goals.goal import (
 )
 from navigation_bridge.goals.requests import NavigateRequest, Request
 from navigation_bridge.services import Service
+from navigation_bridge.tasks.registry import TASKS
+from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import Vector3
 from navigation_core.safety.target_checks import Rejection
 from tests.support.ground_truth import GroundTruth
@@ -41,12 +43,13 @@ class SimulatedFlight:
         seed: int = 1,
         simulated: VehicleConfig | None = None,
         world: World | None = None,
+        tasks: Sequence[TaskKind[Any]] = TASKS,
         **parameters: ParameterValue,
     ) -> None:
         """Start both, with parameters of the server; ``arming`` is auto unless given.
 
         With a world there are things around the vehicle; ``ground_truth`` knows how near it
-        has come to them.
+        has come to them. Goals may ask for ``tasks``.
         """
         self._parameters: dict[str, ParameterValue] = {"arming": "auto", **parameters}
         self.config = make_config(self._parameters)
@@ -54,7 +57,7 @@ class SimulatedFlight:
         self.simulation = Simulation(vehicles=[vehicle], seed=seed, world=world)
         self.ground_truth = GroundTruth(self.simulation, _RADIUS_M)
         self.vehicle = Vehicle(self.config.vehicle)
-        self.bridge = Bridge(self.vehicle, self.config.bridge)
+        self.bridge = Bridge(self.vehicle, self.config.bridge, tasks=tasks)
         self.now = 0.0
         self.link_up = True
         self.outputs: list[tuple[float, object]] = []

@@ -10,6 +10,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor
 from mavlink_sitl.world.model import World as SimulatedWorld
 from navigation_bridge.configuration.parameter_table import ParameterValue
+from navigation_bridge.tasks.registry import TASKS
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Cylinder, KnownObstacle
 from tests.support.ground_truth import Encounter
@@ -107,7 +108,8 @@ def fly(
         How it went, and the flight for a closer look.
     """
     config = vehicle or VehicleConfig(ready_after_s=1.0)
-    flight = SimulatedFlight(world.seed, config, simulated(world), **(parameters or {})).ready()
+    around = simulated(world)
+    flight = SimulatedFlight(world.seed, config, around, TASKS, **(parameters or {})).ready()
     start, goal = world.start_enu_m, world.goal_enu_m
     height_m = goal[2] if config.vehicle == "copter" else 0.0
     target = (goal[0] - start[0], goal[1] - start[1], height_m)

@@ -11,7 +11,9 @@ I/O and reads no clock; the driver thread calls it with ``now`` and collects
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import SetpointError
@@ -27,7 +29,6 @@ from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import BridgeConfig
-from navigation_bridge.goals.admission import admit
 from navigation_bridge.goals.admitted import Admitted, Handover
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
 from navigation_bridge.goals.lifecycle import GoalEvent
@@ -39,7 +40,7 @@ from navigation_bridge.goals.observation import (
     velocity_only,
 )
 from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
-from navigation_bridge.goals.requests import Request, action_name
+from navigation_bridge.goals.requests import Request
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.services import Service, ServiceDesk
@@ -47,6 +48,9 @@ from navigation_bridge.supervision.guard import Guard
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.position_watch import PositionWatch
 from navigation_bridge.supervision.stations import Stations
+from navigation_bridge.tasks.admission import admit
+from navigation_bridge.tasks.registry import TASKS, task_of
+from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode
@@ -84,7 +88,11 @@ class Bridge:
     """
 
     def __init__(
-        self, vehicle: Vehicle, config: BridgeConfig, searcher: Searcher = AT_ONCE
+        self,
+        vehicle: Vehicle,
+        config: BridgeConfig,
+        searcher: Searcher = AT_ONCE,
+        tasks: Sequence[TaskKind[Any]] = TASKS,
     ) -> None:
         """Assemble the parts; nothing happens before :meth:`start`.
 
@@ -92,7 +100,9 @@ class Bridge:
             vehicle: the vehicle.
             config: settings for goals.
             searcher: runs the path searches.
+            tasks: what goals may ask for.
         """
+        self._tasks = tasks
         self._refusal: Rejection | None = None
         self._searcher = searcher
         self._compose(vehicle, config)
@@ -188,7 +198,7 @@ class Bridge:
             replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
             self._report.ended(previous, replaced, now)
         goal.apply(GoalEvent.EXECUTE)
-        goal.kind = action_name(request)
+        goal.kind = task_of(request, self._tasks).action
         self._positions.begin(goal)
         self._report.accepted(goal)
         if goal.plan is not None:
@@ -379,6 +389,7 @@ class Bridge:
         self._guard.tell_fence()
         admitted = admit(
             request,
+            self._tasks,
             self._vehicle,
             self._map_frame,
             self._config,

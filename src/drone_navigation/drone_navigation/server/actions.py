@@ -44,14 +44,16 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.fleet import DriverThread
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState
-from navigation_bridge.goals.requests import NavigateRequest, Request
-from navigation_bridge.names import (
-    ACTION_NAME,
-    LAND_ACTION_NAME,
-    RETURN_ACTION_NAME,
-    TAKEOFF_ACTION_NAME,
-    WAYPOINTS_ACTION_NAME,
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    NavigateRequest,
+    Request,
+    ReturnRequest,
+    TakeoffRequest,
+    WaypointsRequest,
 )
+from navigation_bridge.tasks.registry import TASKS
+from navigation_bridge.tasks.task_kind import TaskKind
 
 if TYPE_CHECKING:
     from navigation_core.outcomes import OutcomeCode
@@ -82,43 +84,58 @@ class ActionKind:
     result: Callable[[GoalFinished, Any], Any]
 
 
-ACTIONS = (
-    ActionKind(
-        ACTION_NAME,
-        Navigate,
-        convert.request_from_goal,
-        convert.feedback_message,
-        convert.result_message,
+@dataclass(frozen=True)
+class _Interface:
+    """The ROS side of all tasks with requests of one kind."""
+
+    type: Any
+    request: Callable[[Any, type[Any]], Request]
+    feedback: Callable[[GoalFeedback, Any], Any]
+    result: Callable[[GoalFinished, Any], Any]
+
+
+_INTERFACES: dict[type[Request], _Interface] = {
+    NavigateRequest: _Interface(
+        Navigate, convert.request_from_goal, convert.feedback_message, convert.result_message
     ),
-    ActionKind(
-        WAYPOINTS_ACTION_NAME,
+    WaypointsRequest: _Interface(
         NavigateWaypoints,
         convert.request_from_waypoints,
         convert.waypoints_feedback,
         convert.waypoints_result,
     ),
-    ActionKind(
-        TAKEOFF_ACTION_NAME,
-        Takeoff,
-        convert.request_from_takeoff,
-        convert.takeoff_feedback,
-        convert.takeoff_result,
+    TakeoffRequest: _Interface(
+        Takeoff, convert.request_from_takeoff, convert.takeoff_feedback, convert.takeoff_result
     ),
-    ActionKind(
-        LAND_ACTION_NAME,
-        Land,
-        convert.request_from_land,
-        convert.land_feedback,
-        convert.land_result,
+    LandRequest: _Interface(
+        Land, convert.request_from_land, convert.land_feedback, convert.land_result
     ),
-    ActionKind(
-        RETURN_ACTION_NAME,
-        ReturnToLaunch,
-        convert.request_from_return,
-        convert.return_feedback,
-        convert.return_result,
+    ReturnRequest: _Interface(
+        ReturnToLaunch, convert.request_from_return, convert.return_feedback, convert.return_result
     ),
-)
+}
+
+
+def action_of(task: TaskKind[Any]) -> ActionKind:
+    """Return the action by which a task is served: that of the request that its own is based on.
+
+    Raises:
+        LookupError: no action has such requests.
+    """
+    bases = [base for base in _INTERFACES if issubclass(task.request, base)]
+    if not bases:
+        raise LookupError(f"No action is known for a {task.request.__name__}.")
+    interface = _INTERFACES[bases[0]]
+    return ActionKind(
+        task.action,
+        interface.type,
+        lambda goal: interface.request(goal, task.request),
+        interface.feedback,
+        interface.result,
+    )
+
+
+ACTIONS = tuple(action_of(task) for task in TASKS)
 
 
 @dataclass

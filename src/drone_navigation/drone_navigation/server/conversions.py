@@ -38,11 +38,13 @@ _REFERENCES = {
 }
 
 
-def request_from_goal(goal: Navigate.Goal) -> NavigateRequest:
+def request_from_goal(
+    goal: Navigate.Goal, request: type[NavigateRequest] = NavigateRequest
+) -> NavigateRequest:
     """Return the request that a Navigate goal makes."""
     pose = goal.target_pose.pose
     q = pose.orientation
-    return NavigateRequest(
+    return request(
         frame_id=goal.target_pose.header.frame_id,
         position=(pose.position.x, pose.position.y, pose.position.z),
         orientation_xyzw=(q.x, q.y, q.z, q.w),
@@ -51,9 +53,11 @@ def request_from_goal(goal: Navigate.Goal) -> NavigateRequest:
     )
 
 
-def request_from_waypoints(goal: NavigateWaypoints.Goal) -> WaypointsRequest:
+def request_from_waypoints(
+    goal: NavigateWaypoints.Goal, request: type[WaypointsRequest] = WaypointsRequest
+) -> WaypointsRequest:
     """Return the request that a NavigateWaypoints goal makes."""
-    return WaypointsRequest(
+    return request(
         waypoints=tuple(_waypoint(waypoint) for waypoint in goal.waypoints),
         by_mission=goal.execution == NavigateWaypoints.Goal.EXECUTION_MISSION,
         laps=goal.laps,
@@ -74,19 +78,23 @@ def _waypoint(message: Waypoint) -> WaypointRequest:
     )
 
 
-def request_from_takeoff(goal: Takeoff.Goal) -> TakeoffRequest:
+def request_from_takeoff(
+    goal: Takeoff.Goal, request: type[TakeoffRequest] = TakeoffRequest
+) -> TakeoffRequest:
     """Return the request that a Takeoff goal makes."""
-    return TakeoffRequest(goal.height)
+    return request(goal.height)
 
 
-def request_from_land(_goal: Land.Goal) -> LandRequest:
+def request_from_land(_goal: Land.Goal, request: type[LandRequest] = LandRequest) -> LandRequest:
     """Return the request that a Land goal makes."""
-    return LandRequest()
+    return request()
 
 
-def request_from_return(_goal: ReturnToLaunch.Goal) -> ReturnRequest:
+def request_from_return(
+    _goal: ReturnToLaunch.Goal, request: type[ReturnRequest] = ReturnRequest
+) -> ReturnRequest:
     """Return the request that a ReturnToLaunch goal makes."""
-    return ReturnRequest()
+    return request()
 
 
 def code_number(code: OutcomeCode) -> int:

@@ -6,13 +6,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
-from navigation_bridge.names import (
-    ACTION_NAME,
-    LAND_ACTION_NAME,
-    RETURN_ACTION_NAME,
-    TAKEOFF_ACTION_NAME,
-    WAYPOINTS_ACTION_NAME,
-)
 from navigation_core.geometry import Vector3
 
 # Upper limit against typing errors.
@@ -108,17 +101,3 @@ class ReturnRequest:
 Request: TypeAlias = (
     NavigateRequest | WaypointsRequest | TakeoffRequest | LandRequest | ReturnRequest
 )
-
-
-_ACTIONS: dict[type[Request], str] = {
-    NavigateRequest: ACTION_NAME,
-    WaypointsRequest: WAYPOINTS_ACTION_NAME,
-    TakeoffRequest: TAKEOFF_ACTION_NAME,
-    LandRequest: LAND_ACTION_NAME,
-    ReturnRequest: RETURN_ACTION_NAME,
-}
-
-
-def action_name(request: Request) -> str:
-    """Return the name of the action that a request comes by."""
-    return _ACTIONS[type(request)]

@@ -1,4 +1,4 @@
-"""Admission of routes: by setpoints, as a mission, or by a plane. No ROS."""
+"""NavigateWaypoints: a route by setpoints, as a mission, or by a plane."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obsta
 from navigation_bridge.goals.requests import WaypointsRequest
 from navigation_bridge.goals.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
 from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.names import WAYPOINTS_ACTION_NAME
+from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import horizontal_norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -17,7 +19,7 @@ from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import circle_max_m
 
-__all__ = ["admit_plane", "admit_route"]
+__all__ = ["NAVIGATE_WAYPOINTS", "admit_plane"]
 
 # Assumed speed of a plane that none is asked of (FW_AIRSPD_TRIM; ArduPlane's is more).
 _PLANE_M_S = 15.0
@@ -26,7 +28,7 @@ _AIRSPEED = "A plane's max_speed is an airspeed; the ground speed depends on the
 _NO_SPEED = "max_speed was ignored: the speed of this plane cannot be commanded."
 
 
-def admit_route(request: WaypointsRequest, situation: Situation) -> Admitted | Rejection:
+def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Rejection:
     """Return the admitted route for this vehicle, or the first reason for rejection."""
     rejection = situation.may_move()
     if rejection is not None:
@@ -183,3 +185,6 @@ def admit_plane(
         warnings,
         _plan(waypoints, laps, _PLANE_M_S),
     )
+
+
+NAVIGATE_WAYPOINTS = TaskKind(WAYPOINTS_ACTION_NAME, WaypointsRequest, _admit)

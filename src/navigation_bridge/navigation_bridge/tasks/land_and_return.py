@@ -1,0 +1,53 @@
+"""Land and ReturnToLaunch: modes of the vehicle, which the bridge monitors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from navigation_bridge.goals.admitted import Admitted, Situation
+from navigation_bridge.goals.requests import LandRequest, ReturnRequest
+from navigation_bridge.names import LAND_ACTION_NAME, RETURN_ACTION_NAME
+from navigation_bridge.tasks.task_kind import TaskKind
+from navigation_bridge.vehicle.traits import circle_radius_m
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.tasks.watching import vehicle_led
+
+
+def _admit(
+    goal: vehicle_led.VehicleLedGoal, mode: str | None, situation: Situation
+) -> Admitted | Rejection:
+    traits = situation.traits
+    if mode is None:
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"{situation.profile.name} has no mode for a {goal.name}; docs/autopilots.md lists "
+            "what each vehicle supports.",
+        )
+    if not situation.vehicle.state.armed:
+        return Rejection(
+            OutcomeCode.NOT_FLYING, f"The vehicle is disarmed; a {goal.name} is not possible."
+        )
+    if traits.flies and not situation.flies:
+        return Rejection(
+            OutcomeCode.NOT_FLYING,
+            f"The vehicle is on the ground; a {goal.name} is not possible.",
+        )
+    config, vehicle = situation.config.goto, situation.vehicle
+    if goal is vehicle_led.RETURN_TO_LAUNCH:
+        radius_m = circle_radius_m(situation.profile, vehicle.parameters, about_launch=True)
+        traits = replace(traits, circle_radius_m=radius_m)
+    return Admitted(goal.name, None, lambda _handover: vehicle_led.VehicleLed(goal, config, traits))
+
+
+def _admit_land(_request: LandRequest, situation: Situation) -> Admitted | Rejection:
+    return _admit(vehicle_led.LAND, situation.profile.land_mode, situation)
+
+
+def _admit_return(_request: ReturnRequest, situation: Situation) -> Admitted | Rejection:
+    return _admit(vehicle_led.RETURN_TO_LAUNCH, situation.profile.return_mode, situation)
+
+
+# A vehicle without a position must still be able to land.
+LAND = TaskKind(LAND_ACTION_NAME, LandRequest, _admit_land, needs_position=False)
+RETURN_TO_LAUNCH = TaskKind(RETURN_ACTION_NAME, ReturnRequest, _admit_return)

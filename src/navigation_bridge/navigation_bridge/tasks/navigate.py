@@ -1,0 +1,90 @@
+"""Navigate: fly to a pose."""
+
+from __future__ import annotations
+
+from navigation_bridge.goals.admitted import Admitted, Handover, Situation
+from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
+from navigation_bridge.goals.point_requests import resolve
+from navigation_bridge.goals.requests import NavigateRequest
+from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.names import ACTION_NAME
+from navigation_bridge.tasks.navigate_waypoints import admit_plane
+from navigation_bridge.tasks.task_kind import TaskKind
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.tasks.base import Task
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.flying.route import RouteWaypoint
+
+__all__ = ["NAVIGATE", "admit_point", "resolve_point"]
+
+
+def resolve_point(request: NavigateRequest, situation: Situation) -> GotoGoal | Rejection:
+    """Return the goal of a request in the map frame, or why this vehicle may not go there."""
+    rejection = situation.may_move()
+    if rejection is not None:
+        return rejection
+    assert situation.pose is not None
+    return resolve(
+        request,
+        situation.pose,
+        situation.map_frame.enu,
+        situation.ground_enu_m,
+        situation.config.volume,
+        situation.speed_max_m_s,
+        situation.traits,
+    )
+
+
+def _admit(request: NavigateRequest, situation: Situation) -> Admitted | Rejection:
+    goal = resolve_point(request, situation)
+    if isinstance(goal, Rejection):
+        return goal
+    warnings = check_obstacles((goal.position_enu_m,), request.avoid_obstacles, False, situation)
+    if isinstance(warnings, Rejection):
+        return warnings
+    return admit_point(goal, situation.goto, situation, warnings, request.avoid_obstacles)
+
+
+def admit_point(
+    goal: GotoGoal,
+    config: GotoConfig,
+    situation: Situation,
+    warnings: tuple[str, ...] = (),
+    avoid: bool = False,
+) -> Admitted | Rejection:
+    """Return the admitted flight to one point, which a plane circles."""
+    traits = situation.traits
+    if not traits.hovers:
+        waypoint = RouteWaypoint(
+            goal.position_enu_m,
+            config.arrival_radius_m,
+            yaw_enu_rad=goal.yaw_enu_rad,
+            max_speed_m_s=goal.max_speed_m_s,
+        )
+        return admit_plane((waypoint,), 1, situation, warnings)
+    x, y, z = goal.position_enu_m
+    speed_m_s = goal.max_speed_m_s or config.limits.speed_horizontal_m_s
+
+    avoidance = avoidance_of(avoid, situation)
+
+    def make_task(handover: Handover) -> Task:
+        return fly_to(
+            goal,
+            config,
+            predecessor=handover.commanded,
+            predecessor_yaw=handover.yaw_enu_rad,
+            predecessor_time_s=handover.time_s,
+            traits=traits,
+            avoidance=avoidance,
+        )
+
+    return Admitted(
+        f"map ({x:.2f}, {y:.2f}, {z:.2f}) m at up to {speed_m_s:g} m/s",
+        goal.position_enu_m,
+        make_task,
+        warnings,
+        FlightPlan((goal.position_enu_m,), (speed_m_s,), straight=avoidance is None),
+    )
+
+
+NAVIGATE = TaskKind(ACTION_NAME, NavigateRequest, _admit)
