@@ -54,7 +54,7 @@ def pair_of(
 
 
 def upload(pair: VehiclePair, items: list[MissionItem]) -> OperationFinished:
-    return pair.finish(pair.vehicle.upload_mission(items, pair.now), 90.0)
+    return pair.finish(pair.vehicle.missions.upload(items, pair.now), 90.0)
 
 
 @pytest.mark.parametrize(("autopilot", "vehicle"), KINDS)
@@ -62,9 +62,9 @@ def test_what_is_uploaded_can_be_read_back_and_cleared(autopilot: str, vehicle: 
     pair = pair_of(autopilot, vehicle)
     end = upload(pair, MISSION)
     assert end.result is OperationResult.ACHIEVED, end.reason
-    end = pair.finish(pair.vehicle.download_mission(pair.now))
+    end = pair.finish(pair.vehicle.missions.download(pair.now))
     assert end.result is OperationResult.ACHIEVED, end.reason
-    stored = pair.vehicle.stored_mission
+    stored = pair.vehicle.missions.stored
     assert stored is not None
     assert [(item.command, item.x) for item in stored[2:]] == [
         (item.command, item.x) for item in MISSION[2:]
@@ -74,9 +74,9 @@ def test_what_is_uploaded_can_be_read_back_and_cleared(autopilot: str, vehicle: 
     assert mission is not None
     assert mission.total == len(MISSION)
     assert (mission.mission_id != 0) == (autopilot == "px4")
-    end = pair.finish(pair.vehicle.clear_mission(pair.now))
+    end = pair.finish(pair.vehicle.missions.clear(pair.now))
     assert end.result is OperationResult.ACHIEVED, end.reason
-    assert pair.vehicle.stored_mission == ()
+    assert pair.vehicle.missions.stored == ()
     pair.run_for(1.0)
     mission = pair.vehicle.state.mission
     assert mission is not None
@@ -100,13 +100,13 @@ def test_a_copter_takes_off_and_flies_its_mission(autopilot: str) -> None:
     pair = pair_of(autopilot)
     vehicle = pair.vehicle
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
-    refused = pair.finish(vehicle.start_mission(pair.now))
+    refused = pair.finish(vehicle.missions.start(pair.now))
     assert refused.result is OperationResult.REFUSED
     assert "disarmed" in refused.reason
     if autopilot == "ardupilot":
         assert pair.finish(vehicle.take_control(pair.now)).result is OperationResult.ACHIEVED
     assert pair.finish(vehicle.arm(pair.now)).result is OperationResult.ACHIEVED
-    end = pair.finish(vehicle.start_mission(pair.now))
+    end = pair.finish(vehicle.missions.start(pair.now))
     assert end.result is OperationResult.ACHIEVED, end.reason
     pair.run_until(
         lambda: (
@@ -131,9 +131,9 @@ def test_ardupilot_refuses_to_clear_the_mission_that_it_flies_and_px4_loiters() 
         if autopilot == "ardupilot":
             pair.finish(vehicle.take_control(pair.now))
         pair.finish(vehicle.arm(pair.now))
-        assert pair.finish(vehicle.start_mission(pair.now)).result is OperationResult.ACHIEVED
+        assert pair.finish(vehicle.missions.start(pair.now)).result is OperationResult.ACHIEVED
         pair.run_for(8.0)
-        end = pair.finish(vehicle.clear_mission(pair.now))
+        end = pair.finish(vehicle.missions.clear(pair.now))
         pair.run_for(2.0)
         if autopilot == "ardupilot":
             assert end.result is OperationResult.REFUSED
@@ -148,7 +148,7 @@ def test_px4_refuses_to_fly_a_mission_that_is_not_there() -> None:
     pair = pair_of("px4")
     vehicle = pair.vehicle
     pair.finish(vehicle.arm(pair.now))
-    end = pair.finish(vehicle.start_mission(pair.now), 30.0)
+    end = pair.finish(vehicle.missions.start(pair.now), 30.0)
     assert end.result is not OperationResult.ACHIEVED
 
 
@@ -171,21 +171,21 @@ def test_an_item_that_the_vehicle_does_not_take_is_named() -> None:
 def test_a_cancelled_upload_leaves_an_ardupilot_with_a_mission_cut_short() -> None:
     pair = pair_of()
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
-    operation = pair.vehicle.upload_mission([take_off(7.0)], pair.now)
+    operation = pair.vehicle.missions.upload([take_off(7.0)], pair.now)
     pair.flush()
     pair.vehicle.cancel_operation(pair.now)
     end = pair.finish(operation)
     assert end.result is OperationResult.CANCELLED
     assert "MISSION_ACK" in pair.names_sent()
-    pair.finish(pair.vehicle.download_mission(pair.now))
-    assert len(pair.vehicle.stored_mission or ()) < len(MISSION)
+    pair.finish(pair.vehicle.missions.download(pair.now))
+    assert len(pair.vehicle.missions.stored or ()) < len(MISSION)
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_the_current_item_can_be_chosen(autopilot: str) -> None:
     pair = pair_of(autopilot)
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
-    end = pair.finish(pair.vehicle.set_current_item(3, pair.now))
+    end = pair.finish(pair.vehicle.missions.set_current(3, pair.now))
     assert end.result is OperationResult.ACHIEVED, end.reason
     # A new mission begins at its own first item all the same.
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
@@ -197,7 +197,7 @@ def test_the_current_item_can_be_chosen(autopilot: str) -> None:
 
 def test_a_restart_ends_an_upload() -> None:
     pair = pair_of()
-    operation = pair.vehicle.upload_mission(MISSION, pair.now)
+    operation = pair.vehicle.missions.upload(MISSION, pair.now)
     pair.flush()
     pair.reboot()
     end = pair.finish(operation)

@@ -121,13 +121,15 @@ def network(request: pytest.FixtureRequest) -> Network:
 def test_both_read_the_same_mission_at_once(network: Network) -> None:
     board, ground = network.board.vehicle, network.ground.vehicle
     stored = items(6, 12.0)
-    upload = board.upload_mission(stored, network.now)
+    upload = board.missions.upload(stored, network.now)
     network.run_until(lambda: network.board.end(upload))
     assert network.board.end(upload).result is ACHIEVED  # type: ignore[union-attr]
-    ends = network.finish(board.download_mission(network.now), ground.download_mission(network.now))
+    ends = network.finish(
+        board.missions.download(network.now), ground.missions.download(network.now)
+    )
     assert [end.result for end in ends] == [ACHIEVED, ACHIEVED], ends
-    assert board.stored_mission == ground.stored_mission
-    assert len(board.stored_mission or ()) == len(stored)
+    assert board.missions.stored == ground.missions.stored
+    assert len(board.missions.stored or ()) == len(stored)
     assert board.mission_change == ""
 
 
@@ -156,13 +158,13 @@ def test_two_uploads_at_once_are_told_as_what_they_came_to(network: Network) -> 
     board, ground = network.board, network.ground
     ours, theirs = items(5, 12.0), items(3, 30.0)
     ends = network.finish(
-        board.vehicle.upload_mission(ours, network.now),
-        ground.vehicle.upload_mission(theirs, network.now),
+        board.vehicle.missions.upload(ours, network.now),
+        ground.vehicle.missions.upload(theirs, network.now),
     )
     assert ACHIEVED in [end.result for end in ends], ends
     for station, end, sent in ((board, ends[0], ours), (ground, ends[1], theirs)):
         if end.result is ACHIEVED:
-            stored = station.vehicle.stored_mission
+            stored = station.vehicle.missions.stored
             assert [item.z for item in stored or ()] == [item.z for item in sent]
         else:
             assert station.vehicle.mission_change == ""
@@ -174,17 +176,17 @@ def test_two_uploads_at_once_are_told_as_what_they_came_to(network: Network) -> 
 
 def test_who_replaces_our_mission_is_named_once(network: Network) -> None:
     board, ground = network.board, network.ground
-    upload = board.vehicle.upload_mission(items(5, 12.0), network.now)
+    upload = board.vehicle.missions.upload(items(5, 12.0), network.now)
     network.run_until(lambda: board.end(upload))
     fresh_s = network.now
     network.run_until(lambda: board.vehicle.state.mission.time_s > fresh_s)  # type: ignore[union-attr]
     board.events.clear()
-    replace = ground.vehicle.upload_mission(items(3, 30.0), network.now)
+    replace = ground.vehicle.missions.upload(items(3, 30.0), network.now)
     network.run_until(lambda: ground.end(replace) and board.vehicle.mission_change)
     acts = [act for act in board.acts if act.act is StationAct.REPLACED_MISSION]
     assert [act.station for act in acts] == [ON_GROUND]
     assert "3 items instead of 5" in board.vehicle.mission_change
     board.events.clear()
-    ground.vehicle.clear_mission(network.now)
+    ground.vehicle.missions.clear(network.now)
     network.run_until(lambda: board.acts)
     assert [act.act for act in board.acts] == [StationAct.CLEARED_MISSION]

@@ -38,9 +38,9 @@ START: dict[str, Callable[[Vehicle, float], int]] = {
     "mode": lambda vehicle, now: vehicle.change_mode(FIRST_MODE, now),
     "arm": lambda vehicle, now: vehicle.arm(now),
     "take off": lambda vehicle, now: vehicle.take_off(5.0, now),
-    "upload": lambda vehicle, now: vehicle.upload_mission(ITEMS, now),
-    "download": lambda vehicle, now: vehicle.download_mission(now),
-    "clear": lambda vehicle, now: vehicle.clear_mission(now),
+    "upload": lambda vehicle, now: vehicle.missions.upload(ITEMS, now),
+    "download": lambda vehicle, now: vehicle.missions.download(now),
+    "clear": lambda vehicle, now: vehicle.missions.clear(now),
 }
 
 
@@ -172,7 +172,7 @@ def test_answers_to_others_change_nothing(steps: list[Said | str | int], autopil
         story.wait(30.0)
     assert among_others.events == alone.events
     assert among_others.sent == alone.sent
-    assert among_others.vehicle.stored_mission == alone.vehicle.stored_mission
+    assert among_others.vehicle.missions.stored == alone.vehicle.missions.stored
     assert among_others.vehicle.fence_items == alone.vehicle.fence_items
     assert among_others.vehicle.round_trip_s == alone.vehicle.round_trip_s
     assert among_others.vehicle.state == alone.vehicle.state

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind
+from mavlink_vehicle.missions import Missions
+from mavlink_vehicle.operation_desk import OperationDesk
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.operations.operation_goals import (
     ArmGoal,
@@ -26,7 +28,7 @@ from mavlink_vehicle.protocols.operations.takeoff_goal import (
 )
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
-from mavlink_vehicle.vehicle_stations import VehicleStations
+from mavlink_vehicle.vehicle_core import VehicleCore
 
 __all__ = ["DEFAULT_RATES_HZ", "SetpointNed", "Vehicle", "VehicleConfig"]
 
@@ -35,12 +37,18 @@ _TAKEOFF_DOUBT_S = 6.0
 _STREAM_WAIT_S = 2.0
 
 
-class Vehicle(VehicleStations):
+class Vehicle(VehicleCore):
     """One autopilot; sans I/O.
 
     Operations are asynchronous: each method returns an id, and each operation ends in one
     `OperationFinished` with that id. One runs at a time; a new one cancels the pending one.
     """
+
+    def __init__(self, config: VehicleConfig | None = None) -> None:
+        """Prepare; nothing happens before `start`."""
+        super().__init__(config)
+        self._desk = OperationDesk(self)
+        self.missions = Missions(self, self._desk)
 
     # Modes
 
@@ -48,11 +56,11 @@ class Vehicle(VehicleStations):
         """Change to the mode called `name`; returns the operation's id."""
         profile, kind = self.profile, OperationKind.CHANGE_MODE
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         if name not in profile.modes:
             known = ", ".join(sorted(profile.modes)) or "none known"
             reason = f"{profile.name} has no mode {name!r}; its modes are {known}."
-            return self._refuse(kind, reason, now)
+            return self._desk.refuse(kind, reason, now)
         return self._to_mode(profile, name, kind, now)
 
     def take_control(self, now: float) -> int:
@@ -63,20 +71,20 @@ class Vehicle(VehicleStations):
         """
         profile, kind = self.profile, OperationKind.TAKE_CONTROL
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         prestream_s = profile.prestream_s
         if prestream_s == 0.0 or profile.control_mode is None:
             return self._own_mode(profile.control_mode, kind, now)
         if not self.state.armed:
             # Setpoints for a disarmed vehicle would set it off when it is armed.
             reason = f"{profile.name} is disarmed; arm it before {profile.control_mode} is entered."
-            return self._refuse(kind, reason, now)
+            return self._desk.refuse(kind, reason, now)
         if not self.stream_open:
             reason = (
                 f"{profile.name} enters {profile.control_mode} only while setpoints are received; "
                 "open the stream and send them first."
             )
-            return self._refuse(kind, reason, now)
+            return self._desk.refuse(kind, reason, now)
 
         def gate(now: float) -> float:
             return self._stream.steady_from_s(prestream_s, now)
@@ -114,7 +122,7 @@ class Vehicle(VehicleStations):
         if profile is None or name is None:
             return self._set_armed(goal, now)
         mode = profile.modes[name]
-        return self._begin(
+        return self._desk.begin(
             profile,
             ArmingModeGoal(name, mode, profile),
             Wanted(mode=mode),
@@ -136,15 +144,15 @@ class Vehicle(VehicleStations):
         """
         profile, kind = self.profile, OperationKind.TAKE_OFF
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         problem = takeoff_problem(height_above_home_m, self.state, profile)
         if problem is not None:
-            return self._refuse(kind, f"Take-off rejected: {problem}.", now)
+            return self._desk.refuse(kind, f"Take-off rejected: {problem}.", now)
         timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_home_m)
         goal = TakeoffGoal(height_above_home_m, self.state, profile)
         timing = OperationTiming(timeout_s, doubt_s=_TAKEOFF_DOUBT_S)
         wanted = Wanted(mode=profile.mode_number(profile.takeoff_mode))
-        return self._begin(profile, goal, wanted, timing, now)
+        return self._desk.begin(profile, goal, wanted, timing, now)
 
     # Places and speeds
 
@@ -167,14 +175,14 @@ class Vehicle(VehicleStations):
         """
         profile, kind = self.profile, OperationKind.REPOSITION
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         place = (latitude_deg, longitude_deg, altitude_amsl_m)
         problem = reposition_problem(place, radius_m, self.state, profile)
         if problem is not None:
-            return self._refuse(kind, f"Reposition rejected: {problem}.", now)
+            return self._desk.refuse(kind, f"Reposition rejected: {problem}.", now)
         goal = reposition_goal(place, radius_m, self.state, profile)
         timing = OperationTiming(self.config.operation_timeout_s)
-        return self._begin(profile, goal, Wanted(mode=goal.custom_mode), timing, now)
+        return self._desk.begin(profile, goal, Wanted(mode=goal.custom_mode), timing, now)
 
     def change_speed(self, speed_m_s: float, now: float) -> int:
         """Change the speed by command, where the profile says so; returns the operation's id.
@@ -183,18 +191,18 @@ class Vehicle(VehicleStations):
         """
         profile, kind = self.profile, OperationKind.CHANGE_SPEED
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         problem = speed_problem(speed_m_s, self.mode_name, profile)
         if problem is not None or profile.speed_command is None:
-            return self._refuse(kind, f"Speed change rejected: {problem}.", now)
+            return self._desk.refuse(kind, f"Speed change rejected: {problem}.", now)
         goal = SpeedGoal(speed_m_s, profile.speed_command.speed_type)
         timing = OperationTiming(self.config.operation_timeout_s)
-        return self._begin(profile, goal, Wanted(), timing, now)
+        return self._desk.begin(profile, goal, Wanted(), timing, now)
 
     def cancel_operation(self, now: float) -> None:
         """End the operation under way, if any, as CANCELLED. Nothing is sent to the vehicle."""
-        self._slot.cancel("we stopped waiting for it", now)
-        self._take_ends()
+        self.slot.cancel("we stopped waiting for it", now)
+        self.take_ends()
 
     # Setpoints
 
@@ -217,10 +225,10 @@ class Vehicle(VehicleStations):
         profile = self.profile
         if profile is None:
             raise SetpointError("No vehicle has been detected yet; wait for its HEARTBEAT.")
-        self._notice(now)
+        self.notice(now)
         if self.mode_unseen:
             return
-        pending = self._slot.pending
+        pending = self.slot.pending
         if (
             pending is not None
             and pending.goal.kind is OperationKind.TAKE_OFF
@@ -236,7 +244,7 @@ class Vehicle(VehicleStations):
             if self.in_control_mode and self.state.armed:
                 self._drag.learn(self.state.attitude, self.state.local_position)
             setpoint = self._drag.added_to(setpoint)
-        self._note_setpoint(now)
+        self.note_setpoint(now)
         self._stream.offer(
             setpoint,
             now,
@@ -261,11 +269,11 @@ class Vehicle(VehicleStations):
     def _own_mode(self, name: str | None, kind: OperationKind, now: float) -> int:
         profile = self.profile
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         if name is None:
             why = profile.unsupported or f"{profile.name} has no mode for this."
             sentence = f"{kind.value[0].upper()}{kind.value[1:]} rejected: {why}"
-            return self._refuse(kind, sentence, now)
+            return self._desk.refuse(kind, sentence, now)
         return self._to_mode(profile, name, kind, now)
 
     def _to_mode(
@@ -276,7 +284,7 @@ class Vehicle(VehicleStations):
             self.config.operation_timeout_s, gate_s=profile.prestream_s + _STREAM_WAIT_S
         )
         goal = ModeGoal(name, mode, profile, kind)
-        return self._begin(profile, goal, Wanted(mode=mode), timing, now, gate)
+        return self._desk.begin(profile, goal, Wanted(mode=mode), timing, now, gate)
 
     def _mode_to_arm_in(self, profile: Profile) -> str | None:
         """Return the mode to change to before arming; None when it may be armed as it is."""
@@ -290,7 +298,7 @@ class Vehicle(VehicleStations):
 
     def _set_armed(self, goal: ArmGoal, now: float, operation_id: int | None = None) -> int:
         if self.profile is None:
-            return self._nobody(goal.kind, now)
+            return self._desk.nobody(goal.kind, now)
         timing = OperationTiming(self.config.operation_timeout_s)
         wanted = Wanted(armed=goal.armed)
-        return self._begin(self.profile, goal, wanted, timing, now, operation_id=operation_id)
+        return self._desk.begin(self.profile, goal, wanted, timing, now, operation_id=operation_id)

@@ -7,7 +7,6 @@ can be asked to do.
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Mapping
 
@@ -19,7 +18,6 @@ from mavlink_vehicle.events import (
     LandedChanged,
     LandedState,
     ModeChanged,
-    OperationFinished,
     StatusTextReceived,
     StoodStill,
     StreamClosed,
@@ -35,14 +33,21 @@ from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.mission.fence_items import FenceItems
-from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
+from mavlink_vehicle.protocols.mission.mission_operation import (
+    MissionJob,
+    MissionOperation,
+    MissionTiming,
+)
 from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.operations.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
-from mavlink_vehicle.protocols.sequence import SequenceOrder
+from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
+from mavlink_vehicle.protocols.stations.overheard import ANSWERS, is_fence_taken
+from mavlink_vehicle.protocols.stations.station_observer import StationObserver
+from mavlink_vehicle.protocols.stream_gap import StreamGap
 from mavlink_vehicle.protocols.timesync import Timesync
 from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
 from mavlink_vehicle.state.reducer import VehicleState, reduce
@@ -78,17 +83,12 @@ _LATE_S = 0.25
 # A stream that is a little shorter than what the firmware allows may be too long on its side.
 _STREAM_SHARE = 0.9
 _MODE_FIELDS = ("custom_mode", "intended_mode")
-_MODE_MESSAGES = (_HEARTBEAT, _CURRENT_MODE)
 _SETPOINTS = frozenset(
     {
         mavlink.MAVLink_set_position_target_local_ned_message,
         mavlink.MAVLink_set_position_target_global_int_message,
     }
 )
-# PX4 takes the stream for lost after COM_OF_LOSS_T (1 s); the link's jitter comes on top.
-_STREAM_GAP_S = 0.8
-# What was streamed longer ago was another flight.
-_STREAM_OVER_S = 10.0
 
 
 class VehicleCore:
@@ -101,7 +101,7 @@ class VehicleCore:
             system_id=self.config.target_system, component_id=self.config.target_component
         )
         self.profile: Profile | None = None
-        self._command_timing = CommandTiming(
+        self.command_timing = CommandTiming(
             self.config.command_timeout_s, self.config.command_retries
         )
         self._sender = HeartbeatSender(
@@ -114,24 +114,25 @@ class VehicleCore:
         )
         self._watch = HeartbeatWatch(self.config.heartbeat_timeout_s)
         self._rates = MessageRates(
-            self.config.message_rates_hz, self._command_timing, self.config.optional_rates_hz
+            self.config.message_rates_hz, self.command_timing, self.config.optional_rates_hz
         )
         self._requests = MessageRequests(_WANTED_ONCE, lambda: self.state.position_valid)
         self._timesync = Timesync(self.config.timesync_interval_s)
         self._parameters = ParameterReader()
         self._fence = FenceItems(
             TransferTiming(self.config.mission_timeout_s, self.config.mission_retries),
-            lambda: not isinstance(self._slot.pending, MissionOperation),
+            lambda: not isinstance(self.slot.pending, MissionOperation),
         )
         self._stream = SetpointStream()
         self._own_gap = OwnGap(lambda: self.address)
         self._drag = Drag()
-        self._order = SequenceOrder()
-        self._place = self._mode_place = self._beat_place = -1
+        self._order = ModeOrder()
+        self._gap = StreamGap()
         self._answers_by_name = False
-        self._heard_s = self._setpoint_s = -math.inf
         self._failsafes = FailsafeWatch()
-        self._slot = OperationSlot(self._command_timing, self.config.grace_s)
+        self.slot = OperationSlot(self.command_timing, self.config.grace_s)
+        self._stations = StationObserver()
+        self._last_mission: MissionOperation | None = None
         self.ranges = RangeReader()
         self._events: deque[VehicleEvent] = deque()
         self._parts = (
@@ -142,13 +143,13 @@ class VehicleCore:
             self._requests,
             self._parameters,
             self._fence,
-            self._slot,
+            self.slot,
             self._failsafes,
             self._timesync,
         )
         self._senders = (
             self._own_gap,
-            self._slot,
+            self.slot,
             self._stream,
             self._sender,
             self._rates,
@@ -183,7 +184,7 @@ class VehicleCore:
     @property
     def operation(self) -> int | None:
         """Id of the operation under way, None when there is none."""
-        pending = self._slot.pending
+        pending = self.slot.pending
         return None if pending is None else pending.operation_id
 
     @property
@@ -222,6 +223,24 @@ class VehicleCore:
         return self._fence.items
 
     @property
+    def stored_mission(self) -> tuple[MissionItem, ...] | None:
+        """The items read by the last operation on the mission; None before."""
+        return None if self._last_mission is None else self._last_mission.stored
+
+    @property
+    def mission_change(self) -> str:
+        """The change of the mission that we uploaded last; empty while it is ours.
+
+        Part of a sentence, for example "MISSION_CURRENT shows 4 items instead of 5".
+        """
+        return self._stations.mission_change
+
+    @property
+    def stations_heard(self) -> tuple[tuple[int, int], ...]:
+        """System and component of who was heard to talk to the vehicle, the last one last."""
+        return self._stations.stations
+
+    @property
     def address(self) -> Address:
         """The addresses of the conversation, as far as known."""
         system = self.state.system_id
@@ -241,7 +260,7 @@ class VehicleCore:
 
     def receive(self, message: Message, now: float) -> None:
         """Process one message, whoever sent it."""
-        self._notice(now)
+        self.notice(now)
         header = message._header
         before = self.state
         if header.srcComponent != before.component_id or (
@@ -250,7 +269,8 @@ class VehicleCore:
             self._overhear(message, now)
             return
         kind = message.__class__
-        before = self._watch_stream(kind, now)
+        shows_mode = kind is _HEARTBEAT or kind is _CURRENT_MODE
+        before = self.state = self._gap.heard(self.state, self.profile, shows_mode, now)
         newer = self._follow_order(kind, header.seq, now)
         if newer is None or self._is_for_another(message, now):
             return
@@ -270,37 +290,23 @@ class VehicleCore:
         # The time since boot is all that a place or an attitude can tell an event by.
         if kind not in _TELEMETRY or state.boot_count != before.boot_count:
             self._compare(before, kind is _HEARTBEAT, now)
-        if self._slot.pending is not None:
-            self._slot.observe(state, self.connected, now)
-            self._take_ends()
+            self._compare_mission(before, now)
+        if self.slot.pending is not None:
+            self.slot.observe(state, self.connected, now)
+            self.take_ends()
 
-    def _watch_stream(self, kind: type[Message], now: float) -> VehicleState:
-        """Return the state, with a gap of the setpoints before a message that shows the mode."""
-        silent = now - self._heard_s > _STREAM_GAP_S
-        self._heard_s = now
-        if silent or kind in _MODE_MESSAGES:
-            self.state = self._with_gap(self.state, silent, now)
-        return self.state
+    def overhear(self, message: Message, now: float) -> None:
+        """Process what a ground station sends to the vehicle, and nothing else.
 
-    def _note_setpoint(self, now: float) -> None:
-        """Record that a setpoint goes out, ours or another computer's."""
-        self.state = self._with_gap(self.state, False, now)
-        self._setpoint_s = now
-
-    def _with_gap(self, state: VehicleState, silent: bool, now: float) -> VehicleState:
-        """Return the state with a gap of the setpoints that the vehicle is flown by, if any.
-
-        There is one when none went out for a time, and perhaps when nothing was heard for it.
+        It is never taken for the vehicle's word. What it does to the vehicle comes as
+        `StationActed`.
         """
-        last_s = now - self._setpoint_s
-        profile = self.profile
-        if profile is None or profile.prestream_s == 0.0 or last_s > _STREAM_OVER_S:
-            return state
-        if not (silent or last_s > _STREAM_GAP_S):
-            return state
-        if state.custom_mode != profile.mode_number(profile.control_mode):
-            return state
-        return evolve(state, {"signs": state.signs._replace(stream_s=now)})
+        self._stations.hear(message, self.address, self.profile, now)
+        self._take_acts()
+
+    def note_setpoint(self, now: float) -> None:
+        """Record that a setpoint goes out, ours or another computer's."""
+        self.state = self._gap.sent(self.state, self.profile, now)
 
     def _hand_out(self, message: Message, now: float) -> None:
         """Give the protocols what may be an answer to them."""
@@ -308,31 +314,33 @@ class VehicleCore:
             self._take_ranges(message, now)
             return
         if message.__class__ in _FOR_OPERATIONS:
-            self._slot.receive(message, now)
-            self._take_ends()
+            self.slot.receive(message, now)
+            self.take_ends()
         self._requests.receive(message, now)
         self._timesync.receive(message, now)
         self._parameters.receive(message, now)
         self._fence.receive(message, now)
+        if message.__class__ in ANSWERS:
+            self._stations.answered(message, self.address, now)
+            self._take_acts()
+            if is_fence_taken(message):
+                self._fence.refresh(now)
 
     def _is_for_another(self, message: Message, now: float) -> bool:
         """Return whether it is a COMMAND_ACK to somebody else, and let that be heard."""
         if message.__class__ is not _COMMAND_ACK or self._is_ours(message):
             return False
-        self._hear_answer(message, now)
+        self._stations.answered(message, self.address, now)
         return True
-
-    def _hear_answer(self, message: Message, now: float) -> None:
-        """Take an acknowledgement to somebody else."""
 
     def _overhear(self, message: Message, now: float) -> None:
         """Take what sensors say that hang on a computer beside the autopilot, and its setpoints."""
         if message.__class__ in _SETPOINTS:
-            self._note_setpoint(now)
-        if message.__class__ not in RANGE_MESSAGES or self.state.system_id == 0:
-            return
-        if message._header.srcSystem == self.state.system_id:
+            self.note_setpoint(now)
+        system_id = self.state.system_id
+        if message.__class__ in RANGE_MESSAGES and message._header.srcSystem == system_id != 0:
             self._take_ranges(message, now)
+        self.overhear(message, now)
 
     def _is_ours(self, ack: Message) -> bool:
         """Return whether a COMMAND_ACK is for us.
@@ -362,7 +370,7 @@ class VehicleCore:
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
-        self._notice(now)
+        self.notice(now)
         for part in self._parts:
             part.handle_timer(now)
         while (event := self._watch.next_event()) is not None:
@@ -373,8 +381,8 @@ class VehicleCore:
                 self._timesync.pause()
                 self._parameters.pause()
                 self._fence.pause()
-                self._slot.observe(self.state, False, now)
-        self._take_ends()
+                self.slot.observe(self.state, False, now)
+        self.take_ends()
         self._take_failsafes()
 
     def messages_to_send(self) -> list[Message]:
@@ -383,7 +391,7 @@ class VehicleCore:
         for part in self._senders:
             made = part.messages_to_send()
             # Who repeats a command takes this for a loss on the link.
-            if not (self._own_gap.is_open and (part is self._slot or part is self._stream)):
+            if not (self._own_gap.is_open and (part is self.slot or part is self._stream)):
                 messages += made
         if messages:
             address = self.address
@@ -397,7 +405,7 @@ class VehicleCore:
 
     # Inside
 
-    def _notice(self, now: float) -> None:
+    def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""
         profile = self.profile
         if profile is None:
@@ -412,23 +420,13 @@ class VehicleCore:
     def _follow_order(
         self, kind: type[Message], sequence: int, now: float
     ) -> tuple[str, ...] | None:
-        """Return what the state knows from newer messages than this one; None: all it says.
-
-        A HEARTBEAT that was overtaken by CURRENT_MODE would show a mode that has been left
-        since, but it is a sign of life, and tells whether the vehicle is armed.
-        """
+        """Return what the state knows from newer messages than this one; None: all it says."""
         if self.profile is None:
             return ()
         self._watch.hear(now)
-        place = self._place = self._order.place(sequence, now)
-        if kind is not _HEARTBEAT and kind is not _CURRENT_MODE:
-            return ()
-        is_old = place < self._mode_place
-        if is_old and (kind is _CURRENT_MODE or place < self._beat_place):
+        is_old = self._order.follow(sequence, kind is _HEARTBEAT, kind is _CURRENT_MODE, now)
+        if is_old is None:
             return None
-        self._mode_place = max(self._mode_place, place)
-        if kind is _HEARTBEAT:
-            self._beat_place = place
         return _MODE_FIELDS if is_old else ()
 
     def _heartbeat(self, message: Message, now: float) -> None:
@@ -471,15 +469,7 @@ class VehicleCore:
         """Turn the difference of two states into events."""
         state = self.state
         if state.boot_count != before.boot_count:
-            self._events.append(VehicleRebooted(state.boot_count))
-            self._close_by_interlock("the autopilot restarted")
-            self._rates.forget()
-            self._requests.forget()
-            self._parameters.forget()
-            self._fence.forget()
-            self._ask(now)
-            self._slot.lose("the autopilot restarted", now)
-            self._take_ends()
+            self._restarted(now)
         if before.last_heartbeat_s is not None:
             if heartbeat:
                 self._compare_armed(before, now)
@@ -497,19 +487,35 @@ class VehicleCore:
             self._failsafes.observe(state.failsafe, now)
             self._take_failsafes()
 
+    def _restarted(self, now: float) -> None:
+        self._events.append(VehicleRebooted(self.state.boot_count))
+        self._close_by_interlock("the autopilot restarted")
+        self._rates.forget()
+        self._requests.forget()
+        self._parameters.forget()
+        self._fence.forget()
+        self._ask(now)
+        self.slot.lose("the autopilot restarted", now)
+        self.take_ends()
+
+    def _compare_mission(self, before: VehicleState, now: float) -> None:
+        if self.profile is not None:
+            self._stations.compare(before, self.state, self.profile, self._order.place, now)
+        self._take_acts()
+
     def _compare_armed(self, before: VehicleState, now: float) -> None:
         state = self.state
         if state.armed != before.armed:
-            requested = self._slot.armed_changed(state.armed, now)
+            requested = self.slot.armed_changed(state.armed, now)
             self._events.append(ArmedChanged(state.armed, requested))
             if not state.armed:
                 self._close_by_interlock("the vehicle was disarmed")
 
     def _mode_changed(self, before: VehicleState, now: float) -> None:
         state, name = self.state, self.mode_name
-        requested = self._slot.mode_changed(state, name, now) or self._went_back(before)
+        requested = self.slot.mode_changed(state, name, now) or self._went_back(before)
         self._events.append(ModeChanged(before.custom_mode, state.custom_mode, name, requested))
-        self._take_ends()
+        self.take_ends()
         if self.in_control_mode:
             return
         if not requested:
@@ -539,13 +545,29 @@ class VehicleCore:
             self._stream.close()
             self._events.append(StreamClosed(reason))
 
-    def _take_ends(self) -> None:
-        """Put the ends of operations into their place among the events."""
-        while (event := self._slot.next_event()) is not None:
-            self._operation_ended(event)
+    def begin_mission(self, job: MissionJob, timing: MissionTiming, now: float) -> int:
+        """Begin an operation on the mission; returns its id."""
 
-    def _operation_ended(self, event: OperationFinished) -> None:
-        self._events.append(event)
+        def make(operation_id: int) -> MissionOperation:
+            self._last_mission = MissionOperation(operation_id, job, self.address, timing)
+            return self._last_mission
+
+        self._stations.mission_sent(job.kind)
+        self.notice(now)
+        operation_id = self.slot.begin_mission(make, self.state, now, connected=self.connected)
+        self.take_ends()
+        return operation_id
+
+    def take_ends(self) -> None:
+        """Put the ends of operations into their place among the events."""
+        while (event := self.slot.next_event()) is not None:
+            self._events.append(event)
+            stored = self.stored_mission or ()
+            self._stations.operation_ended(event, stored, self.profile, self._order.place)
+
+    def _take_acts(self) -> None:
+        while (event := self._stations.next_event()) is not None:
+            self._events.append(event)
 
     def _take_failsafes(self) -> None:
         while (event := self._failsafes.next_event()) is not None:

@@ -368,11 +368,11 @@ def test_px4_repeats_mission_item_reached_and_it_counts_once() -> None:
 
 def test_nothing_is_sent_to_who_has_no_missions_or_was_not_heard() -> None:
     vehicle = Vehicle(VehicleConfig(message_rates_hz={}))
-    vehicle.upload_mission(ITEMS, 0.0)
-    vehicle.start_mission(0.0)
+    vehicle.missions.upload(ITEMS, 0.0)
+    vehicle.missions.start(0.0)
     vehicle.receive(say.heartbeat(autopilot=mavlink.MAV_AUTOPILOT_GENERIC), 1.0)
-    vehicle.clear_mission(1.0)
-    vehicle.set_current_item(1, 1.0)
+    vehicle.missions.clear(1.0)
+    vehicle.missions.set_current(1, 1.0)
     results = []
     while (event := vehicle.next_event()) is not None:
         results.append(getattr(event, "result", None))

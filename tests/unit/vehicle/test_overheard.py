@@ -86,7 +86,7 @@ class Network:
         stored = (*home, *ITEMS)
         us = {"target_system": 1, "target_component": 191}
         say = self.autopilot
-        self.vehicle.upload_mission(ITEMS, self.now)
+        self.vehicle.missions.upload(ITEMS, self.now)
         for seq in range(len(stored)):
             self.answer(say("MISSION_REQUEST_INT", **us, seq=seq))
         self.answer(say("MISSION_ACK", **us, type=0))
@@ -98,7 +98,7 @@ class Network:
         if not self.px4:
             self.answer(say.ack(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, 0))
         assert self.vehicle.operation is None
-        assert self.vehicle.stored_mission == ITEMS
+        assert self.vehicle.missions.stored == ITEMS
 
 
 def current(say: AutopilotMessages, total: int, mission_id: int = 0, state: int = 3) -> Message:
@@ -549,7 +549,7 @@ def test_what_is_under_way_by_ourselves_is_no_change() -> None:
     network = Network("px4")
     network.upload()
     network.answer(network.current(3, 8))
-    network.vehicle.clear_mission(network.now)
+    network.vehicle.missions.clear(network.now)
     assert network.answer(network.current(0xFFFF, 0)) == []
     assert network.answer(network.current(5, 3)) == []
     assert network.vehicle.mission_change == ""

@@ -111,7 +111,7 @@ def test_of_two_acknowledgements_only_the_second_counts() -> None:
 def test_a_mission_start_that_is_rejected_while_the_mission_is_judged_is_asked_for_again() -> None:
     px4 = Px4()
     refused = (px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, REJECTED))
-    px4.vehicle.start_mission(px4.now)
+    px4.vehicle.missions.start(px4.now)
     assert ends(px4.tell(*refused) + px4.wait(0.3)) == []
     assert len(px4.commands(SET_MODE)) == 2
     px4.tell(px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, ACCEPTED))
@@ -120,7 +120,7 @@ def test_a_mission_start_that_is_rejected_while_the_mission_is_judged_is_asked_f
 
 def test_a_mission_that_stays_rejected_is_rejected() -> None:
     px4 = Px4()
-    px4.vehicle.start_mission(px4.now)
+    px4.vehicle.missions.start(px4.now)
     results: list[OperationResult] = []
     answered = 0
     for _ in range(12):

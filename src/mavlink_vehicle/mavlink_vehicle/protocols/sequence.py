@@ -37,3 +37,36 @@ class SequenceOrder:
             self._newest = newest + ahead
             self._advanced_s = now
         return newest + ahead
+
+
+class ModeOrder:
+    """Sorts the messages of one vehicle, of which some show its mode."""
+
+    def __init__(self) -> None:
+        """Begin with whatever comes first."""
+        self._order = SequenceOrder()
+        self.place = self._mode_place = self._beat_place = -1
+        """Place of the last message in the order of sending."""
+
+    def follow(self, sequence: int, is_heartbeat: bool, is_mode: bool, now: float) -> bool | None:
+        """Record a message; returns whether its mode has been left since, None if all it says.
+
+        A HEARTBEAT that was overtaken by CURRENT_MODE would show a mode that has been left
+        since, but it is a sign of life, and tells whether the vehicle is armed.
+
+        Args:
+            sequence: its sequence number.
+            is_heartbeat: whether it is a HEARTBEAT.
+            is_mode: whether it is a CURRENT_MODE.
+            now: time in seconds.
+        """
+        place = self.place = self._order.place(sequence, now)
+        if not is_heartbeat and not is_mode:
+            return False
+        is_old = place < self._mode_place
+        if is_old and (is_mode or place < self._beat_place):
+            return None
+        self._mode_place = max(self._mode_place, place)
+        if is_heartbeat:
+            self._beat_place = place
+        return is_old

@@ -50,8 +50,8 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
         OperationKind.HOLD: vehicle.hold,
         OperationKind.LAND: vehicle.land,
         OperationKind.RETURN: vehicle.return_to_launch,
-        OperationKind.START_MISSION: vehicle.start_mission,
-        OperationKind.CLEAR_MISSION: vehicle.clear_mission,
+        OperationKind.START_MISSION: vehicle.missions.start,
+        OperationKind.CLEAR_MISSION: vehicle.missions.clear,
     }
     return simple[kind](now)
 
@@ -66,7 +66,7 @@ def begin_upload(
     assert plan is not None
     vehicle.close_stream()
     items = plan_items(plan, profile, map_frame, vehicle.state)
-    operation_id = vehicle.upload_mission([planned.item for planned in items], now)
+    operation_id = vehicle.missions.upload([planned.item for planned in items], now)
     return operation_id, MissionTracker(items, profile.missions)
 
 

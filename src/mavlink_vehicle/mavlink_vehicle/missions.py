@@ -1,4 +1,4 @@
-"""Mission operations of one autopilot; without I/O or a clock."""
+"""The mission in the autopilot: stored, read, cleared, flown; without I/O or a clock."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.mission_items import MissionItem
+from mavlink_vehicle.operation_desk import OperationDesk
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.mission.mission_goals import (
     CurrentItemGoal,
@@ -14,14 +15,13 @@ from mavlink_vehicle.protocols.mission.mission_goals import (
 )
 from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionJob,
-    MissionOperation,
     MissionTiming,
 )
 from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
 from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
 from mavlink_vehicle.protocols.operations.operation_slot import Wanted
 from mavlink_vehicle.state.restarts import evolve
-from mavlink_vehicle.vehicle_operations import VehicleOperations
+from mavlink_vehicle.vehicle_core import VehicleCore
 
 _TIME_S = 50.0
 _TIME_PER_ITEM_S = 0.3
@@ -30,96 +30,93 @@ _JUDGED_S = 1.0
 a fast link an upload, its read-back and the start take 10 ms."""
 
 
-class VehicleMissions(VehicleOperations):
-    """One autopilot and its mission. Items are counted from 0, without ArduPilot's home."""
+class Missions:
+    """Operations on the mission. Items are counted from 0, without ArduPilot's home.
 
-    _last_mission: MissionOperation | None = None
+    Each method but :attr:`stored` returns the id of an operation, as those of `Vehicle` do.
+    """
+
+    def __init__(self, core: VehicleCore, desk: OperationDesk) -> None:
+        """Operate on the mission of this autopilot."""
+        self._core = core
+        self._desk = desk
 
     @property
-    def stored_mission(self) -> tuple[MissionItem, ...] | None:
+    def stored(self) -> tuple[MissionItem, ...] | None:
         """The items read by the last upload, download or clearing; None before."""
-        return None if self._last_mission is None else self._last_mission.stored
+        return self._core.stored_mission
 
-    def upload_mission(self, items: Sequence[MissionItem], now: float) -> int:
+    def upload(self, items: Sequence[MissionItem], now: float) -> int:
         """Store a mission; returns the operation's id.
 
         It is achieved when the vehicle gives back what it was sent, but for what its firmware
         is known to change, and the mission stands at its first item.
         """
-        if self.state.mission is not None:
-            self.state = evolve(self.state, {"mission": self.state.mission._replace(reached=())})
-        return self._mission_operation(OperationKind.UPLOAD_MISSION, tuple(items), now)
+        state = self._core.state
+        if state.mission is not None:
+            self._core.state = evolve(state, {"mission": state.mission._replace(reached=())})
+        return self._operate(OperationKind.UPLOAD_MISSION, tuple(items), now)
 
-    def download_mission(self, now: float) -> int:
-        """Read the stored mission into `stored_mission`; returns the operation's id."""
-        return self._mission_operation(OperationKind.DOWNLOAD_MISSION, (), now)
+    def download(self, now: float) -> int:
+        """Read the stored mission into `stored`; returns the operation's id."""
+        return self._operate(OperationKind.DOWNLOAD_MISSION, (), now)
 
-    def clear_mission(self, now: float) -> int:
+    def clear(self, now: float) -> int:
         """Remove the stored mission; returns the operation's id.
 
         An ArduPilot rejects it while it flies the mission. A PX4 obeys, and loiters.
         """
-        return self._mission_operation(OperationKind.CLEAR_MISSION, (), now)
+        return self._operate(OperationKind.CLEAR_MISSION, (), now)
 
-    def start_mission(self, now: float) -> int:
+    def start(self, now: float) -> int:
         """Fly the stored mission, or go on with it; returns the operation's id.
 
         The vehicle must be armed. On the ground the first item must be a take-off, if it flies.
         """
-        profile, kind = self.profile, OperationKind.START_MISSION
+        profile, kind = self._core.profile, OperationKind.START_MISSION
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         rules, name = profile.missions, profile.mission_mode
         if rules is None or name is None:
-            return self._refuse(kind, _no_missions(profile), now)
-        if not self.state.armed:
+            return self._desk.refuse(kind, _no_missions(profile), now)
+        if not self._core.state.armed:
             # ArduPilot and PX4 show the mode and wait in it; arming would then set them off.
             reason = f"Mission start rejected: {profile.name} is disarmed; arm it first."
-            return self._refuse(kind, reason, now)
+            return self._desk.refuse(kind, reason, now)
         mode = profile.modes[name]
         goal = (
             MissionStartGoal(name, mode, profile)
             if rules.start_command
             else MissionModeGoal(name, mode, profile)
         )
-        timing = OperationTiming(self.config.operation_timeout_s, rejected_s=_JUDGED_S)
-        return self._begin(profile, goal, Wanted(mode=mode), timing, now)
+        timing = OperationTiming(self._core.config.operation_timeout_s, rejected_s=_JUDGED_S)
+        return self._desk.begin(profile, goal, Wanted(mode=mode), timing, now)
 
-    def set_current_item(self, index: int, now: float) -> int:
+    def set_current(self, index: int, now: float) -> int:
         """Continue with the item of this number; returns the operation's id."""
-        profile, kind = self.profile, OperationKind.SET_CURRENT_ITEM
+        profile, kind = self._core.profile, OperationKind.SET_CURRENT_ITEM
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         if profile.missions is None:
-            return self._refuse(kind, _no_missions(profile), now)
+            return self._desk.refuse(kind, _no_missions(profile), now)
         rules = profile.missions
         goal = CurrentItemGoal(index + rules.offset, rules.current_by_message)
-        timing = OperationTiming(self.config.operation_timeout_s)
-        return self._begin(profile, goal, Wanted(), timing, now)
+        timing = OperationTiming(self._core.config.operation_timeout_s)
+        return self._desk.begin(profile, goal, Wanted(), timing, now)
 
-    def _mission_operation(
-        self, kind: OperationKind, items: tuple[MissionItem, ...], now: float
-    ) -> int:
-        profile = self.profile
+    def _operate(self, kind: OperationKind, items: tuple[MissionItem, ...], now: float) -> int:
+        profile = self._core.profile
         if profile is None:
-            return self._nobody(kind, now)
+            return self._desk.nobody(kind, now)
         if profile.missions is None:
-            return self._refuse(kind, _no_missions(profile), now)
+            return self._desk.refuse(kind, _no_missions(profile), now)
         job = MissionJob(kind, items, profile.missions, profile.name)
         timing = MissionTiming(
             _TIME_S + _TIME_PER_ITEM_S * len(items),
-            TransferTiming(self.config.mission_timeout_s, self.config.mission_retries),
-            self._command_timing,
+            TransferTiming(self._core.config.mission_timeout_s, self._core.config.mission_retries),
+            self._core.command_timing,
         )
-
-        def make(operation_id: int) -> MissionOperation:
-            self._last_mission = MissionOperation(operation_id, job, self.address, timing)
-            return self._last_mission
-
-        self._notice(now)
-        operation_id = self._slot.begin_mission(make, self.state, now, connected=self.connected)
-        self._take_ends()
-        return operation_id
+        return self._core.begin_mission(job, timing, now)
 
 
 def _no_missions(profile: Profile) -> str:

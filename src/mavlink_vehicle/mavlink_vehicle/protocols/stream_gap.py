@@ -1,0 +1,59 @@
+"""Notices gaps of the setpoints that the vehicle is flown by, ours or another computer's."""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.state.restarts import evolve
+from mavlink_vehicle.state.vehicle_state import VehicleState
+
+# PX4 takes the stream for lost after COM_OF_LOSS_T (1 s); the link's jitter comes on top.
+_STREAM_GAP_S = 0.8
+# What was streamed longer ago was another flight.
+_STREAM_OVER_S = 10.0
+
+
+class StreamGap:
+    """Marks the state of a vehicle that may have left its mode because no setpoint came."""
+
+    def __init__(self) -> None:
+        """Begin before any message."""
+        self._heard_s = self._setpoint_s = -math.inf
+
+    def heard(
+        self, state: VehicleState, profile: Profile | None, shows_mode: bool, now: float
+    ) -> VehicleState:
+        """Return the state with a gap, if any, before a message is processed.
+
+        Args:
+            state: the state until now.
+            profile: the vehicle's.
+            shows_mode: whether the message shows the mode.
+            now: time in seconds.
+        """
+        silent = now - self._heard_s > _STREAM_GAP_S
+        self._heard_s = now
+        return self._marked(state, profile, silent, now) if silent or shows_mode else state
+
+    def sent(self, state: VehicleState, profile: Profile | None, now: float) -> VehicleState:
+        """Return the state with a gap, if any, that a setpoint ends; it goes out now."""
+        state = self._marked(state, profile, False, now)
+        self._setpoint_s = now
+        return state
+
+    def _marked(
+        self, state: VehicleState, profile: Profile | None, silent: bool, now: float
+    ) -> VehicleState:
+        """Return the state with a gap, if any.
+
+        There is one when none went out for a time, and perhaps when nothing was heard for it.
+        """
+        last_s = now - self._setpoint_s
+        if profile is None or profile.prestream_s == 0.0 or last_s > _STREAM_OVER_S:
+            return state
+        if not (silent or last_s > _STREAM_GAP_S):
+            return state
+        if state.custom_mode != profile.mode_number(profile.control_mode):
+            return state
+        return evolve(state, {"signs": state.signs._replace(stream_s=now)})
