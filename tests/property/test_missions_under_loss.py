@@ -16,7 +16,7 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionOperation,
     MissionTiming,
 )
-from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
+from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.state.reducer import VehicleState
 from tests.support.lossy_channel import FATES, Fate, LossyChannel

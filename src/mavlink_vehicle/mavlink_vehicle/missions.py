@@ -17,7 +17,7 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionJob,
     MissionTiming,
 )
-from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
+from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
 from mavlink_vehicle.protocols.operations.operation_slot import Wanted
 from mavlink_vehicle.state.restarts import evolve

@@ -38,7 +38,7 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionOperation,
     MissionTiming,
 )
-from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
+from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.operations.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.own_gap import OwnGap

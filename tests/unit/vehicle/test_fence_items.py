@@ -5,7 +5,7 @@ from __future__ import annotations
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import MissionType
 from mavlink_vehicle.protocols.mission.fence_items import FenceItems
-from mavlink_vehicle.protocols.mission.mission_parts import TransferTiming
+from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address
 from tests.support.autopilot_messages import AutopilotMessages
 

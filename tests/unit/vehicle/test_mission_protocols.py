@@ -21,12 +21,12 @@ from mavlink_vehicle.mission_items import (
 from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
-from mavlink_vehicle.protocols.mission.mission_parts import (
+from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
+from mavlink_vehicle.protocols.mission.transfer import (
     TransferResult,
     TransferTiming,
     ack_sentence,
 )
-from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig

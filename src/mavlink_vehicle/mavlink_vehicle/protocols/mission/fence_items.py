@@ -13,7 +13,7 @@ from collections.abc import Callable
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
-from mavlink_vehicle.protocols.mission.mission_parts import TransferResult, TransferTiming
+from mavlink_vehicle.protocols.mission.transfer import TransferResult, TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address
 
 _AGAIN_S = 60.0

@@ -24,10 +24,14 @@ from mavlink_vehicle.mission_items import (
     first_difference,
 )
 from mavlink_vehicle.protocols.machine import Machine, Table
-from mavlink_vehicle.protocols.mission.mission_clear import ClearFinished, MissionClear
-from mavlink_vehicle.protocols.mission.mission_download import DownloadFinished, MissionDownload
-from mavlink_vehicle.protocols.mission.mission_parts import TransferResult, TransferTiming
-from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload, UploadFinished
+from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
+from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
+from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
+from mavlink_vehicle.protocols.mission.transfer import (
+    TransferFinished,
+    TransferResult,
+    TransferTiming,
+)
 from mavlink_vehicle.protocols.operations.command import (
     Address,
     CommandExchange,
@@ -198,14 +202,14 @@ class MissionOperation(Machine[OperationFinished]):
         if end is None:
             times = (self._limit_s, part.next_deadline())
             self._deadline = min(time for time in times if time is not None)
-        elif isinstance(end, DownloadFinished):
-            self._read(end, now)
         elif isinstance(end, CommandFinished):
             self._rewound(end, now)
+        elif isinstance(part, MissionDownload):
+            self._read(end, now)
         else:
             self._written(end, now)
 
-    def _written(self, end: UploadFinished | ClearFinished, now: float) -> None:
+    def _written(self, end: TransferFinished, now: float) -> None:
         if end.result in (TransferResult.DONE, TransferResult.UNSURE):
             self._fire(MissionInput.WRITTEN, now)
         elif end.result in (TransferResult.REFUSED, TransferResult.BUSY):
@@ -213,7 +217,7 @@ class MissionOperation(Machine[OperationFinished]):
         else:
             self._again(OperationResult.TIMED_OUT, end.reason, now)
 
-    def _read(self, end: DownloadFinished, now: float) -> None:
+    def _read(self, end: TransferFinished, now: float) -> None:
         if end.result is not TransferResult.DONE:
             refused = end.result in (TransferResult.REFUSED, TransferResult.BUSY)
             kind = OperationResult.REFUSED if refused else OperationResult.TIMED_OUT

@@ -19,16 +19,18 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import MissionItem, MissionType, opaque_id
-from mavlink_vehicle.protocols.machine import Machine, Table
-from mavlink_vehicle.protocols.mission.mission_parts import (
+from mavlink_vehicle.protocols.machine import Table
+from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
     BUSY_SENTENCE,
     CANCELLED,
+    Transfer,
+    TransferFinished,
+    TransferInput,
     TransferResult,
     TransferTiming,
     ack_sentence,
@@ -41,21 +43,6 @@ _BUSY = (mavlink.MAV_MISSION_DENIED, mavlink.MAV_MISSION_ERROR)
 _UNCLEAR = (mavlink.MAV_MISSION_ERROR, CANCELLED)
 
 
-@dataclass(frozen=True)
-class UploadFinished:
-    """The one end of an upload.
-
-    Attributes:
-        result: how it ended.
-        reason: why, to go into a sentence; empty when it is DONE.
-        opaque_id: the vehicle's number for what it has now, None where it gives none.
-    """
-
-    result: TransferResult
-    reason: str = ""
-    opaque_id: int | None = None
-
-
 class UploadState(enum.Enum):
     """The state of an upload."""
 
@@ -65,20 +52,8 @@ class UploadState(enum.Enum):
     FINISHED = "ended"
 
 
-class UploadInput(enum.Enum):
-    """An input of an upload."""
-
-    START = "start"
-    REQUEST = "an item is asked for"
-    ACCEPTED = "MISSION_ACK: accepted"
-    REFUSED = "MISSION_ACK: anything else that ends it"
-    RETRY = "time is up, attempts are left"
-    EXHAUSTED = "time is up, no attempts are left"
-    CANCEL = "cancelled by us"
-
-
-class MissionUpload(Machine[UploadFinished]):
-    """Sends one list; ends in exactly one `UploadFinished`, unless it is cancelled."""
+class MissionUpload(Transfer):
+    """Sends one list."""
 
     def __init__(
         self,
@@ -88,26 +63,17 @@ class MissionUpload(Machine[UploadFinished]):
         mission_type: MissionType = MissionType.MISSION,
     ) -> None:
         """Prepare; `start` sends. The items are all that is stored, with home where it counts."""
-        super().__init__(UploadState.IDLE)
+        super().__init__(UploadState.IDLE, address, timing, mission_type)
         self._items = tuple(items)
-        self._address = address
-        self._timing = timing
-        self._type = mission_type
-        self._left = timing.retries
         self._wanted = 0
         self._last_sent = not items
-        self._end = UploadFinished(TransferResult.UNANSWERED)
-
-    def start(self, now: float) -> None:
-        """Send the number of items."""
-        self._fire(UploadInput.START, now)
 
     def cancel(self, now: float) -> None:
         """Report to the vehicle that the transfer ends; no event follows.
 
         An ArduPilot has cut its stored mission to the new length by then.
         """
-        self._fire(UploadInput.CANCEL, now)
+        super().cancel(now)
 
     def receive(self, message: Message, now: float) -> None:
         """Look for requests and for the acknowledgement."""
@@ -120,7 +86,7 @@ class MissionUpload(Machine[UploadFinished]):
             self._acknowledged(message, now)
         elif message.seq < len(self._items):
             self._wanted = message.seq
-            self._fire(UploadInput.REQUEST, now)
+            self._fire(TransferInput.REQUEST, now)
 
     def _acknowledged(self, message: Message, now: float) -> None:
         result = int(message.type)
@@ -128,19 +94,19 @@ class MissionUpload(Machine[UploadFinished]):
             return
         if result == ACCEPTED:
             if self._last_sent:
-                self._end = UploadFinished(TransferResult.DONE, opaque_id=opaque_id(message))
-                self._fire(UploadInput.ACCEPTED, now)
+                self._end = TransferFinished(TransferResult.DONE, opaque_id=opaque_id(message))
+                self._fire(TransferInput.ACCEPTED, now)
             return
         if self.state is UploadState.OFFERING and self._items and result in _BUSY:
-            self._end = UploadFinished(TransferResult.BUSY, BUSY_SENTENCE)
+            self._end = TransferFinished(TransferResult.BUSY, BUSY_SENTENCE)
             return
         kind = TransferResult.REFUSED
         if result in _UNCLEAR and self._last_sent:
             kind = TransferResult.UNSURE
         elif result == CANCELLED:
             kind = TransferResult.GIVEN_UP
-        self._end = UploadFinished(kind, ack_sentence(result))
-        self._fire(UploadInput.REFUSED, now)
+        self._end = TransferFinished(kind, ack_sentence(result))
+        self._fire(TransferInput.REFUSED, now)
 
     def handle_timer(self, now: float) -> None:
         """Repeat or give up when it is time."""
@@ -148,30 +114,19 @@ class MissionUpload(Machine[UploadFinished]):
             return
         if self.state is UploadState.OFFERING and self._left > 0:
             self._left -= 1
-            self._fire(UploadInput.RETRY, now)
+            self._fire(TransferInput.RETRY, now)
             return
         if self.state is UploadState.SENDING and self._last_sent:
             reason = "the autopilot did not acknowledge the last item"
-            self._end = UploadFinished(TransferResult.UNSURE, reason)
+            self._end = TransferFinished(TransferResult.UNSURE, reason)
         elif self.state is UploadState.SENDING or self._end.result is not TransferResult.BUSY:
-            self._end = UploadFinished(TransferResult.UNANSWERED, "the autopilot does not answer")
-        self._fire(UploadInput.EXHAUSTED, now)
-
-    def _target(self) -> tuple[int, int]:
-        return self._address.target_system, self._address.target_component
+            reason = "the autopilot does not answer"
+            self._end = TransferFinished(TransferResult.UNANSWERED, reason)
+        self._fire(TransferInput.EXHAUSTED, now)
 
     def _offer(self, now: float) -> None:
-        system, component = self._target()
-        self._outbox.append(
-            make(
-                "MISSION_COUNT",
-                target_system=system,
-                target_component=component,
-                count=len(self._items),
-                mission_type=int(self._type),
-            )
-        )
-        self._deadline = now + self._timing.timeout_s
+        self._send("MISSION_COUNT", count=len(self._items))
+        self._wait(now)
 
     def _give(self, now: float) -> None:
         self._send_wanted()
@@ -179,7 +134,7 @@ class MissionUpload(Machine[UploadFinished]):
 
     def _send_wanted(self) -> None:
         item = self._items[self._wanted]
-        self._outbox.append(item.message(self._wanted, self._target(), self._type))
+        self._outbox.append(item.message(self._wanted, self._target, self._type))
         self._last_sent = self._last_sent or self._wanted == len(self._items) - 1
 
     def _give_late(self, now: float) -> None:
@@ -187,26 +142,11 @@ class MissionUpload(Machine[UploadFinished]):
             self._send_wanted()
 
     def _finish(self, now: float) -> None:
-        self._deadline = None
         self._outbox.clear()
-        self._events.append(self._end)
-
-    def _stop(self, now: float) -> None:
-        self._deadline = None
-        self._outbox.clear()
-        system, component = self._target()
-        self._outbox.append(
-            make(
-                "MISSION_ACK",
-                target_system=system,
-                target_component=component,
-                type=CANCELLED,
-                mission_type=int(self._type),
-            )
-        )
+        super()._finish(now)
 
     _S = UploadState
-    _I = UploadInput
+    _I = TransferInput
     table: ClassVar[Table] = {
         (_S.IDLE, _I.START): (_S.OFFERING, _offer),
         (_S.IDLE, _I.CANCEL): (_S.FINISHED, None),
@@ -215,12 +155,12 @@ class MissionUpload(Machine[UploadFinished]):
         (_S.OFFERING, _I.REFUSED): (_S.FINISHED, _finish),
         (_S.OFFERING, _I.RETRY): (_S.OFFERING, _offer),
         (_S.OFFERING, _I.EXHAUSTED): (_S.FINISHED, _finish),
-        (_S.OFFERING, _I.CANCEL): (_S.FINISHED, _stop),
+        (_S.OFFERING, _I.CANCEL): (_S.FINISHED, Transfer._stop),
         (_S.SENDING, _I.REQUEST): (_S.SENDING, _give),
         (_S.SENDING, _I.ACCEPTED): (_S.FINISHED, _finish),
         (_S.SENDING, _I.REFUSED): (_S.FINISHED, _finish),
         (_S.SENDING, _I.EXHAUSTED): (_S.FINISHED, _finish),
-        (_S.SENDING, _I.CANCEL): (_S.FINISHED, _stop),
+        (_S.SENDING, _I.CANCEL): (_S.FINISHED, Transfer._stop),
         (_S.FINISHED, _I.REQUEST): (_S.FINISHED, _give_late),
         (_S.FINISHED, _I.CANCEL): (_S.FINISHED, None),
     }

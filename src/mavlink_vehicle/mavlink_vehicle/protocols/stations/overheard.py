@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import StationAct, StationActed
 from mavlink_vehicle.profiles import Profile
-from mavlink_vehicle.protocols.mission.mission_parts import ACCEPTED
+from mavlink_vehicle.protocols.mission.transfer import ACCEPTED
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.stations.station_acts import Act, act_of, is_mission_list
 
