@@ -6,9 +6,8 @@ the driver thread publishes feedback and, by setting the event, lets the callbac
 goal into its terminal state. Feedback and end come from one thread in one order, so no
 feedback follows the end.
 
-Only a goal in CANCELING can end CANCELED. So a goal that a ground station has cancelled is
-cancelled by the action's own service, too, called by this very node: its clients see what they
-would see if one of them had cancelled it. The vehicle does not wait for that.
+Only a goal in CANCELING can end CANCELED. A goal that a ground station has cancelled is put into
+that state here, and its clients see what they would see if one of them had cancelled it.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from action_msgs.srv import CancelGoal
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.client import Client
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
@@ -175,11 +173,8 @@ class _CompleteCancelActionServer(ActionServer):
         handle = self._goal_handles.get(bytes(info.goal_id.uuid))
         if handle is None or self._cancel_callback(handle) != CancelResponse.ACCEPT:
             return False
-        try:
-            handle._update_state(GoalEvent.CANCEL_GOAL)
-        except rclpy_implementation.RCLError:
-            return False  # it ended in the meantime
-        return True
+        _show_canceling(handle)
+        return bool(handle.is_cancel_requested)  # not if it ended in the meantime
 
 
 class GoalServers:
@@ -220,8 +215,6 @@ class GoalServers:
         # the parked execute callbacks are tasks of the executor, outside this group.
         group = MutuallyExclusiveCallbackGroup()
         self._servers = [self._serve(kind, group) for kind in ACTIONS]
-        # By action, made with the first goal of each: most of a fleet's are never needed.
-        self._cancellers: dict[str, Client] = {}
 
     def _serve(self, kind: ActionKind, group: MutuallyExclusiveCallbackGroup) -> ActionServer:
         return _CompleteCancelActionServer(
@@ -264,9 +257,6 @@ class GoalServers:
 
     def _on_accepted(self, kind: ActionKind, handle: ServerGoalHandle) -> None:
         goal_id = bytes(handle.goal_id.uuid).hex()
-        if kind.name not in self._cancellers:
-            service = f"{kind.name}/_action/cancel_goal"
-            self._cancellers[kind.name] = self._node.create_client(CancelGoal, service)
         with self._lock:
             self._sessions[goal_id] = _Session(kind, handle, self._clock.now())
         request = self._request(kind, handle.request)
@@ -320,17 +310,10 @@ class GoalServers:
         session.handle.publish_feedback(message)
 
     def cancel(self, goal_id: str) -> None:
-        """Request a goal's cancel like a client, without waiting for the answer."""
+        """Show a goal's clients that it is being cancelled, by whomever."""
         session = self._sessions.get(goal_id)
-        if session is None or session.finished is not None:
-            return
-        request = CancelGoal.Request()
-        request.goal_info.goal_id = session.handle.goal_id
-        try:
-            self._cancellers[session.kind.name].call_async(request)
-        except rclpy_implementation.RCLError as error:
-            # The goal's end makes up for it; the vehicle is stopping already.
-            self._node.get_logger().warning(f"A cancel could not be sent: {error}")
+        if session is not None and session.finished is None:
+            _show_canceling(session.handle)
 
     def finish(self, finished: GoalFinished) -> None:
         """Let the goal's execute callback return its result."""
@@ -378,5 +361,10 @@ def _wait_until_canceling(handle: ServerGoalHandle) -> None:
     while not handle.is_cancel_requested and time.monotonic() < deadline:
         pause.wait(0.001)
     if not handle.is_cancel_requested:
-        with contextlib.suppress(rclpy_implementation.RCLError):  # it has just come
-            handle._update_state(GoalEvent.CANCEL_GOAL)
+        _show_canceling(handle)
+
+
+def _show_canceling(handle: ServerGoalHandle) -> None:
+    """Put a goal into CANCELING, and publish that; nothing if it is, or has ended."""
+    with contextlib.suppress(rclpy_implementation.RCLError):
+        handle._update_state(GoalEvent.CANCEL_GOAL)
