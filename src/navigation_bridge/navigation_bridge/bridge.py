@@ -29,7 +29,7 @@ from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import BridgeConfig
-from navigation_bridge.goals.admitted import Admitted, Handover
+from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
 from navigation_bridge.goals.lifecycle import GoalEvent
 from navigation_bridge.goals.observation import (
@@ -59,6 +59,7 @@ from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.base import (
     Fly,
+    Handover,
     Observation,
     OperationKind,
     OperationReport,

@@ -14,7 +14,15 @@ from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import COPTER, Fly, Progress, Status, Traits
+from navigation_core.tasks.base import (
+    COPTER,
+    NOTHING_SENT,
+    Fly,
+    Handover,
+    Progress,
+    Status,
+    Traits,
+)
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.goto_phases import Phase
@@ -420,7 +428,7 @@ def test_what_drives_behind_its_setpoint_plans_and_brakes_from_where_it_is(
     setpoint = KinematicState((2.0, 0.0, 0.0), (1.5, 0.0, 0.0))
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
     goal = GotoGoal((30.0, 0.0, 0.0), None, 1.5)
-    follower = PathFollower(goal, CONFIG, setpoint, 0.0, avoidance, traits)
+    follower = PathFollower(goal, CONFIG, Handover(setpoint, 0.0), avoidance, traits)
     for plan in (follower.plan_to_goal, follower.plan_stop):
         plan(vehicle.observe())
         assert follower.carrot is not None
@@ -432,7 +440,7 @@ def test_what_stands_blocked_does_not_pass_on_the_little_speed_that_is_measured(
     vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
     vehicle.velocity = (0.15, 0.0, 0.0)
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
-    follower = PathFollower(GotoGoal((30.0, 0.0, 0.0)), CONFIG, None, None, avoidance, ROVER)
+    follower = PathFollower(GotoGoal((30.0, 0.0, 0.0)), CONFIG, NOTHING_SENT, avoidance, ROVER)
     follower.plan_stop(vehicle.observe())
     assert follower.carrot is not None
     assert follower.carrot.state.velocity_enu_m_s == (0.0, 0.0, 0.0)

@@ -14,6 +14,7 @@ from navigation_core.limits import Limits
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
     Fly,
+    Handover,
     Observation,
     OperationKind,
     OperationStatus,
@@ -858,9 +859,7 @@ def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
     second = fly_to(
         GotoGoal(target),
         CONFIG,
-        predecessor=first.commanded,
-        predecessor_yaw=first.commanded_yaw_enu_rad,
-        predecessor_time_s=sent_s,
+        Handover(first.commanded, first.commanded_yaw_enu_rad, sent_s),
     )
     flight.steps += fly(second, vehicle).steps
     assert flight.outcome.code is OutcomeCode.SUCCESS
@@ -872,7 +871,7 @@ def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
 def test_a_predecessor_far_from_the_vehicle_is_no_start() -> None:
     vehicle = hovering()
     far = KinematicState((30.0, 0.0, 2.5), (3.0, 0.0, 0.0))
-    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, far, 0.0), vehicle)
+    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, Handover(far, 0.0)), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
     assert distance(flight.setpoints[0][1].setpoint.position_enu_m, (0.0, 0.0, 2.5)) < 0.01
 
@@ -880,7 +879,7 @@ def test_a_predecessor_far_from_the_vehicle_is_no_start() -> None:
 def test_a_predecessor_in_the_air_is_no_start_on_the_ground() -> None:
     vehicle = PointMass()
     earlier = KinematicState((2.0, 0.0, 2.5), (3.0, 0.0, 0.0))
-    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, earlier, 0.0), vehicle)
+    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, Handover(earlier, 0.0)), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
     start = flight.setpoints[0][1].setpoint.position_enu_m
     assert distance(start, (0.0, 0.0, 2.0)) < 0.2
@@ -936,7 +935,8 @@ def test_a_successor_cancelled_before_its_first_step_still_brakes() -> None:
     while vehicle.now < 103.0:
         vehicle.obey(_intent(first, vehicle))
         vehicle.advance(0.05)
-    second = fly_to(GotoGoal((0.0, 0.0, 2.5)), CONFIG, first.commanded, first.commanded_yaw_enu_rad)
+    sent = Handover(first.commanded, first.commanded_yaw_enu_rad)
+    second = fly_to(GotoGoal((0.0, 0.0, 2.5)), CONFIG, sent)
     second.cancel(vehicle.now)
     flight = fly(second, vehicle)
     assert flight.outcome.code is OutcomeCode.CANCELED

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.profiles import Profile
@@ -15,22 +14,14 @@ from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_bridge.vehicle.traits import limits_of, traits_of
-from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import Searcher
-from navigation_core.tasks.base import Task, Traits
+from navigation_core.tasks.base import Handover, Task, Traits
 from navigation_core.tasks.flying.goto_config import GotoConfig
 
-__all__ = ["Admitted", "Handover", "Situation"]
-
-
-class Handover(NamedTuple):
-    """The setpoint that the replaced goal sent last; all None when there was none."""
-
-    commanded: KinematicState | None = None
-    yaw_enu_rad: float | None = None
-    time_s: float | None = None
+__all__ = ["Admitted", "Situation"]
 
 
 @dataclass(frozen=True)

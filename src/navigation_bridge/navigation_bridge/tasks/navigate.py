@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from navigation_bridge.goals.admitted import Admitted, Handover, Situation
+from navigation_bridge.goals.admitted import Admitted, Situation
 from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
 from navigation_bridge.goals.point_requests import resolve
 from navigation_bridge.goals.requests import NavigateRequest
@@ -11,7 +11,7 @@ from navigation_bridge.names import ACTION_NAME
 from navigation_bridge.tasks.navigate_waypoints import admit_plane
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.base import Task
+from navigation_core.tasks.base import Handover, Task
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import RouteWaypoint
 
@@ -71,9 +71,7 @@ def admit_point(
         return fly_to(
             goal,
             config,
-            predecessor=handover.commanded,
-            predecessor_yaw=handover.yaw_enu_rad,
-            predecessor_time_s=handover.time_s,
+            handover,
             traits=traits,
             avoidance=avoidance,
         )

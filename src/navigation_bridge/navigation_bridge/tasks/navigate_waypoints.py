@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from navigation_bridge.configuration.settings import MissedWaypoint
-from navigation_bridge.goals.admitted import Admitted, Handover, Situation
+from navigation_bridge.goals.admitted import Admitted, Situation
 from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
 from navigation_bridge.goals.requests import WaypointsRequest
 from navigation_bridge.goals.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
@@ -13,7 +13,7 @@ from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import horizontal_norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.base import Task
+from navigation_core.tasks.base import Handover, Task
 from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
@@ -74,9 +74,7 @@ def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
             waypoints,
             laps,
             situation.goto,
-            predecessor=handover.commanded,
-            predecessor_yaw=handover.yaw_enu_rad,
-            predecessor_time_s=handover.time_s,
+            handover,
             traits=traits,
             avoidance=avoidance,
             turns_back=config.on_missed_waypoint is MissedWaypoint.TURN_BACK,

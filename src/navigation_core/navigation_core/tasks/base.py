@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum, Flag, auto
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from navigation_core.geometry import KinematicState, Vector3, is_finite
 from navigation_core.mapping.moving_obstacles import Moving
@@ -21,7 +21,9 @@ from navigation_core.tasks.flying.waypoint import MissionPlan
 
 __all__ = [
     "COPTER",
+    "NOTHING_SENT",
     "Fly",
+    "Handover",
     "Intent",
     "MissionReport",
     "Observation",
@@ -255,6 +257,23 @@ class Setpoint:
     velocity_enu_m_s: Vector3
     acceleration_enu_m_s2: Vector3
     yaw_enu_rad: float
+
+
+class Handover(NamedTuple):
+    """The setpoint that a replaced task sent last, from which its successor goes on.
+
+    Attributes:
+        commanded: its state in the map frame; None to begin at the measured state.
+        yaw_enu_rad: its yaw.
+        time_s: when it was sent; None for the time of the start.
+    """
+
+    commanded: KinematicState | None = None
+    yaw_enu_rad: float | None = None
+    time_s: float | None = None
+
+
+NOTHING_SENT = Handover()
 
 
 @dataclass(frozen=True)

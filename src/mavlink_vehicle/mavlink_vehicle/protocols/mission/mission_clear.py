@@ -10,7 +10,6 @@ import enum
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.mission_items import MissionType
 from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
@@ -19,11 +18,9 @@ from mavlink_vehicle.protocols.mission.transfer import (
     TransferFinished,
     TransferInput,
     TransferResult,
-    TransferTiming,
     ack_sentence,
     concerns,
 )
-from mavlink_vehicle.protocols.operations.command import Address
 
 
 class ClearState(enum.Enum):
@@ -37,14 +34,7 @@ class ClearState(enum.Enum):
 class MissionClear(Transfer):
     """Empties one list."""
 
-    def __init__(
-        self,
-        address: Address,
-        timing: TransferTiming,
-        mission_type: MissionType = MissionType.MISSION,
-    ) -> None:
-        """Prepare; `start` sends."""
-        super().__init__(ClearState.IDLE, address, timing, mission_type)
+    idle = ClearState.IDLE
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the acknowledgement."""

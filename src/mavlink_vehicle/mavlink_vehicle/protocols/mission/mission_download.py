@@ -11,7 +11,7 @@ import enum
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.mission_items import MissionItem, MissionType, item_of
+from mavlink_vehicle.mission_items import MissionItem, item_of
 from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
@@ -20,11 +20,9 @@ from mavlink_vehicle.protocols.mission.transfer import (
     TransferFinished,
     TransferInput,
     TransferResult,
-    TransferTiming,
     ack_sentence,
     concerns,
 )
-from mavlink_vehicle.protocols.operations.command import Address
 
 _MINE = frozenset({"MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK"})
 
@@ -41,16 +39,13 @@ class DownloadState(enum.Enum):
 class MissionDownload(Transfer):
     """Reads one list."""
 
-    def __init__(
-        self,
-        address: Address,
-        timing: TransferTiming,
-        mission_type: MissionType = MissionType.MISSION,
-    ) -> None:
-        """Prepare; `start` asks how many items there are."""
-        super().__init__(DownloadState.IDLE, address, timing, mission_type)
+    idle = DownloadState.IDLE
+
+    def start(self, now: float) -> None:
+        """Ask how many items there are."""
         self._count = 0
         self._items: list[MissionItem] = []
+        super().start(now)
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the count, for items and for a rejection."""

@@ -55,6 +55,8 @@ class UploadState(enum.Enum):
 class MissionUpload(Transfer):
     """Sends one list."""
 
+    idle = UploadState.IDLE
+
     def __init__(
         self,
         items: Sequence[MissionItem],
@@ -63,7 +65,7 @@ class MissionUpload(Transfer):
         mission_type: MissionType = MissionType.MISSION,
     ) -> None:
         """Prepare; `start` sends. The items are all that is stored, with home where it counts."""
-        super().__init__(UploadState.IDLE, address, timing, mission_type)
+        super().__init__(address, timing, mission_type)
         self._items = tuple(items)
         self._wanted = 0
         self._last_sent = not items

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.mission_items import MissionItem, MissionType
@@ -116,9 +117,11 @@ class TransferInput(enum.Enum):
 class Transfer(Machine[TransferFinished]):
     """One list on its way; ends in exactly one `TransferFinished`, unless it is cancelled."""
 
+    idle: ClassVar[enum.Enum]
+    """The first state."""
+
     def __init__(
         self,
-        idle: enum.Enum,
         address: Address,
         timing: TransferTiming,
         mission_type: MissionType = MissionType.MISSION,
@@ -126,12 +129,11 @@ class Transfer(Machine[TransferFinished]):
         """Prepare; `start` sends.
 
         Args:
-            idle: the first state.
             address: who transfers with whom.
             timing: timeouts and retries.
             mission_type: the list.
         """
-        super().__init__(idle)
+        super().__init__(self.idle)
         self._address = address
         self._timing = timing
         self._type = mission_type

@@ -38,25 +38,37 @@ Step = Intent | Outcome | PhaseEvent | StopFirst
 """The answer of a phase, or what happened in it."""
 
 
+@dataclass(frozen=True)
+class FlightParts:
+    """The parts of a flight that its phases share.
+
+    Attributes:
+        config: how to fly.
+        traits: what the vehicle can do.
+        requests: the operations that are requested.
+        follower: leads along the path.
+        arrival: judges the distance to the stop.
+    """
+
+    config: GotoConfig
+    traits: Traits
+    requests: Requester
+    follower: PathFollower
+    arrival: Arrival
+
+
 class Departure:
     """The phases before the flight."""
 
-    def __init__(
-        self,
-        config: GotoConfig,
-        traits: Traits,
-        requests: Requester,
-        follower: PathFollower,
-        estimator: GotoEstimator,
-        arrival: Arrival,
-    ) -> None:
-        """Prepare; the parts are those of the flight that departs."""
-        self._config = config
-        self._traits = traits
-        self._requests = requests
-        self._follower = follower
+    def __init__(self, parts: FlightParts, estimator: GotoEstimator) -> None:
+        """Prepare.
+
+        Args:
+            parts: of the flight that departs.
+            estimator: knows the height of the take-off.
+        """
+        self._parts = parts
         self._estimator = estimator
-        self._arrival = arrival
         self.arming_asked = False
         """Whether the vehicle was asked to arm."""
         self._armed_seen = False
@@ -69,26 +81,29 @@ class Departure:
         """Take control, as far as that comes first."""
         # A take-off that a replaced goal began goes on.
         taking_off = is_pending(observation, OperationKind.TAKE_OFF)
-        rejection = check_departure(observation, self._config, self._traits)
+        rejection = check_departure(observation, self._parts.config, self._parts.traits)
         if rejection is not None and not taking_off:
-            return Outcome(rejection.code, rejection.message, self._arrival.error_m(observation))
+            return Outcome(
+                rejection.code, rejection.message, self._parts.arrival.error_m(observation)
+            )
         if is_pending(observation, OperationKind.DISARM):
             # Of a replaced goal; it cannot be taken back.
             disarm, refusal = Perform(OperationKind.DISARM), OutcomeCode.ARMING_REFUSED
-            timeout_s = self._config.cancel_timeout_s
-            pending = self._requests.perform(disarm, refusal, observation, now, timeout_s)
+            timeout_s = self._parts.config.cancel_timeout_s
+            pending = self._parts.requests.perform(disarm, refusal, observation, now, timeout_s)
             assert pending is not None
             return pending
         moves = self._moves(observation)
-        needs_control = self._traits.control_before_takeoff or moves
+        needs_control = self._parts.traits.control_before_takeoff or moves
         if not observation.in_control and not taking_off and needs_control:
             control, refusal = Perform(OperationKind.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
-            answer = self._requests.perform(control, refusal, observation, now)
+            answer = self._parts.requests.perform(control, refusal, observation, now)
             if answer is not None:
                 return answer
         if moves and not taking_off:
             return PhaseEvent.FLIES
-        self._follower.forget_commanded()  # What was sent in the air is no start on the ground.
+        # What was sent in the air is no start on the ground.
+        self._parts.follower.forget_commanded()
         ready = observation.armed or taking_off
         return PhaseEvent.NEEDS_TAKEOFF if ready else PhaseEvent.NEEDS_ARMING
 
@@ -96,7 +111,7 @@ class Departure:
         """Arm."""
         self.arming_asked = True
         arm, refusal = Perform(OperationKind.ARM), OutcomeCode.ARMING_REFUSED
-        answer = self._requests.perform(arm, refusal, observation, now)
+        answer = self._parts.requests.perform(arm, refusal, observation, now)
         report = observation.operation
         refused = report is not None and report.state is OperationStatus.REFUSED
         if isinstance(answer, Outcome) and (observation.armed or not refused):
@@ -104,16 +119,16 @@ class Departure:
             return StopFirst(answer)
         if answer is not None:
             return answer
-        return PhaseEvent.NEEDS_TAKEOFF if self._traits.flies else PhaseEvent.NEEDS_CONTROL
+        return PhaseEvent.NEEDS_TAKEOFF if self._parts.traits.flies else PhaseEvent.NEEDS_CONTROL
 
     def take_off(self, observation: Observation, now: float) -> Step:
         """Take off."""
         if self._armed_seen and not observation.armed:
             text = "The vehicle was disarmed before take-off."
-            return Outcome(OutcomeCode.DISARMED, text, self._arrival.error_m(observation))
+            return Outcome(OutcomeCode.DISARMED, text, self._parts.arrival.error_m(observation))
         height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
         climb, refusal = Perform(OperationKind.TAKE_OFF, height_m), OutcomeCode.TAKEOFF_REFUSED
-        answer = self._requests.perform(climb, refusal, observation, now)
+        answer = self._parts.requests.perform(climb, refusal, observation, now)
         if isinstance(answer, Outcome) and self.arming_asked and not self._moves(observation):
             # Turning propellers on the ground are a danger, and this task armed them.
             return StopFirst(answer)
@@ -122,7 +137,7 @@ class Departure:
         return PhaseEvent.FLIES if observation.in_control else PhaseEvent.NEEDS_CONTROL
 
     def _moves(self, observation: Observation) -> bool:
-        return can_move(observation, self._traits, self._config.airborne_height_m)
+        return can_move(observation, self._parts.traits, self._parts.config.airborne_height_m)
 
 
 def is_pending(observation: Observation, kind: OperationKind) -> bool:

@@ -16,7 +16,9 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
 from navigation_core.tasks.base import (
     COPTER,
+    NOTHING_SENT,
     Fly,
+    Handover,
     Intent,
     Observation,
     OperationKind,
@@ -31,7 +33,13 @@ from navigation_core.tasks.base import (
 )
 from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flying.arrival import Arrival
-from navigation_core.tasks.flying.departure import Departure, Step, StopFirst, is_pending
+from navigation_core.tasks.flying.departure import (
+    Departure,
+    FlightParts,
+    Step,
+    StopFirst,
+    is_pending,
+)
 from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
@@ -65,9 +73,7 @@ class SetpointFlight(PhasedTask[Phase]):
         self,
         itinerary: Itinerary,
         config: GotoConfig,
-        predecessor: KinematicState | None = None,
-        predecessor_yaw: float | None = None,
-        predecessor_time_s: float | None = None,
+        handover: Handover = NOTHING_SENT,
         traits: Traits = COPTER,
         avoidance: AvoidanceConfig | None = None,
     ) -> None:
@@ -76,10 +82,8 @@ class SetpointFlight(PhasedTask[Phase]):
         Args:
             itinerary: where to go; it is expected to have passed ``safety.check_target``.
             config: how to go there.
-            predecessor: state of the setpoint that the replaced task sent last, from which
-                this one goes on without a jump; None to begin at the measured state.
-            predecessor_yaw: yaw of that setpoint.
-            predecessor_time_s: when it was sent; None for the time of :meth:`start`.
+            handover: what the replaced task sent last, from which this one goes on without a
+                jump.
             traits: what the vehicle can do.
             avoidance: how to keep away from obstacles; None to fly straight.
         """
@@ -87,19 +91,16 @@ class SetpointFlight(PhasedTask[Phase]):
         section = itinerary.begin_section()
         self._itinerary = itinerary
         self._traits = traits
-        self._follower = PathFollower(
-            section.goal, config, predecessor, predecessor_yaw, avoidance, traits
-        )
+        self._follower = PathFollower(section.goal, config, handover, avoidance, traits)
         self._avoider = None if avoidance is None else Avoider(avoidance, self._follower)
         self._caution = Caution(avoidance, traits, self._follower.limits)
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
-        self._departure = Departure(
-            config, traits, self._requests, self._follower, self._estimator, self._arrival
-        )
-        self._stopping = Stopping(config, traits, self._requests, self._follower, self._arrival)
+        parts = FlightParts(config, traits, self._requests, self._follower, self._arrival)
+        self._departure = Departure(parts, self._estimator)
+        self._stopping = Stopping(parts)
         self._pursuit = Pursuit(traits)
-        self._predecessor_time_s = predecessor_time_s
+        self._handover_s = handover.time_s
         self._last_step_s = 0.0
         # Whether the vehicle was held by its velocity, so that it is not where it was told to be.
         self._doubted = False
@@ -151,7 +152,7 @@ class SetpointFlight(PhasedTask[Phase]):
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         super().start(observation, now)
-        self._last_step_s = now if self._predecessor_time_s is None else self._predecessor_time_s
+        self._last_step_s = now if self._handover_s is None else self._handover_s
         self._estimator.start(self._level(observation), self._follower)
 
     def think(self, observation: Observation, now: float) -> None:

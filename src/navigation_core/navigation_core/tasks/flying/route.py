@@ -16,10 +16,12 @@ import itertools
 import math
 from dataclasses import replace
 
-from navigation_core.geometry import KinematicState, Vector3, distance
+from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import (
     COPTER,
+    NOTHING_SENT,
+    Handover,
     Outcome,
     Progress,
     RouteProgress,
@@ -209,9 +211,7 @@ def fly_route(
     waypoints: tuple[RouteWaypoint, ...],
     laps: int,
     config: GotoConfig,
-    predecessor: KinematicState | None = None,
-    predecessor_yaw: float | None = None,
-    predecessor_time_s: float | None = None,
+    handover: Handover = NOTHING_SENT,
     traits: Traits = COPTER,
     avoidance: AvoidanceConfig | None = None,
     turns_back: bool = False,
@@ -222,9 +222,7 @@ def fly_route(
         waypoints: at least one; they are expected to have passed ``safety.check_target``.
         laps: how often they are flown, at least once.
         config: how to fly.
-        predecessor: as for :class:`~navigation_core.tasks.flying.flight.SetpointFlight`.
-        predecessor_yaw: as there.
-        predecessor_time_s: as there.
+        handover: what the replaced task sent last.
         traits: what the vehicle can do.
         avoidance: how to keep away from obstacles; None to fly straight.
         turns_back: whether to turn back for a waypoint that was passed outside its radius.
@@ -235,9 +233,7 @@ def fly_route(
     return SetpointFlight(
         RouteItinerary(waypoints, laps, config, traits, turns_back),
         config,
-        predecessor,
-        predecessor_yaw,
-        predecessor_time_s,
+        handover,
         traits,
         avoidance,
     )

@@ -10,15 +10,10 @@ from navigation_core.tasks.base import (
     OperationKind,
     Outcome,
     Perform,
-    Traits,
     Wait,
 )
-from navigation_core.tasks.conditions import Requester
-from navigation_core.tasks.flying.arrival import Arrival
-from navigation_core.tasks.flying.departure import Step
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.flying.departure import FlightParts, Step
 from navigation_core.tasks.flying.goto_phases import PhaseEvent
-from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.standstill import Standstill
@@ -30,20 +25,14 @@ _STANDS_M_S = 0.01
 class Stopping:
     """The phases after the flight, or instead of it."""
 
-    def __init__(
-        self,
-        config: GotoConfig,
-        traits: Traits,
-        requests: Requester,
-        follower: PathFollower,
-        arrival: Arrival,
-    ) -> None:
-        """Prepare; the parts are those of the flight that is stopped."""
-        self._config = config
-        self._traits = traits
-        self._requests = requests
-        self._follower = follower
-        self._arrival = arrival
+    def __init__(self, parts: FlightParts) -> None:
+        """Prepare.
+
+        Args:
+            parts: of the flight that is stopped.
+        """
+        self._parts = parts
+        config = parts.config
         self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
         self.ending: Outcome | None = None
         """The outcome that the vehicle is stopped for; None while it is not stopped."""
@@ -56,36 +45,36 @@ class Stopping:
 
     def brake(self, observation: Observation, now: float, since_s: float) -> Step:
         """Brake in the air, or on the road, from a time on."""
-        located = is_located(observation, self._config.position_stale_s)
-        if located and (self._follower.is_stale or self._follower.carrot is None):
-            self._follower.plan_stop(observation)
-        self._follower.walk(None)
-        carrot = self._follower.carrot
+        located = is_located(observation, self._parts.config.position_stale_s)
+        if located and (self._parts.follower.is_stale or self._parts.follower.carrot is None):
+            self._parts.follower.plan_stop(observation)
+        self._parts.follower.walk(None)
+        carrot = self._parts.follower.carrot
         commanded_m_s = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
-        still = self._stopped.holds(observation, self._config.position_stale_s)
+        still = self._stopped.holds(observation, self._parts.config.position_stale_s)
         if still and commanded_m_s < _STANDS_M_S:
             return self.ended("The vehicle has stopped.", observation)
-        timeout_s = self._config.cancel_timeout_s
+        timeout_s = self._parts.config.cancel_timeout_s
         if now - since_s > timeout_s:
             return self.ended(self._stopped.failure(timeout_s), observation)
         return self.led(observation)
 
     def led(self, observation: Observation) -> Intent:
         """Return the carrot's setpoint, for a vehicle that is being stopped."""
-        carrot = self._follower.carrot
+        carrot = self._parts.follower.carrot
         if carrot is None:
             return Wait()
         setpoint = carrot.setpoint
-        return Fly(setpoint if self._traits.flies else without_turn(setpoint, observation))
+        return Fly(setpoint if self._parts.traits.flies else without_turn(setpoint, observation))
 
     def disarm(self, observation: Observation, now: float) -> Step:
         """Disarm on the ground, or stop the take-off of a vehicle that somebody else armed."""
-        flies = self._traits.flies and can_move(
-            observation, self._traits, self._config.airborne_height_m
+        flies = self._parts.traits.flies and can_move(
+            observation, self._parts.traits, self._parts.config.airborne_height_m
         )
-        holds = not self.armed_for_us and self._requests.current is not None
+        holds = not self.armed_for_us and self._parts.requests.current is not None
         if flies and not holds:
-            self._follower.plan_stop(observation)
+            self._parts.follower.plan_stop(observation)
             return PhaseEvent.STOP_IN_AIR
         if not self.armed_for_us:
             return self._last(
@@ -108,8 +97,8 @@ class Stopping:
     ) -> Step:
         """Have a last operation done, and end by how that went."""
         assert self.ending is not None
-        timeout_s = self._config.cancel_timeout_s
-        answer = self._requests.perform(
+        timeout_s = self._parts.config.cancel_timeout_s
+        answer = self._parts.requests.perform(
             Perform(kind), self.ending.code, observation, now, timeout_s
         )
         if answer is None:
@@ -122,4 +111,4 @@ class Stopping:
         """Return the outcome that the stop was for, and how the stop went."""
         assert self.ending is not None
         message = f"{self.ending.message} {text}"
-        return Outcome(self.ending.code, message, self._arrival.error_m(observation))
+        return Outcome(self.ending.code, message, self._parts.arrival.error_m(observation))

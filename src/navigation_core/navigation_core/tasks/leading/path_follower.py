@@ -21,7 +21,7 @@ from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.searches import Search
-from navigation_core.tasks.base import COPTER, Observation, Traits
+from navigation_core.tasks.base import COPTER, NOTHING_SENT, Handover, Observation, Traits
 from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
@@ -92,8 +92,7 @@ class PathFollower:
         self,
         goal: GotoGoal,
         config: GotoConfig,
-        predecessor: KinematicState | None,
-        predecessor_yaw: float | None,
+        handover: Handover = NOTHING_SENT,
         avoidance: AvoidanceConfig | None = None,
         traits: Traits = COPTER,
     ) -> None:
@@ -102,8 +101,7 @@ class PathFollower:
         Args:
             goal: where to go.
             config: how to go there.
-            predecessor: state of the setpoint that was sent last, by whomever.
-            predecessor_yaw: yaw of that setpoint.
+            handover: the setpoint that was sent last, by whomever.
             avoidance: how to keep away from obstacles; None to fly straight.
             traits: what the vehicle can do.
         """
@@ -111,8 +109,8 @@ class PathFollower:
         self.carrot: Carrot | None = None
         # Where the last plan to the goal leads.
         self.path_enu_m: tuple[Vector3, ...] = ()
-        self.commanded = predecessor
-        self.commanded_yaw = predecessor_yaw
+        self.commanded = handover.commanded
+        self.commanded_yaw = handover.yaw_enu_rad
         # Time that the setpoint has yet to walk in this step.
         self.dt_s = 0.0
         # Whether time has passed without setpoints, so that the last one says nothing.
