@@ -1,4 +1,4 @@
-"""Writes docs/states.md: state diagrams, drawn from the transition tables of the code.
+"""Draw docs/states.md: state diagrams, drawn from the transition tables of the code.
 
 `python scripts/draw_states.py` writes the page; a test holds it equal to the tables.
 """
@@ -11,9 +11,16 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
+from mavlink_vehicle.protocols.machine import Machine
+from mavlink_vehicle.protocols.message_rates import MessageRates
+from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
+from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
+from mavlink_vehicle.protocols.operations.command import CommandExchange
 from mavlink_vehicle.protocols.operations.operations import Operation
+from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
 from navigation_bridge.goals import lifecycle
 from navigation_core.planning import replanner
 from navigation_core.tasks.flying import goto_phases
@@ -25,53 +32,53 @@ _Arrows = dict[tuple[str, str], list[str]]
 _INTRODUCTION = """\
 # State diagrams
 
-Drawn by `scripts/draw_states.py` from the transition tables of the code; what is not drawn cannot
-happen, and raises.
+Drawn by `scripts/draw_states.py` from the transition tables of the code. An input that a table does
+not list for a state is a program error, and raises.
 """
+MACHINES: dict[str, type[Machine[Any]]] = {
+    "Operation": Operation,
+    "Command": CommandExchange,
+    "Mission upload": MissionUpload,
+    "Mission download": MissionDownload,
+    "Mission clearing": MissionClear,
+    "Stored mission": MissionOperation,
+    "HEARTBEAT": HeartbeatWatch,
+    "Message rates": MessageRates,
+    "Setpoint stream": SetpointStream,
+}
 
 
 def diagrams() -> dict[str, tuple[str, _Arrows]]:
-    """Return what is drawn: headings, where the table is, and the events by both states."""
-    protocols = "mavlink_vehicle/protocols"
-    return {
-        "Life cycle of a goal": (
-            "navigation_bridge/goals/lifecycle.py",
-            _of_events(lifecycle.TRANSITIONS),
-        ),
+    """Return what is drawn: headings, the module of the table, and the events by both states."""
+    tasks = {
+        "Life cycle of a goal": (lifecycle.__name__, _of_events(lifecycle.TRANSITIONS)),
         "Flight to a point or along a route": (
-            "navigation_core/tasks/flying/goto_phases.py",
+            goto_phases.__name__,
             _of_events(goto_phases.TRANSITIONS),
         ),
         "Mission flown by the vehicle": (
-            "navigation_core/tasks/watching/mission_phases.py",
+            mission_phases.__name__,
             _of_states(mission_phases.FOLLOWING),
         ),
-        "Replanning": (
-            "navigation_core/planning/replanner.py",
-            _of_events(replanner.TRANSITIONS),
-        ),
-        "Operation": (f"{protocols}/operations/operations.py", _of_events(Operation.table)),
-        "Mission upload": (
-            f"{protocols}/mission/mission_upload.py",
-            _of_events(MissionUpload.table),
-        ),
-        "Mission download": (
-            f"{protocols}/mission/mission_download.py",
-            _of_events(MissionDownload.table),
-        ),
+        "Replanning": (replanner.__name__, _of_events(replanner.TRANSITIONS)),
     }
+    machines = {
+        heading: (machine.__module__, _of_events(machine.table))
+        for heading, machine in MACHINES.items()
+    }
+    return tasks | machines
 
 
 def page() -> str:
     """Return the text of the page."""
     parts = [_INTRODUCTION]
-    for heading, (place, arrows) in diagrams().items():
+    for heading, (module, arrows) in diagrams().items():
         lines = [
             f"    {before} --> {after}" + (f": {', '.join(events)}" if events else "")
             for (before, after), events in arrows.items()
         ]
         drawn = "\n".join(["stateDiagram-v2", *lines])
-        parts.append(f"## {heading}\n\n`{place}`\n\n```mermaid\n{drawn}\n```\n")
+        parts.append(f"## {heading}\n\n`{module}`\n\n```mermaid\n{drawn}\n```\n")
     return "\n".join(parts)
 
 

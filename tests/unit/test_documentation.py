@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import json
+import pkgutil
 import re
 import shlex
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
+from types import ModuleType
 from typing import get_args
 
 import pytest
@@ -27,6 +30,8 @@ from flight_reports.flight_plot import make_parser as plot_parser
 from flight_reports.flight_video import make_parser as video_parser
 from flight_reports.navigation_report import make_parser as report_parser
 from mavlink_sitl.options import make_parser as simulator_parser
+from mavlink_vehicle import protocols
+from mavlink_vehicle.protocols.machine import Machine
 from navigation_bridge.configuration.parameter_table import PARAMETERS
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Status
@@ -133,6 +138,20 @@ def test_the_commands_that_a_file_of_a_set_up_shows_can_be_given() -> None:
             assert ROOT / options.config == path
 
 
+def test_the_page_of_the_architecture_leads_to_the_files_of_ten_changes() -> None:
+    text = (ROOT / "docs/architecture.md").read_text("utf-8")
+    rows = re.findall(r"^\| (?!To |---)(.*) \| (.*) \|$", text, re.MULTILINE)
+    assert len(rows) >= 10
+    there = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("src/**/*.py")]
+    there += [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("sitl/**/*.py")]
+    there += [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("bridge_config/*")]
+    for change, places in rows:
+        named = re.findall(r"`([\w./]+)`", places)
+        assert named, change
+        for name in named:
+            assert any(f"/{name}" in path for path in there), f"{change}: {name}"
+
+
 def test_pictures_fetch_nothing() -> None:
     for path in (ROOT / "docs").glob("*.svg"):
         assert 'url("http' not in path.read_text("utf-8"), path
@@ -156,12 +175,11 @@ def test_every_option_key_exit_code_and_event_of_the_client_is_documented() -> N
     for command in COMMANDS:
         assert f"`{command}`" in page or f"`{command} " in page, command
     for action in (action for parser in parsers for action in parser._actions):
-        if action.option_strings and action.dest not in ("help", "plain"):
-            assert f"`{action.option_strings[0]}" in page, action.dest
+        assert action.help, action.dest
     for key in Key:
         assert f"`{key.value}`" in page, key
     for name in (name for name in dir(client_options) if name.startswith("EXIT_")):
-        assert f"\n| {getattr(client_options, name)} | " in page, name
+        assert f"\n  {getattr(client_options, name)}  " in client_parser().format_help(), name
     for kind in (*get_args(client_events.Event), client_events.Telemetry):
         (row,) = re.findall(rf"^\| `{kind.name}` \| (.*) \|$", page, re.MULTILINE)
         assert re.findall(r"`(\w+)`", row) == [field.name for field in fields(kind)]
@@ -200,11 +218,34 @@ def test_the_first_command_of_the_first_page_is_one_that_make_setup_gives() -> N
     assert "With a full ROS 2 installation" in before.split("\n## ")[-1]
 
 
-def test_the_state_diagrams_are_those_of_the_tables() -> None:
+@pytest.fixture(scope="module")
+def draw_states() -> ModuleType:
     spec = importlib.util.spec_from_file_location("draw_states", ROOT / "scripts/draw_states.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    return module
+
+
+def test_the_state_diagrams_are_those_of_the_tables(draw_states: ModuleType) -> None:
     kept = (ROOT / "docs/states.md").read_text("utf-8")
-    assert kept == module.page(), "run: scripts/run python scripts/draw_states.py"
+    assert kept == draw_states.page(), "run: scripts/run python scripts/draw_states.py"
+
+
+def test_every_protocol_has_a_state_diagram_with_all_its_transitions(
+    draw_states: ModuleType,
+) -> None:
+    for module in pkgutil.walk_packages(protocols.__path__, f"{protocols.__name__}."):
+        importlib.import_module(module.name)
+    kinds: list[type] = [Machine]
+    for kind in kinds:
+        kinds += kind.__subclasses__()
+    machines = {kind for kind in kinds if "table" in vars(kind)}
+    assert {m for m in machines if m.__module__.startswith("mavlink_")} == set(
+        draw_states.MACHINES.values()
+    )
+    for heading, machine in draw_states.MACHINES.items():
+        _, arrows = draw_states.diagrams()[heading]
+        drawn = {(before, event, after) for (before, after), es in arrows.items() for event in es}
+        assert drawn == {(s.name, i.name, n.name) for (s, i), (n, _) in machine.table.items()}
