@@ -1,6 +1,6 @@
 """Rules of PX4 that a client must know, each scripted.
 
-docs/autopilots.md lists the rules and where each of them is held.
+docs/autopilots.md lists the rules and the tests that hold them.
 """
 
 from __future__ import annotations
