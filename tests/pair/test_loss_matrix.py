@@ -29,7 +29,7 @@ CELLS = [
     for disturbance in DISTURBANCES
     if not (firmware == "px4" and disturbance.name in MILDER)
 ]
-# A brake from 3 m/s within GUID_TIMEOUT and after it takes 12 m at most (docs/navigate.md).
+# A brake from 3 m/s within GUID_TIMEOUT and after it takes 12 m at most (docs/autopilots.md).
 BRAKE_M = 12.0
 GOALS = {
     "Navigate": (12.0, 0.0, HEIGHT_M),

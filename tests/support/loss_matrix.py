@@ -270,13 +270,16 @@ def table(cell_text: Callable[[Action, Disturbance], str]) -> str:
 
 
 def outcomes_on_page(page: str, firmware: str) -> dict[tuple[str, str], str]:
-    """Return the outcomes that the page's table of one firmware tells, by row and column."""
+    """Return the outcomes in the page's table of one firmware, by row and column.
+
+    A time alone is a success.
+    """
     body = _section(page, firmware).group(2)
     columns, _, *rows = [
         [field.strip() for field in line.strip("|\n").split("|")] for line in body.splitlines()
     ]
     return {
-        (row[0], column): re.sub(r" [\d.]+ s$", "", text)
+        (row[0], column): re.sub(r" ?[\d.]+$", "", text) or "SUCCESS"
         for row in rows
         for column, text in zip(columns[1:], row[1:], strict=True)
     }
@@ -297,7 +300,7 @@ def write_page(cells: Mapping[tuple[str, str, str], Cell]) -> None:
 
         def text(action: Action, disturbance: Disturbance, firmware: str = firmware) -> str:
             cell = cells[firmware, action.name, disturbance.name]
-            return f"{cell.outcome} {cell.seconds:.1f} s"
+            return f"{cell.outcome} {cell.seconds:.1f}".removeprefix("SUCCESS ")
 
         section = _section(page, firmware)
         page = page[: section.start(2)] + table(text) + page[section.end(2) :]
