@@ -52,7 +52,7 @@ def test_a_killed_server_leaves_a_vehicle_that_stops_by_itself(flight: Flight) -
     assert flight.server is not None
     flight.server.signal(signal.SIGKILL)
     flight.server.stop()
-    # docs/navigate.md: ArduCopter follows the last velocity for 3 s and then stops.
+    # docs/autopilots.md: ArduCopter follows the last velocity for 3 s and then stops.
     # Where the vehicle comes to rest it sways a little; on a busy machine it flies late, too.
     speeds_m_s = [math.inf]
     for _ in range(30):
