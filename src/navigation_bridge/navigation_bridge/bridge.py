@@ -1,11 +1,10 @@
-"""The ROS-free composition of task and vehicle: goals in, MAVLink out, feedback back.
+"""Composition of task and vehicle: goals in, MAVLink out, feedback back. No ROS.
 
 The bridge owns at most one goal. Its task decides what should happen
-(:mod:`navigation_core.tasks`), the vehicle does it (:mod:`mavlink_vehicle.vehicle`), and
-the bridge watches over both: it ends the goal when the pilot takes over, when the link
-is lost, when the autopilot restarts or when a failsafe takes the vehicle away. It does no
-I/O and reads no clock; the driver thread calls it with ``now`` and collects
-:meth:`Bridge.messages_to_send` and :meth:`Bridge.next_output`.
+(:mod:`navigation_core.tasks`), and the vehicle does it (:mod:`mavlink_vehicle.vehicle`). The bridge
+monitors both: it ends the goal when the pilot takes over, the link is lost, the autopilot restarts
+or a failsafe takes control. It does no I/O and reads no clock; the driver thread calls it with
+``now`` and collects :meth:`Bridge.messages_to_send` and :meth:`Bridge.next_output`.
 """
 
 from __future__ import annotations
@@ -185,8 +184,7 @@ class Bridge:
     def start_goal(self, goal_id: str, request: Request, now: float) -> None:
         """Begin an accepted goal; it replaces the active one.
 
-        The moment between :meth:`check` and this call is short but not nothing: a condition that
-        is no longer met ends the goal at once, with the same code.
+        A condition that has failed since :meth:`check` ends the goal at once, with the same code.
         """
         admitted = self._admit(request, now)
         if isinstance(admitted, Rejection):
@@ -249,11 +247,11 @@ class Bridge:
         return True, f"Goal {goal.goal_id} is resumed."
 
     def serve(self, number: int, service: Service, now: float, mode: str = "") -> None:
-        """Execute a service request; a ``ServiceDone`` with the number answers it.
+        """Execute a service request; a ``ServiceDone`` with its number is the response.
 
         Args:
-            number: of the request.
-            service: what is asked.
+            number: number of the request.
+            service: the service.
             now: time in seconds.
             mode: for SET_MODE, the firmware's name of the mode.
         """
@@ -293,7 +291,7 @@ class Bridge:
         if self._goal is not None:
             self._end(self._goal, Outcome(OutcomeCode.INTERNAL_ERROR, text, None), now)
 
-    # --- what the driver calls -------------------------------------------------------
+    # --- called by the driver -------------------------------------------------------
 
     def configure(self, config: BridgeConfig) -> None:
         """Use other settings for future goals; the active one keeps its own."""
@@ -303,7 +301,7 @@ class Bridge:
         self._obstacles.configure(config.obstacles)
 
     def start(self, now: float) -> None:
-        """Start to look for the vehicle."""
+        """Start the search for the vehicle."""
         self._vehicle.start(now)
         self._obstacles.start(now)
 
@@ -327,8 +325,8 @@ class Bridge:
             self._guard.observe_battery(now)
         self._handle_events(now)
         goal = self._goal
-        # A position that comes a little early still counts, or 20 Hz of positions would
-        # make 6.7 Hz of feedback instead of 10.
+        # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
+        # give feedback at 6.7 Hz instead of 10.
         early_s = 0.25 * self._config.feedback_period_s
         if goal is not None and moved and now >= goal.feedback_due_s - early_s:
             self._give_feedback(goal, now)
@@ -367,7 +365,7 @@ class Bridge:
         return min((time for time in deadlines if time is not None), default=None)
 
     def _goal_deadline(self, goal: ActiveGoal) -> float:
-        # A task thinks as soon as its setpoint has been sent, and in time before the next.
+        # A task thinks once its setpoint has been sent, and finishes before the next.
         return min(goal.next_step_s, goal.think_s, self._feedback_deadline(goal))
 
     def messages_to_send(self) -> list[Message]:
@@ -437,7 +435,7 @@ class Bridge:
         )
         if previous is None:
             return goal
-        # An arming or a take-off under way is what the new goal needs, too; another mission not.
+        # The new goal also needs an arming or a take-off in progress, but not another mission.
         if previous.operation is not None and previous.operation.kind not in _OF_ONE_MISSION:
             goal.operation, goal.operation_id = previous.operation, previous.operation_id
             goal.asked = previous.asked
@@ -450,7 +448,7 @@ class Bridge:
             if judged is not None:
                 code, text = judged
                 if code is OutcomeCode.PILOT_OVERRIDE and goal.cancelled_by:
-                    code = OutcomeCode.CANCELED  # it was over already
+                    code = OutcomeCode.CANCELED  # it has ended already
                 self._abandon(code, text, now)
         elif not self._vehicle.connected:
             self._step_without_link(goal, now)
@@ -474,7 +472,7 @@ class Bridge:
     def _step_task(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
         intent = goal.task.step(observation, now)
         if goal.operation is not None and goal.operation.state is not OperationStatus.PENDING:
-            goal.operation = None  # the task has seen its end
+            goal.operation = None  # the task knows the result
         if isinstance(intent, Outcome):
             self._end(goal, intent, now)
             return
@@ -593,7 +591,7 @@ class Bridge:
         while (event := self._vehicle.next_event()) is not None:
             events.append(event)
         if len(events) > 1:
-            # A restart also shows as a mode change and a disarming; its own name comes first.
+            # A restart also appears as a mode change and a disarming, so it is checked first.
             events.sort(key=lambda event: not isinstance(event, VehicleRebooted))
         for event in events:
             if isinstance(event, OperationFinished):
@@ -673,7 +671,7 @@ class Bridge:
         return goal.feedback_due_s + 0.5 * self._config.feedback_period_s
 
     def _give_feedback(self, goal: ActiveGoal, now: float) -> None:
-        # From now on, not on a grid: so feedback falls into step with the positions.
+        # Counted from now, not on a grid, so that feedback keeps in step with the positions.
         goal.feedback_due_s = now + self._config.feedback_period_s
         progress = self._progress(goal, now)
         self._report.feedback(goal, progress, self._lateness.recent_s(now), now)

@@ -1,10 +1,9 @@
 """Several isolated vehicles on one driver thread. No ROS.
 
-A :class:`FleetApplication` is what the driver runs. It hands each message to the vehicle that it is
-from, calls each vehicle when its own deadline is due, and asks only those with whom something has
-happened for what they want to send. What one vehicle's application raises ends that vehicle's goal.
-When its timers fail again and again, the fleet gives that vehicle up: nothing more is sent for it,
-so that its own failsafe acts, and the others fly on.
+The driver runs a :class:`FleetApplication`. It passes each message to its vehicle, calls each
+vehicle at its deadline, and collects messages only from vehicles with events. An exception of one
+vehicle's application ends that vehicle's goal. When its timers fail repeatedly, the fleet gives the
+vehicle up: nothing more is sent to it, so that its own failsafe acts. The others are not affected.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ ResultT = TypeVar("ResultT")
 VEHICLE_MESSAGES_HZ, VEHICLE_BURST = 1000.0, 2000.0
 """Message rate limit of one of several vehicles: ten times its telemetry."""
 
-# A timer that failed, or that has left its deadline where it was, is called again after this.
+# Delay before a timer that failed, or did not move its deadline, is called again.
 _PAUSE_S = 0.05
 
 
@@ -57,14 +56,14 @@ class Member:
 
     Attributes:
         name: for people.
-        system_id: MAVLink system of the vehicle; 0: whoever is heard first.
-        application: what runs it.
+        system_id: MAVLink system of the vehicle; 0: the first autopilot heard.
+        application: the application that runs it.
         given_up: whether it has failed for too long.
-        throttled: messages of it that were dropped, because too many came.
+        throttled: number of its messages dropped by the rate limit.
     """
 
     def __init__(self, name: str, system_id: int, application: MemberApplication) -> None:
-        """Put together; a :class:`FleetApplication` takes it in."""
+        """Create a member for a :class:`FleetApplication`."""
         self.name = name
         self.system_id = system_id
         self.application = application
@@ -88,7 +87,7 @@ class Member:
         """Run ``work`` on the driver's thread and return its result; raises what it raises.
 
         Raises:
-            DriverError: the vehicle was given up, or the driver did not get to it in time.
+            DriverError: the vehicle was given up, or the driver did not respond in time.
         """
         fleet = self._of_fleet()
         if self.given_up:
@@ -101,18 +100,18 @@ class Member:
         return fleet.thread.call(touching, timeout_s)
 
     def _of_fleet(self) -> FleetApplication:
-        assert self.fleet is not None, "a member is of a fleet before it is given work"
+        assert self.fleet is not None, "the fleet must take the member in before it accepts work"
         return self.fleet
 
 
 class FleetApplication:
-    """The application of a driver that runs those of several vehicles."""
+    """Driver application that runs the applications of several vehicles."""
 
     def __init__(self, members: Sequence[Member], clock: Clock) -> None:
-        """Take the vehicles in; :meth:`attach` must follow before one is given work.
+        """Create a fleet; :meth:`attach` must follow before a member accepts work.
 
         Args:
-            members: at least one; with several, each has a system id of its own.
+            members: at least one; several need distinct system ids.
             clock: the driver's.
         """
         self._members = tuple(members)
@@ -120,7 +119,7 @@ class FleetApplication:
         self._thread: DriverThread | None = None
         self._by_system = {member.system_id: member for member in members if member.system_id}
         self._only = self._members[0] if len(self._members) == 1 else None
-        # Members with events since their messages and deadlines were last read.
+        # Members with events since their messages and deadlines were last collected.
         self._unsent: dict[Member, None] = {}
         self._untimed: dict[Member, None] = {}
         for member in members:
@@ -132,7 +131,7 @@ class FleetApplication:
 
     @property
     def thread(self) -> DriverThread:
-        """Where work for the members is done."""
+        """The queue of work for the members."""
         assert self._thread is not None, "attach comes first"
         return self._thread
 
@@ -141,7 +140,7 @@ class FleetApplication:
         """Whether every vehicle was given up."""
         return all(member.given_up for member in self._members)
 
-    # --- what the driver calls ------------------------------------------------------------
+    # --- called by the driver --------------------------------------------------------------
 
     def start(self, now: float) -> None:
         """Start all."""
@@ -151,8 +150,8 @@ class FleetApplication:
     def receive(self, message: Message, now: float) -> None:
         """Pass a message to the vehicle that sent it, or that it is addressed to.
 
-        Vehicles may come by one link, as behind another router, where nobody before could stop
-        one of them from taking the time of the others.
+        Several vehicles may share one link, as behind another router, so their rates are limited
+        here.
         """
         member = self._only or self._member_of(message)
         if member is None:
@@ -243,7 +242,7 @@ class FleetApplication:
             self._fail(member, error)
             return member.rests_until_s
         member.asked_s = deadline_s
-        # Neither a failure nor a deadline that stays where it is may spin the processor.
+        # Neither a failure nor a deadline that does not move may cause a busy loop.
         if member.failing_since_s is not None:
             return member.rests_until_s
         if deadline_s is None:
@@ -253,7 +252,7 @@ class FleetApplication:
         return deadline_s
 
     def _fail(self, member: Member, error: Exception) -> None:
-        """Count a failure of what must go on: timers, deadlines, messages."""
+        """Count a failure of essential work: timers, deadlines, messages."""
         self._tell(member, error)
         now = self._clock.now()
         if member.rests_until_s <= now:
@@ -274,4 +273,4 @@ class FleetApplication:
         try:
             member.application.fail(error)
         except Exception as second:
-            logging.getLogger(__name__).error("Telling of a failure failed.", exc_info=second)
+            logging.getLogger(__name__).error("The report of a failure failed.", exc_info=second)

@@ -23,7 +23,7 @@ class Network:
     def __init__(
         self, router: Router, recorder: TlogWriter | None, links: Mapping[LinkUrl, Link]
     ) -> None:
-        """Assemble the parts; :func:`open_network` does."""
+        """Assemble the parts; use :func:`open_network`."""
         self._router = router
         self._links = links
         self.recorder = recorder
@@ -56,11 +56,12 @@ def open_network(
     Args:
         config: settings of the server.
         vehicles: settings of its vehicles, which may share links.
-        report: takes sentences for people, among them where each link listens.
-        warn: takes those about links that are lost or cannot be opened yet; ``report`` if None.
+        report: receives sentences for people, such as the address of each listening link.
+        warn: receives warnings about links that are lost or cannot be opened yet; ``report`` if
+            None.
 
     Raises:
-        LinkError: a link cannot be opened, or the file of the signing key holds none.
+        LinkError: a link cannot be opened, or the signing key file has no key.
         OSError: the recording cannot be written.
     """
     signing = open_signing(config.signing_key_file, report)

@@ -1,8 +1,8 @@
 """ROS-side events as MAVLink messages, written to the recording only.
 
-A tlog holds what went over the link. Goals and their progress do not, so the recorder
-adds them as STATUSTEXT and NAMED_VALUE_FLOAT, from a component id of their own that never
-sends anything on the link (:data:`COMPONENT_ID`). Any tlog viewer shows them.
+A tlog holds the traffic of the link. Goals and their progress are not part of it, so the recorder
+adds them as STATUSTEXT and NAMED_VALUE_FLOAT, from a separate component id that never sends on the
+link (:data:`COMPONENT_ID`). Any tlog viewer shows them.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ def text(words: str) -> Message:
 
 
 def long_text(words: str, text_id: int) -> list[Message]:
-    """Return a text of any length as STATUSTEXTs, in chunks if it needs several.
+    """Return a text of any length as STATUSTEXTs, in chunks if necessary.
 
     Args:
         words: non-ASCII characters become "?".
-        text_id: any number; another one for the next text.
+        text_id: any number that differs from the previous text's.
     """
     data = words.encode("ascii", "replace")
     if len(data) < CHUNK_SIZE:
         return [text(words)]
-    # The last chunk is never full: so it is known as the last.
+    # The last chunk is never full, which marks it as the last.
     return [
         codec.make(
             "STATUSTEXT",
@@ -68,7 +68,7 @@ class NotedEvent:
     """A recorded event of a goal.
 
     Attributes:
-        happened: what those saw who watched.
+        happened: the event as observers received it.
         kind: for ACCEPTED, the name of the goal's action.
         elapsed_s: for ENDED, the time since the goal was accepted.
         final_error_m: for ENDED, the distance to the target; None if it could not be measured.
@@ -90,7 +90,7 @@ def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None 
     Args:
         happened: the event.
         kind: for ACCEPTED, the name of the goal's action.
-        finished: for ENDED, how.
+        finished: for ENDED, the result.
     """
     words = f"goal {happened.goal_id or '-'} {happened.event} {happened.what or kind}"
     if finished is not None:
@@ -134,7 +134,7 @@ def _number(digits: str | None) -> float | None:
 
 
 def goal_accepted(short_id: str, target_enu_m: Vector3) -> Message:
-    """Return the note of an accepted goal, which :func:`parse_goal` reads back.
+    """Return the note of an accepted goal, for :func:`parse_goal`.
 
     A route has one for each of its waypoints, in order.
     """
@@ -154,10 +154,10 @@ def parse_goal(words: str) -> tuple[str, Vector3] | None:
 
 
 def plan(path_enu_m: tuple[Vector3, ...]) -> list[Message]:
-    """Return a planned path as DEBUG_FLOAT_ARRAYs, which :func:`parse_plan` reads back.
+    """Return a planned path as DEBUG_FLOAT_ARRAYs, for :func:`parse_plan`.
 
-    Each holds up to 19 points, east, north and up in metres; ``array_id`` counts what is to
-    come after it, so that the last one is 0. NaN fills what is left.
+    Each holds up to 19 points, east, north and up in metres; ``array_id`` is the number of arrays
+    that follow. NaN fills the rest.
     """
     step = max(math.ceil(len(path_enu_m) / _PLAN_POINTS_MAX), 1)
     points = [*path_enu_m[:-1:step], *path_enu_m[-1:]]
@@ -190,8 +190,8 @@ def parse_plan(message: Message) -> tuple[tuple[Vector3, ...], bool] | None:
 def progress(state: Progress, now: float) -> list[Message]:
     """Return the content of a feedback as named values; "replans" is the last of each feedback.
 
-    The distance (m) and the time (s) that remain; of a route the current waypoint, the lap, and
-    how many waypoints are left and were reached; how often the way was planned anew.
+    Remaining distance (m) and time (s); for a route the current waypoint, the lap, and the numbers
+    of waypoints left and reached; the number of replans.
     """
     boot_ms = int(now * 1000.0) & 0xFFFFFFFF
     figures: dict[str, float] = {

@@ -1,9 +1,8 @@
 """Thread for path searches, so that the driver thread never waits for one. No ROS.
 
-Python runs one thread at a time, but lets the next have its turn within the switch interval. So a
-setpoint that is due while a search is on goes out within some milliseconds. A search in a process
-of its own would need that process to have read all obstacles, and ten times the memory;
-docs/adr/0010 has the figures.
+Python runs one thread at a time, and switches within the switch interval, so a setpoint that is due
+during a search is sent within a few milliseconds. docs/adr/0010 compares this with a separate
+process.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ __all__ = ["SearchThread"]
 ResultT = TypeVar("ResultT")
 
 SWITCH_INTERVAL_S = 0.001
-"""Time after which a search yields to the driver thread if that has work."""
+"""Time after which a search yields to the driver thread, if that has work."""
 
 # Lead time of a path's start: slightly more than the last searches took.
 _LEAD_MIN_S, _LEAD_MAX_S, _LEAD_FACTOR, _REMEMBERED = 0.1, 0.6, 1.3, 5

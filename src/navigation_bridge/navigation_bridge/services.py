@@ -13,7 +13,7 @@ from navigation_core.tasks.base import OperationKind, Perform
 
 
 class Service(Enum):
-    """What can be asked."""
+    """The services."""
 
     HOLD = "hold"
     ARM = "arm"
@@ -40,11 +40,11 @@ class ServiceDesk:
         self._operation_id: int | None = None
 
     def begin(self, number: int, service: Service, now: float, mode: str = "") -> None:
-        """Ask the vehicle.
+        """Request it from the vehicle.
 
         Args:
-            number: of the request.
-            service: what is asked.
+            number: number of the request.
+            service: the service.
             now: time in seconds.
             mode: for SET_MODE, the firmware's name of the mode.
         """
@@ -74,11 +74,11 @@ class ServiceDesk:
         self._operation_id = vehicle.change_mode(name, now)
 
     def wait_for(self, number: int, operation_id: int) -> None:
-        """Answer at the end of an operation already under way."""
+        """Respond at the end of an operation already in progress."""
         self._number, self._operation_id = number, operation_id
 
     def give_up(self, why: str, now: float) -> None:
-        """End the request under way, if any, as not done."""
+        """End the pending request, if any, as failed."""
         if self._number is None:
             return
         number, self._number, self._operation_id = self._number, None, None

@@ -46,8 +46,8 @@ class Playback:
     Attributes:
         begin_s: first moment.
         end_s: last moment.
-        speedup: how much faster than the flight was.
-        frames_hz: pictures per second of the film.
+        speedup: factor of real time.
+        frames_hz: frames per second of the film.
     """
 
     begin_s: float
@@ -62,7 +62,7 @@ class Playback:
 
 
 def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Playback:
-    """Return a pace that shows all of interest in about ``film_s``, never slower than it was."""
+    """Return a pace that shows the flight in about ``film_s``, never slower than real time."""
     times_s = recording.goals.times_s or recording.status.times_s
     begin_s = max((times_s[0] if times_s else 0.0) - 0.5, 0.0)
     end_s = recording.duration_s
@@ -75,7 +75,7 @@ def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Pl
 class Film:
     """Draws the moments of a recording.
 
-    What never changes is drawn once; for each moment only the rest is drawn over a copy.
+    The static part is drawn once; for each moment only the rest is drawn over a copy.
     """
 
     def __init__(self, recording: FlightRecording, speedup: float) -> None:
@@ -121,7 +121,7 @@ class _Memory:
         self._rows: dict[bytes, Array] = {}
 
     def update(self, obstacles: Obstacles, time_s: float) -> None:
-        """Take in what the map holds now."""
+        """Update from the present map."""
         if obstacles is not self.known:
             self.known = obstacles
             rows = [*obstacles.posts, *obstacles.boxes]
@@ -136,7 +136,7 @@ class _Memory:
 
 
 class _Stage:
-    """One view of the flight: what moves in it."""
+    """The moving parts of one view of the flight."""
 
     def __init__(
         self, axes: Axes, view: Viewpoint, recording: FlightRecording, speedup: float
@@ -175,7 +175,7 @@ class _Stage:
         return cross
 
     def show(self, time_s: float, memory: _Memory) -> list[Artist]:
-        """Set everything as it was at a time, and return what is to be drawn."""
+        """Set the state of a time, and return the artists to draw."""
         recording = self._recording
         count = max(int(np.searchsorted(recording.times_s, time_s, "right")), 1)
         self._track.set_data(*self._places[:count].T)
@@ -236,7 +236,7 @@ def _decorate(axes: Axes, view: Viewpoint) -> None:
 
 
 def _arrow(turn_deg: float) -> Outline:
-    """Return the outline of a vehicle whose nose is turned from north, counter-clockwise."""
+    """Return the outline of a vehicle turned from north, counter-clockwise."""
     outline = np.array([(0.0, 1.0), (-0.7, -0.8), (0.0, -0.4), (0.7, -0.8), (0.0, 1.0)])
     turn = np.radians(turn_deg)
     cosine, sine = np.cos(turn), np.sin(turn)

@@ -10,16 +10,16 @@ from flight_reports.pictures.scene import Array
 from navigation_core.geometry import Vector3
 
 _GAP_PX = 9.0
-# A label over another one, or over the edge, is worse than one over many points of a line.
+# Cost of a label over another one or the edge, in points of a line.
 _FORBIDDEN = 10_000
-# Right, left, above and below first, then the corners; the label's near side is at the place.
+# Right, left, above and below first, then the corners; the label's near side is at the point.
 _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 _STEPS_M = 0.1
 _SAME_PLACE_M = 0.5
 
 
 def names_of(targets: Sequence[Vector3]) -> list[tuple[Vector3, str]]:
-    """Return each place with its name, once: "1, 4: (0, 0, 4)" for a place that is two goals."""
+    """Return each point once, with its name: "1, 4: (0, 0, 4)" for two goals at one point."""
     places: list[tuple[Vector3, list[int]]] = []
     for number, target in enumerate(targets, 1):
         for place, numbers in places:
@@ -39,7 +39,7 @@ def _number(part: float) -> str:
 
 
 def along(way_enu_m: Array) -> Array:
-    """Return points along a way, shape (N, 3), near enough to each other to be counted."""
+    """Return closely spaced points along a path, shape (N, 3), to be counted."""
     way = np.asarray(way_enu_m, dtype=np.float64).reshape(-1, 3)
     if len(way) < 2:
         return way
@@ -51,10 +51,10 @@ def along(way_enu_m: Array) -> Array:
 def free_places(
     places_px: Array, sizes_px: Array, busy_px: Array, frame_px: Sequence[float]
 ) -> list[tuple[float, float]]:
-    """Return the lower left corner of each label: beside its place, where least is drawn.
+    """Return the lower left corner of each label: beside its point, where least is drawn.
 
     Args:
-        places_px: what the labels name, shape (N, 2).
+        places_px: the labelled points, shape (N, 2).
         sizes_px: width and height of each label, shape (N, 2).
         busy_px: points of what is drawn, shape (K, 2).
         frame_px: left, bottom, right and top of the picture.
@@ -72,7 +72,7 @@ def free_places(
 
 
 def _box(place: Array, size: Array, side: tuple[int, int]) -> Array:
-    """Return left, bottom, right and top of a label on one side of its place."""
+    """Return left, bottom, right and top of a label on one side of its point."""
     middle = place + np.array(side) * (0.5 * size + _GAP_PX)
     return np.concatenate([middle - 0.5 * size, middle + 0.5 * size])
 

@@ -20,16 +20,16 @@ _FRAME = (0.605, 0.115, 0.38, 0.52)
 _WIDTH = 1.0
 _BAR_HEIGHT = 0.03
 _LOW_BATTERY_PERCENT = 25.0
-# How long the status line speaks of a replan or a new goal (seconds of the film).
+# Time for which the status line shows a replan or a new goal (seconds of the film).
 _NEWS_S = 1.2
 _UNKNOWN = "–"
 
 
 class Panel:
-    """Draws the numbers of a recording."""
+    """Draws the figures of a recording."""
 
     def __init__(self, figure: Figure, recording: FlightRecording, speedup: float) -> None:
-        """Add what never changes to ``figure``."""
+        """Add the static part to ``figure``."""
         self._recording, self._speedup = recording, speedup
         self._replan_times_s = scene.replan_times_s(recording)
         figure.text(0.036, 0.955, recording.vehicle, fontsize=10, color=scene.INK, weight="bold")
@@ -44,7 +44,7 @@ class Panel:
             x, y = 0.35 * (number % 3), 0.83 - 0.24 * (number // 3)
             axes.text(x, y + 0.115, name, fontsize=7, color=scene.FAINT)
             self._numbers.append(self._text(x, y, "", 14, "bold"))
-        self._progress = self._bar(0.43, "way", scene.TRACK)
+        self._progress = self._bar(0.43, "path", scene.TRACK)
         self._battery = self._bar(0.30, "battery", scene.GOOD)
         self._percent = self._text(_WIDTH, 0.35, "", 7, "normal")
         self._percent.set_horizontalalignment("right")
@@ -80,7 +80,7 @@ class Panel:
             self._axes.text(x + 0.075, y - 0.004, name, fontsize=6.5, color=scene.FAINT)
 
     def show(self, time_s: float) -> list[Artist]:
-        """Set everything as it was at a time, and return what is to be drawn."""
+        """Set the state of a time, and return the artists to draw."""
         recording = self._recording
         index = max(int(np.searchsorted(recording.times_s, time_s, "right")) - 1, 0)
         self._time.set_text(f"{time_s:5.1f} s   × {self._speedup:g}")
@@ -135,7 +135,7 @@ class Panel:
         self._line.set_color(scene.GOAL if self._is_in_trouble(time_s) else scene.INK)
 
     def _is_in_trouble(self, time_s: float) -> bool:
-        """Whether the goal of that time is blocked, or has ended without success."""
+        """Whether the goal at that time is blocked, or has ended without success."""
         goals = self._recording.all_goals
         goal = next((goal for goal in reversed(goals) if goal.accepted_s <= time_s), None)
         if goal is None:

@@ -30,7 +30,7 @@ GOOD = "#3a9a5b"
 COLOURS = (INK, FAINT, TRACK, PLAN, GOAL, OBSTACLE, GONE, NEW, GOOD)
 _CORNERS = 24
 _COLUMN_MAX_M = 0.3
-# What is this near to the way is shown from the side, too; how finely the way is looked at.
+# Obstacles this close to the path are shown from the side, too; sampling distance of the path.
 _BESIDE_M = 2.5
 _SIDE_SHARE = 0.45
 _WAY_POINTS = 200
@@ -43,8 +43,8 @@ class Viewpoint:
 
     Attributes:
         name: for people.
-        across: axis of the map frame that is drawn to the right: 0 east, 1 north.
-        upward: axis that is drawn upwards: 1 north, 2 up.
+        across: axis of the map frame drawn to the right: 0 east, 1 north.
+        upward: axis drawn upwards: 1 north, 2 up.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Viewpoint:
     upward: int
 
     def points(self, points_enu_m: Array | tuple[Vector3, ...]) -> tuple[Array, Array]:
-        """Return what is drawn to the right and upwards, of points of shape (N, 3)."""
+        """Return the coordinates to the right and upwards of points of shape (N, 3)."""
         points = np.asarray(points_enu_m, dtype=np.float64).reshape(-1, 3)
         return points[:, self.across], points[:, self.upward]
 
@@ -61,7 +61,7 @@ class Viewpoint:
 
         Args:
             obstacles: in the map frame.
-            heights_m: lowest and highest map z of the picture, for what has no end there.
+            heights_m: lowest and highest map z of the picture, for unbounded obstacles.
         """
         if self.upward == 1:
             return [*_round_ones(obstacles.posts), *_turned_boxes(obstacles.boxes)]
@@ -76,7 +76,7 @@ class Viewpoint:
         return list(np.stack([np.stack(corner, axis=-1) for corner in corners], axis=1))
 
     def label(self, axes: Axes, **look: Any) -> None:
-        """Write what the axes are, with matplotlib's properties of text."""
+        """Label the axes, with matplotlib's text properties."""
         axes.set_xlabel(f"{_AXES[self.across]} (m)", **look)
         axes.set_ylabel(f"{_AXES[self.upward]} (m)", **look)
 
@@ -85,13 +85,13 @@ ABOVE = Viewpoint("Top view", 0, 1)
 
 
 def side_view(recording: FlightRecording) -> Viewpoint:
-    """Return the view from the side that shows the longer way."""
+    """Return the side view that shows the longer path."""
     extent = np.ptp(recording.positions_enu_m[:, :2], axis=0)
     return Viewpoint("Side view", int(extent[1] > extent[0]), 2)
 
 
 def bounds_m(recording: FlightRecording, margin_m: float) -> tuple[Array, Array]:
-    """Return the corners (shape (3,)) of what a picture must show."""
+    """Return the corners (shape (3,)) of the area to show."""
     points = [recording.positions_enu_m]
     points += [np.array(goal.targets_enu_m) for _, goal in recording.goals]
     points += [np.array(plan) for _, plan in recording.plans]
@@ -100,25 +100,25 @@ def bounds_m(recording: FlightRecording, margin_m: float) -> tuple[Array, Array]
 
 
 def ground_m(recording: FlightRecording) -> float:
-    """Return the map z below which nothing is drawn: the map's ground, or the lowest of the way."""
+    """Return the map z below which nothing is drawn: the ground, or the path's lowest point."""
     return min(float(recording.positions_enu_m[:, 2].min()), 0.0)
 
 
 def fitted(
     low: Array, high: Array, view: Viewpoint, ratio: float
 ) -> tuple[float, float, float, float]:
-    """Return left, right, bottom and top so that a frame of a width-to-height ratio fits."""
+    """Return left, right, bottom and top for a frame of a given width-to-height ratio."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     x, y = half[view.across], half[view.upward]
     x, y = max(x, y * ratio), max(y, x / ratio)
     across, upward = middle[view.across], middle[view.upward]
-    # The ground stays at the lower edge: what is under it is of no interest.
+    # The ground stays at the lower edge.
     bottom = low[2] if view.upward == 2 else upward - y
     return across - x, across + x, bottom, bottom + 2.0 * y
 
 
 def draw_obstacles(axes: Axes) -> PolyCollection:
-    """Add room for obstacles to a picture; :func:`show_obstacles` fills it."""
+    """Add empty shapes for obstacles to a picture; :func:`show_obstacles` fills them."""
     shapes = PolyCollection([], edgecolors="none")
     axes.add_collection(shapes, autolim=False)
     return shapes
@@ -135,13 +135,13 @@ def show_obstacles(
     """Show obstacles.
 
     Args:
-        shapes: of :func:`draw_obstacles`.
-        view: from where.
+        shapes: result of :func:`draw_obstacles`.
+        view: the viewpoint.
         obstacles: in the map frame.
         heights_m: lowest and highest map z of the picture.
-        colours: red, green and blue, shape (3,), or (N, 3) for one each.
-        way_enu_m: the way that is flown, shape (K, 3). A side view shows everything at once, so
-            obstacles far from the path are omitted.
+        colours: red, green and blue, shape (3,), or (N, 3) for each obstacle.
+        way_enu_m: the path flown, shape (K, 3). A side view overlays everything, so obstacles far
+            from the path are omitted.
     """
     rgb = np.broadcast_to(colours, (len(obstacles), 3))
     outlines = view.shapes(obstacles, heights_m)
@@ -149,9 +149,9 @@ def show_obstacles(
         beside = np.flatnonzero(_far_m(obstacles, way_enu_m) < _BESIDE_M)
         outlines = [outlines[index] for index in beside]
         rgb = _SIDE_SHARE * rgb[beside] + (1.0 - _SIDE_SHARE)
-    # One table of outlines is much faster to draw than many.
+    # One array of outlines is drawn much faster than many.
     alike = len({len(outline) for outline in outlines}) == 1
-    # matplotlib takes tables here and below; its stubs do not know.
+    # matplotlib accepts arrays here and below; its stubs lack that.
     shapes.set_verts(np.stack(outlines) if alike else outlines)  # type: ignore[arg-type]
     shapes.set_facecolor(rgb)  # type: ignore[arg-type]
 
@@ -166,7 +166,7 @@ def _far_m(obstacles: Obstacles, way_enu_m: Array) -> Array:
 
 
 def replan_times_s(recording: FlightRecording) -> list[float]:
-    """Return when the count of replans rose; each goal counts from 0."""
+    """Return the times at which the count of replans rose; each goal counts from 0."""
     rises, last = [], 0
     for time_s, count in recording.replans:
         if count > last:
@@ -176,7 +176,7 @@ def replan_times_s(recording: FlightRecording) -> list[float]:
 
 
 def _round_ones(posts: Array) -> list[Array]:
-    # The columns of the obstacle map come as the posts around them: drawn as the squares they are.
+    # The obstacle map gives columns as the posts around them; they are drawn as squares.
     small = posts[:, 2] < _COLUMN_MAX_M
     outlines: list[Array] = [np.empty(0)] * len(posts)
     for chosen, corners, start in ((small, 4, 0.25 * np.pi), (~small, _CORNERS, 0.0)):

@@ -1,4 +1,4 @@
-"""The routing table: which frames are forwarded where. Pure: time is an argument.
+"""Routing table that decides where frames are forwarded. Pure: time is an argument.
 
 These are the rules of https://mavlink.io/en/guide/routing.html, and those of
 docs/ground_stations.md about ground stations and loops.
@@ -13,13 +13,13 @@ from mavlink_vehicle.io.endpoints import Endpoint, Heard, Source
 EndpointT = TypeVar("EndpointT", bound=Endpoint)
 
 ROUTE_EXPIRY_S = 30.0
-"""Who is silent for longer is no longer known to be there (all components beat at 1 Hz)."""
+"""Silence after which a route expires (all components send HEARTBEAT at 1 Hz)."""
 
 MEMORY_S = 1.0
-"""For this long at least a frame is remembered that may come again by another way."""
+"""Minimum time for which a frame is remembered, to recognize it on another route."""
 
 MAX_SOURCES = 256
-"""Of an endpoint; of more, the one that has been silent longest is forgotten."""
+"""Maximum routes of an endpoint; beyond that, the longest silent one is forgotten."""
 
 _MAX_REMEMBERED = 8192
 _MAX_VEHICLE_SOURCES = 4096
@@ -29,12 +29,12 @@ class RoutingTable(Generic[EndpointT]):
     """Routes learned from received frames, and the forwarding decisions.
 
     Attributes:
-        endpoints: all that can be sent to, in the order in which they came.
-        ours: the ids as which we send ourselves.
+        endpoints: all known endpoints, in order of appearance.
+        ours: the ids that we send from.
     """
 
     def __init__(self) -> None:
-        """Begin with no endpoint."""
+        """Start without endpoints."""
         self.endpoints: list[EndpointT] = []
         self.ours: set[Source] = set()
         self._routes: dict[Source, EndpointT] = {}
@@ -46,25 +46,25 @@ class RoutingTable(Generic[EndpointT]):
         self._next_generation_s = 0.0
 
     def add(self, endpoint: EndpointT) -> None:
-        """Process an endpoint."""
+        """Add an endpoint."""
         self.endpoints.append(endpoint)
 
     def remove(self, endpoint: EndpointT) -> None:
-        """Forget an endpoint and who was heard there."""
+        """Remove an endpoint and its routes."""
         self.endpoints.remove(endpoint)
         for source, heard in endpoint.sources.items():
             if heard.current:
                 self._unroute(source, heard)
 
     def expire(self, now: float) -> None:
-        """Forget where those were that have been silent for long."""
+        """Remove expired routes."""
         for endpoint in self.endpoints:
             for source, heard in endpoint.sources.items():
                 if heard.current and now - heard.heard_s > ROUTE_EXPIRY_S:
                     self._unroute(source, heard)
 
     def claim(self, source: Source) -> None:
-        """Record that we send as `source` ourselves."""
+        """Record that we send from `source`."""
         if source in self.ours:
             return
         self.ours.add(source)
@@ -72,14 +72,15 @@ class RoutingTable(Generic[EndpointT]):
             self._unroute(source, self._routes[source].sources[source])
 
     def protect(self, system: int) -> None:
-        """Let no ground station speak as what a vehicle link has heard of this system.
+        """Reserve the ids that vehicle links have heard of this system.
 
-        It is a vehicle: it sent the HEARTBEAT of an autopilot by a vehicle link.
+        It is a vehicle, as it sent an autopilot's HEARTBEAT on a vehicle link; no ground station
+        may use its ids.
         """
         self._vehicle_systems.add(system)
 
     def admit(self, endpoint: EndpointT, frame: bytes, source: Source, now: float) -> bool:
-        """Learn from a frame that came; False if it must be dropped, which is counted."""
+        """Learn from a received frame; False if it must be dropped, which is counted."""
         if source in self.ours:
             self._refuse_ours(endpoint, frame)
             return False
@@ -103,14 +104,14 @@ class RoutingTable(Generic[EndpointT]):
         return True
 
     def remember_ours(self, frame: bytes, now: float) -> None:
-        """Remember a frame that we send, to know it when it comes back."""
+        """Remember a frame that we send, to recognize it when it comes back."""
         self._remember(frame, None, now)
 
     def destinations(self, origin: EndpointT, system: int, component: int) -> list[EndpointT]:
-        """Return where a frame goes on to that came by `origin`.
+        """Return the endpoints that a frame from `origin` is forwarded to.
 
         Args:
-            origin: where it came from; it never goes back there.
+            origin: the endpoint that it came from; it is never sent back.
             system: for which system it is meant; 0 for all.
             component: for which component of that system; 0 for all.
         """
@@ -123,10 +124,10 @@ class RoutingTable(Generic[EndpointT]):
     def destinations_of_ours(
         self, source_system: int, system: int, component: int
     ) -> list[EndpointT]:
-        """Return where a message of our own goes.
+        """Return the endpoints for a message of our own.
 
         Args:
-            source_system: the system it speaks for: a vehicle's, or one of our own.
+            source_system: the system that it is sent from: a vehicle's, or one of our own.
             system: for which system it is meant; 0 for all.
             component: for which component of that system; 0 for all.
         """
@@ -137,7 +138,7 @@ class RoutingTable(Generic[EndpointT]):
         return [e for e in self.endpoints if e.station or not vehicles or e in vehicles]
 
     def ways_to(self, system: int, component: int) -> tuple[EndpointT, ...]:
-        """Return where a component was heard, or if it was not, where its system was."""
+        """Return where a component was heard, or else where its system was."""
         target = (system, component)
         ways = self._ways.get(target)
         if ways is None:
@@ -163,7 +164,7 @@ class RoutingTable(Generic[EndpointT]):
         self._frames[frame] = endpoint
 
     def _learn(self, endpoint: EndpointT, source: Source) -> Heard:
-        """Let the way to a source be by the endpoint that has just heard it."""
+        """Set the route to a source to the endpoint that has just heard it."""
         before = self._routes.get(source)
         if before is not None:
             before.sources[source].current = False

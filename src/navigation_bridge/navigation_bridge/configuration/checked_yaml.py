@@ -52,10 +52,10 @@ def hold(data: object, rules: Mapping[str, Any], where: str, error_type: type[Va
     """Validate data against a JSON Schema.
 
     Args:
-        data: what was read.
+        data: the parsed YAML.
         rules: the schema.
-        where: the place in the file, for sentences.
-        error_type: what to raise when it does not hold.
+        where: position in the file, for messages.
+        error_type: raised if the data is invalid.
     """
     validator = jsonschema.Draft202012Validator(rules)
     error = jsonschema.exceptions.best_match(validator.iter_errors(data))
@@ -67,7 +67,7 @@ def hold(data: object, rules: Mapping[str, Any], where: str, error_type: type[Va
 
 
 class _Loader(yaml.SafeLoader):
-    """Rejects duplicate keys, of which YAML would drop one."""
+    """Rejects duplicate keys, which YAML would drop silently."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen = set()

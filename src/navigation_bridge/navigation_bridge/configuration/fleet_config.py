@@ -17,10 +17,10 @@ def make_vehicle_configs(
     """Build the settings of each of several vehicles.
 
     Args:
-        vehicles: the values of each one's parameters, by its name.
+        vehicles: parameter values by vehicle name.
 
     Raises:
-        ConfigurationError: values of a vehicle that cannot be used, or that two cannot share.
+        ConfigurationError: values that are invalid, or that two vehicles cannot share.
     """
     configs = {name: make_vehicle_config(name, values) for name, values in vehicles.items()}
     check_fleet(configs)
@@ -48,7 +48,7 @@ def check_server_wide(
         ConfigurationError: it does.
     """
     for parameter in sorted(SERVER_WIDE & set(own)):
-        # What is given for all nodes, as by -p, is given for the vehicles', too.
+        # Values for all nodes, as by -p, also reach the vehicles' nodes.
         if own[parameter] != server.get(parameter):
             raise ConfigurationError(
                 f"Vehicle {name}: parameter {parameter} belongs to the server; set it on the node "

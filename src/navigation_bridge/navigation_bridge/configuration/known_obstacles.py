@@ -30,11 +30,11 @@ class ObstaclesError(ValueError):
 
 @dataclass(frozen=True)
 class KnownObstacles:
-    """What a file holds.
+    """Content of a file.
 
     Attributes:
-        frame: of its places: "map" or "wgs84".
-        items: its obstacles as they are written, checked.
+        frame: frame of its positions: "map" or "wgs84".
+        items: its obstacles as written, validated.
     """
 
     frame: str = _MAP
@@ -49,7 +49,7 @@ class KnownObstacles:
         """Return them in the map frame.
 
         Args:
-            to_map: turns latitude, longitude (degrees) and altitude (m) into ENU metres.
+            to_map: converts latitude, longitude (degrees) and altitude (m) into ENU metres.
         """
 
         def place(point: list[float]) -> _Point:
@@ -94,7 +94,7 @@ def parse_obstacles(text: str, name: str) -> KnownObstacles:
 
     Args:
         text: the YAML.
-        name: of the file, for sentences.
+        name: name of the file, for messages.
 
     Raises:
         ObstaclesError: it is not YAML, or does not match the schema.
@@ -137,7 +137,7 @@ def _check(item: object, frame: str, where: str) -> None:
 
 
 def _check_finite(item: Mapping[str, Any], where: str) -> None:
-    """YAML has .nan and .inf, and the limits of a schema accept NaN."""
+    """Reject .nan and .inf of YAML; a schema's limits accept NaN."""
     for key, value in item.items():
         for number in value if isinstance(value, list) else [value]:
             if isinstance(number, float) and not math.isfinite(number):

@@ -58,12 +58,12 @@ class ServerConfig:
     Attributes:
         link_url: link to the autopilot.
         record_tlog: path of the recording, or None.
-        vehicle: settings of the MAVLink side.
-        bridge: settings of the goals.
+        vehicle: settings of the vehicle's MAVLink connection.
+        bridge: settings for goals.
         vehicles: names of the vehicles; none: one vehicle without a namespace.
         gcs_links: links to ground stations.
-        signing_key_file: path of the key of MAVLink 2 signing, or None.
-        replay_speed: seconds of a recording in a second; 0: as fast as possible.
+        signing_key_file: path of the MAVLink 2 signing key, or None.
+        replay_speed: replay speed as a factor of real time; 0: as fast as possible.
     """
 
     link_url: str
@@ -80,7 +80,7 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
     """Build the settings from parameter values; missing ones have their defaults.
 
     Raises:
-        ConfigurationError: an unknown name, a bad value, or values that contradict.
+        ConfigurationError: an unknown name, an invalid value, or contradicting values.
     """
     for name, value in values.items():
         check_value(name, value)

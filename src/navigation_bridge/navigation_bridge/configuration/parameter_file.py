@@ -25,8 +25,8 @@ class ParameterFile:
     """Unchecked content of a parameter file.
 
     Attributes:
-        server: of the node without a namespace.
-        vehicles: of each vehicle that the server has by this file, the server's values included.
+        server: parameters of the node without a namespace.
+        vehicles: parameters of each vehicle in this file, with the server's values.
     """
 
     server: dict[str, ParameterValue]
@@ -40,7 +40,7 @@ def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
     the defaults.
 
     Raises:
-        ConfigurationError: it cannot be read, is no parameter file, or is for other nodes.
+        ConfigurationError: it cannot be read, is not a parameter file, or is for other nodes.
     """
     document = _document(path)
     nodes: dict[str, dict[str, ParameterValue]] = {}
@@ -80,11 +80,11 @@ def check_parameter_files(arguments: Sequence[str], node_name: str) -> None:
 
     Args:
         arguments: the whole command line.
-        node_name: the server's; what a file sets for other nodes is not looked at.
+        node_name: the server's node; parameters of other nodes are not checked.
 
     Raises:
-        ConfigurationError: one cannot be read, or sets a parameter that does not exist or to a
-            value that cannot be used; names the file.
+        ConfigurationError: a file cannot be read, or sets an unknown parameter or an invalid value;
+            names the file.
     """
     for flag, name in itertools.pairwise(arguments):
         if flag != "--params-file":
@@ -102,7 +102,7 @@ def check_parameter_files(arguments: Sequence[str], node_name: str) -> None:
 
 
 def _nodes(tree: Any, above: str) -> Iterator[tuple[str, dict[str, ParameterValue]]]:
-    """Yield the nodes, whose names may be written in one or as nested namespaces."""
+    """Yield the nodes, whose names may be full or nested namespaces."""
     if not isinstance(tree, dict):
         return
     for key, below in tree.items():

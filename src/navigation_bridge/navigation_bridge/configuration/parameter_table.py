@@ -1,7 +1,7 @@
 """Table of all parameters of the navigation server.
 
-The ROS parameters, ``--help``, ``docs/parameters.md``, the JSON Schema and the tests are made from
-it or held to it.
+The ROS parameters, ``--help`` and the tests are made from it; tests hold ``docs/parameters.md`` and
+the JSON Schema to it.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ class ConfigurationError(ValueError):
 
 
 def texts(value: ParameterValue) -> tuple[str, ...]:
-    """Return the strings of a list without empty ones: ROS has no empty string list."""
+    """Return a list without empty strings, because ROS has no empty string list."""
     return tuple(text for text in value if text) if isinstance(value, list) else ()
 
 
@@ -81,10 +81,10 @@ def _check_number(spec: ParameterSpec, value: ParameterValue) -> None:
 
 
 def check_vehicle_names(names: Iterable[str]) -> None:
-    """Check that each name can be a namespace of ROS, and that none comes twice.
+    """Check that the names are distinct and valid ROS namespaces.
 
     Raises:
-        ConfigurationError: one cannot, or does.
+        ConfigurationError: a name is invalid or duplicate.
     """
     seen: set[str] = set()
     for name in names:
@@ -123,7 +123,7 @@ def check_links_apart(link_url: str, station_urls: Iterable[str]) -> None:
     try:
         vehicle_link = parse_url(link_url)
     except LinkError:
-        return  # opening it says more
+        return  # opening it gives a better message
     for url in station_urls:
         if parse_url(url) == vehicle_link:
             raise ConfigurationError(

@@ -18,8 +18,8 @@ __all__ = ["Carrier", "SensorPose", "SensorPoseError", "carrier_at", "turn"]
 
 Array: TypeAlias = NDArray[np.float64]
 
-# A place or an attitude older than this says nothing about where a sensor looks now: it is
-# extrapolated over half a second at most.
+# Limit for extrapolating position and attitude; with older ones the sensor's present pose is
+# unknown.
 _STALE_S = 0.5
 # North, east, down to east, north, up, and forward, left, up to forward, right, down.
 _NED_TO_ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
@@ -48,10 +48,10 @@ class SensorPose:
 
     @classmethod
     def parse(cls, text: str) -> SensorPose:
-        """Read "x y z roll pitch yaw", metres and degrees; nothing is base_link itself.
+        """Read "x y z roll pitch yaw", metres and degrees; empty is base_link itself.
 
         Raises:
-            SensorPoseError: these are not six finite numbers.
+            SensorPoseError: not six finite numbers.
         """
         try:
             numbers = [float(word) for word in text.split()]
@@ -91,10 +91,10 @@ class Carrier:
     """Pose of the vehicle that carries the sensors, at one moment.
 
     Attributes:
-        position_enu_m: where it is in the map frame. What drives is taken to be at height 0: the
-            height that it tells is the ground's, and wanders with its GPS.
-        height_m: the height that it tells, in the map frame.
-        from_body: turns forward, right, down of the body into the map frame.
+        position_enu_m: position in the map frame. The height of a rover or boat is 0: the height
+            that it reports is the ground's, and drifts with its GPS.
+        height_m: the reported height in the map frame.
+        from_body: rotates forward, right, down of the body into the map frame.
         from_level: the same for a body that is not tilted.
     """
 
@@ -105,25 +105,25 @@ class Carrier:
 
     @property
     def from_north(self) -> Array:
-        """The matrix that turns north, east, down into the map frame."""
+        """The matrix that rotates north, east, down into the map frame."""
         return _NED_TO_ENU
 
     @property
     def from_flu(self) -> Array:
-        """The matrix that turns forward, left, up of the body into the map frame."""
+        """The matrix that rotates forward, left, up of the body into the map frame."""
         return np.asarray(self.from_body @ _FLU_TO_FRD)
 
 
 def carrier_at(state: VehicleState, map_frame: MapFrame, level: bool, now: float) -> Carrier | None:
-    """Return the pose of the vehicle, None if it is not known well enough.
+    """Return the pose of the vehicle, or None if it is not known well enough.
 
-    Its last position is moved on by its velocity, its last attitude by its rates.
+    The last position is extrapolated by its velocity, the last attitude by its rates.
 
     Args:
-        state: what the vehicle has told.
+        state: the vehicle's state.
         map_frame: its map frame.
-        level: it drives: its sensors look along the ground that it stands on.
-        now: the moment, at which a reading came.
+        level: for rovers and boats: the sensors look along the ground.
+        now: time of the reading.
     """
     pose, position, attitude = map_frame.pose(state), state.global_position, state.attitude
     if pose is None or position is None or attitude is None:
@@ -136,7 +136,7 @@ def carrier_at(state: VehicleState, map_frame: MapFrame, level: bool, now: float
     roll, pitch, yaw = attitude.roll_rad, attitude.pitch_rad, attitude.yaw_ned_rad
     p, q, r = attitude.rates_frd_rad_s
     about_down = q * math.sin(roll) + r * math.cos(roll)
-    # Upright enough for Euler angles; no vehicle sees obstacles with its nose straight up.
+    # Upright enough for Euler angles; no vehicle senses obstacles with its nose straight up.
     steep = max(math.cos(pitch), 0.1)
     yaw += turned_s * about_down / steep
     from_level = _NED_TO_ENU @ turn(0.0, 0.0, yaw)

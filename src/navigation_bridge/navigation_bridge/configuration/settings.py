@@ -43,11 +43,11 @@ class SafetyConfig:
     """Settings of the safety checks.
 
     Attributes:
-        fence_margin_m: how far targets must be inside of the vehicle's own fence.
+        fence_margin_m: minimum distance of targets from the vehicle's own fence.
         battery_policy: action on insufficient battery.
         battery_reserve: fraction that must remain after the return.
         battery_endurance_s: endurance of a full battery, until the consumption is measured.
-        position_doubt_timeout_s: how long a goal is held because the position is in doubt.
+        position_doubt_timeout_s: time for which a goal is held while the position is in doubt.
     """
 
     fence_margin_m: float = 1.0
@@ -63,13 +63,13 @@ class ObstacleConfig:
 
     Attributes:
         vehicle_radius_m: half of the vehicle's greatest width.
-        margin_m: what ways are planned to keep beyond it.
-        blocked_timeout_s: longest wait for a way, or for a sensor.
+        margin_m: planned clearance of the hull.
+        blocked_timeout_s: longest wait for a path or a sensor.
         sensor_timeout_s: silence of a sensor after which the vehicle is stopped.
-        known: what people know.
-        scan_topic: where a LaserScan comes from; empty: none.
-        points_topic: where a PointCloud2 comes from; empty: none.
-        sensor_pose: where the sensor of these is on the vehicle.
+        known: configured obstacles.
+        scan_topic: topic of a LaserScan; empty: none.
+        points_topic: topic of a PointCloud2; empty: none.
+        sensor_pose: pose of the sensor of these topics on the vehicle.
         map_size_m: side of the map of sensed obstacles.
         cell_m: side of its cells.
     """
@@ -88,20 +88,20 @@ class ObstacleConfig:
 
 @dataclass(frozen=True)
 class BridgeConfig:
-    """How goals are treated.
+    """Settings for goals.
 
     Attributes:
         goto: settings of the flight to a point.
         volume: where targets are accepted.
-        replace_active_goal: a new goal replaces the active one; else it is refused.
+        replace_active_goal: a new goal replaces the active one; otherwise it is rejected.
         setpoint_period_s: time between two setpoints.
-        feedback_period_s: least time between two feedbacks.
+        feedback_period_s: minimum time between two feedbacks.
         link_lost_abort_s: silence after which an active goal ends.
         speed_max_m_s: highest ground speed ever flown.
-        safety: what is watched beside the flight itself.
-        obstacles: how obstacles are seen and avoided.
-        on_station_pause: what a pause by a ground station is to the active goal.
-        on_missed_waypoint: what becomes of a waypoint that was passed outside its radius.
+        safety: settings of the safety checks.
+        obstacles: settings of obstacle detection and avoidance.
+        on_station_pause: effect of a pause by a ground station.
+        on_missed_waypoint: handling of a waypoint that was passed outside its radius.
     """
 
     goto: GotoConfig

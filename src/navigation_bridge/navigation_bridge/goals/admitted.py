@@ -29,11 +29,11 @@ class Admitted:
     """An admitted request.
 
     Attributes:
-        description: what it aims at, for the log.
-        target_enu_m: where it ends, in the map frame; None when the vehicle decides that.
-        make_task: makes the task, which goes on from a replaced goal's last setpoint.
-        warnings: sentences to tell people, and to add to the final message.
-        plan: the straight ways that are flown; None when the vehicle decides.
+        description: description of the goal for the log.
+        target_enu_m: final target in the map frame; None if the vehicle decides it.
+        make_task: makes the task, which continues from a replaced goal's last setpoint.
+        warnings: sentences for the log and the final message.
+        plan: the straight legs that are flown; None if the vehicle decides.
     """
 
     description: str
@@ -51,10 +51,10 @@ class Situation:
         vehicle: the vehicle, which is connected and has a profile.
         profile: that profile.
         map_frame: its map frame.
-        pose: its pose in it; None only for what needs no position.
-        config: how goals are treated.
-        obstacles: what is in the way.
-        searcher: who searches for paths.
+        pose: its pose in it; None only for goals that need no position.
+        config: settings for goals.
+        obstacles: known and sensed obstacles.
+        searcher: runs the path searches.
     """
 
     vehicle: Vehicle
@@ -72,13 +72,13 @@ class Situation:
 
     @property
     def goto(self) -> GotoConfig:
-        """How its goals are flown: no faster than its autopilot drives."""
+        """Flight settings, with speeds capped by those of the autopilot."""
         goto = self.config.goto
         return replace(goto, limits=limits_of(self.traits, goto.limits))
 
     @property
     def speed_max_m_s(self) -> float:
-        """The highest speed that may be asked for; a plane must fly faster than others."""
+        """Maximum requested speed; higher for a plane."""
         if not self.traits.hovers:
             return math.inf
         return min(self.config.speed_max_m_s, self.traits.speed_max_m_s)
@@ -90,7 +90,7 @@ class Situation:
 
     @property
     def flies(self) -> bool:
-        """Whether it is armed and in the air, as far as it says."""
+        """Whether it reports that it is armed and in the air."""
         state = self.vehicle.state
         return state.armed and state.landed_state not in (
             LandedState.ON_GROUND,

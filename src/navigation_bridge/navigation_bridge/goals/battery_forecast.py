@@ -17,7 +17,7 @@ from navigation_core.safety.energy import ConsumptionEstimator
 _DRIVING_M_S = 0.3
 # Time to take control, arm and take off, and to settle at the end.
 _BEGIN_S, _SETTLE_S = 10.0, 3.0
-# The vehicle's own failsafe comes first: it acts within this time.
+# Time within which the vehicle's own failsafe acts first.
 _FAILSAFE_ACTS_S = 2.0
 _SAID_LOW = "The autopilot reports a low battery."
 
@@ -58,7 +58,7 @@ class BatteryReckoning:
         self._consumption.observe(now, remaining, under_way)
 
     def _return_speed_m_s(self, plan: FlightPlan) -> float:
-        """Return the speed of the vehicle's own return; that of the goal while it is not known."""
+        """Return the speed of the vehicle's own return; the goal's speed while unknown."""
         profile, parameters = self._vehicle.profile, self._vehicle.parameters
         for name, scale in () if profile is None else profile.return_speeds:
             if parameters.get(name, 0.0) > 0.0:

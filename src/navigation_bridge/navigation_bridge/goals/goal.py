@@ -49,12 +49,12 @@ class GoalFeedback:
     Attributes:
         goal_id: UUID of the goal as hexadecimal digits.
         pose: vehicle's pose in the map frame; None before there is one.
-        distance_remaining_m: distance along the flight that is left.
+        distance_remaining_m: remaining distance along the path.
         time_remaining_s: estimated time to the end of the goal; always finite.
-        battery_remaining: fraction from 0 to 1; None when the vehicle does not say.
-        status: what is happening.
-        height_m: height above the ground; None while it is not known.
-        route: how far the route is flown, for a goal that has one.
+        battery_remaining: fraction from 0 to 1; None if not reported.
+        status: current activity.
+        height_m: height above the ground; None while unknown.
+        route: progress along the route, for a goal with a route.
         replans: number of replans because of obstacles.
         late_s: the worst delay of a setpoint in the last seconds.
     """
@@ -127,11 +127,11 @@ class Annotation:
 
 @dataclass(frozen=True)
 class ServiceDone:
-    """Answer of a service request that waited for the vehicle.
+    """Response to a service request that waited for the vehicle.
 
     Attributes:
-        number: what :meth:`Bridge.serve` was given.
-        success: whether the vehicle did it.
+        number: number passed to :meth:`Bridge.serve`.
+        success: whether the vehicle obeyed.
         message: a sentence.
     """
 
@@ -162,7 +162,7 @@ class PlanChanged:
     """A new planned path, or the end of the last one.
 
     Attributes:
-        path_enu_m: points of the way in the map frame; empty when there is none.
+        path_enu_m: points of the path in the map frame; empty if there is none.
     """
 
     path_enu_m: tuple[Vector3, ...]
@@ -198,7 +198,7 @@ class Yielded:
 
     Attributes:
         since_s: since when.
-        stopped: whether it stands still.
+        stopped: whether it has come to rest.
     """
 
     since_s: float
@@ -210,9 +210,9 @@ class PositionDoubt:
     """A doubt about the vehicle's position while a goal is flown.
 
     Attributes:
-        jumps_ned_m: what the position had jumped in all when the goal began, north and east.
-        since_s: since when there is one; None while there is none.
-        reasons: why, each once.
+        jumps_ned_m: sum of the position's jumps before the goal began, north and east.
+        since_s: start of the doubt; None while there is none.
+        reasons: reasons for it, each once.
     """
 
     jumps_ned_m: tuple[float, float] = (0.0, 0.0)
@@ -228,32 +228,32 @@ class ActiveGoal:
         goal_id: UUID as hexadecimal digits.
         description: what it aims at, for the log.
         target_enu_m: the target in the map frame; None when the vehicle decides.
-        task: what works towards it.
+        task: the task that flies it.
         accepted_s: time of acceptance.
         next_step_s: time of the next step of the task.
         think_s: time from which the task may think; infinite until its next setpoint is sent.
-        feedback_due_s: time from which the next position makes a feedback.
+        feedback_due_s: time from which the next position triggers feedback.
         state: state of its life cycle.
-        status: last status; it says what to tell while the link is lost.
+        status: last status; the one reported while the link is lost.
         cancel_requested_s: time of the first cancel, or None.
         closing: the outcome that a commanded stop ends in instead of CANCELED.
-        asked: what the task asked of the vehicle last.
-        operation: how that stands; None once the task has seen its end.
+        asked: the last operation that the task requested.
+        operation: its state; None once the task knows the result.
         operation_id: the vehicle's number for it.
-        setpoint_s: when the last setpoint was sent, or None.
+        setpoint_s: time of the last setpoint, or None.
         notes: sentences that are added to the final message.
         progress: the last progress, or None.
-        mission: who follows the mission that was uploaded for it, or None.
-        path_enu_m: the way that was told last.
-        plan: the straight ways that the server flies; None when the vehicle decides.
-        takeover: a change of mode that ends it as soon as it is clear whose it was, or None.
-        cancelled_by: a sentence about the station that cancelled it; empty if none did.
-        cancelled_by_pause: whether what that station did was no more than to stop the vehicle.
-        paused_by: the same of one that has paused it, until that lets it go on.
+        mission: tracks the mission that was uploaded for it, or None.
+        path_enu_m: the path that was last reported.
+        plan: the straight legs that the server flies; None if the vehicle decides.
+        takeover: a mode change that ends it once its origin is clear, or None.
+        cancelled_by: sentence about the ground station that cancelled it; empty if none did.
+        cancelled_by_pause: whether that ground station only stopped the vehicle.
+        paused_by: the same about one that paused it, until it is resumed.
         paused_by_client: whether the pause service has paused it.
-        yielded: set while the vehicle is left alone because a station made it hold.
-        kind: name of the action that it came by.
-        doubt: whether the vehicle's position can be relied on.
+        yielded: set while the vehicle is left alone because a ground station made it hold.
+        kind: name of its action.
+        doubt: doubt about the vehicle's position.
     """
 
     goal_id: str
@@ -331,7 +331,7 @@ class ActiveGoal:
             outcome: how it ended.
             pose: where the vehicle is.
             now: time.
-            said: the autopilot's text that explains the end, if any.
+            said: text of the autopilot that explains the end, if any.
 
         Raises:
             LifecycleError: the goal has ended already.

@@ -1,9 +1,9 @@
 """Transition table of the life cycle of a goal.
 
 A goal follows the states of a ROS 2 action goal (design.ros2.org, "Actions": goal
-states). The bridge keeps its own copy of that machine because the vehicle decides how
-a goal ends, and because rclpy 7.1 does not refuse feedback after the end (see
-``docs/navigate.md``). The invariants, held by ``tests/unit/navigation/test_lifecycle.py``:
+states). The bridge has its own copy of that machine because the vehicle decides how a goal ends,
+and because rclpy 7.1 does not reject feedback after the end. The invariants, held by
+``tests/unit/navigation/test_lifecycle.py``:
 
 * every accepted goal reaches exactly one terminal state;
 * nothing leads out of a terminal state;
@@ -84,7 +84,7 @@ def next_state(state: GoalState, event: GoalEvent) -> GoalState:
 
 
 def terminal_event(code: OutcomeCode) -> GoalEvent:
-    """Return which event ends a goal whose outcome is ``code``."""
+    """Return the event that ends a goal with outcome ``code``."""
     if code is OutcomeCode.SUCCESS:
         return GoalEvent.SUCCEED
     if code is OutcomeCode.CANCELED:

@@ -24,16 +24,16 @@ from navigation_core.tasks.base import MissionReport
 from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
 
 _GROUND_SPEED = 1.0
-# TKOFF_LVL_PITCH and the like are the vehicle's own; this is the least climb of a plane.
+# Minimum climb of a plane; TKOFF_LVL_PITCH and the like are the vehicle's own.
 _PLANE_PITCH_DEG = 12.0
-# An ArduPlane keeps radii in one byte.
+# An ArduPlane stores radii in one byte.
 _RADIUS_MAX_M = 255.0
 _NO_YAW = math.nan
 
 
 @dataclass(frozen=True)
 class PlannedItem:
-    """One item, and the waypoint that the vehicle is on its way to with it, from 0."""
+    """One item, and the number from 0 of the waypoint that it leads to."""
 
     item: MissionItem
     waypoint: int
@@ -44,9 +44,9 @@ def plan_items(
 ) -> tuple[PlannedItem, ...]:
     """Convert a plan to mission items for the vehicle's firmware and kind.
 
-    The rules are those of the profile: heights above home, or above sea level where home moves
-    in flight; a heading as an item of its own; a stay as loitering where the vehicle cannot
-    stand still. Home is not among the items.
+    The profile has the rules: heights above home, or above sea level where home moves in flight; a
+    heading as a separate item; a hold as loitering for vehicles that cannot stand still. Home is
+    not among the items.
     """
     assert profile.missions is not None
     return tuple(_Writer(plan, profile, profile.missions, map_frame, state).items())
@@ -101,7 +101,7 @@ class _Writer:
         yaw = _NO_YAW
         if waypoint.yaw_enu_rad is not None:
             yaw = _compass_deg(waypoint.yaw_enu_rad)
-        # Whole seconds, as an ArduPilot has no others.
+        # ArduPilot stores whole seconds only.
         stay_s = float(math.ceil(waypoint.hold_time_s))
         if self._plane and stay_s > 0.0:
             params = (stay_s, 0.0, 0.0, 0.0)
@@ -167,11 +167,11 @@ class MissionTracker:
         self._disowned = True
 
     def report(self, state: VehicleState, changed: str = "") -> MissionReport | None:
-        """Return how the mission stands; None before the vehicle says it.
+        """Return the mission's progress; None before the vehicle reports it.
 
         Args:
-            state: what is known of the vehicle.
-            changed: how its mission is not ours any more (`Vehicle.mission_change`).
+            state: the vehicle's state.
+            changed: how our mission was changed (`Vehicle.mission_change`).
         """
         mission, offset = state.mission, self._offset
         if mission is None:
@@ -195,7 +195,7 @@ class MissionTracker:
     def _flown_before(self, item: int) -> int | None:
         """Return the waypoint's item that a report is about.
 
-        A waypoint is reported by the number of the last item that is done with it, such as
-        the speed of the next leg (observed on both firmwares).
+        A waypoint is reported by the number of the last item executed with it, such as the speed of
+        the next leg (observed on both firmwares).
         """
         return max((flown for flown in self._flown if flown <= item), default=None)

@@ -65,7 +65,7 @@ def observe(
         velocity = frames.ned_to_enu(state.global_position.velocity_ned_m_s)
         position = pose.position_enu_m
         if vehicle.profile is not None and not traits_of(vehicle.profile).flies:
-            # Its height is the ground's, whatever the GPS makes of it.
+            # Its height is that of the ground, whatever the GPS reports.
             position = (position[0], position[1], ground_enu_m)
             velocity = (velocity[0], velocity[1], 0.0)
         age_s = now - state.global_position.time_s
@@ -97,8 +97,8 @@ def observe(
 def setpoint_ned(setpoint: Setpoint, by_velocity: bool = False) -> SetpointNed:
     """Convert a setpoint of the map frame into the autopilot's local frame.
 
-    The map origin is the autopilot's local origin, so only the axes turn. ``by_velocity`` leaves
-    out where to be.
+    The map origin is the autopilot's local origin, so only the axes are converted. ``by_velocity``
+    leaves out the position.
     """
     if by_velocity:
         return SetpointNed(
@@ -114,16 +114,16 @@ def setpoint_ned(setpoint: Setpoint, by_velocity: bool = False) -> SetpointNed:
     )
 
 
-# Slow enough for standing, and yet a direction.
+# Slow enough to count as standing, but with a direction.
 _NEXT_TO_NOTHING_M_S = 0.001
 
 
 def hold_setpoint_ned(vehicle: Vehicle, yaw_enu_rad: float | None) -> SetpointNed:
     """Return the setpoint that stops a vehicle wherever it is: zero velocity.
 
-    What drives is told next to nothing along its nose instead. Of a velocity of zero ArduRover
-    and PX4's rovers take the direction, too, which is North, and steer there while they brake
-    (observed: a turn of 88 and of 100 degrees from 3 m/s).
+    A rover or boat gets a tiny velocity along its nose instead. ArduRover and PX4's rovers take the
+    direction of a zero velocity as north, and steer there while they brake (observed: turns of 88
+    and 100 degrees from 3 m/s).
     """
     velocity, attitude = (0.0, 0.0, 0.0), vehicle.state.attitude
     if velocity_only(vehicle.profile) and attitude is not None:

@@ -28,11 +28,11 @@ def check_obstacles(
 ) -> tuple[str, ...] | Rejection:
     """Return the warnings about obstacles for a goal, or a rejection.
 
-    What sensors have seen may have moved until the vehicle is there, so only known obstacles
-    speak against a target.
+    Sensed obstacles may have moved by the time the vehicle arrives, so only known obstacles reject
+    a target.
 
     Args:
-        targets_enu_m: where it leads, in the map frame.
+        targets_enu_m: its targets in the map frame.
         avoid: whether obstacles are to be avoided.
         by_mission: whether the autopilot flies it as a mission.
         situation: what admission looks at.
@@ -73,7 +73,7 @@ def _straight(
         return ()
     x, y, z = situation.pose.position_enu_m
     if situation.traits.flies and not situation.flies:
-        # It climbs where it stands, at least to where it takes off to.
+        # It climbs vertically, at least to the take-off height.
         rise_m = min(situation.config.goto.takeoff_height_m, targets_enu_m[0][2])
         z = max(z, situation.ground_enu_m + rise_m)
     radius_m = situation.config.obstacles.vehicle_radius_m
@@ -93,13 +93,13 @@ def _straight(
 
 
 def _listed(words: list[str]) -> str:
-    """Return the first few, and how many more there are."""
+    """Return the first few names, and the number of the others."""
     left = len(words) - _NAMED_MAX
     return ", ".join(words[:_NAMED_MAX]) + (f" and {left} more" if left > 0 else "")
 
 
 def _level(point: Vector3, situation: Situation) -> Vector3:
-    """Return a point at the height at which known obstacles are for this vehicle."""
+    """Return a point at the height of known obstacles for this vehicle."""
     return point if situation.traits.flies else (point[0], point[1], 0.0)
 
 
@@ -107,7 +107,7 @@ def avoidance_of(avoid: bool, situation: Situation) -> AvoidanceConfig | None:
     """Return the obstacle avoidance of a task that flies by setpoints.
 
     Args:
-        avoid: whether obstacles are to be avoided; if not, there is nothing to return.
+        avoid: whether obstacles are to be avoided; if not, None is returned.
         situation: what admission looks at.
     """
     if not avoid:
@@ -124,7 +124,7 @@ def avoidance_of(avoid: bool, situation: Situation) -> AvoidanceConfig | None:
 
 
 def _heights_m(situation: Situation) -> tuple[float, float] | None:
-    """Return the lowest and highest map z of ways; None for what drives."""
+    """Return the lowest and highest map z of paths; None for rovers and boats."""
     if not situation.traits.flies:
         return None
     config, ground_m, fence = (

@@ -7,7 +7,7 @@ from navigation_bridge.goals.mission_plan import MissionTracker, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.tasks.base import OperationKind, Perform
 
-# What a stream runs on for, where the vehicle needs one.
+# Operations during which the stream continues, where the vehicle needs one.
 STREAMED = frozenset(
     {
         OperationKind.TAKE_CONTROL,
@@ -19,10 +19,10 @@ STREAMED = frozenset(
 
 
 def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now: float) -> int:
-    """Begin an operation; returns its id, which comes back in one ``OperationFinished``.
+    """Begin an operation; returns its id, which one ``OperationFinished`` carries.
 
-    Setpoints stop for it, except that a PX4 gives control only to whoever streams already, and
-    takes the end of the stream for a failure until it is in another mode.
+    Setpoints stop for it. Exception: a PX4 gives control only to a sender that streams already, and
+    treats the end of the stream as a failure until it is in another mode.
     """
     profile = vehicle.profile
     kind = intent.kind
@@ -59,7 +59,7 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
 def begin_upload(
     vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now: float
 ) -> tuple[int, MissionTracker]:
-    """Begin to store a mission; returns the operation's id, and who will follow the mission."""
+    """Begin to store a mission; returns the operation's id and the mission's tracker."""
     profile, plan = vehicle.profile, intent.mission
     assert profile is not None
     assert profile.missions is not None
@@ -71,9 +71,9 @@ def begin_upload(
 
 
 def _circles_elsewhere(vehicle: Vehicle) -> bool:
-    """Whether its hold mode is the one in which it flies to a place: it would fly on to that.
+    """Whether it holds in the mode in which it flies to a target, and would continue to that.
 
-    So it is with a PX4 plane: selecting AUTO.LOITER once more changes nothing in it.
+    True for a PX4 plane: selecting AUTO.LOITER again has no effect.
     """
     profile = vehicle.profile
     if profile is None or not profile.reposition or not vehicle.in_control_mode:

@@ -1,8 +1,8 @@
 """QGroundControl `.plan` and `QGC WPL 110` files as waypoints of a route. No ROS.
 
 Formats: https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html and
-https://mavlink.io/en/file_formats/. What a route does not have is refused with a sentence, or
-left out with a note where leaving it out changes nothing of the way that is flown.
+https://mavlink.io/en/file_formats/. Items that a route cannot express are rejected with a sentence,
+or left out with a note where that does not change the path.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _FRAMES = {
 }
 _WAYPOINTS = frozenset({mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME})
 _ENDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH})
-# Cameras and gimbals: the way is the same without them.
+# Cameras and gimbals: the path is the same without them.
 _LEFT_OUT = frozenset(
     {
         mavlink.MAV_CMD_DO_DIGICAM_CONTROL,
@@ -56,7 +56,7 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True)
 class PlannedRoute:
-    """What a file holds.
+    """Content of a file.
 
     Attributes:
         waypoints: geodetic waypoints, in order.
@@ -126,7 +126,7 @@ def _read(path: Path, reader: _Reader) -> PlannedRoute:
 def _plan_items(text: str) -> tuple[list[_Item], list[str], bool]:
     try:
         document = json.loads(text)
-    except (ValueError, RecursionError) as error:  # also a number of thousands of digits
+    except (ValueError, RecursionError) as error:  # also a number with thousands of digits
         line = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
         raise PlanError(f"{line}not valid JSON.") from None
     mission = document.get("mission") if isinstance(document, dict) else None
@@ -230,7 +230,7 @@ class _RouteMaker:
             self.notes.append(f"{self._left_out} camera and gimbal items are skipped.")
 
     def take(self, item: _Item, following: list[_Item]) -> None:
-        """Take an item; `following` are those behind it."""
+        """Convert an item; `following` are those after it."""
         command = item.command
         if command in _WAYPOINTS:
             self.waypoints.append(

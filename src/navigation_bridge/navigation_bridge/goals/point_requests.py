@@ -16,11 +16,11 @@ from navigation_core.safety.target_checks import FlightVolume, Rejection, check_
 from navigation_core.tasks.base import COPTER, Traits
 from navigation_core.tasks.flying.goto import GotoGoal
 
-# A quaternion whose norm is this near to 1 has suffered from rounding (float32, YAML
-# typed by hand); one further off was not meant as an orientation.
+# A norm this close to 1 is explained by rounding (float32, YAML typed by hand); any other is not an
+# orientation.
 _NORM_TOLERANCE = 0.1
 _ZERO_QUATERNION = 1e-6
-# A slower flight than this would be lost in the noise of any position estimate.
+# A slower flight would be lost in the noise of any position estimate.
 SPEED_MIN_M_S = 0.05
 _POSITION_FIELDS = tuple(f"target_pose.pose.position.{axis}" for axis in "xyz")
 _ORIENTATION_FIELDS = tuple(f"target_pose.pose.orientation.{axis}" for axis in "xyzw")
@@ -88,12 +88,12 @@ def check_geodetic(position: Vector3) -> Rejection | None:
     )
 
 
-# A target this near to the ground is meant to be on it.
+# A target this close to the ground counts as on it.
 GROUND_TOLERANCE_M = 2.0
 
 
 def on_ground(position_enu_m: Vector3, ground_enu_m: float, traits: Traits) -> Vector3 | Rejection:
-    """Return the target of a vehicle that drives, on the ground; refuse one in the air.
+    """Return the target of a rover or boat, on the ground; reject one in the air.
 
     Targets of vehicles that fly are returned as they are.
     """
@@ -110,7 +110,7 @@ def on_ground(position_enu_m: Vector3, ground_enu_m: float, traits: Traits) -> V
 
 
 def volume_for(volume: FlightVolume, traits: Traits) -> FlightVolume:
-    """Return the volume for a kind of vehicle: one that drives is always at height 0."""
+    """Return the volume for a kind of vehicle; rovers and boats are always at height 0."""
     if traits.flies:
         return volume
     return replace(volume, altitude_min_m=-GROUND_TOLERANCE_M)
@@ -128,17 +128,17 @@ def resolve(
     """Turn a request that passed :func:`check_request` into a target in the map frame.
 
     Args:
-        request: what the client sent.
-        pose: the vehicle's pose now; a base_link target is relative to its position and yaw
-            (the level body frame: roll and pitch of the moment do not tilt the target).
-        geodetic_to_enu: turns (latitude, longitude, altitude AMSL) into the map frame.
+        request: the client's request.
+        pose: the vehicle's present pose; a base_link target is relative to its position and yaw
+            (the level body frame: roll and pitch do not tilt the target).
+        geodetic_to_enu: converts (latitude, longitude, altitude AMSL) into the map frame.
         ground_enu_m: height of the ground in the map frame.
         volume: where targets are accepted.
-        speed_max_m_s: highest ground speed the server is configured to fly.
-        traits: what the vehicle can do.
+        speed_max_m_s: configured maximum ground speed.
+        traits: capabilities of the vehicle.
 
     Returns:
-        The goal, or why it is refused.
+        The goal, or the reason for its rejection.
     """
     yaw = _yaw_enu_rad(request.orientation_xyzw)
     position = request.position

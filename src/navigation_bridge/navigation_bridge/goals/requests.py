@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from navigation_core.geometry import Vector3
 
-# Upper limit against typing errors.
+# Upper limit, to catch typing errors.
 LAPS_MAX = 1000
 
 
@@ -46,12 +46,11 @@ class WaypointRequest:
 
     Attributes:
         position: ENU metres, or latitude and longitude in degrees and a height in metres.
-        altitude_reference: for a geodetic position, what the height is counted from; None for
-            a position in the map frame.
-        acceptance_radius_m: reached when this near; 0 = the configured default.
-        hold_time_s: how long to stay; 0 = fly through.
+        altitude_reference: reference of the height of a geodetic position; None in the map frame.
+        acceptance_radius_m: distance within which it is reached; 0 = the configured default.
+        hold_time_s: time to hold there; 0 = fly through.
         yaw_enu_rad: heading, or None for the direction of travel.
-        max_speed_m_s: highest ground speed on the way to it; 0 = the goal's.
+        max_speed_m_s: highest ground speed on the leg to it; 0 = the goal's.
     """
 
     position: Vector3
@@ -69,7 +68,7 @@ class WaypointsRequest:
     Attributes:
         waypoints: the route.
         by_mission: whether the autopilot flies it as a mission; otherwise the bridge does.
-        laps: how often the route is flown; 0 = once.
+        laps: number of times the route is flown; 0 = once.
         max_speed_m_s: highest ground speed; 0 = the configured default.
         avoid_obstacles: whether the client asked for obstacle avoidance.
     """

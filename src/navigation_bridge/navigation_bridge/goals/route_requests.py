@@ -25,9 +25,9 @@ from navigation_core.tasks.base import Traits
 from navigation_core.tasks.flying.route import RouteWaypoint
 
 WAYPOINTS_MAX = 1000
-# An ArduPilot stores 650 items or more, and a waypoint may come with a speed and a heading.
+# An ArduPilot stores 650 items or more, and a waypoint may need two more for speed and heading.
 MISSION_WAYPOINTS_MAX = 500
-# Nearer than this, arrival could not be told from the noise of a position estimate.
+# Within less than this, arrival cannot be distinguished from position noise.
 RADIUS_MIN_M = 0.05
 HOLD_TIME_MAX_S = 3600.0
 _NO_TERRAIN = (
@@ -50,17 +50,18 @@ def resolve_waypoints(
     """Turn a route into waypoints of the map frame.
 
     Args:
-        request: what the client sent.
-        map_frame: knows its origin.
-        state: the vehicle's, for the height of home.
+        request: the client's request.
+        map_frame: the map frame, with a known origin.
+        state: the vehicle's state, for the height of home.
         volume: where waypoints are accepted.
-        speed_max_m_s: highest ground speed the server is configured to fly.
-        radius_default_m: acceptance radius of a waypoint that says 0.
-        traits: what the vehicle can do.
-        follows_terrain: whether heights above the ground are taken.
+        speed_max_m_s: configured maximum ground speed.
+        radius_default_m: acceptance radius of a waypoint with radius 0.
+        traits: capabilities of the vehicle.
+        follows_terrain: whether heights above the ground are accepted.
 
     Returns:
-        The waypoints, or why the first bad one is refused, with its number from 0.
+        The waypoints, or the reason for the rejection of the first invalid one, with its number
+        from 0.
     """
     problem = _problem_of_route(request)
     if problem is not None:
@@ -125,7 +126,7 @@ def _problem_of_speed(speed_m_s: float) -> str | None:
 
 
 def check_waypoint(waypoint: WaypointRequest) -> Rejection | None:
-    """Check what can be judged without a vehicle: numbers, speed, radius, hold time."""
+    """Check a route without a vehicle: numbers, speed, radius, hold time."""
     numbers = {
         **{f"position.{axis}": part for axis, part in zip("xyz", waypoint.position, strict=True)},
         "acceptance_radius": waypoint.acceptance_radius_m,

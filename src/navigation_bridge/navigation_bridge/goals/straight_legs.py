@@ -13,12 +13,12 @@ class FlightPlan:
     """Targets of a goal and the straight legs between them.
 
     Attributes:
-        targets_enu_m: its targets in the map frame, in order.
-        speeds_m_s: ground speed on the way to each.
-        laps: how often they are flown.
-        hold_s: time of standing still in one lap.
-        straight: whether it is flown in straight lines; otherwise ways are found around obstacles
-            and along the fence.
+        targets_enu_m: targets in the map frame, in order.
+        speeds_m_s: ground speed on the leg to each.
+        laps: number of laps.
+        hold_s: hold time in one lap.
+        straight: whether it is flown in straight lines; otherwise around obstacles and along the
+            fence.
     """
 
     targets_enu_m: tuple[Vector3, ...]
@@ -28,7 +28,7 @@ class FlightPlan:
     straight: bool = True
 
     def duration_s(self, start_enu_m: Vector3) -> float:
-        """Return the time of the flight from a place, without that of starting and stopping."""
+        """Return the flight time from a position, without starting and stopping."""
         targets, speeds = self.targets_enu_m, self.speeds_m_s
         way_s = distance(start_enu_m, targets[0]) / speeds[0]
         lap_s = sum(

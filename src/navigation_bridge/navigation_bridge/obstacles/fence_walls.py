@@ -1,7 +1,7 @@
 """Boundary of the vehicle's own fence as walls for path planning. No ROS.
 
-A way may come as near to the fence as its targets may (``fence_margin_m``), which is another
-distance than that to an obstacle. So each wall is moved outwards, by the difference.
+A path may come as close to the fence as targets may (``fence_margin_m``), which differs from the
+clearance to obstacles. So each wall is moved outwards by the difference.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _SHORTEST_M = 1e-3
 
 
 def fence_walls(fence: Fence, shift_m: float) -> tuple[KnownObstacle, ...]:
-    """Return what bounds the places that a fence allows, without end upwards and downwards.
+    """Return the walls around the area that a fence allows, unbounded upwards and downwards.
 
     Args:
         fence: the vehicle's.
-        shift_m: how far each wall is moved away from the side that is allowed.
+        shift_m: distance by which each wall is moved away from the allowed side.
     """
     walls: list[KnownObstacle] = []
     for area in fence.areas:
@@ -67,7 +67,7 @@ def _walls(
     count = len(corners)
     for i, start in enumerate(corners):
         before, end, after = corners[i - 1], corners[(i + 1) % count], corners[(i + 2) % count]
-        # Moved apart, two sides meet elsewhere: later at a corner that points outwards.
+        # Sides that are moved apart meet elsewhere: farther out at a convex corner.
         longer_m = {
             start: outwards_m * _half_turn(before, start, end),
             end: outwards_m * _half_turn(start, end, after),
@@ -77,7 +77,7 @@ def _walls(
 
 
 def _wall(a: Point2, b: Point2, right_m: float, before_m: float, after_m: float) -> Iterator[Box]:
-    """Yield a side moved to its right, longer at both ends; none if nothing is left of it."""
+    """Yield a side moved to its right and extended at both ends; nothing if none of it is left."""
     length_m = math.dist(a, b)
     if length_m < _SHORTEST_M or length_m + before_m + after_m < _SHORTEST_M:
         return
@@ -102,7 +102,7 @@ def _half_turn(before: Point2, corner: Point2, after: Point2) -> float:
 def _outside_of(
     start: Point2, end: Point2, others: tuple[Area, ...]
 ) -> Iterator[tuple[Point2, Point2]]:
-    """Yield the pieces of a side that are in none of the other areas of which one is enough."""
+    """Yield the pieces of a side that are in none of the alternative areas."""
     cuts = {0.0, 1.0}
     for other in others:
         cuts |= {share for share in other.crossings(start, end) if 0.0 < share < 1.0}

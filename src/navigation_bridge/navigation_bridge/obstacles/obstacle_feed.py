@@ -1,7 +1,7 @@
 """All obstacle sources, combined in the map frame. No ROS.
 
-Sensors of the vehicle (MAVLink) and of ROS feed an obstacle map; known obstacles and the
-boundary of the vehicle's fence are joined to what it holds.
+Sensors of the vehicle (MAVLink) and of ROS feed an obstacle map; known obstacles and the boundary
+of the vehicle's fence are added to it.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ __all__ = ["LASER_SCAN", "POINT_CLOUD", "ObstacleFeed", "SensorPoints", "SensorS
 Array: TypeAlias = NDArray[np.float64]
 
 LASER_SCAN, POINT_CLOUD = "LaserScan", "PointCloud2"
-# A beam that points further down than this measures the ground (sine of 30 degrees).
+# A beam that points farther down measures the ground (sine of 30 degrees).
 _DOWNWARDS = 0.5
 _ORIGIN_MOVED_M = 0.1
-# A cloud takes up to 20 ms; setpoints go out every 50 ms on the same thread.
+# A cloud takes up to 20 ms; the same thread sends setpoints every 50 ms.
 _LEAST_PERIOD_S = 0.08
 
 
 @dataclass(frozen=True)
 class SensorScan:
-    """A scan in the axes of its sensor: forward, left, up; or in the map frame, from its origin.
+    """A scan in the sensor's axes (forward, left, up), or in the map frame from its origin.
 
     Attributes:
         in_map: whether directions are those of the map frame, seen from the map origin.
         directions: unit vectors, shape (N, 3).
-        ranges_m: shape (N,); infinity: nothing within reach; NaN: no reading.
-        range_min_m: the least that it can measure.
-        range_max_m: its reach.
-        half_angle_rad: half of what each reading is wide.
+        ranges_m: shape (N,); infinity: nothing within range; NaN: no reading.
+        range_min_m: minimum range.
+        range_max_m: maximum range.
+        half_angle_rad: half of the width of each reading.
     """
 
     in_map: bool
@@ -61,7 +61,7 @@ class SensorScan:
 
 @dataclass(frozen=True)
 class SensorPoints:
-    """A cloud of points in the axes of its sensor (forward, left, up), or in the map frame.
+    """A point cloud in the sensor's axes (forward, left, up), or in the map frame.
 
     Attributes:
         in_map: whether points are in the map frame.
@@ -106,7 +106,7 @@ class ObstacleFeed:
         self._config = config
         self._standing.configure(config)
 
-    # --- what is known ---------------------------------------------------------------
+    # --- the obstacles ---------------------------------------------------------------
 
     @property
     def obstacles(self) -> Obstacles:
@@ -135,7 +135,7 @@ class ObstacleFeed:
 
     @property
     def moving(self) -> tuple[Moving, ...]:
-        """Those of the sensed obstacles that move."""
+        """Moving obstacles among the sensed ones."""
         return self._map.moving
 
     @property
@@ -150,7 +150,7 @@ class ObstacleFeed:
 
     @property
     def timeout_s(self) -> float:
-        """Silence from which on a sensor counts as lost."""
+        """Silence after which a sensor counts as lost."""
         return self._config.sensor_timeout_s
 
     def ages_s(self, now: float) -> dict[str, float]:
@@ -161,7 +161,7 @@ class ObstacleFeed:
         """Return the longest silence of any kind of sensor; 0 without sensors."""
         return max(self.ages_s(now).values(), default=0.0)
 
-    # --- what sensors tell -----------------------------------------------------------
+    # --- sensor readings -------------------------------------------------------------
 
     def take_ranges(self, measured: RangesMeasured, now: float) -> None:
         """Process a measurement of a sensor of the vehicle."""
@@ -237,7 +237,7 @@ class ObstacleFeed:
     def _hear(self, kind: str, now: float) -> Carrier | None:
         """Return the pose of the vehicle, if known, and centre the map on it.
 
-        From the first reading on, only what can be placed counts as heard.
+        From the first reading on, only readings that can be placed count as heard.
         """
         self._heard_s.setdefault(kind, now)
         state, origin = self._vehicle.state, self._map_frame.origin
@@ -256,17 +256,17 @@ class ObstacleFeed:
         return carrier
 
     def _mounted(self, carrier: Carrier) -> tuple[Vector3, Array]:
-        """Return where the sensor of the topics is, and what turns its axes into the map's."""
+        """Return position of the topics' sensor, and rotation from its axes to the map's."""
         pose = self._config.sensor_pose
         offset = carrier.from_flu @ np.array(pose.position_flu_m)
         x, y, z = (carrier.position_enu_m + offset).tolist()
         return (x, y, z), np.asarray(carrier.from_flu @ pose.to_body())
 
     def _ground_m(self) -> float | None:
-        """Return the map z of the ground, None for what drives.
+        """Return the map z of the ground, None for rovers and boats.
 
-        It is where the vehicle stood last. The home of a PX4 moves, by a metre in a minute
-        (observed), so that it is the second choice.
+        It is the height at which the vehicle last stood. The home of a PX4 moves, by a metre in a
+        minute (observed), so it is only the second choice.
         """
         if drives(self._vehicle):
             return None

@@ -13,12 +13,12 @@ from navigation_bridge.obstacles.obstacle_feed import SensorPoints, SensorScan
 __all__ = ["POINTS_MAX", "SensorMessageError", "points_of", "scan_of"]
 
 POINTS_MAX = 20_000
-"""Of a larger cloud, every so many points are taken: enough to find what is in the way."""
+"""A larger cloud is thinned to this number of points."""
 
 # sensor_msgs/PointField: INT8 is 1.
 _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _RAYS_MAX = 100_000
-# No sensor sends as many bytes for a point; NumPy takes 2 GiB at most.
+# No sensor sends this many bytes per point; NumPy accepts 2 GiB at most.
 _POINT_STEP_MAX = 65_536
 _FAR_M = 1e6
 
@@ -30,11 +30,11 @@ class SensorMessageError(ValueError):
 def scan_of(message: Any) -> SensorScan:
     """Return a `sensor_msgs/LaserScan` as arrays, by REP 117.
 
-    Infinity is nothing within reach, minus infinity something too near to be measured; NaN, and
-    what is outside of the limits, is no reading.
+    Infinity: nothing within range; minus infinity: too close to be measured; NaN and values outside
+    the limits: no reading.
 
     Raises:
-        SensorMessageError: its angles or limits make no sense.
+        SensorMessageError: inconsistent angles or limits.
     """
     step, low, high = message.angle_increment, message.range_min, message.range_max
     if not (math.isfinite(step) and math.isfinite(message.angle_min)) or step == 0.0:
@@ -43,7 +43,7 @@ def scan_of(message: Any) -> SensorScan:
         )
     if not 0.0 <= low < high < math.inf:
         raise SensorMessageError(f"a LaserScan with ranges from {low} to {high} m")
-    # The last ray of a full turn often is the first one again.
+    # The last ray of a full turn often repeats the first one.
     once = min(len(message.ranges), math.ceil(math.tau / abs(step) - 1e-3), _RAYS_MAX)
     ranges = np.array(message.ranges[:once], dtype=np.float64)
     angles = message.angle_min + step * np.arange(len(ranges))
@@ -56,10 +56,10 @@ def scan_of(message: Any) -> SensorScan:
 
 
 def points_of(message: Any) -> SensorPoints:
-    """Return a `sensor_msgs/PointCloud2` as an array, without the points that are nowhere.
+    """Return a `sensor_msgs/PointCloud2` as an array, without NaN points.
 
     Raises:
-        SensorMessageError: it has no x, y and z, or less data than it says.
+        SensorMessageError: it lacks x, y or z, or has less data than declared.
     """
     layout, width, height = _layout(message), message.width, message.height
     row_step = message.row_step or width * message.point_step
@@ -78,7 +78,7 @@ def points_of(message: Any) -> SensorPoints:
     every = math.ceil(width * height / POINTS_MAX)
     some = grid.reshape(-1)[::every]
     points = np.column_stack([some[name].astype(np.float64) for name in "xyz"])
-    # NaN is not below anything either.
+    # A comparison with NaN is false, too.
     return SensorPoints(in_map, points[(np.abs(points) < _FAR_M).all(axis=1)])
 
 

@@ -17,11 +17,11 @@ from navigation_core.safety.target_checks import FlightVolume
 __all__ = ["HEADROOM_M", "StandingObstacles", "drives"]
 
 HEADROOM_M = 2.0
-"""What drives passes below what begins this high above its base."""
+"""Height above its base from which a rover or boat passes below an obstacle."""
 
-# A target right at its limit keeps the clearance to the wall there, whatever is rounded.
+# A target right at the limit keeps the clearance to the wall there despite rounding.
 _ROUNDING_M = 0.01
-# Walls farther away bound no way around what a sensor sees; planning would only take longer.
+# Walls farther away do not affect paths around sensed obstacles, and slow down planning.
 _WALLS_REACH_M = 60.0
 _WALLS_STEP_M = 10.0
 
@@ -32,7 +32,7 @@ def drives(vehicle: Vehicle) -> bool:
 
 
 class StandingObstacles:
-    """Places obstacles in the map that need no sensor."""
+    """Places static obstacles in the map."""
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
         """Start with the configured obstacles."""
@@ -59,7 +59,7 @@ class StandingObstacles:
 
     @property
     def known_by_name(self) -> tuple[KnownObstacle, ...]:
-        """Those of the file."""
+        """Obstacles of the file."""
         self._place()
         return self._placed
 
@@ -75,7 +75,7 @@ class StandingObstacles:
         if frame is not None or not known.needs_origin:
             placed = known.placed(self._map_frame.enu)
         if on_ground:
-            # Its height is that of the ground, which a map of heights above the origin has not.
+            # Its height is that of the ground, which the map of heights above the origin lacks.
             placed = tuple(
                 replace(obstacle, bottom_m=-math.inf, top_m=math.inf)
                 for obstacle in placed
@@ -90,7 +90,7 @@ class StandingObstacles:
 
     @property
     def walls(self) -> Obstacles:
-        """Walls around where the vehicle may be, as far as they are near it."""
+        """Walls of the allowed area that are near the vehicle."""
         return self._walls
 
     def bound(
@@ -102,14 +102,14 @@ class StandingObstacles:
     ) -> None:
         """Make walls of the boundaries of the vehicle's fence and of the flight volume.
 
-        Ways may come as near to them as targets may. Who is outside must be able to come back
+        Paths may come as close to them as targets may. A vehicle outside must be able to come back
         in, so then there is no wall.
 
         Args:
             fence: the vehicle's own, or None while it is not known.
-            fence_margin_m: how far inside of it targets must be.
+            fence_margin_m: minimum distance of targets from it.
             volume: where targets are accepted.
-            place: where the vehicle is, east and north.
+            place: position of the vehicle, east and north.
         """
         fence_holds = fence is not None and (place is None or fence.allows(place))
         volume_holds = place is None or math.hypot(*place) <= volume.radius_max_m

@@ -25,21 +25,21 @@ from navigation_core.tasks.base import RouteProgress, Status
 class NotedOutputs:
     """Converts the notes about one vehicle to the bridge's outputs at that time.
 
-    What the notes don't repeat (pose, height, battery) is what the replayed bridge knows.
+    Pose, height and battery, which the notes do not repeat, come from the replayed bridge.
     """
 
     def __init__(self, bridge: Bridge) -> None:
-        """Look at the bridge that the recording is played to."""
+        """Attach to the bridge that the recording is played to."""
         self._bridge = bridge
         self._notes = NotesReader()
         self._status = Status.PREPARING
         self._has_plan = False
 
     def take(self, message: Message, now: float) -> list[Output]:
-        """Take in a note; returns what was put out then.
+        """Process a note; returns the outputs of that time.
 
         Args:
-            message: of the recorder.
+            message: message of the recorder.
             now: seconds since the recording began.
         """
         noted = self._notes
@@ -56,7 +56,7 @@ class NotedOutputs:
         return outputs
 
     def action_of(self, goal_id: str) -> str:
-        """Return the name of the action of a goal that was accepted; empty if it is not noted."""
+        """Return the action name of an accepted goal; empty if not recorded."""
         goals = reversed(self._notes.goals)
         return next((goal.kind for goal in goals if goal.goal_id == goal_id), "")
 

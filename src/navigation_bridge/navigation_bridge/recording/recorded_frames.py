@@ -1,4 +1,4 @@
-"""Frame of a recorded track without the origin of the server's map frame."""
+"""Frames of a recorded track: the server's map frame, or one without its origin."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from navigation_core.geometry import Vector3
 
 
 class PoseFrame(Protocol):
-    """Turns telemetry into poses, as the map frame does."""
+    """Converts telemetry into poses, like the map frame."""
 
     def update(self, state: VehicleState) -> None:
-        """Learn from a new state."""
+        """Update from a new state."""
 
     def pose(self, state: VehicleState) -> MapPose | None:
-        """Return the pose, or None while it is not known."""
+        """Return the pose, or None while unknown."""
 
 
 class FromFirstPosition:
-    """For a recording without a map origin."""
+    """Frame of a recording without a map origin."""
 
     def __init__(self) -> None:
         """Start without an origin."""
@@ -47,10 +47,10 @@ class FromFirstPosition:
 
 
 class LocalOnly:
-    """For a recording without a global position."""
+    """Frame of a recording without a global position."""
 
     def update(self, state: VehicleState) -> None:
-        """Need nothing."""
+        """Do nothing: the local frame needs no origin."""
 
     def pose(self, state: VehicleState) -> MapPose | None:
         """Return the pose in the vehicle's own local frame, or None before there is one."""

@@ -13,21 +13,21 @@ from navigation_core.geometry import Vector3
 
 @dataclass
 class RecordedGoal:
-    """A recorded goal and its result. Times are those given to the reader.
+    """A recorded goal and its result. Times are those passed to the reader.
 
     Attributes:
         goal_id: UUID as hexadecimal digits; of old recordings the first eight.
         targets_enu_m: the target, or the waypoints of a route; none if the vehicle decides.
         kind: name of the action; empty in old recordings, as is the description.
-        description: what it aims at.
-        accepted_s: when it began.
+        description: description of the goal.
+        accepted_s: time of acceptance.
         statuses: (time in s, status, reason or other remark) of each.
-        ended_s: when it ended; None if the recording ends before, or misses it.
-        code: how it ended; empty before.
+        ended_s: time of the end; None if not in the recording.
+        code: code of its end; empty before.
         message: the full sentence; empty in old recordings.
-        final_error_m: distance to the target at the end; None if it is not known.
-        elapsed_s: how long it took by the server's clock, or None.
-        waypoints_reached: of a route.
+        final_error_m: distance to the target at the end; None if unknown.
+        elapsed_s: duration by the server's clock, or None.
+        waypoints_reached: number of waypoints reached on a route.
         replans: number of replans because of obstacles.
     """
 
@@ -53,19 +53,19 @@ class RecordedGoal:
 
 @dataclass
 class NotesReader:
-    """What the server's notes about one vehicle said, with the time (s) of each.
+    """Content of the server's notes about one vehicle, with the time (s) of each.
 
     Attributes:
-        goals: as they were accepted.
-        events: of goals, refused ones included; old recordings have none.
-        plans: each way that was planned (ENU, m).
-        replans: of the goal of the time.
-        distance_m: way that remains.
-        time_left_s: estimated time that remains.
-        counts: of the last feedback: "replans", and on a route "waypoint", "lap", ...
-        feedbacks: how many there were.
-        status: what the goal does, or that it ended.
-        remarks: everything else: modes, what stations did.
+        goals: accepted goals, in order.
+        events: events of goals, including rejected ones; old recordings have none.
+        plans: planned paths (ENU, m).
+        replans: replans of the goal at that time.
+        distance_m: remaining distance.
+        time_left_s: estimated remaining time.
+        counts: counts of the last feedback: "replans", and on a route "waypoint", "lap", ...
+        feedbacks: number of feedbacks.
+        status: status of the goal, or its end.
+        remarks: everything else: modes, acts of ground stations.
     """
 
     goals: list[RecordedGoal] = field(default_factory=list)

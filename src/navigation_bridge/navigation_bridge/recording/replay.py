@@ -1,13 +1,12 @@
 """Player that feeds a recording to bridge and vehicle as if it were live.
 
-Nothing in here waits, reads a clock or sends: time is what the recording says, and what the
-bridge wants to send is dropped. So a recording gives the same again and again, as fast as the
-machine goes. A :class:`Player` does one thing at a time; :func:`play` yields after each, and the
-caller collects what the bridge puts out.
+Nothing here waits, reads a clock or sends: the time is that of the recording, and the bridge's
+messages are dropped. So a recording always gives the same result, as fast as the machine allows. A
+:class:`Player` processes one event at a time; :func:`play` yields after each, and the caller
+collects the bridge's outputs.
 
-The two directions of a recording are told apart by who speaks, as on a link: what the server
-itself sent is no news to it and isn't played, and its notes (:mod:`navigation_bridge.notes`) come
-by themselves.
+The sender distinguishes the two directions of a recording, as on a link: the server's own messages
+are not played, and its notes (:mod:`navigation_bridge.notes`) are passed on separately.
 """
 
 from __future__ import annotations
@@ -22,37 +21,37 @@ from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge import notes
 
 OWN_COMPONENT = 191
-"""The component that a server speaks as, unless it is told otherwise."""
+"""Default component id of a server."""
 
 LONGEST_SILENCE_S = 120.0
-"""More silence than this is not lived through: by then nothing changes any more."""
+"""Longer silences are shortened to this; by then nothing changes any more."""
 
 USUAL_GAP_S = 5.0
-"""Packets come more often than this; a longer step forward may be the clock's own."""
+"""Packets come more often than this; a longer step forward may be a clock change."""
 
 _SETTLED_S = 10.0
 _MAGIC_2 = 0xFD
-# Deadlines in one silence: a mistake in the bridge must not become an endless loop.
+# Maximum number of deadlines in one silence, so that a defect of the bridge cannot loop forever.
 _TIMERS_MAX = 100_000
 
 
 class ReplayError(RuntimeError):
-    """The bridge sets its deadline to the same time endlessly: an internal error."""
+    """The bridge repeats the same deadline endlessly: an internal error."""
 
 
 @dataclass
 class RecordedTime:
     """Seconds since the recording began, which never go back.
 
-    A recorder's clock may be set while it records. A step back counts as no time at all. A
-    step forward can't be told from silence and counts as such, up to ``LONGEST_SILENCE_S``; but
-    soon after a step back, as in records out of order, it first makes that good. So the time
-    that passes is bounded by the number of packets.
+    A recorder's clock may be set while it records. A step back counts as no time. A step forward
+    cannot be distinguished from silence and counts as such, up to ``LONGEST_SILENCE_S``; soon after
+    a step back, as in records out of order, it first makes up for that. So the elapsed time is
+    bounded by the number of packets.
 
     Attributes:
         now: seconds since the first packet.
-        stepped_back: how often the clock went back.
-        shortened_s: what was left out of long silences, in total.
+        stepped_back: number of backward steps of the clock.
+        shortened_s: total time cut from long silences.
     """
 
     now: float = 0.0
@@ -63,7 +62,7 @@ class RecordedTime:
     _steady_s: float = 0.0
 
     def advance(self, unix_s: float) -> float:
-        """Take the stamp (s since 1970) of the next packet; returns the new ``now``."""
+        """Process the stamp (s since 1970) of the next packet; returns the new ``now``."""
         before, self._unix_s = self._unix_s, unix_s
         passed_s = 0.0 if before is None else unix_s - before
         if passed_s < 0.0:
@@ -91,9 +90,9 @@ class Played:
     Attributes:
         now: seconds since the recording began.
         unix_s: the recorder's clock at that time.
-        message: what came; None for a timer.
-        is_note: the message is one of the recorder's own notes. These, and what the server itself
-            sent, the bridge doesn't hear.
+        message: the message; None for a timer.
+        is_note: whether the message is one of the recorder's notes. The bridge receives neither
+            these nor the server's own messages.
     """
 
     now: float
@@ -116,12 +115,12 @@ def open_recording(path: str) -> tuple[TlogReader, float]:
 
 
 class Player:
-    """Plays a recording to an application that was not started yet, one thing at a time.
+    """Plays a recording to an application that is not started yet, one event at a time.
 
     Attributes:
-        now: seconds since the recording began, of the last thing that happened.
-        time: what the recorder's clock did.
-        codec: decodes what others than the server said, and counts what could not be decoded.
+        now: time of the last event, in seconds since the recording began.
+        time: the recorder's clock.
+        codec: decodes messages of others than the server, and counts errors.
     """
 
     def __init__(
@@ -132,14 +131,14 @@ class Player:
         time: RecordedTime | None = None,
         own_component: int = OWN_COMPONENT,
     ) -> None:
-        """Look at the first record; the application is started by the first :meth:`step`.
+        """Read the first record; the first :meth:`step` starts the application.
 
         Args:
             records: (unix time in seconds, packet), as ``TlogReader`` yields them.
             application: a bridge, or a fleet of them.
-            codec: for what others said.
-            time: a time to begin at, if not zero.
-            own_component: the component that the server spoke as; what it said isn't played.
+            codec: codec for messages of others.
+            time: start time, if not zero.
+            own_component: component id of the recorded server, whose messages are not played.
         """
         self.time = RecordedTime() if time is None else time
         self.now = self.time.now
@@ -160,7 +159,7 @@ class Player:
         return self._next is None
 
     def due_s(self) -> float | None:
-        """Return when the next thing happens (s); None at the recording's end."""
+        """Return the time (s) of the next event; None at the end of the recording."""
         if self._next is None:
             return None
         deadline = self._application.next_deadline() if self._started else None
@@ -172,7 +171,7 @@ class Player:
         """Process the next event: a timer, or the messages of a packet.
 
         Raises:
-            ReplayError: timers of the application do not come to rest.
+            ReplayError: the application's timers repeat endlessly.
         """
         if self._next is None:
             return []
@@ -224,7 +223,7 @@ def play(
     """Play a whole recording; see :class:`Player` for the arguments.
 
     Yields:
-        After each message and each timer, when outputs and state can be looked at.
+        After each message and timer, when outputs and state can be inspected.
     """
     player = Player(records, application, codec, time, own_component)
     while not player.ended:

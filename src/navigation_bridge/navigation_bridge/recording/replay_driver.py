@@ -1,6 +1,6 @@
 """Thread that replays a recording to a fleet in place of a driver. No ROS.
 
-What happens, and in which order, is the same at any speed: only the waiting is different.
+Events and their order are the same at any speed; only the waiting differs.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from navigation_bridge.recording.replay import (
 
 _ResultT = TypeVar("_ResultT")
 _LONGEST_WAIT_S = 0.5
-# A year of replay before the seconds of builtin_interfaces/Time end.
+# A year of replay before builtin_interfaces/Time overflows.
 _LATEST_UNIX_S = 2.0**31 - 366 * 86_400
 
 
@@ -36,7 +36,7 @@ class ReplayedApplication(Application, Protocol):
     """Receiver of a replayed recording."""
 
     def take_note(self, message: Message, now: float) -> None:
-        """Take in a note of the recorder."""
+        """Process a note of the recorder."""
 
     def begin_again(self) -> None:
         """Reset: the recording is played from its start."""
@@ -51,9 +51,9 @@ class ReplayPosition:
         unix_s: the recorder's clock, which never goes back here.
         share: from 0 to 1.
         ended: whether nothing is left.
-        playing: whether it goes on.
-        stepped_back: how often the recorder's clock was set back.
-        shortened_s: what was left out of long silences.
+        playing: whether it is not paused.
+        stepped_back: number of backward steps of the recorder's clock.
+        shortened_s: time cut from long silences.
     """
 
     recording_s: float
@@ -69,12 +69,12 @@ class ReplayDriver:
     """Plays a recording; accepts work from other threads like a driver.
 
     Attributes:
-        clock: the time that the application is told; it stands still between two packets.
-        codec: counts what was met.
-        on_time: called on the thread with the recorder's clock (s since 1970) when it goes on.
+        clock: the application's time; it stands still between two packets.
+        codec: its counts cover the recording.
+        on_time: called on the thread with the recorder's clock (s since 1970) as it advances.
         on_end: called on the thread when nothing is left.
         path: the recording.
-        begin_unix_s: when the recording began.
+        begin_unix_s: start of the recording.
     """
 
     def __init__(self, path: str, speed: float, own_component: int = OWN_COMPONENT) -> None:
@@ -83,7 +83,7 @@ class ReplayDriver:
         Args:
             path: the tlog.
             speed: seconds of the recording in a second; 0 is as fast as possible.
-            own_component: the component that the server spoke as.
+            own_component: component id of the recorded server.
 
         Raises:
             LinkError: it can't be read, or holds nothing.
@@ -93,7 +93,7 @@ class ReplayDriver:
         self.on_time: Callable[[float], None] = lambda _unix_s: None
         self.on_end: Callable[[], None] = lambda: None
         self._reader, begin_unix_s = open_recording(path)
-        # Times that ROS cannot represent are damage.
+        # Times that ROS cannot represent count as damage.
         self.begin_unix_s = begin_unix_s if begin_unix_s < _LATEST_UNIX_S else 0.0
         self._own_component = own_component
         self._speed = speed
@@ -142,7 +142,7 @@ class ReplayDriver:
         """Run ``work`` on the thread and return its result; raises what it raises.
 
         Raises:
-            DriverError: the thread isn't running, or did not get to it in time.
+            DriverError: the thread is not running, or did not respond in time.
         """
         if threading.current_thread() is self._thread:
             return work()
@@ -201,7 +201,7 @@ class ReplayDriver:
         while self._mailbox:
             work, future = self._mailbox.popleft()
             _do(work, future)
-            application.messages_to_send()  # what a request brought about is told by it
+            application.messages_to_send()  # the request reports its own effect
         player = self._playing()
         wait_s = self._wait_s(player)
         if wait_s > 0.0:

@@ -34,7 +34,7 @@ def run_shadow_goals(config: ServerConfig, path: Path, json_output: bool) -> int
         0 when every goal ended with SUCCESS, else 1.
 
     Raises:
-        ConfigurationError: the link is no recording, or there are several vehicles.
+        ConfigurationError: the link is not a recording, or there are several vehicles.
         LinkError: the recording cannot be read.
         ShadowGoalsError: the goals cannot be read.
     """
@@ -85,7 +85,7 @@ def show(results: Sequence[ShadowResult], console: Console) -> None:
 
 
 def as_dict(result: ShadowResult) -> dict[str, Any]:
-    """Return a result as JSON has it; what isn't known is null."""
+    """Return a result for JSON; unknown values are null."""
     return {
         "at_s": result.goal.at_s,
         "action": result.goal.action,

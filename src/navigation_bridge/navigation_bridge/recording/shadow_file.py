@@ -56,10 +56,10 @@ class ShadowGoal:
     """A goal to run against a recording.
 
     Attributes:
-        at_s: when it is sent, in seconds from the recording's beginning.
-        action: the name of its action.
-        request: what is asked.
-        cancel_at_s: when it is cancelled, or None.
+        at_s: time at which it is sent, in seconds from the recording's beginning.
+        action: name of its action.
+        request: the request.
+        cancel_at_s: time at which it is cancelled, or None.
     """
 
     at_s: float
@@ -126,7 +126,7 @@ def _request(action: str, goal: Mapping[str, Any]) -> Request:
             avoid_obstacles=avoid,
         )
     target = goal["target_pose"]
-    # geometry_msgs/Quaternion is (0, 0, 0, 1) where nothing is said.
+    # The default of geometry_msgs/Quaternion is (0, 0, 0, 1).
     q = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0} | target["pose"].get("orientation", {})
     return NavigateRequest(
         frame_id=target.get("header", {}).get("frame_id", ""),
@@ -154,7 +154,7 @@ def _vector(position: Mapping[str, float]) -> Vector3:
 
 
 def _check_finite(value: object, where: str) -> None:
-    """YAML has .nan and .inf, and the limits of a schema accept NaN."""
+    """Reject .nan and .inf of YAML; a schema's limits accept NaN."""
     if isinstance(value, float) and not math.isfinite(value):
         raise ShadowGoalsError(f"{where}: {value} is not a finite number.")
     children = value.values() if isinstance(value, dict) else value

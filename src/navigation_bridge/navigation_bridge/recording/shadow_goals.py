@@ -1,8 +1,8 @@
 """Goals run against a recording, with their results; nothing is sent. No ROS.
 
-The goals go to a real bridge, which hears the recording. What it asks of the vehicle is never
-sent, so only what the recorded vehicle did anyway happens: a goal that needs GUIDED ends with
-its reason where nobody put the vehicle into GUIDED.
+The goals go to a real bridge, which receives the recording. Nothing that it requests is sent, so
+only what the recorded vehicle did anyway happens: a goal that needs GUIDED ends with its reason
+where nobody selected GUIDED.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class ShadowResult:
     """Result of a shadow goal. Times are seconds from the recording's beginning.
 
     Attributes:
-        goal: what was asked.
-        feedback: (time, feedback) as a client would have had it.
+        goal: the goal.
+        feedback: (time, feedback) as a client would have received it.
         statuses: (time, status, reason or remark) of each.
-        ended_s: when it ended; None if it did not.
+        ended_s: time of the end; None if it did not end.
         end: the code of its end, or ``REJECTED``, ``NOT_SENT``, ``OPEN``.
         message: the sentence.
         final_error_m: distance to the target at the end, or None.
@@ -53,8 +53,8 @@ def work_shadow_goals(
 
     Args:
         records: (unix time in seconds, packet), as ``TlogReader`` yields them.
-        config: the settings of the server that would have worked on them.
-        goals: in the order of their times.
+        config: settings of the server.
+        goals: goals, ordered by time.
     """
     return _Shadow(records, config, goals).run()
 

@@ -1,8 +1,7 @@
 """Safety checks before and during a goal. No ROS.
 
-Fence and volume, battery, health of the vehicle, and failsafes that leave it in the mode in
-which it follows us. Failsafes that change the mode are judged in
-:mod:`navigation_bridge.vehicle.takeover`.
+Fence and volume, battery, health of the vehicle, and failsafes that leave the server in control.
+Failsafes that change the mode are handled in :mod:`navigation_bridge.vehicle.takeover`.
 """
 
 from __future__ import annotations
@@ -32,12 +31,12 @@ from navigation_core.tasks.base import Outcome
 from navigation_core.tasks.watching.plane_route import circle_max_m
 
 _PERIOD_S = 0.5
-# A vehicle overshoots a little, and a position errs: only beyond this it has left.
+# Tolerance for overshoot and position errors before the vehicle counts as outside.
 _LEFT_M = 3.0
 # A failsafe that changes the mode does so within this time of its first sign.
 _FAILSAFE_ACTS_S = 2.0
-# To stop what a vehicle does against these makes them worse. Others leave it fit to be held: a
-# server that died, and is there again, lets it return for nothing.
+# Interrupting the vehicle's reaction to these makes them worse. After others it can be held: when a
+# server died and is back, the return is unnecessary.
 _NOT_TO_STOP = frozenset({FailsafeKind.BATTERY, FailsafeKind.FENCE, FailsafeKind.GPS})
 _UNKNOWN_FENCE = "The vehicle's own fence is not known yet and was not checked."
 _UNKNOWN_AREAS = "The zones of the vehicle's own fence are not known yet and were not checked."
@@ -49,11 +48,11 @@ class _Memory:
     """State of the checks for the active goal.
 
     Attributes:
-        goal_id: whose it is.
-        inside: whether the vehicle was inside the volume since it began.
-        fence: the fence that its ways were checked against last.
-        failsafe: the kind of failsafe that was judged last.
-        warned: whether it was told that the battery runs low.
+        goal_id: UUID of the goal.
+        inside: whether the vehicle has been inside the volume since the goal began.
+        fence: the fence that its paths were last checked against.
+        failsafe: kind of the failsafe that was last handled.
+        warned: whether a low battery was reported.
     """
 
     goal_id: str
@@ -183,8 +182,8 @@ class Guard:
     ) -> Rejection | None:
         """Check the legs from the vehicle through the targets from the ``first`` on.
 
-        ``closed`` leads back to the first of these. Where ways are found around obstacles, they
-        are found inside of the fence, too, so that only the targets are checked.
+        ``closed`` leads back to the first of these. Paths around obstacles are planned inside the
+        fence, so only the targets are checked then.
         """
         here = self._here()
         if here is None:
@@ -230,12 +229,12 @@ class Guard:
             return None
         if now - failsafe.since_s < _FAILSAFE_ACTS_S:
             return None
-        began_before = failsafe.since_s < goal.accepted_s  # so the goal was meant all the same
+        began_before = failsafe.since_s < goal.accepted_s  # so the goal was sent despite it
         memory.failsafe = failsafe.kind
         if goal.plan is None:
-            # It lands or returns, perhaps because of it: that is no failsafe that did not act.
+            # It lands or returns, perhaps because of it: the failsafe does act.
             if not began_before:
-                goal.notes.append(f"The vehicle reported a failsafe on the way ({failsafe.text}).")
+                goal.notes.append(f"The vehicle reported a failsafe ({failsafe.text}).")
             return None
         policy = self._config.safety.battery_policy
         ends = failsafe.kind in (FailsafeKind.FENCE, FailsafeKind.GPS) or (
@@ -282,7 +281,7 @@ class Guard:
         policy = self._config.safety.battery_policy
         if policy is BatteryPolicy.IGNORE:
             return None
-        # A PX4 whose failsafe only warns says so by the charge state alone (observed).
+        # A PX4 whose failsafe only warns shows it by the charge state alone (observed).
         code, text = OutcomeCode.FAILSAFE_BATTERY, self._battery.says_low(now)
         if text is None:
             code, text = OutcomeCode.LOW_BATTERY, self._battery.runs_low(plan, here)

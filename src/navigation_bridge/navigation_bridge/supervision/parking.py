@@ -1,9 +1,9 @@
 """Setpoint stream before and after a goal, for autopilots that require one.
 
-A PX4 gives control only to whoever has streamed setpoints for a while, and takes the end of
-the stream for a failure: it would return to launch. So the stream runs before control is
-taken, and at a goal's end it goes on until the vehicle holds by itself; then it stops for
-good, because a stream that comes back would take control again.
+A PX4 gives control only to a sender that has streamed setpoints for a while, and treats the end of
+the stream as a failure: it would return to launch. So the stream runs before control is taken, and
+continues at a goal's end until the vehicle holds by itself. It is not started again, because that
+would take control again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Parking:
 
     @property
     def operation_id(self) -> int | None:
-        """The request to hold that the vehicle has not fulfilled yet, or None."""
+        """The pending request to hold, or None."""
         return self._operation_id
 
     def begin(self, setpoint: SetpointNed, now: float) -> bool:
@@ -47,13 +47,13 @@ class Parking:
         return True
 
     def change_over(self, now: float) -> None:
-        """Have the vehicle change to its hold mode before anything else; no stream runs on."""
+        """Switch the vehicle to its hold mode first, without a stream."""
         self._vehicle.close_stream()
         self._setpoint = None
         self._operation_id = self._vehicle.hold(now)
 
     def keep_streaming(self, now: float) -> None:
-        """Send a setpoint that holds, so that control will be given."""
+        """Stream a setpoint that holds, so that the vehicle will give control."""
         if not (self.needed and self._vehicle.stream_open):
             return
         self._send(hold_setpoint_ned(self._vehicle, None), now)

@@ -1,8 +1,8 @@
 """Handling of goals while the reported position is in doubt. No ROS.
 
-A goal that has begun is held, by velocity, and goes on when all is well again, or ends with
-NO_POSITION when that takes too long. Its result says for how long the doubt lasted, and why.
-:mod:`mavlink_vehicle.state.position_trust` says what shows it.
+An active goal is held by velocity. It is resumed when the doubt is over, or ends with NO_POSITION
+after a timeout. Its result reports duration and reason of the doubt.
+:mod:`mavlink_vehicle.state.position_trust` defines the signs.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from navigation_bridge.reporting import Reporter
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.base import Outcome
 
-# Who sends a goal again at once, because the last one ended by a jump, has not looked.
+# A client that repeats a goal at once after a jump has not checked the position.
 _JUMP_RECENT_S = 60.0
 
 
@@ -25,8 +25,8 @@ class PositionWatch:
         """Start without observations.
 
         Args:
-            report: where a doubt is told.
-            timeout_s: how long a goal is held because of one.
+            report: receives doubts.
+            timeout_s: time for which a goal is held.
         """
         self._report = report
         self._timeout_s = timeout_s
@@ -37,7 +37,7 @@ class PositionWatch:
         self._timeout_s = timeout_s
 
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
-        """Take in what a message has changed."""
+        """Process a change of state."""
         self._trust.observe(before, state, now)
 
     def check(self, now: float) -> tuple[Rejection | None, str]:
@@ -60,7 +60,7 @@ class PositionWatch:
         return Rejection(OutcomeCode.NO_POSITION, f"{text} {hint}"), ""
 
     def begin(self, goal: ActiveGoal) -> None:
-        """Take what has jumped by now for the goal's own frame."""
+        """Accept the jumps so far as part of the goal's frame."""
         goal.doubt.jumps_ned_m = self._trust.jump_ned_m
 
     def reason(self, goal: ActiveGoal) -> str:
@@ -71,7 +71,7 @@ class PositionWatch:
         return self._trust.complaint
 
     def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
-        """Follow the doubt about the active goal's position; the outcome once it is too long."""
+        """Monitor the doubt about the active goal's position; return the outcome at the timeout."""
         doubt, reason = goal.doubt, self.reason(goal)
         if not reason:
             if doubt.since_s is not None:
@@ -85,7 +85,7 @@ class PositionWatch:
             self._tell(goal, f"The position is still in doubt: {reason}.")
         doubt.reasons = tuple(dict.fromkeys((*doubt.reasons, reason)))
         if goal.plan is None or goal.ending or now - doubt.since_s <= self._timeout_s:
-            return None  # a landing and a return go on: the vehicle knows best
+            return None  # a landing and a return continue under the vehicle's own control
         text = f"The position is still in doubt after {self._timeout_s:g} s: {reason}."
         return Outcome(OutcomeCode.NO_POSITION, text, None)
 

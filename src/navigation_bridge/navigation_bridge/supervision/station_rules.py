@@ -21,7 +21,7 @@ class Consequence(Enum):
     """Effect of an act on a goal."""
 
     NOTE = auto()
-    """Logged only; names the station if the mode changes."""
+    """Logged only; names the ground station if the mode changes."""
     CANCEL = auto()
     PAUSE = auto()
     GO_ON = auto()
@@ -32,9 +32,9 @@ def consequence(
 ) -> Consequence:
     """Return the effect of an act on a goal.
 
-    A landing and a return go on whatever becomes of the mission, and through a pause that the
-    vehicle does not follow: with an empty battery they are what keeps it safe. What has
-    not left the ground has nothing to pause: it must not take off.
+    A landing and a return continue whatever happens to the mission, and through a pause that the
+    vehicle does not obey: with an empty battery they keep it safe. A vehicle on the ground cannot
+    be paused: it must not take off.
     """
     act = acted.act
     if goal.ending:
@@ -52,7 +52,7 @@ def consequence(
 
 
 def told(acted: StationActed) -> str:
-    """Return a sentence: system, act and command."""
+    """Return a sentence with system, act and command."""
     who = "An unknown ground station"
     if acted.station is not None:
         who = f"Ground station {acted.station[0]}/{acted.station[1]}"
@@ -60,7 +60,7 @@ def told(acted: StationActed) -> str:
 
 
 def starts_mission(acted: StationActed, goal: ActiveGoal, profile: Profile | None) -> bool:
-    """Whether it starts the stored mission, where the goal flies none."""
+    """Whether the act starts the stored mission during a goal without a mission."""
     if goal.mission is not None:
         return False
     if acted.command == mavlink.MAV_CMD_MISSION_START:
@@ -70,11 +70,11 @@ def starts_mission(acted: StationActed, goal: ActiveGoal, profile: Profile | Non
 
 
 def sends_elsewhere(acted: StationActed, goal: ActiveGoal, vehicle: Vehicle) -> bool:
-    """Whether it sends the vehicle to another place in the mode that it is in already.
+    """Whether the act sends the vehicle elsewhere in its present mode.
 
-    MAVSDK's `goto_location` has a PX4 hold first, and then sends it to the place. That stop alone
-    is a pause; but who pauses a vehicle and then sends it somewhere flies it, whatever mode has
-    been seen of it by now.
+    MAVSDK's `goto_location` makes a PX4 hold first, and then sends it to the target. That stop
+    alone is a pause; but a ground station that pauses a vehicle and then sends it somewhere flies
+    it, whatever mode has been seen by now.
     """
     if acted.act is not StationAct.CHANGED_MODE or acted.command != mavlink.MAV_CMD_DO_REPOSITION:
         return False
@@ -82,14 +82,14 @@ def sends_elsewhere(acted: StationActed, goal: ActiveGoal, vehicle: Vehicle) -> 
         return True
     if acted.mode is not None:
         return acted.mode == vehicle.state.custom_mode
-    # An ArduPilot goes there without a change of mode; a PX4 refuses to.
+    # An ArduPilot goes there without a mode change; a PX4 rejects it.
     profile = vehicle.profile
     whole = profile is not None and profile.mode_packing is ModePacking.WHOLE
     return whole and vehicle.in_control_mode
 
 
 def is_under_way(goal: ActiveGoal, vehicle: Vehicle) -> bool:
-    """Whether it drives, or is in the air, after the take-off if that is not part of a mission."""
+    """Whether it drives, or flies after the take-off (in a mission, during it, too)."""
     if vehicle.profile is None or not traits_of(vehicle.profile).flies:
         return True
     state = vehicle.state.landed_state
@@ -99,7 +99,7 @@ def is_under_way(goal: ActiveGoal, vehicle: Vehicle) -> bool:
 
 
 def stays_paused(goal: ActiveGoal) -> bool:
-    """Whether the pause service keeps it from the mode in which the vehicle flies by itself."""
+    """Whether the pause service keeps it out of the mode in which the vehicle flies by itself."""
     return goal.paused_by_client and goal.mission is not None
 
 

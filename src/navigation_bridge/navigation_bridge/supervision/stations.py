@@ -1,12 +1,12 @@
 """Ground station actions on the vehicle and their effect on the goal. No ROS.
 
-Cancelling a MAVLink mission and cancelling a goal are one thing: whoever removes the mission,
-replaces it or stops the vehicle has cancelled the goal, which then ends CANCELED. A pause may be
-a pause instead (:class:`~navigation_bridge.configuration.settings.StationPause`).
+Cancelling a MAVLink mission cancels the goal: a ground station that removes or replaces the
+mission, or stops the vehicle, ends the goal CANCELED. A pause may pause it instead
+(:class:`~navigation_bridge.configuration.settings.StationPause`).
 
-A command is seen before or after the change of mode that it brings, up to a second apart, so
-both orders lead to the same end. A vehicle that a station has put into its hold mode is left
-alone: nothing is sent that moves it, until the station lets it go on or another goal comes.
+A command is seen before or after its mode change, up to a second apart; both orders have the same
+effect. A vehicle that a ground station has put into its hold mode is left alone: nothing that moves
+it is sent until the ground station resumes it or another goal comes.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne
 from navigation_core.tasks.standstill import Standstill
 
-# A change of mode that a command brings is seen within this time of it: HEARTBEAT comes once a
-# second, and a link has its delay.
+# Maximum time between a command and the mode change that it causes: HEARTBEAT comes once a second,
+# and links have delays.
 _BRINGS_S = 2.0
 _PAUSE_CONTINUE = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
 
@@ -59,14 +59,14 @@ class Stations:
 
     @property
     def ignores_setpoints(self) -> bool:
-        """Whether it was paused in the mode in which it follows setpoints, and ignores them.
+        """Whether it was paused in the mode in which it would follow setpoints, and ignores them.
 
-        An ArduCopter does so until it is told to go on, or has been in another mode (its
-        mode_guided.cpp). Selecting the same mode again changes nothing in it.
+        An ArduCopter does so until it is resumed or has been in another mode (mode_guided.cpp).
+        Selecting the same mode again has no effect.
         """
         return self._stands_in_mode and self._vehicle.in_control_mode
 
-    # --- what is seen ------------------------------------------------------------------
+    # --- observed events ---------------------------------------------------------------
 
     def take(
         self, acted: StationActed, goal: ActiveGoal | None, on_pause: StationPause, now: float
@@ -102,7 +102,7 @@ class Stations:
         goal.next_step_s = min(goal.next_step_s, now)
 
     def change_mode(self, event: ModeChanged, goal: ActiveGoal | None, now: float) -> bool:
-        """Handle a mode change not requested here; True if an act of a station explains it."""
+        """Handle a mode change not requested here; True if a ground station's act explains it."""
         if goal is None:
             return False
         acted = self._recent(now)
@@ -125,14 +125,14 @@ class Stations:
         self._stands_in_mode = False
 
     def take_away(self, goal: ActiveGoal, event: ModeChanged, now: float) -> None:
-        """Stop sending: the mode has changed, and the origin of the change may show later."""
+        """Stop sending: the mode has changed, and the origin may show later."""
         acted = self._recent(now)
         by = "" if acted is None else told(acted)
         goal.takeover = Takeover(event.name, now, by).watched(self._vehicle.state)
         self._let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:
-        """Add the station that took control to an outcome caused by it."""
+        """Name the ground station that took control in the outcome."""
         acted = self._recent(now)
         taken = outcome.code in (OutcomeCode.DISARMED, OutcomeCode.PILOT_OVERRIDE)
         if acted is None or not taken or acted.act is not StationAct.CHANGED_MODE:
@@ -174,7 +174,7 @@ class Stations:
     # --- inside ------------------------------------------------------------------------
 
     def _give_away(self, goal: ActiveGoal, sentence: str, now: float) -> None:
-        """The station has taken control; its stop before was a part of that."""
+        """Handle a ground station taking control; its stop before was part of that."""
         goal.takeover = Takeover("", now, sentence)
         if goal.cancelled_by_pause:
             goal.cancelled_by, goal.cancelled_by_pause = "", False
@@ -213,7 +213,7 @@ class Stations:
     def _is_taken(self, goal: ActiveGoal, observation: Observation, config: GotoConfig) -> bool:
         profile = self._vehicle.profile
         if not (goal.cancelled_by or goal.paused_by) or goal.mission is not None or profile is None:
-            return False  # the task of a mission waits in the hold mode by itself
+            return False  # a mission's task waits in the hold mode by itself
         if observation.mode is not VehicleMode.HOLD or observation.in_control:
             return False
         if not observation.armed:
@@ -257,7 +257,7 @@ class Stations:
         return self._last[0]
 
     def _brought(self, goal: ActiveGoal, acted: StationActed, takeover: Takeover) -> bool:
-        """Whether the change of mode that was seen before it is what this act brings."""
+        """Whether this act explains the mode change seen before it."""
         mode = vehicle_mode(self._vehicle.profile, takeover.mode_name)
         if acted.act is StationAct.CONTINUED:
             goes_on = goal.paused_by and not stays_paused(goal)
@@ -265,6 +265,6 @@ class Stations:
         return acted.act in STOPS and self._holds_in(takeover.mode_name)
 
     def _holds_in(self, mode_name: str) -> bool:
-        """Whether it holds in this mode; a PX4 plane is flown by us in the same one."""
+        """Whether it holds in this mode; a PX4 plane also flies its goals in it."""
         profile = self._vehicle.profile
         return profile is not None and mode_name == profile.hold_mode

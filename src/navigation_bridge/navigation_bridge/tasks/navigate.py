@@ -19,7 +19,7 @@ __all__ = ["NAVIGATE", "admit_point", "resolve_point"]
 
 
 def resolve_point(request: NavigateRequest, situation: Situation) -> GotoGoal | Rejection:
-    """Return the goal of a request in the map frame, or why this vehicle may not go there."""
+    """Return the goal of a request in the map frame, or the reason for its rejection."""
     rejection = situation.may_move()
     if rejection is not None:
         return rejection

@@ -21,7 +21,7 @@ from navigation_core.tasks.watching.plane_route import circle_max_m
 
 __all__ = ["NAVIGATE_WAYPOINTS", "admit_plane"]
 
-# Assumed speed of a plane that none is asked of (FW_AIRSPD_TRIM; ArduPlane's is more).
+# Assumed speed of a plane without a requested one (FW_AIRSPD_TRIM; ArduPlane's is higher).
 _PLANE_M_S = 15.0
 _NO_YAW = "The orientation was ignored: a plane circles its target."
 _AIRSPEED = "A plane's max_speed is an airspeed; the ground speed depends on the wind."
@@ -119,7 +119,7 @@ def _mission(
     rejection = None if traits.hovers else _check_circles(waypoints, situation)
     if rejection is not None:
         return rejection
-    # A plane keeps to its own airspeeds unless it is asked for another.
+    # A plane keeps its own airspeed unless another is requested.
     speed_m_s = config.limits.speed_horizontal_m_s if traits.hovers else None
     if request.max_speed_m_s > 0.0:
         speed_m_s = min(request.max_speed_m_s, situation.speed_max_m_s)
@@ -162,7 +162,7 @@ def admit_plane(
     situation: Situation,
     warnings: tuple[str, ...],
 ) -> Admitted | Rejection:
-    """Return what a goal means for a plane, which is sent to places and circles the last."""
+    """Return the goal of a plane, which is sent from point to point and circles the last."""
     traits, ground_m = situation.traits, situation.ground_enu_m
     rejection = _check_circles(waypoints, situation)
     if rejection is not None:
@@ -173,7 +173,7 @@ def admit_plane(
         known = situation.profile.speed_command is not None
         warnings += (_AIRSPEED if known else _NO_SPEED,)
     config = situation.config.goto
-    # It turns back only from a safe height, and climbs on to the target's on its way.
+    # It turns back only from a safe height, and climbs to the target's on the leg.
     first_m = waypoints[0].position_enu_m[2] - ground_m
     takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))
     return Admitted(

@@ -16,7 +16,7 @@ TASKS: tuple[TaskKind[Any], ...] = (NAVIGATE, NAVIGATE_WAYPOINTS, TAKEOFF, LAND,
 
 
 def task_of(request: Request, tasks: Sequence[TaskKind[Any]]) -> TaskKind[Any]:
-    """Return the task that a request is for.
+    """Return the task of a request.
 
     Raises:
         LookupError: no task has requests of this type.

@@ -1,4 +1,4 @@
-"""A task as it is registered: the action, its request, and who admits it."""
+"""The registration of a task: its action, request and admission."""
 
 from __future__ import annotations
 

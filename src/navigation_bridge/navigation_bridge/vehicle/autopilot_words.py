@@ -10,18 +10,18 @@ from mavlink_vehicle.state.status_text import StatusText
 from navigation_core.outcomes import OutcomeCode
 
 RECENT_S = 30.0
-"""A text that is older than this, counted from the last HEARTBEAT, explains no end.
+"""Maximum age of a text that explains an end, counted from the last HEARTBEAT.
 
-Some ends come only so long after their cause: a goal without progress ends after 20 s
-(`settle_timeout_s`), a blocked one after 30 s. Observed on ArduCopter 4.7 with a dead motor:
+Some ends come long after their cause: a goal without progress ends after 20 s (`settle_timeout_s`),
+a blocked one after 30 s. Observed on ArduCopter 4.7 with a dead motor:
 "Potential Thrust Loss (1)" 15.5 s before TIMEOUT.
 """
-# Below it are remarks (https://mavlink.io/en/messages/common.html#MAV_SEVERITY), among them every
-# answer to a request for messages: ArduPilot's "No ap_message for mavlink id" and "Requested rate
-# ... too fast" have severity INFO (observed on ArduCopter and ArduRover 4.7).
+# Lower severities are remarks (https://mavlink.io/en/messages/common.html#MAV_SEVERITY), such as
+# every answer to a request for messages: ArduPilot's "No ap_message for mavlink id" and "Requested
+# rate ... too fast" have severity INFO (observed on ArduCopter and ArduRover 4.7).
 _LEAST_SEVERE = mavlink.MAV_SEVERITY_WARNING
 _AS_ASKED = frozenset({OutcomeCode.SUCCESS, OutcomeCode.CANCELED, OutcomeCode.PREEMPTED})
-# During these the vehicle flies, so that a text may tell of the flight and not of the request.
+# During these the vehicle flies, so a text may concern the flight instead of the request.
 _FLOWN = frozenset(
     {
         OperationKind.TAKE_OFF,
@@ -40,13 +40,13 @@ def worst_text(
     heard_s: float,
     answers: Collection[StatusText] = (),
 ) -> str:
-    """Return the text to quote for the end of a goal: the worst recent one, of equals the latest.
+    """Return the text to quote for the end of a goal: the worst recent one (then the latest).
 
     Args:
-        texts: what the autopilot said, oldest first.
-        code: how the goal ended. Nothing is quoted for an end that somebody asked for.
-        since_s: when the goal was accepted.
-        heard_s: when the vehicle was heard last; a silent one said its reason before the silence.
+        texts: texts of the autopilot, oldest first.
+        code: code of the end. Nothing is quoted for a requested end.
+        since_s: time of acceptance.
+        heard_s: time of the last message; a silent vehicle gave its reason before the silence.
         answers: texts that only answered a request of this server.
 
     Returns:

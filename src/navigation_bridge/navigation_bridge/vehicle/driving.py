@@ -11,11 +11,11 @@ class Driving(NamedTuple):
     """Driving characteristics from parameters; None where unknown.
 
     Attributes:
-        turning_radius_m: of the tightest turn at low speed.
-        turn_rate_rad_s: of the fastest turn.
-        speed_m_s: highest speed that setpoints are followed to.
-        acceleration_m_s2: by which the autopilot speeds up.
-        braking_m_s2: by which it slows down.
+        turning_radius_m: radius of the tightest turn at low speed.
+        turn_rate_rad_s: maximum turn rate.
+        speed_m_s: maximum speed of setpoints.
+        acceleration_m_s2: acceleration of the autopilot.
+        braking_m_s2: its deceleration.
     """
 
     turning_radius_m: float | None = None
@@ -28,13 +28,13 @@ class Driving(NamedTuple):
 def driving_of(parameters: Mapping[str, float]) -> Driving:
     """Read the parameters of ArduRover or of PX4's rovers with steered wheels.
 
-    ArduRover: TURN_RADIUS; ATC_STR_RAT_MAX, ATC_ACCEL_MAX and ATC_DECEL_MAX (0: the same), of which
-    0 limits nothing; WP_SPEED, above which GUIDED takes no velocity (GCS_MAVLink_Rover.cpp).
+    ArduRover: TURN_RADIUS; ATC_STR_RAT_MAX, ATC_ACCEL_MAX and ATC_DECEL_MAX (0: the same), where 0
+    means no limit; WP_SPEED, above which GUIDED accepts no velocity (GCS_MAVLink_Rover.cpp).
     PX4 (rover_ackermann): RA_WHEEL_BASE and RA_MAX_STR_ANG; RO_YAW_RATE_LIM, RO_SPEED_LIM,
-    RO_ACCEL_LIM and RO_DECEL_LIM, of which 0 limits nothing.
+    RO_ACCEL_LIM and RO_DECEL_LIM, where 0 means no limit.
 
     Args:
-        parameters: what was read, of either.
+        parameters: parameters of either firmware.
     """
 
     def positive(name: str) -> float | None:

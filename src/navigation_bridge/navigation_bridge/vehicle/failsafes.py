@@ -20,7 +20,7 @@ FAILSAFE_CODES = frozenset({OutcomeCode.VEHICLE_FAILSAFE, *_CODES.values()})
 
 
 def failsafe_code(failsafe: Failsafe | None) -> OutcomeCode:
-    """Return the code for a failsafe; ``VEHICLE_FAILSAFE`` if its kind is not known."""
+    """Return the code for a failsafe; ``VEHICLE_FAILSAFE`` if its kind is unknown."""
     if failsafe is None:
         return OutcomeCode.VEHICLE_FAILSAFE
     return _CODES.get(failsafe.kind, OutcomeCode.VEHICLE_FAILSAFE)

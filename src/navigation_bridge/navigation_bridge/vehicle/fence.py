@@ -11,7 +11,7 @@ from navigation_core.safety.fences import Area, CircleArea, Fence, Point2, Polyg
 
 # Bits of FENCE_TYPE (AC_Fence.h).
 _ALTITUDE_MAX, _CIRCLE, _POLYGON, _ALTITUDE_MIN = 1, 2, 4, 8
-# FENCE_OPTIONS bit 1: one of the inclusions is enough.
+# FENCE_OPTIONS bit 1: being inside one inclusion suffices.
 _UNION = 2
 # MAV_CMD_NAV_FENCE_* (common.xml), and whether the vehicle must be inside.
 _POLYGONS = {5001: True, 5002: False}
@@ -20,10 +20,10 @@ NO_FENCE = Fence()
 
 
 def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) -> tuple[Area, ...]:
-    """Return the areas of an uploaded fence; ``enu`` turns geodetic places into the map frame.
+    """Return the areas of an uploaded fence; ``enu`` converts positions into the map frame.
 
-    Each corner of a polygon says how many corners it has (mavlink.io, "Geofence" of the
-    mission protocol).
+    Each corner of a polygon carries the number of corners (mavlink.io, "Geofence" of the mission
+    protocol).
     """
 
     def place(item: MissionItem) -> Point2:
@@ -45,7 +45,7 @@ def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) ->
 
 
 def has_areas(profile: Profile, parameters: Mapping[str, float]) -> bool:
-    """Whether areas that were uploaded count, as far as the parameters say."""
+    """Whether uploaded areas are in force by the parameters."""
     if "GF_ACTION" in profile.wanted_parameters:
         return bool(parameters.get("GF_ACTION", 1.0))
     enabled = parameters.get("FENCE_ENABLE", 1.0) or parameters.get("FENCE_AUTOENABLE")
@@ -62,9 +62,9 @@ def fence_of(
 
     Args:
         profile: the vehicle's.
-        parameters: what was read of its `wanted_parameters`.
-        home_enu_m: the launch point, from which the fence's circle and heights count.
-        areas: circles and polygons that were uploaded to it.
+        parameters: the known ones of its `wanted_parameters`.
+        home_enu_m: the launch point, reference of the fence's circle and heights.
+        areas: its uploaded circles and polygons.
     """
     if "GF_ACTION" in profile.wanted_parameters:
         return _px4(parameters, home_enu_m, areas)
@@ -78,7 +78,7 @@ def _circle(home_enu_m: Vector3, radius_m: float) -> CircleArea:
 
 
 def _sorted(areas: Sequence[Area], union: bool) -> tuple[list[Area], tuple[Area, ...]]:
-    """Split uploaded areas into those that all apply and those of which one is enough."""
+    """Split uploaded areas into those that all apply and those of which one suffices."""
     alternatives = [area for area in areas if union and area.inclusion]
     return [area for area in areas if area not in alternatives], tuple(alternatives)
 
@@ -88,7 +88,7 @@ def _ardupilot(
 ) -> Fence | None:
     if "FENCE_ENABLE" not in parameters:
         return None
-    # With FENCE_AUTOENABLE it comes into force by itself with arming or the take-off.
+    # With FENCE_AUTOENABLE it is enabled by arming or the take-off.
     if not parameters["FENCE_ENABLE"] and not parameters.get("FENCE_AUTOENABLE"):
         return NO_FENCE
     if home_enu_m is None:

@@ -27,7 +27,7 @@ class WhatIsLeft(NamedTuple):
 def what_is_left(vehicle: Vehicle) -> WhatIsLeft:
     """Return the state of a vehicle when its server stops, as far as known.
 
-    A vehicle that is not heard may do anything: it always needs attention.
+    A vehicle that is not heard always needs attention.
     """
     if not vehicle.discovered:
         return WhatIsLeft("Server stopped. No vehicle was found.", False)

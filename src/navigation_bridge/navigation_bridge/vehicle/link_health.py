@@ -26,7 +26,7 @@ class LinkHealth:
     _time_s: float | None = None
 
     def update(self, vehicle: Vehicle, statistics: LinkStatistics, now: float) -> None:
-        """Take the current counts; the period ends here."""
+        """Update from the current counts; this ends the period."""
         frames, lost = statistics.frames - self._frames, statistics.lost_total - self._lost
         period_s = None if self._time_s is None else now - self._time_s
         self._frames, self._lost, self._time_s = statistics.frames, statistics.lost_total, now

@@ -27,10 +27,10 @@ class MapPose:
 class MapFrame:
     """Finds the vehicle's local frame and converts its telemetry into the map frame.
 
-    The origin is what the autopilot says (GPS_GLOBAL_ORIGIN). One that does not say it
-    gets an origin computed from a pair of GLOBAL_POSITION_INT and LOCAL_POSITION_NED; that
-    one is kept until the autopilot restarts, so that the frame does not wander. Places on earth
-    are turned into the frame and back by the firmware's own projection.
+    The origin is that of the autopilot (GPS_GLOBAL_ORIGIN). If it is not reported, it is computed
+    from a pair of GLOBAL_POSITION_INT and LOCAL_POSITION_NED, and kept until the autopilot
+    restarts, so that the frame does not drift. Geodetic positions are converted by the firmware's
+    own projection.
     """
 
     def __init__(self) -> None:
@@ -79,9 +79,9 @@ class MapFrame:
     def pose(self, state: VehicleState) -> MapPose | None:
         """Return the pose that GLOBAL_POSITION_INT and ATTITUDE give, or None.
 
-        None means that there is no valid position, no origin or no heading yet. A local
-        position must be there, too: an ArduCopter sends GLOBAL_POSITION_INT before its
-        estimator uses the GPS, but LOCAL_POSITION_NED only from then on.
+        None means that there is no valid position, origin or heading yet. A local position is
+        required, too: an ArduCopter sends GLOBAL_POSITION_INT before its estimator uses the GPS,
+        but LOCAL_POSITION_NED only from then on.
         """
         position = state.global_position
         if self.frame is None or position is None or not state.position_valid:
@@ -99,7 +99,7 @@ class MapFrame:
         attitude = frames.quaternion_ned_frd_to_enu_flu(
             frames.quaternion_from_euler(roll_rad, pitch_rad, yaw_ned_rad)
         )
-        # Of the two quaternions of an attitude, the one that people expect to read.
+        # Of the two quaternions of an attitude, the customary one.
         w, x, y, z = (-part for part in attitude) if attitude[0] < 0.0 else attitude
         return MapPose(
             position_enu_m=self.enu(
@@ -110,7 +110,7 @@ class MapFrame:
         )
 
     def home_enu_m(self, state: VehicleState) -> Vector3 | None:
-        """Return the launch point, or None while it or the origin is not known."""
+        """Return the launch point, or None while it or the origin is unknown."""
         home = state.home
         if self.frame is None or home is None:
             return None
@@ -119,9 +119,9 @@ class MapFrame:
     def ground_enu_m(self, state: VehicleState) -> float:
         """Return the map height of the ground: home's altitude, or the origin's.
 
-        What drives is on the ground, whatever it says of its home: an ArduRover that has found
-        its place still gives a home at sea level until it is armed (observed). A home without
-        a local position is from before the origin, and as wrong.
+        A rover or boat is on the ground, whatever home it reports: an ArduRover with a valid
+        position reports a home at sea level until it is armed (observed). A home without a local
+        position is older than the origin, and as wrong.
         """
         if self.origin is None:
             return 0.0
@@ -132,11 +132,11 @@ class MapFrame:
         return state.home.altitude_amsl_m - self.origin[2]
 
     def geodetic(self, position_enu_m: Vector3) -> Geodetic:
-        """Return the place of a position in the map frame; the origin must be known."""
+        """Return the geodetic position of a map position; the origin must be known."""
         assert self.frame is not None
         return self.frame.geodetic(frames.enu_to_ned(position_enu_m))
 
     def enu(self, place: Geodetic) -> Vector3:
-        """Return a place in the map frame; the origin must be known."""
+        """Return the map position of a geodetic position; the origin must be known."""
         assert self.frame is not None
         return frames.ned_to_enu(self.frame.ned_m(place))

@@ -25,7 +25,7 @@ COUNTS = {
     "badly_signed": "wrongly signed messages since start",
     "replayed": "replayed messages since start",
 }
-"""What is counted, by its name in `LinkStatistics`, and how people are told."""
+"""Counts by their names in `LinkStatistics`, with their names for people."""
 
 _TROUBLE = {
     "spoofed": "A ground station uses a vehicle's system id",
@@ -44,7 +44,7 @@ class StationHealth:
     """Counts of a link to ground stations.
 
     Attributes:
-        trouble: what is wrong since the last update, as a sentence; empty when nothing is.
+        trouble: a sentence about problems since the last update; empty if none.
         message: a sentence for people.
         values: all counts, by their names for people.
     """
@@ -55,7 +55,7 @@ class StationHealth:
     _counts: dict[str, int] = field(default_factory=dict)
 
     def update(self, statistics: LinkStatistics) -> None:
-        """Take the current counts; a period ends here."""
+        """Update from the current counts; this ends the period."""
         counts = {name: int(getattr(statistics, name)) for name in COUNTS}
         before = self._counts or dict.fromkeys(COUNTS, 0)
         grown = [what for name, what in _TROUBLE.items() if counts[name] > before[name]]

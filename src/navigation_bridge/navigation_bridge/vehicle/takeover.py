@@ -1,7 +1,7 @@
 """Attribution of mode changes not requested here: pilot, or kind of failsafe. No ROS.
 
-The mode, the state and the words that tell a failsafe's kind come in any order, up to a second
-apart. So the server falls silent at once, and judges when the time is up.
+The mode, the state and the text that show a failsafe's kind come in any order, up to a second
+apart. So the server stops sending at once, and decides after that time.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from navigation_core.outcomes import OutcomeCode
 
 # FENCE_STATUS and SYS_STATUS come every half second, HEARTBEAT every second.
 _JUDGE_S = 1.0
-# MAV_STATE (common.xml): what a vehicle in a failsafe says.
+# MAV_STATE (common.xml) of a vehicle in a failsafe.
 _MAV_STATE_CRITICAL = 5
 
 
@@ -24,11 +24,11 @@ class Takeover:
     """A mode change not requested by this server.
 
     Attributes:
-        mode_name: the mode; empty when it is the same, but the vehicle was sent elsewhere.
-        seen_s: when it was seen.
-        by: a sentence that says which station asked for it; empty if none was seen to.
-        failsafe: the last that was in force since. A PX4 whose stream comes back is out of it at
-            once (observed).
+        mode_name: the mode; empty if unchanged, but the vehicle was sent elsewhere.
+        seen_s: time at which it was seen.
+        by: a sentence about the ground station that requested it; empty if none was seen.
+        failsafe: the last failsafe since then. A PX4 whose stream comes back leaves it at once
+            (observed).
     """
 
     mode_name: str
@@ -37,13 +37,13 @@ class Takeover:
     failsafe: Failsafe | None = None
 
     def watched(self, state: VehicleState) -> Takeover:
-        """Return it with the failsafe that is in force now."""
+        """Return it with the active failsafe."""
         return self if state.failsafe is None else replace(self, failsafe=state.failsafe)
 
     def judge(self, state: VehicleState, now: float) -> tuple[OutcomeCode, str] | None:
         """Return the origin of the change as a code and a sentence; None while unclear."""
         if now - self.seen_s < _JUDGE_S:
-            return None  # an older sign may be known before the one that this is about
+            return None  # an older sign may be known before the relevant one
         failsafe = state.failsafe or self.failsafe
         if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
             left = "control stays with the pilot until a new goal arrives."

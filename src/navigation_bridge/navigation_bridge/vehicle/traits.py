@@ -13,28 +13,29 @@ from navigation_core.limits import Limits
 from navigation_core.tasks.base import Traits
 
 _NONE: Mapping[str, float] = MappingProxyType({})
-# Lower than this a plane's circle is not safe; and the height of a take-off that none asks for.
+# Minimum safe height of a plane's circle, and default height of its take-off.
 _PLANE_HEIGHT_MIN_M, _PLANE_TAKEOFF_M = 20.0, 40.0
-# TURN_RADIUS of ArduRover is 0.9 m if nobody has measured it; a boat needs more. What the
-# parameters say counts where it is more: tyres and hulls slide.
+# TURN_RADIUS of ArduRover defaults to 0.9 m; a boat needs more. The parameters count if they give
+# more: tyres and hulls slide.
 _ROVER_TURN_M, _BOAT_TURN_M = 0.9, 4.0
 _ROVER_TURN_RAD_S, _BOAT_TURN_RAD_S = 1.0, 0.6
-# A firmware keeps to its limits of the rate of turn and of the deceleration, but the vehicle
-# comes later; so much of them is counted on.
+# A firmware keeps to its limits of turn rate and deceleration, but the vehicle lags; this share of
+# them is used.
 _TURN_SHARE, _BRAKING_SHARE = 0.8, 0.6
 _BOAT_ARRIVAL_M = 2.0
-# Where the parameters do not say it, and of a boat at most: it has no brakes but its drag.
+# Default deceleration, and the maximum for a boat, which has no brakes but its drag.
 _ROVER_BRAKING_M_S2, _BOAT_BRAKING_M_S2 = 0.6, 0.4
-# ArduRover's PI controller on a ramp, recorded; and what a hull adds to it in the simulator.
+# Overshoot of ArduRover's PI controller on a ramp (recorded), and of a hull in addition
+# (simulated).
 _ROVER_LAG_S, _BOAT_LAG_S = 0.3, 1.0
 
 
 def circle_radius_m(
     profile: Profile, parameters: Mapping[str, float], about_launch: bool = False
 ) -> float:
-    """Return the radius of a plane's circles, by its own parameters as far as they are known.
+    """Return the radius of a plane's circles by its own parameters, as far as known.
 
-    It flies wider than that when it is fast (``circle_max_m`` of the core).
+    A fast plane circles wider than that (``circle_max_m`` of the core).
     """
     names = profile.return_circle_parameters if about_launch else profile.circle_parameters
     return next(
@@ -47,7 +48,7 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
 
     Args:
         profile: its kind and firmware.
-        parameters: what was read of the profile's `wanted_parameters`.
+        parameters: the known ones of the profile's `wanted_parameters`.
     """
     lands_itself = profile.land_mode is not None
     before = profile.control_before_takeoff
@@ -90,13 +91,13 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
         control_before_takeoff=before,
         lands_itself=lands_itself,
         setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
-        # ArduCopter's; a PX4 takes it for a push, which its velocity loop works against.
+        # For ArduCopter; a PX4 uses it as thrust, against which its velocity loop works.
         accelerates_on=accelerates and not profile.acceleration_is_push,
     )
 
 
 def _setpoint_timeout_s(profile: Profile, parameters: Mapping[str, float]) -> float:
-    """Return how long the vehicle follows its last setpoint."""
+    """Return the time for which the vehicle follows its last setpoint."""
     told = parameters.get(profile.setpoint_timeout_parameter)
     return profile.setpoint_timeout_s if told is None else max(told, 0.0)
 
