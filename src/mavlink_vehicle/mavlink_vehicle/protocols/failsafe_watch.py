@@ -10,7 +10,7 @@ from collections import deque
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
-from mavlink_vehicle.state.failsafe import Failsafe
+from mavlink_vehicle.state.warning_signs import Failsafe
 
 _TEXTS_S = 0.5
 

@@ -9,14 +9,11 @@ nothing its words name the kind: the loss of a ground station, and the fence of 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
-
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import FailsafeKind
-
-if TYPE_CHECKING:
-    from mavlink_vehicle.state.status_text import StatusText
-    from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.status_text import StatusText
+from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.warning_signs import Failsafe
 
 TEXT_AGE_S = 3.0
 """A text may come this long before the HEARTBEAT that shows the failsafe."""
@@ -50,20 +47,6 @@ _WORDS: tuple[tuple[str, FailsafeKind], ...] = (
     ("fence breach", FailsafeKind.FENCE),
     ("geofence", FailsafeKind.FENCE),
 )
-
-
-class Failsafe(NamedTuple):
-    """A failsafe in force.
-
-    Attributes:
-        since_s: when it was first seen.
-        kind: what it is about, as far as it is known by now.
-        text: what shows it, as text; the autopilot's words if it has any for it.
-    """
-
-    since_s: float
-    kind: FailsafeKind
-    text: str
 
 
 def assess(state: VehicleState, now: float) -> Failsafe | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.state.signs import NO_SIGNS
 from mavlink_vehicle.state.telemetry import Attitude, GlobalPosition, LocalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.warning_signs import NO_SIGNS
 
 REORDER_LIMIT_MS = 3000
 """Time since boot going back by less is a late packet; by more, a restart."""

@@ -6,12 +6,9 @@ without a radio says all the time of its receiver, is no sign of anything that h
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
-
 from mavlink_vehicle.codec import mavlink
-
-if TYPE_CHECKING:
-    from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.warning_signs import Signs
 
 _FIX_3D = mavlink.GPS_FIX_TYPE_3D_FIX
 _RADIO = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
@@ -22,31 +19,6 @@ _CHARGE_RANK = {
     mavlink.MAV_BATTERY_CHARGE_STATE_EMERGENCY: 3,
     mavlink.MAV_BATTERY_CHARGE_STATE_FAILED: 4,
 }
-
-
-class Signs(NamedTuple):
-    """The begin of each sign; None while there is none.
-
-    Attributes:
-        fence_s: a fence is breached (FENCE_STATUS, SYS_STATUS).
-        battery_s: the charge state has become low, or worse than that (BATTERY_STATUS).
-        radio_s: the receiver of the pilot's radio has become unhealthy (SYS_STATUS). A PX4 shows
-            it 0.2 s after it has acted (observed).
-        fix_s: the GPS has lost its 3D fix (GPS_RAW_INT). PX4 acts 5 s later, ArduCopter 8 s.
-        estimator_s: the estimator has no horizontal position any more.
-        stream_s: when it was last seen that setpoints had not come to a PX4 in OFFBOARD for longer
-            than it waits: none went out, or nothing was heard of it either.
-    """
-
-    fence_s: float | None = None
-    battery_s: float | None = None
-    radio_s: float | None = None
-    fix_s: float | None = None
-    estimator_s: float | None = None
-    stream_s: float | None = None
-
-
-NO_SIGNS = Signs()
 
 
 def radio_ok(enabled: int, health: int) -> bool | None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.state.failsafe import Failsafe
-from mavlink_vehicle.state.signs import NO_SIGNS, Signs
 from mavlink_vehicle.state.status_text import StatusText, StatusTexts
 from mavlink_vehicle.state.telemetry import (
     Attitude,
@@ -19,6 +17,7 @@ from mavlink_vehicle.state.telemetry import (
     MissionProgress,
     Origin,
 )
+from mavlink_vehicle.state.warning_signs import NO_SIGNS, Failsafe, Signs
 
 
 @dataclass(frozen=True)

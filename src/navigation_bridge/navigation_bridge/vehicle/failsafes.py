@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mavlink_vehicle.events import FailsafeKind
-from mavlink_vehicle.state.failsafe import Failsafe
+from mavlink_vehicle.state.warning_signs import Failsafe
 from navigation_core.outcomes import OutcomeCode
 
 _CODES = {

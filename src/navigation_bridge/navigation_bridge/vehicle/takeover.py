@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from mavlink_vehicle.state.failsafe import Failsafe, failsafe_words
+from mavlink_vehicle.state.failsafe import failsafe_words
 from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.warning_signs import Failsafe
 from navigation_bridge.vehicle.failsafes import failsafe_code
 from navigation_core.outcomes import OutcomeCode
 
