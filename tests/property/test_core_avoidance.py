@@ -17,8 +17,8 @@ from navigation_core.tasks.base import Fly
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
-from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.waypoint import RouteWaypoint
 from tests.support.point_mass import PointMass, fly
 
 CONFIG = GotoConfig()

@@ -18,8 +18,8 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionTiming,
 )
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
+from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
-from mavlink_vehicle.protocols.operations.operation_slot import Wanted
 from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_core import VehicleCore
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mavlink_vehicle.events import OperationKind, OperationResult
 from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.protocols.operation_slot import Begin, Wanted
 from mavlink_vehicle.protocols.operations.operation_parts import Gate, Goal, OperationTiming
-from mavlink_vehicle.protocols.operations.operation_slot import Begin, Wanted
 from mavlink_vehicle.vehicle_core import VehicleCore
 
 

@@ -10,6 +10,7 @@ from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.missions import Missions
 from mavlink_vehicle.operation_desk import OperationDesk
 from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.operation_goals import (
     ArmGoal,
     ArmingModeGoal,
@@ -20,7 +21,6 @@ from mavlink_vehicle.protocols.operations.operation_goals import (
     speed_problem,
 )
 from mavlink_vehicle.protocols.operations.operation_parts import Gate, OperationTiming
-from mavlink_vehicle.protocols.operations.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.takeoff_goal import (
     TakeoffGoal,
     takeoff_problem,

@@ -39,8 +39,8 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionTiming,
 )
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
+from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
-from mavlink_vehicle.protocols.operations.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import ModeOrder

@@ -27,9 +27,9 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.goto_phases import Phase
 from navigation_core.tasks.flying.route import fly_route
-from navigation_core.tasks.flying.waypoint import RouteWaypoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.waypoint import RouteWaypoint
 from tests.support.point_mass import Flight, PointMass, fly
 
 CONFIG = GotoConfig(may_arm=True)

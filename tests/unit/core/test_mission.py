@@ -25,11 +25,11 @@ from navigation_core.tasks.base import (
     Traits,
     VehicleMode,
 )
-from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.goto_phases import PhaseError
-from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.mission_phases import FOLLOWING, MissionPhase, check_change
+from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 CONFIG = GotoConfig(may_arm=True)
 STEP_S = 0.1

@@ -17,8 +17,8 @@ from navigation_core.tasks.base import (
     VehicleMode,
     Wait,
 )
-from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 

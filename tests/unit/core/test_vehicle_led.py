@@ -21,7 +21,7 @@ from navigation_core.tasks.base import (
     VehicleMode,
     Wait,
 )
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.watching.vehicle_led import (
     LAND,
     RETURN_TO_LAUNCH,

@@ -17,7 +17,7 @@ from mavlink_vehicle.profiles import Profile, ardupilot, px4
 from mavlink_vehicle.state.reducer import Home, MissionProgress, Origin, VehicleState
 from navigation_bridge.goals.mission_plan import MissionTracker, PlannedItem, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 LATITUDE, LONGITUDE, AMSL_M = 47.3977, 8.5456, 488.0
 STATE = VehicleState(

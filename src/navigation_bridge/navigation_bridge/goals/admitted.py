@@ -19,7 +19,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import Searcher
 from navigation_core.tasks.base import Handover, Task, Traits
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.goto_config import GotoConfig
 
 __all__ = ["Admitted", "Situation"]
 

@@ -21,7 +21,7 @@ from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.base import MissionReport
-from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 _GROUND_SPEED = 1.0
 # Minimum climb of a plane; TKOFF_LVL_PITCH and the like are the vehicle's own.

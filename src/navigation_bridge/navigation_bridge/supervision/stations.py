@@ -36,7 +36,7 @@ from navigation_bridge.vehicle.takeover import Takeover
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Observation, Outcome, VehicleMode
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne
 from navigation_core.tasks.standstill import Standstill
 

@@ -17,7 +17,7 @@ from navigation_core.geometry import KinematicState, Vector3, is_finite
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.tasks.flying.waypoint import MissionPlan
+from navigation_core.tasks.waypoint import MissionPlan
 
 __all__ = [
     "COPTER",

@@ -17,7 +17,7 @@ from navigation_core.tasks.base import (
     Rejection,
     Traits,
 )
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.goto_config import GotoConfig
 
 _WHAT = {
     OperationKind.TAKE_CONTROL: "enter the mode in which it follows setpoints",

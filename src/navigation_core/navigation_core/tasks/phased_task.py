@@ -18,7 +18,7 @@ from navigation_core.tasks.base import (
     VehicleMode,
 )
 from navigation_core.tasks.conditions import Requester
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.goto_config import GotoConfig
 
 Answer: TypeAlias = Intent | Outcome | None
 """The answer of a phase; None to ask the phase that it has changed to."""

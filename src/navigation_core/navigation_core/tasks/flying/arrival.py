@@ -8,8 +8,8 @@ from navigation_core.geometry import distance, wrap_angle
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Observation, Outcome, Traits
 from navigation_core.tasks.conditions import Dwell
-from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.flying.itinerary import Section
+from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.standstill import Standstill
 

@@ -16,9 +16,9 @@ from navigation_core.tasks.base import (
 )
 from navigation_core.tasks.conditions import Requester, check_departure
 from navigation_core.tasks.flying.arrival import Arrival
-from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import can_move
 

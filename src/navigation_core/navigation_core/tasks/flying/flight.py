@@ -40,11 +40,11 @@ from navigation_core.tasks.flying.departure import (
     StopFirst,
     is_pending,
 )
-from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary
 from navigation_core.tasks.flying.stopping import Stopping
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.carrot import Carrot

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from navigation_core.tasks.base import COPTER, NOTHING_SENT, Handover, Traits
 from navigation_core.tasks.flying.flight import SetpointFlight
-from navigation_core.tasks.flying.goto_config import GotoConfig, GotoConfigError, GotoGoal
 from navigation_core.tasks.flying.itinerary import SingleStop
+from navigation_core.tasks.goto_config import GotoConfig, GotoConfigError, GotoGoal
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 
 __all__ = ["GotoConfig", "GotoConfigError", "GotoGoal", "fly_to"]

@@ -7,8 +7,8 @@ from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.searches import Search
 from navigation_core.tasks.base import Observation, Progress, Status, Traits
-from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.flying.goto_phases import Phase
+from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower

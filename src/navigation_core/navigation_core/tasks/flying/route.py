@@ -28,11 +28,11 @@ from navigation_core.tasks.base import (
     Traits,
 )
 from navigation_core.tasks.flying.flight import SetpointFlight
-from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.flying.itinerary import Section
-from navigation_core.tasks.flying.waypoint import RouteWaypoint
+from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import cruise_limits
+from navigation_core.tasks.waypoint import RouteWaypoint
 from navigation_core.trajectories.route_trajectory import RoutePoint
 
 __all__ = ["RouteError", "RouteItinerary", "RouteWaypoint", "fly_route"]

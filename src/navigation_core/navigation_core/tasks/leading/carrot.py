@@ -20,7 +20,7 @@ from navigation_core.geometry import (
     wrap_angle,
 )
 from navigation_core.tasks.base import Setpoint
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.trajectories.trajectory import Trajectory
 

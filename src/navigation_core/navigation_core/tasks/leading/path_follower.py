@@ -22,7 +22,7 @@ from navigation_core.planning.planner import NoPath
 from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.searches import Search
 from navigation_core.tasks.base import COPTER, NOTHING_SENT, Handover, Observation, Traits
-from navigation_core.tasks.flying.goto_config import GotoConfig, GotoGoal
+from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, PathPlanner

@@ -26,8 +26,7 @@ from navigation_core.tasks.base import (
     Wait,
 )
 from navigation_core.tasks.conditions import Dwell, Headway, check_departure
-from navigation_core.tasks.flying.goto_config import GotoConfig
-from navigation_core.tasks.flying.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.watching.mission_measures import MissionMeasures
@@ -38,6 +37,7 @@ from navigation_core.tasks.watching.mission_phases import (
     check_change,
 )
 from navigation_core.tasks.watching.mission_progress import MissionTally
+from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 _MOVED_M = 0.5
 _STUCK_S = 60.0

@@ -7,7 +7,7 @@ import math
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.tasks.base import MissionReport, Observation, RouteProgress
-from navigation_core.tasks.flying.waypoint import RouteWaypoint
+from navigation_core.tasks.waypoint import RouteWaypoint
 
 
 class MissionTally:

@@ -28,8 +28,8 @@ from navigation_core.tasks.base import (
     Wait,
 )
 from navigation_core.tasks.conditions import Dwell, check_departure
-from navigation_core.tasks.flying.goto_config import GotoConfig
 from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import (
     is_airborne,
     is_located,

@@ -27,7 +27,7 @@ from navigation_core.tasks.base import (
     Wait,
 )
 from navigation_core.tasks.conditions import Dwell, Headway
-from navigation_core.tasks.flying.goto_config import GotoConfig
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.standstill import Standstill
