@@ -316,6 +316,9 @@ def build_workspace(ros: str) -> None:
     command += ["--build-base", ROOT / "build", "--install-base", INSTALL]
     command += ["--event-handlers", "console_direct+"]
     run("workspace", "Building the workspace", command, environment)
+    # Else the first start compiles it; with PYTHONDONTWRITEBYTECODE set, every start does.
+    command = [VENV / "bin" / "python", "-m", "compileall", "-q", ROOT / "src", ROOT / "sitl"]
+    run("bytecode", "Compiling the packages", command, environment)
     record_environment(ros, environment)
     script = "source ./setup.bash && python -m drone_navigation.completion install/completion.bash"
     run("completion", "Writing what bash completes", ["bash", "-c", script], environment)

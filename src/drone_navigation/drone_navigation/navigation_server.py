@@ -16,7 +16,6 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from drone_navigation.check.command import run_check
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.server.server import NavigationServer
 from mavlink_vehicle.errors import LinkError
@@ -29,7 +28,6 @@ from navigation_bridge.configuration.parameter_file import (
     read_parameter_file,
 )
 from navigation_bridge.names import SERVER_NODE_NAME
-from navigation_bridge.recording.shadow_command import run_shadow_goals
 from navigation_bridge.recording.shadow_file import ShadowGoalsError
 
 EXIT_OK = 0
@@ -94,6 +92,9 @@ def _check_options(parser: argparse.ArgumentParser, options: argparse.Namespace)
 
 def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
     """Run ``--check`` without ROS."""
+    # A server that flies does not load the tables and bars of a terminal.
+    from drone_navigation.check.command import run_check  # noqa: PLC0415
+
     if ros_arguments:
         raise ConfigurationError("--check takes --config and --link, not --ros-args.")
     given = overrides(options)
@@ -110,6 +111,8 @@ def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool
 
 def _shadow_goals(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
     """Run ``--shadow-goals`` without ROS."""
+    from navigation_bridge.recording.shadow_command import run_shadow_goals  # noqa: PLC0415
+
     if ros_arguments:
         raise ConfigurationError("--shadow-goals takes --config and --link, not --ros-args.")
     if file.vehicles:

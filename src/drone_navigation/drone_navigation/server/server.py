@@ -93,9 +93,10 @@ class NavigationServer:
             clock = network.driver.clock
         self._clock = clock
         searcher: Searcher = AT_ONCE
+        self._searches: SearchThread | None = None
         if recording is None:
-            searcher = searches = SearchThread()
-            on_exit.callback(searches.close)
+            searcher = self._searches = SearchThread()
+            on_exit.callback(self._searches.close)
         self._network = network
         self._vehicles = [
             VehicleNode(node, own, made, network.recorder, clock, searcher)
@@ -142,6 +143,8 @@ class NavigationServer:
             vehicle.start(self._is_open(vehicle))
         if self._spinner is not None:
             self._spinner.start()
+        if self._searches is not None:
+            self._searches.warm_up()
 
     def look_around(self) -> None:
         """Log newly opened links, and look for other servers; call periodically."""

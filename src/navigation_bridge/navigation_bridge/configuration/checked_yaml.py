@@ -6,7 +6,6 @@ from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import yaml
 
 _SIZE_MAX_BYTES = 10_000_000
@@ -57,6 +56,9 @@ def hold(data: object, rules: Mapping[str, Any], where: str, error_type: type[Va
         where: position in the file, for messages.
         error_type: raised if the data is invalid.
     """
+    # Only a server with a file of obstacles needs it.
+    import jsonschema  # noqa: PLC0415
+
     validator = jsonschema.Draft202012Validator(rules)
     error = jsonschema.exceptions.best_match(validator.iter_errors(data))
     if error is None:

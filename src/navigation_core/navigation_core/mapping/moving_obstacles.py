@@ -14,10 +14,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.sensor_rays import Fan
@@ -187,10 +185,10 @@ def _things(hits: Array) -> list[Array]:
     if not len(hits):
         return []
     places = np.column_stack([hits[:, :2], _LINK_M_S * hits[:, 3]])
-    pairs = cKDTree(places).query_pairs(_LINK_M, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(places).query_pairs(_LINK_M, output_type="ndarray")
     ones = np.ones(len(pairs))
-    links = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(hits), len(hits)))
-    count, label = connected_components(links, directed=False)
+    links = scipy.sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(hits), len(hits)))
+    count, label = scipy.sparse.csgraph.connected_components(links, directed=False)
     return [hits[label == one] for one in range(count)]
 
 

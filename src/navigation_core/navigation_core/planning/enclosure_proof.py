@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import label
-from scipy.spatial import cKDTree
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 
@@ -64,7 +63,7 @@ def _is_enclosed(end: Array, other: Array, walls: Obstacles, clearance_m: float)
     middles = np.stack(np.meshgrid(end[0] + steps, end[1] + steps, indexing="ij"), axis=-1)
     shut = _shut(middles.reshape(-1, 2), end[2], near, limit_m)
     open_ = ~shut.reshape(len(steps), -1)
-    patches, _ = label(open_, _EIGHT_NEIGHBOURS)
+    patches, _ = scipy.ndimage.label(open_, _EIGHT_NEIGHBOURS)
     patch = patches[count, count]
     if patch == 0:
         return False
@@ -93,6 +92,6 @@ def _shut(points: Array, height_m: float, walls: Obstacles, limit_m: float) -> N
     for size in np.unique(sizes):
         alike = walls.posts[sizes == size]
         reach_m = limit_m + float(alike[:, 2].min())
-        away_m, _ = cKDTree(alike[:, :2]).query(points, distance_upper_bound=reach_m)
+        away_m, _ = scipy.spatial.cKDTree(alike[:, :2]).query(points, distance_upper_bound=reach_m)
         shut |= away_m < reach_m
     return shut

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
+import scipy
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.planar_shapes import Indices
@@ -52,7 +50,9 @@ class _Graph:
         costs = cost_m(self.points[self.ends] - self.points[self.begins]) + 1e-9
         count = len(self.points)
         numbers = np.arange(len(costs), dtype=np.float64)
-        self._graph = csr_array((numbers, (self.begins, self.ends)), shape=(count, count))
+        self._graph = scipy.sparse.csr_array(
+            (numbers, (self.begins, self.ends)), shape=(count, count)
+        )
         self._order = self._graph.data.astype(np.intp)
         self._graph.data = costs[self._order]
         self._place = np.empty_like(self._order)
@@ -60,7 +60,7 @@ class _Graph:
 
     def shortest(self, start: int, goal: int) -> list[int] | None:
         """Return the rows of points from start to goal."""
-        far, before = dijkstra(
+        far, before = scipy.sparse.csgraph.dijkstra(
             self._graph, directed=False, indices=np.array([start]), return_predecessors=True
         )
         if not np.isfinite(far[0, goal]):
@@ -144,7 +144,7 @@ def _steps(lower: Net, upper: Net, ends_enu_m: Array) -> tuple[Indices, Indices]
     plane = lower.points_enu_m[:, :2]
     near = [_nearest(plane - end[:2], _STEPS) for end in ends_enu_m]
     rows = np.unique(np.concatenate(near))
-    others = cKDTree(upper.points_enu_m[:, :2]).query(plane[rows], k=1)[1]
+    others = scipy.spatial.cKDTree(upper.points_enu_m[:, :2]).query(plane[rows], k=1)[1]
     return rows, np.asarray(others, dtype=np.intp)
 
 

@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import Delaunay
+import scipy
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.planar_shapes import Indices, PlanarShapes
@@ -63,7 +63,7 @@ def build_net(level: Obstacles, height_m: float, around_m: Array, clearance_m: f
     ring = _ring(np.concatenate([samples, around_m]), clearance_m)
     owner = np.concatenate([owner, np.full(len(ring), -1)])
     samples = np.concatenate([samples, ring])
-    triangles = Delaunay(samples - around_m[0]).simplices.astype(np.intp)
+    triangles = scipy.spatial.Delaunay(samples - around_m[0]).simplices.astype(np.intp)
     pairs, sides = _sides(triangles, owner)
     points, nodes = _gap_points(shapes, samples, owner, pairs, clearance_m)
     begins, ends = _joined(sides, np.append(nodes, [[-1, -1, -1]], axis=0))

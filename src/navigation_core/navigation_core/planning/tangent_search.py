@@ -13,9 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.planar_shapes import Indices, PlanarShapes
@@ -93,9 +92,11 @@ class _Search:
         """Return the shortest path around what is taken in."""
         count = len(self._points)
         lengths = np.hypot(*(self._points[self._ends] - self._points[self._begins]).T)
-        graph = csr_array((lengths, (self._begins, self._ends)), shape=(count, count))
+        graph = scipy.sparse.csr_array((lengths, (self._begins, self._ends)), shape=(count, count))
         indices = np.array([0])
-        _, before = dijkstra(graph, directed=False, indices=indices, return_predecessors=True)
+        _, before = scipy.sparse.csgraph.dijkstra(
+            graph, directed=False, indices=indices, return_predecessors=True
+        )
         path = [1]
         while path[-1] != 0:
             path.append(int(before[0, path[-1]]))

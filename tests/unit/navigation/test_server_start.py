@@ -1,0 +1,59 @@
+"""What a server loads to start, and what it loads beside the flight."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+
+# Each takes a share of the start that only some runs need, or needs it not before a flight.
+HEAVY = {"jsonschema", "matplotlib", "mcap", "pandas", "pyarrow", "rich"}
+SCIPY = {"scipy.ndimage", "scipy.sparse", "scipy.spatial"}
+
+LOADED = """
+import json, sys
+{}
+print(json.dumps([name for name in sys.modules]))
+"""
+
+
+def loaded_after(statements: str) -> set[str]:
+    """Return the modules that a new process has loaded after some statements."""
+    command = [sys.executable, "-c", LOADED.format(statements)]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=50)
+    return set(json.loads(done.stdout))
+
+
+def test_server_starts_without_what_only_some_runs_need() -> None:
+    loaded = loaded_after("import drone_navigation.navigation_server")
+    assert "navigation_core.planning.planner" in loaded  # so nothing below it comes later
+    assert not loaded & (HEAVY | SCIPY)
+
+
+def test_search_thread_loads_beforehand_all_that_searches_and_tracking_use() -> None:
+    warm_up = """
+from navigation_bridge.search_thread import SearchThread
+import navigation_core.tasks.flying.goto
+import tests.support.random_worlds
+searches = SearchThread()
+searches.warm_up()
+searches.begin(lambda is_wanted: None)
+searches._pool.shutdown()
+"""
+    flown = """
+import numpy as np
+from navigation_core.mapping.moving_obstacles import _things
+from navigation_core.planning.planner import PlanLimits, plan
+from tests.support.random_worlds import CLEARANCE_M, random_world
+for seed in range(6):
+    world = random_world(seed, 60, top_m=20.0)
+    limits = PlanLimits(CLEARANCE_M, (1.0, 30.0))
+    plan(world.start_enu_m, world.goal_enu_m, world.obstacles, limits)
+_things(np.random.default_rng(1).normal(size=(30, 6)))
+"""
+    warmed, used = loaded_after(warm_up), loaded_after(warm_up + flown)
+    assert warmed >= SCIPY
+    assert used - warmed == set()
