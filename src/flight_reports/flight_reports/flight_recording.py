@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flight_logs.errors import LogError
+from flight_logs.packets import iterate_packets
 from flight_reports.timeline import Timeline
 from mavlink_vehicle.codec import Codec, Message, mavlink
-from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
@@ -98,11 +98,14 @@ def read_recording(path: Path, system: int | None = None) -> FlightRecording:
         NoFlightError: there is no such file, or no position in it.
     """
     try:
-        records = list(TlogReader(path))
-    except LinkError as error:
+        codec = Codec(source_system=255, source_component=190)
+        messages = [
+            (time_s, message)
+            for time_s, data in iterate_packets(path)
+            for message in codec.decode(data)
+        ]
+    except LogError as error:
         raise NoFlightError(str(error)) from error
-    codec = Codec(source_system=255, source_component=190)
-    messages = [(time_s, message) for time_s, data in records for message in codec.decode(data)]
     vehicle, candidates = _choose(messages, system)
     systems = {number for number, _ in candidates}
     if vehicle is None:
