@@ -171,7 +171,7 @@ def test_a_link_listens_where_its_note_says(
     opened: Callable[..., Link], scheme: str, host: str, bound: str
 ) -> None:
     link = opened(f"{scheme}://{host}:0")
-    with socket.socket(fileno=os.dup(link.fileno())) as same:
+    with socket.socket(fileno=os.dup(link.filenos()[0])) as same:
         assert same.getsockname()[0] == bound
     assert link.note is not None
     assert ("this machine only" in link.note) is (bound == "127.0.0.1")
@@ -356,7 +356,7 @@ def test_serial_passes_bytes_both_ways(
     master, name = terminal
     reports: list[str] = []
     link = opened(f"serial://{name}:57600", reports.append)
-    assert link.fileno() == -1
+    assert link.filenos() == ()
     assert not link.send(b"dropped, as it isn't open yet")
     link.poll(0.0)
     assert link.is_open
@@ -403,7 +403,7 @@ def test_a_recording_is_replayed_at_its_pace(opened: Callable[..., Link], tmp_pa
         writer.write(packet, time_s)
     writer.close()
     link = opened(f"tlog:{tmp_path}/flight.tlog")
-    assert link.fileno() == -1
+    assert link.filenos() == ()
     assert link.poll(10.0) == 10.0
     assert link.receive() == [(packet, None) for packet in packets[:2]]
     assert link.receive() == []

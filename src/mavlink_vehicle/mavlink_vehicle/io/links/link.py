@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
+from mavlink_vehicle.io.links.url import LinkUrl
+
 MAX_READS = 64
 """Reads per `receive`, so that a flood on one link doesn't keep the driver from its timers."""
 
@@ -43,11 +45,11 @@ class Link(Protocol):
     def is_open(self) -> bool:
         """Whether bytes can pass now."""
 
-    def fileno(self) -> int:
-        """Return a file descriptor that becomes readable when something came; -1 for none."""
-
     def filenos(self) -> tuple[int, ...]:
-        """Return all such file descriptors; they may change after `poll` and `receive`."""
+        """Return the file descriptors that become readable when something came.
+
+        They may change after `poll` and `receive`.
+        """
 
     def receive(self) -> list[tuple[bytes, Peer]]:
         """Return what has come, datagrams or pieces of a stream, and from whom."""
@@ -71,3 +73,30 @@ ONLY_PEER: tuple[Peer, ...] = (None,)
 
 def no_report(_: str) -> None:
     """Drop a link's report."""
+
+
+class UrlLink:
+    """The parts that all links share; of those that don't say otherwise, one peer."""
+
+    def __init__(
+        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
+    ) -> None:
+        """Keep the URL and who is told; ``report`` takes warnings, too, if ``warn`` is None."""
+        self._url = url
+        self._report = report
+        self._warn = warn or report
+
+    @property
+    def description(self) -> str:
+        """The link's URL."""
+        return str(self._url)
+
+    @property
+    def note(self) -> str | None:
+        """A note on where it listens; None for a link that does not listen."""
+        return self._url.note
+
+    @property
+    def peers(self) -> tuple[Peer, ...]:
+        """There is one."""
+        return ONLY_PEER

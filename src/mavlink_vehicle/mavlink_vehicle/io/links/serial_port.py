@@ -9,7 +9,7 @@ from typing import Any
 import serial
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import ONLY_PEER, Peer, Report, no_report
+from mavlink_vehicle.io.links.link import Peer, Report, UrlLink, no_report
 from mavlink_vehicle.io.links.url import LinkUrl
 
 _REOPEN_S = 1.0
@@ -18,7 +18,7 @@ _READS = 16
 _MAX_UNSENT = 4096
 
 
-class SerialLink:
+class SerialLink(UrlLink):
     """One serial device, opened for us alone."""
 
     def __init__(
@@ -29,9 +29,7 @@ class SerialLink:
         Raises:
             LinkError: the baud rate is impossible.
         """
-        self._url = url
-        self._report = report
-        self._warn = warn or report
+        super().__init__(url, report, warn)
         self._next_s: float | None = None
         self._complained = False
         self._closed = False
@@ -47,32 +45,13 @@ class SerialLink:
         self._port.port = url.path
 
     @property
-    def description(self) -> str:
-        """The link's URL."""
-        return str(self._url)
-
-    @property
-    def note(self) -> str | None:
-        """Return None: it listens to the cable only."""
-        return None
-
-    @property
-    def peers(self) -> tuple[Peer, ...]:
-        """There is one."""
-        return ONLY_PEER
-
-    @property
     def is_open(self) -> bool:
         """Whether the device is open."""
         return self._open
 
-    def fileno(self) -> int:
-        """Return the device's file descriptor, -1 while it is closed."""
-        return int(self._port.fileno()) if self._open else -1
-
     def filenos(self) -> tuple[int, ...]:
         """Return the device's file descriptor while it is open."""
-        return (self.fileno(),) if self._open else ()
+        return (int(self._port.fileno()),) if self._open else ()
 
     def receive(self) -> list[tuple[bytes, Peer]]:
         """Return what came."""

@@ -10,9 +10,9 @@ from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.links.link import (
     MAX_BYTES,
     MAX_READS,
-    ONLY_PEER,
     Peer,
     Report,
+    UrlLink,
     no_report,
 )
 from mavlink_vehicle.io.links.url import LinkUrl, resolve
@@ -76,16 +76,14 @@ class _Stream:
         return True
 
 
-class TcpOutLink:
+class TcpOutLink(UrlLink):
     """Connects to a listening peer; when it goes, tries again with growing pauses."""
 
     def __init__(
         self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
     ) -> None:
         """Prepare; `poll` connects."""
-        self._url = url
-        self._report = report
-        self._warn = warn or report
+        super().__init__(url, report, warn)
         self._connecting: socket.socket | None = None
         self._stream: _Stream | None = None
         self._next_s: float | None = None
@@ -95,28 +93,9 @@ class TcpOutLink:
         self._closed = False
 
     @property
-    def description(self) -> str:
-        """The link's URL."""
-        return str(self._url)
-
-    @property
-    def note(self) -> str | None:
-        """It listens nowhere."""
-        return None
-
-    @property
-    def peers(self) -> tuple[Peer, ...]:
-        """There is one."""
-        return ONLY_PEER
-
-    @property
     def is_open(self) -> bool:
         """Whether it is connected."""
         return self._stream is not None
-
-    def fileno(self) -> int:
-        """Return the socket's file descriptor, -1 while not connected."""
-        return self._stream.socket.fileno() if self._stream else -1
 
     def filenos(self) -> tuple[int, ...]:
         """Return the socket's file descriptor while connected."""
@@ -211,7 +190,7 @@ class TcpOutLink:
             self._warn(f"{self._url}: the connection ended; retrying.")
 
 
-class TcpInLink:
+class TcpInLink(UrlLink):
     """Listens, and serves several peers."""
 
     def __init__(
@@ -222,9 +201,7 @@ class TcpInLink:
         Raises:
             LinkError: the port is taken, or the host is not ours.
         """
-        self._url = url
-        self._report = report
-        self._warn = warn or report
+        super().__init__(url, report, warn)
         self._clients: dict[Peer, _Stream] = {}
         self._peers: tuple[Peer, ...] = ()
         family, address = resolve(url, socket.SOCK_STREAM)
@@ -233,16 +210,6 @@ class TcpInLink:
         except OSError as error:
             raise LinkError(f"Cannot open {url}: {error.strerror or error}.") from error
         self._listener.setblocking(False)
-
-    @property
-    def description(self) -> str:
-        """The link's URL."""
-        return str(self._url)
-
-    @property
-    def note(self) -> str | None:
-        """A note on where it listens; None if it does not."""
-        return self._url.note
 
     @property
     def peers(self) -> tuple[Peer, ...]:
@@ -258,10 +225,6 @@ class TcpInLink:
     def port(self) -> int:
         """The local port, of use when 0 was asked for."""
         return int(self._listener.getsockname()[1])
-
-    def fileno(self) -> int:
-        """Return the listener's file descriptor."""
-        return self._listener.fileno()
 
     def filenos(self) -> tuple[int, ...]:
         """Return the file descriptors of the listener and of all peers."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.io.links.link import MAX_READS, ONLY_PEER, Peer, Report, no_report
+from mavlink_vehicle.io.links.link import MAX_READS, Peer, Report, UrlLink, no_report
 from mavlink_vehicle.io.links.url import LinkUrl
 from mavlink_vehicle.io.tlog import TlogReader
 
 
-class TlogLink:
+class TlogLink(UrlLink):
     """Replays a tlog by the driver's clock; what is sent to it is dropped.
 
     Both directions of the recording come out. A vehicle's state isn't disturbed by it: what
@@ -20,39 +20,19 @@ class TlogLink:
         Raises:
             LinkError: it can't be read.
         """
-        self._url = url
-        self._report = report
+        super().__init__(url, report)
         self._records = list(TlogReader(url.path))
         self._next = 0
         self._start_s: float | None = None
         self._due = 0
 
     @property
-    def description(self) -> str:
-        """The link's URL."""
-        return str(self._url)
-
-    @property
-    def note(self) -> str | None:
-        """It listens nowhere."""
-        return None
-
-    @property
-    def peers(self) -> tuple[Peer, ...]:
-        """There is one."""
-        return ONLY_PEER
-
-    @property
     def is_open(self) -> bool:
         """Whether something is left to replay."""
         return self._next < len(self._records)
 
-    def fileno(self) -> int:
-        """There is no file descriptor to wait for; `poll` says when to look."""
-        return -1
-
     def filenos(self) -> tuple[int, ...]:
-        """There is no file descriptor to wait for."""
+        """There is no file descriptor to wait for; `poll` says when to look."""
         return ()
 
     def receive(self) -> list[tuple[bytes, Peer]]:

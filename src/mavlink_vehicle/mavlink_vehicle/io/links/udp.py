@@ -12,6 +12,7 @@ from mavlink_vehicle.io.links.link import (
     READ_SIZE,
     Peer,
     Report,
+    UrlLink,
     no_report,
 )
 from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, resolve
@@ -29,7 +30,7 @@ _EXPIRY_CHECK_S = 1.0
 _BUFFER_SIZE = 1 << 20
 
 
-class UdpLink:
+class UdpLink(UrlLink):
     """One UDP socket."""
 
     def __init__(
@@ -40,9 +41,7 @@ class UdpLink:
         Raises:
             LinkError: the port is taken, or the host is not known.
         """
-        self._url = url
-        self._report = report
-        self._warn = warn or report
+        super().__init__(url, report, warn)
         self._listens = url.kind is LinkKind.UDP_IN
         self._heard_s: dict[Peer, float] = {}
         self._full = False
@@ -63,16 +62,6 @@ class UdpLink:
             raise LinkError(f"Cannot open {url}: {error.strerror or error}.") from error
 
     @property
-    def description(self) -> str:
-        """The link's URL."""
-        return str(self._url)
-
-    @property
-    def note(self) -> str | None:
-        """A note on where it listens; None if it does not."""
-        return self._url.note
-
-    @property
     def is_open(self) -> bool:
         """Whether the socket is there; with UDP nobody knows more."""
         return self._socket.fileno() >= 0
@@ -86,10 +75,6 @@ class UdpLink:
     def peers(self) -> tuple[Peer, ...]:
         """Those who have spoken to a `udpin` lately; the one of a `udpout`."""
         return self._peers
-
-    def fileno(self) -> int:
-        """Return the socket's file descriptor."""
-        return self._socket.fileno()
 
     def filenos(self) -> tuple[int, ...]:
         """Return the socket's file descriptor, if it is open."""
