@@ -33,6 +33,34 @@ _AFTER_S = 3.0
 _MOMENTS = 9
 
 
+class _RunOut:
+    """The flight from a setpoint on that none follows; arrays in the map frame.
+
+    Attributes:
+        braking_m_s2: deceleration of the brake after the timeout.
+        rest_s: time until the vehicle is at rest.
+    """
+
+    def __init__(
+        self, place: Array, velocity: Array, acceleration: Array, limits: Limits, timeout_s: float
+    ) -> None:
+        self._place, self._velocity, self._acceleration = place, velocity, acceleration
+        self._timeout_s = timeout_s
+        last = velocity + acceleration * timeout_s
+        self._last_m_s = math.sqrt(float(last @ last))
+        self._course = last / max(self._last_m_s, 1e-9)
+        self.braking_m_s2 = float(deceleration_along_m_s2(self._course[None], limits)[0])
+        self.rest_s = timeout_s + self._last_m_s / self.braking_m_s2
+
+    def places(self, times: Array) -> Array:
+        """Return where the vehicle is at times (N,) in s, shape (N, 3)."""
+        led = np.minimum(times, self._timeout_s)[:, None]
+        braked = np.clip(times, self._timeout_s, self.rest_s)[:, None] - self._timeout_s
+        braked_m = self._last_m_s * braked - 0.5 * self.braking_m_s2 * braked * braked
+        led_m = self._velocity * led + 0.5 * self._acceleration * led * led
+        return np.asarray(self._place + led_m + self._course * braked_m)
+
+
 def safe_speed_m_s(
     position_enu_m: Vector3,
     velocity_enu_m_s: Vector3,
@@ -61,14 +89,15 @@ def safe_speed_m_s(
     if speed < STANDING_M_S:
         return math.inf
     place, velocity = np.array(position_enu_m), np.array(velocity_enu_m_s)
-    course = velocity / speed
-    braking = float(deceleration_along_m_s2(course[None], limits)[0])
-    length_m = speed * timeout_s + speed * speed / (2.0 * braking)
+    run_out = _RunOut(place, velocity, np.zeros(3), limits, timeout_s)
+    braking = run_out.braking_m_s2
+    path = run_out.places(np.array([run_out.rest_s]))[0] - place
+    length_m = float(np.linalg.norm(path))
     known_m = max(reach_m - clearance_m, 0.0)
     limit_m_s = _speed_for(known_m, braking, timeout_s) if length_m > known_m else math.inf
     if not len(obstacles):
         return limit_m_s
-    ends = place + course * length_m * _SHARES[:, None]
+    ends = place + path * _SHARES[:, None]
     if _is_clear(place, ends[-1], obstacles, clearance_m):
         return limit_m_s
     clear = lines_clear(np.repeat(place[None], len(ends), axis=0), ends, obstacles, clearance_m)
@@ -107,17 +136,13 @@ def safe_speed_beside_m_s(
     speed, near = norm(velocity_enu_m_s), _at_height(moving, position_enu_m[2])
     if speed < STANDING_M_S or not near:
         return math.inf
-    place, course = np.array(position_enu_m[:2]), np.array(velocity_enu_m_s) / speed
-    braking = float(deceleration_along_m_s2(course[None], limits)[0])
+    place, velocity = np.array(position_enu_m), np.array(velocity_enu_m_s)
     for share in _SPEEDS:
-        tried = share * speed
-        rest_s = timeout_s + tried / braking
-        times = np.arange(0.0, max(rest_s, _AFTER_S) + _STEP_S, _STEP_S)
-        slowing = np.clip(times, timeout_s, rest_s) - timeout_s
-        gone_m = tried * np.minimum(times, rest_s) - 0.5 * braking * slowing * slowing
-        path = place + gone_m[:, None] * course[:2]
+        run_out = _RunOut(place, share * velocity, np.zeros(3), limits, timeout_s)
+        times = np.arange(0.0, max(run_out.rest_s, _AFTER_S) + _STEP_S, _STEP_S)
+        path = run_out.places(times)[:, :2]
         if all(_passes(path, times, one, clearance_m) for one in near):
-            return math.inf if share == 1.0 else tried
+            return math.inf if share == 1.0 else float(share * speed)
     return 0.0
 
 
@@ -164,18 +189,16 @@ def run_out_is_clear(
     """
     if not len(obstacles) and not moving:
         return True
-    times = np.linspace(0.0, timeout_s, _MOMENTS)
-    since, velocity = times[:, None], np.array(velocity_enu_m_s)
-    acceleration = np.array(acceleration_enu_m_s2)
-    places = np.array(position_enu_m) + velocity * since + 0.5 * acceleration * since * since
-    velocity = velocity + acceleration * timeout_s
-    speed = float(np.linalg.norm(velocity))
-    if speed >= STANDING_M_S:
-        braking = float(deceleration_along_m_s2((velocity / speed)[None], limits)[0])
-        places = np.vstack([places, places[-1] + 0.5 * velocity * speed / braking])
-        times = np.append(times, timeout_s + speed / braking)
-    places = np.vstack([places, places[-1]])
-    times = np.append(times, max(times[-1], _AFTER_S))
+    run_out = _RunOut(
+        np.array(position_enu_m),
+        np.array(velocity_enu_m_s),
+        np.array(acceleration_enu_m_s2),
+        limits,
+        timeout_s,
+    )
+    moments = np.linspace(0.0, timeout_s, _MOMENTS)
+    times = np.append(moments, (run_out.rest_s, max(run_out.rest_s, _AFTER_S)))
+    places = run_out.places(times)
     near = _at_height(moving, position_enu_m[2])
     return bool(lines_clear(places[:-1], places[1:], obstacles, clearance_m).all()) and all(
         _passes(places[:, :2], times, one, clearance_m) for one in near
