@@ -17,7 +17,7 @@ from typing import Protocol, TypeVar
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
-from mavlink_vehicle.io.driver import GIVE_UP_S, Application
+from mavlink_vehicle.io.driver import PAUSE_S, Application, Patience
 from mavlink_vehicle.io.endpoints import TokenBucket
 
 __all__ = ["DriverThread", "FleetApplication", "Member", "MemberApplication"]
@@ -26,9 +26,6 @@ ResultT = TypeVar("ResultT")
 
 VEHICLE_MESSAGES_HZ, VEHICLE_BURST = 1000.0, 2000.0
 """Message rate limit of one of several vehicles: ten times its telemetry."""
-
-# Delay before a timer that failed, or did not move its deadline, is called again.
-_PAUSE_S = 0.05
 
 
 class DriverThread(Protocol):
@@ -70,7 +67,7 @@ class Member:
         self.given_up = False
         self.throttled = 0
         self.bucket = TokenBucket(VEHICLE_MESSAGES_HZ, VEHICLE_BURST)
-        self.failing_since_s: float | None = None
+        self.patience = Patience()
         self.deadline_s = -math.inf
         self.asked_s: float | None = None
         self.handled_s: float | None = None
@@ -177,7 +174,7 @@ class FleetApplication:
             if member.given_up:
                 continue
             member.handled_s = member.asked_s
-            member.rests_until_s = now + _PAUSE_S
+            member.rests_until_s = now + PAUSE_S
             try:
                 member.application.handle_timer(now)
             except Exception as error:
@@ -206,7 +203,7 @@ class FleetApplication:
                 self._fail(member, error)
             else:
                 if member.timer_worked:
-                    member.failing_since_s = None
+                    member.patience.worked()
             member.timer_worked = False
         self._unsent.clear()
         return messages
@@ -243,7 +240,7 @@ class FleetApplication:
             return member.rests_until_s
         member.asked_s = deadline_s
         # Neither a failure nor a deadline that does not move may cause a busy loop.
-        if member.failing_since_s is not None:
+        if member.patience.failing:
             return member.rests_until_s
         if deadline_s is None:
             return math.inf
@@ -256,11 +253,9 @@ class FleetApplication:
         self._tell(member, error)
         now = self._clock.now()
         if member.rests_until_s <= now:
-            member.rests_until_s = now + _PAUSE_S
-        if member.failing_since_s is None:
-            member.failing_since_s = now
-        failing_s = now - member.failing_since_s
-        if failing_s >= GIVE_UP_S:
+            member.rests_until_s = now + PAUSE_S
+        failing_s = member.patience.fail(now)
+        if failing_s is not None:
             member.given_up = True
             member.application.give_up(
                 DriverError(

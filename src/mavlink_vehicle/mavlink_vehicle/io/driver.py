@@ -19,14 +19,13 @@ import logging
 import select
 import socket
 import threading
-from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, wait
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.mailbox import Mailbox
 from mavlink_vehicle.io.router import Router
 
 ResultT = TypeVar("ResultT")
@@ -35,7 +34,9 @@ OnError = Callable[[Exception], None]
 GIVE_UP_S = 2.0
 """Timers may fail for this long, without one that works between, before the driver gives up."""
 
-_PAUSE_S = 0.05
+PAUSE_S = 0.05
+"""A timer that failed, or that leaves its deadline where it was, is called again after this."""
+
 _STALL_S = 0.5
 _LONGEST_WAIT_S = 60.0
 _MAX_POSTS = 256
@@ -61,6 +62,35 @@ class Application(Protocol):
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent."""
+
+
+class Patience:
+    """For how long that which must go on (timers, deadlines, messages) has been failing."""
+
+    def __init__(self) -> None:
+        """Begin without a failure."""
+        self._since_s: float | None = None
+
+    @property
+    def failing(self) -> bool:
+        """Whether it has failed and not worked since."""
+        return self._since_s is not None
+
+    def worked(self) -> None:
+        """Note that it works (again)."""
+        self._since_s = None
+
+    def fail(self, now: float, rate: float = 1.0) -> float | None:
+        """Note a failure; return for how long it has failed in s once that is too long.
+
+        Args:
+            now: time in seconds.
+            rate: seconds of ``now`` in a second.
+        """
+        if self._since_s is None:
+            self._since_s = now
+        failing_s = (now - self._since_s) / rate
+        return failing_s if failing_s >= GIVE_UP_S else None
 
 
 def _log_error(error: Exception) -> None:
@@ -90,11 +120,10 @@ class Driver:
         self._router = router
         self._clock = clock
         self._on_error = on_error
-        self._mailbox: deque[_Post] = deque()
-        self._thread: threading.Thread | None = None
+        self._mailbox = Mailbox("driver", self._wake)
         self._stopping = False
         self._closed = False
-        self._failing_since_s: float | None = None
+        self._patience = Patience()
         self._handled_deadline: float | None = None
         # Not epoll: it forgets a descriptor that a link closes and opens again under the same
         # number, without a sign. And not a selector: that takes three times as long.
@@ -110,7 +139,7 @@ class Driver:
     @property
     def running(self) -> bool:
         """Whether the thread is alive."""
-        return self._thread is not None and self._thread.is_alive()
+        return self._mailbox.running
 
     def start(self) -> None:
         """Start the thread.
@@ -118,10 +147,11 @@ class Driver:
         Raises:
             DriverError: it was started before.
         """
-        if self._thread is not None:
+        if self._mailbox.thread is not None:
             raise DriverError("This driver has already been started; create a new one.")
-        self._thread = threading.Thread(target=self._run, name="vehicle-driver", daemon=True)
-        self._thread.start()
+        thread = threading.Thread(target=self._run, name="vehicle-driver", daemon=True)
+        self._mailbox.thread = thread
+        thread.start()
 
     def stop(self, timeout_s: float = 5.0) -> None:
         """Stop the thread and close links and recording; stopping twice is harmless.
@@ -131,7 +161,7 @@ class Driver:
         """
         self._stopping = True
         self._wake()
-        thread = self._thread
+        thread = self._mailbox.thread
         if thread is None:
             self._close()
             return
@@ -146,8 +176,7 @@ class Driver:
 
         Before `start` it is kept; after the driver has stopped it is dropped.
         """
-        self._mailbox.append(_Post(work, None))
-        self._wake()
+        self._mailbox.post(work)
 
     def call(self, work: Callable[[], ResultT], timeout_s: float = 5.0) -> ResultT:
         """Run `work` on the driver's thread and return its result; raises what it raises.
@@ -155,19 +184,7 @@ class Driver:
         Raises:
             DriverError: the driver isn't running, or did not get to it in time.
         """
-        if threading.current_thread() is self._thread:
-            return work()
-        future: Future[Any] = Future()
-        self._mailbox.append(_Post(work, future))
-        if not self.running or self._closed:
-            raise DriverError("The driver is not running; start it first.")
-        self._wake()
-        done, _ = wait([future], timeout_s)
-        if not done:
-            future.cancel()
-            raise DriverError(f"The driver did not answer within {timeout_s} s.")
-        result: ResultT = future.result()
-        return result
+        return self._mailbox.call(work, timeout_s)
 
     # On the driver's thread
 
@@ -192,7 +209,8 @@ class Driver:
         self._poll.poll(self._wait_ms(now, link_deadline, deadline))
         if self._awake:
             self._drain_wake_ups()
-        self._run_posts()
+        for _ in range(min(len(self._mailbox), _MAX_POSTS)):
+            self._guard(self._mailbox.do_next)
         now = self._clock.now()
         self._hand_over(self._router.receive(now), self._application.receive, now)
         if deadline is not None and deadline <= now:
@@ -220,15 +238,15 @@ class Driver:
     def _wait_ms(self, now: float, link_deadline: float | None, deadline: float | None) -> float:
         if self._mailbox:
             return 0.0
-        wait_s = _LONGEST_WAIT_S if self._failing_since_s is None else _PAUSE_S
+        wait_s = PAUSE_S if self._patience.failing else _LONGEST_WAIT_S
         for time in (link_deadline, deadline):
             if time is not None:
                 wait_s = min(wait_s, (time - now) / self._clock.rate)
         if wait_s > 0.0:
             return wait_s * 1e3
         # A deadline that has just been handled and is still there must not spin the processor.
-        if self._failing_since_s is not None or deadline == self._handled_deadline:
-            return _PAUSE_S * 1e3
+        if self._patience.failing or deadline == self._handled_deadline:
+            return PAUSE_S * 1e3
         return 0.0
 
     def _application_deadline(self, now: float) -> float | None:
@@ -245,7 +263,7 @@ class Driver:
         except Exception as error:
             self._fail(error, now)
         else:
-            self._failing_since_s = None
+            self._patience.worked()
 
     def _flush(self) -> None:
         """Send what the application has to send."""
@@ -258,17 +276,6 @@ class Driver:
             self._guard(functools.partial(self._router.send, message))
         self._guard(self._router.flush)
 
-    def _run_posts(self) -> None:
-        for _ in range(min(len(self._mailbox), _MAX_POSTS)):
-            post = self._mailbox.popleft()
-            if post.future is None:
-                self._guard(post.work)
-            elif post.future.set_running_or_notify_cancel():
-                try:
-                    post.future.set_result(post.work())
-                except Exception as error:  # it is raised in the caller
-                    post.future.set_exception(error)
-
     def _guard(self, work: Callable[[], object]) -> None:
         try:
             work()
@@ -277,10 +284,8 @@ class Driver:
 
     def _fail(self, error: Exception, now: float) -> None:
         self._report(error)
-        if self._failing_since_s is None:
-            self._failing_since_s = now
-        failing_s = (now - self._failing_since_s) / self._clock.rate
-        if failing_s >= GIVE_UP_S:
+        failing_s = self._patience.fail(now, self._clock.rate)
+        if failing_s is not None:
             self._stopping = True
             self._report(
                 DriverError(
@@ -326,14 +331,4 @@ class Driver:
             self._wake_read.close()
             self._wake_write.close()
         self._router.close()
-        while self._mailbox:
-            future = self._mailbox.popleft().future
-            if future is not None and future.set_running_or_notify_cancel():
-                future.set_exception(DriverError("The driver has stopped."))
-
-
-class _Post(NamedTuple):
-    """Work from another thread, and who waits for its result."""
-
-    work: Callable[[], object]
-    future: Future[Any] | None
+        self._mailbox.close()

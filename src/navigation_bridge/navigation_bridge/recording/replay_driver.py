@@ -7,17 +7,15 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, wait
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import ManualClock, MonotonicClock
 from mavlink_vehicle.io.driver import Application
+from mavlink_vehicle.io.mailbox import Mailbox
 from navigation_bridge.recording.replay import (
     OWN_COMPONENT,
     Played,
@@ -100,7 +98,8 @@ class ReplayDriver:
         self._wall = MonotonicClock()
         self._thread = threading.Thread(target=self._run, name="replay", daemon=True)
         self._wake = threading.Event()
-        self._mailbox: deque[tuple[Callable[[], object], Future[Any] | None]] = deque()
+        self._mailbox = Mailbox("replay", self._wake.set)
+        self._mailbox.thread = self._thread
         self._stopping = False
         self._paused = False
         self._application: ReplayedApplication | None = None
@@ -117,7 +116,7 @@ class ReplayDriver:
     @property
     def running(self) -> bool:
         """Whether the thread is alive."""
-        return self._thread.is_alive()
+        return self._mailbox.running
 
     def start(self) -> None:
         """Start to play."""
@@ -135,8 +134,7 @@ class ReplayDriver:
 
     def post(self, work: Callable[[], object]) -> None:
         """Run ``work`` on the thread, soon."""
-        self._mailbox.append((work, None))
-        self._wake.set()
+        self._mailbox.post(work)
 
     def call(self, work: Callable[[], _ResultT], timeout_s: float = 5.0) -> _ResultT:
         """Run ``work`` on the thread and return its result; raises what it raises.
@@ -144,19 +142,7 @@ class ReplayDriver:
         Raises:
             DriverError: the thread is not running, or did not respond in time.
         """
-        if threading.current_thread() is self._thread:
-            return work()
-        future: Future[Any] = Future()
-        self._mailbox.append((work, future))
-        self._wake.set()
-        if not self.running:
-            raise DriverError("The replay is not running; start it first.")
-        done, _ = wait([future], timeout_s)
-        if not done:
-            future.cancel()
-            raise DriverError(f"The replay did not answer within {timeout_s} s.")
-        result: _ResultT = future.result()
-        return result
+        return self._mailbox.call(work, timeout_s)
 
     def set_speed(self, speed: float) -> None:
         """Play faster or slower from now on; 0 is as fast as possible."""
@@ -199,8 +185,7 @@ class ReplayDriver:
         application = self._application
         assert application is not None
         while self._mailbox:
-            work, future = self._mailbox.popleft()
-            _do(work, future)
+            self._mailbox.do_next()
             application.messages_to_send()  # the request reports its own effect
         player = self._playing()
         wait_s = self._wait_s(player)
@@ -256,13 +241,3 @@ class ReplayDriver:
 
     def _set_anchor(self) -> None:
         self._anchor = (self._wall.now(), self._playing().now)
-
-
-def _do(work: Callable[[], object], future: Future[Any] | None) -> None:
-    if future is None:
-        work()
-    elif future.set_running_or_notify_cancel():
-        try:
-            future.set_result(work())
-        except Exception as error:  # it is raised in the caller
-            future.set_exception(error)
