@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -117,21 +119,34 @@ def pose_stamped(pose: MapPose | None, stamp: Time, frame_id: str = FRAME_MAP) -
     return message
 
 
-def feedback_message(feedback: GoalFeedback, stamp: Time) -> Navigate.Feedback:
-    """Return the feedback of Navigate; an unknown battery is NaN."""
-    message = Navigate.Feedback()
-    _fill_feedback(message, feedback, stamp)
+def _feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    """Return a feedback with the fields that all have; an unknown battery is NaN."""
+    message = make()
+    message.current_pose = pose_stamped(feedback.pose, stamp)
+    message.distance_remaining = feedback.distance_remaining_m
+    message.estimated_time_remaining = feedback.time_remaining_s
+    remaining = feedback.battery_remaining
+    message.battery_percentage = math.nan if remaining is None else 100.0 * remaining
+    message.current_status = feedback.status.value
+    return message
+
+
+def _flown_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    message = _feedback(make, feedback, stamp)
     message.replans = feedback.replans
     message.setpoint_delay = feedback.late_s
     return message
 
 
+def _height_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    message = _feedback(make, feedback, stamp)
+    message.height = math.nan if feedback.height_m is None else feedback.height_m
+    return message
+
+
 def waypoints_feedback(feedback: GoalFeedback, stamp: Time) -> NavigateWaypoints.Feedback:
     """Return the feedback of NavigateWaypoints."""
-    message = NavigateWaypoints.Feedback()
-    _fill_feedback(message, feedback, stamp)
-    message.replans = feedback.replans
-    message.setpoint_delay = feedback.late_s
+    message = _flown_feedback(NavigateWaypoints.Feedback, feedback, stamp)
     route = feedback.route
     if route is not None:
         message.current_waypoint = route.current
@@ -140,79 +155,39 @@ def waypoints_feedback(feedback: GoalFeedback, stamp: Time) -> NavigateWaypoints
     return message
 
 
-def takeoff_feedback(feedback: GoalFeedback, stamp: Time) -> Takeoff.Feedback:
-    """Return the feedback of Takeoff."""
-    return _height_feedback(Takeoff.Feedback(), feedback, stamp)
+feedback_message = partial(_flown_feedback, Navigate.Feedback)
+takeoff_feedback = partial(_height_feedback, Takeoff.Feedback)
+land_feedback = partial(_height_feedback, Land.Feedback)
+return_feedback = partial(_height_feedback, ReturnToLaunch.Feedback)
 
 
-def land_feedback(feedback: GoalFeedback, stamp: Time) -> Land.Feedback:
-    """Return the feedback of Land."""
-    return _height_feedback(Land.Feedback(), feedback, stamp)
-
-
-def return_feedback(feedback: GoalFeedback, stamp: Time) -> ReturnToLaunch.Feedback:
-    """Return the feedback of ReturnToLaunch."""
-    return _height_feedback(ReturnToLaunch.Feedback(), feedback, stamp)
-
-
-def _height_feedback(message: Any, feedback: GoalFeedback, stamp: Time) -> Any:
-    _fill_feedback(message, feedback, stamp)
-    message.height = math.nan if feedback.height_m is None else feedback.height_m
+def _result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
+    """Return a result with the fields that all have."""
+    message = make()
+    message.success = finished.state is GoalState.SUCCEEDED
+    message.error_code = code_number(finished.code)
+    message.message = finished.message
+    message.final_pose = pose_stamped(finished.pose, stamp)
+    message.total_elapsed_time = finished.elapsed_s
     return message
 
 
-def _fill_feedback(message: Any, feedback: GoalFeedback, stamp: Time) -> None:
-    """Fill the fields common to all feedbacks."""
-    message.current_pose = pose_stamped(feedback.pose, stamp)
-    message.distance_remaining = feedback.distance_remaining_m
-    message.estimated_time_remaining = feedback.time_remaining_s
-    remaining = feedback.battery_remaining
-    message.battery_percentage = math.nan if remaining is None else 100.0 * remaining
-    message.current_status = feedback.status.value
-
-
-def result_message(finished: GoalFinished, stamp: Time) -> Navigate.Result:
-    """Return the result of Navigate."""
-    message = Navigate.Result()
-    message.success = finished.state is GoalState.SUCCEEDED
-    message.final_pose = pose_stamped(finished.pose, stamp)
-    message.total_elapsed_time = finished.elapsed_s
+def _flown_result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
+    message = _result(make, finished, stamp)
     error_m = finished.final_error_m
     message.final_error = math.nan if error_m is None else error_m
-    message.message = finished.message
-    message.error_code = code_number(finished.code)
     return message
 
 
 def waypoints_result(finished: GoalFinished, stamp: Time) -> NavigateWaypoints.Result:
     """Return the result of NavigateWaypoints."""
-    message = _result(NavigateWaypoints.Result(), finished, stamp)
+    message = _flown_result(NavigateWaypoints.Result, finished, stamp)
     message.waypoints_reached = finished.waypoints_reached
-    error_m = finished.final_error_m
-    message.final_error = math.nan if error_m is None else error_m
     message.waypoints_missed = finished.waypoints_missed
     return message
 
 
-def takeoff_result(finished: GoalFinished, stamp: Time) -> Takeoff.Result:
-    """Return the result of Takeoff."""
-    return _result(Takeoff.Result(), finished, stamp)
-
-
-def land_result(finished: GoalFinished, stamp: Time) -> Land.Result:
-    """Return the result of Land."""
-    return _result(Land.Result(), finished, stamp)
-
-
-def return_result(finished: GoalFinished, stamp: Time) -> ReturnToLaunch.Result:
-    """Return the result of ReturnToLaunch."""
-    return _result(ReturnToLaunch.Result(), finished, stamp)
-
-
-def _result(message: Any, finished: GoalFinished, stamp: Time) -> Any:
-    message.success = finished.state is GoalState.SUCCEEDED
-    message.error_code = code_number(finished.code)
-    message.message = finished.message
-    message.final_pose = pose_stamped(finished.pose, stamp)
-    message.total_elapsed_time = finished.elapsed_s
-    return message
+result_message = partial(_flown_result, Navigate.Result)
+takeoff_result = partial(_result, Takeoff.Result)
+land_result = partial(_result, Land.Result)
+return_result = partial(_result, ReturnToLaunch.Result)

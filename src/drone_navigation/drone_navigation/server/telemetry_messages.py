@@ -8,7 +8,7 @@ never a number that looks measured.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -237,25 +237,29 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     return message
 
 
+def _diagnostic(
+    name: str,
+    hardware_id: str,
+    judged: tuple[Any, str],
+    values: Mapping[str, str] | None = None,
+) -> DiagnosticStatus:
+    """Return a diagnostic: level and sentence, and what they were judged by."""
+    message = DiagnosticStatus(name=name, hardware_id=hardware_id)
+    message.level, message.message = judged
+    message.values = [KeyValue(key=key, value=value) for key, value in (values or {}).items()]
+    return message
+
+
 def diagnostic(bridge: Bridge, health: LinkHealth, name: str, hardware_id: str) -> DiagnosticStatus:
     """Return the state of the link to the vehicle."""
-    message = DiagnosticStatus()
-    message.name = f"{name}: vehicle link"
-    message.hardware_id = hardware_id
-    message.level, message.message = _level(bridge, health)
-    message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
-    return message
+    return _diagnostic(f"{name}: vehicle link", hardware_id, _level(bridge, health), health.values)
 
 
 def station_diagnostic(health: StationHealth, name: str, url: str) -> DiagnosticStatus:
     """Return the state of a ground station link."""
-    message = DiagnosticStatus()
-    message.name = f"{name}: ground station link {url}"
-    message.hardware_id = url
-    message.level = DiagnosticStatus.WARN if health.trouble else DiagnosticStatus.OK
-    message.message = health.message
-    message.values = [KeyValue(key=key, value=value) for key, value in health.values.items()]
-    return message
+    level = DiagnosticStatus.WARN if health.trouble else DiagnosticStatus.OK
+    title = f"{name}: ground station link {url}"
+    return _diagnostic(title, url, (level, health.message), health.values)
 
 
 def obstacle_diagnostic(
@@ -263,105 +267,92 @@ def obstacle_diagnostic(
 ) -> DiagnosticStatus:
     """Return the state of the obstacle sensors."""
     feed = bridge.obstacles
-    message = DiagnosticStatus()
-    message.name = f"{name}: obstacle sensors"
-    message.hardware_id = hardware_id
     age_s = feed.age_s(now)
     if not feed.has_sensor:
-        message.level, message.message = DiagnosticStatus.OK, "No obstacle sensor data"
+        judged = DiagnosticStatus.OK, "No obstacle sensor data"
     elif age_s > feed.timeout_s:
-        message.level = DiagnosticStatus.STALE
-        message.message = f"An obstacle sensor has been silent for {age_s:.1f} s"
+        judged = DiagnosticStatus.STALE, f"An obstacle sensor has been silent for {age_s:.1f} s"
     else:
-        message.level, message.message = DiagnosticStatus.OK, "Obstacle sensors active"
+        judged = DiagnosticStatus.OK, "Obstacle sensors active"
     values = {f"{kind} age": f"{age_s:.1f} s" for kind, age_s in feed.ages_s(now).items()}
     values["known obstacles"] = str(len(feed.standing.known))
     values["sensed obstacles"] = str(len(feed.sensed))
     values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
-    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
-    return message
+    return _diagnostic(f"{name}: obstacle sensors", hardware_id, judged, values)
 
 
 def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
     """Return the state of the control loop."""
     lateness, recent_s = bridge.lateness, bridge.lateness.recent_s(now)
-    message = DiagnosticStatus()
-    message.name = f"{name}: control loop"
-    message.hardware_id = hardware_id
     if recent_s >= TOO_LATE_S:
-        message.level, message.message = DiagnosticStatus.ERROR, "Overrun: the vehicle is stopped"
+        judged = DiagnosticStatus.ERROR, "Overrun: the vehicle is stopped"
     elif recent_s >= LATE_S:
-        message.level, message.message = DiagnosticStatus.WARN, "Late: the vehicle is slowed down"
+        judged = DiagnosticStatus.WARN, "Late: the vehicle is slowed down"
     else:
-        message.level, message.message = DiagnosticStatus.OK, "Setpoints are on time"
-    message.values = [
-        KeyValue(key=f"worst delay in the last {WINDOW_S:g} s", value=f"{recent_s:.3f} s"),
-        KeyValue(key="worst delay", value=f"{lateness.worst_s:.3f} s"),
-        KeyValue(key=f"delays of {LATE_S:g} s or more", value=str(lateness.count)),
-    ]
-    return message
+        judged = DiagnosticStatus.OK, "Setpoints are on time"
+    values = {
+        f"worst delay in the last {WINDOW_S:g} s": f"{recent_s:.3f} s",
+        "worst delay": f"{lateness.worst_s:.3f} s",
+        f"delays of {LATE_S:g} s or more": str(lateness.count),
+    }
+    return _diagnostic(f"{name}: control loop", hardware_id, judged, values)
 
 
 def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
     """Return the state of the GPS."""
-    message = DiagnosticStatus(name=f"{name}: GPS", hardware_id=hardware_id)
-    gps = state.gps
+    title, gps = f"{name}: GPS", state.gps
     if gps is None:
-        message.level, message.message = DiagnosticStatus.STALE, "No GPS_RAW_INT received"
-        return message
-    if gps.fix_type < _FIX_3D:
-        message.level, message.message = DiagnosticStatus.ERROR, "No 3D fix"
-    else:
-        message.level, message.message = DiagnosticStatus.OK, "3D fix"
+        judged = DiagnosticStatus.STALE, "No GPS_RAW_INT received"
+        return _diagnostic(title, hardware_id, judged)
+    has_fix = gps.fix_type >= _FIX_3D
+    judged = (DiagnosticStatus.OK, "3D fix") if has_fix else (DiagnosticStatus.ERROR, "No 3D fix")
     horizontal_m, vertical_m, _ = _accuracy_m(gps)
     values = {
         "GPS_FIX_TYPE": str(gps.fix_type),
-        "satellites": "unknown" if gps.satellites is None else str(gps.satellites),
-        "HDOP": "unknown" if gps.hdop is None else f"{gps.hdop:.2f}",
+        "satellites": _or_unknown(gps.satellites, "d"),
+        "HDOP": _or_unknown(gps.hdop, ".2f"),
         "horizontal accuracy": f"{horizontal_m:.2f} m",
         "vertical accuracy": f"{vertical_m:.2f} m",
     }
-    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
-    return message
+    return _diagnostic(title, hardware_id, judged, values)
 
 
 def estimator_diagnostic(bridge: Bridge, name: str, hardware_id: str) -> DiagnosticStatus:
     """Return the state of the estimator."""
-    message = DiagnosticStatus(name=f"{name}: estimator", hardware_id=hardware_id)
     state = bridge.vehicle.state
     faults = estimator_faults(state)
     if state.estimator is None and bridge.pose is None:
-        message.level, message.message = DiagnosticStatus.STALE, "No data received"
+        judged = DiagnosticStatus.STALE, "No data received"
     elif faults:
-        message.level, message.message = DiagnosticStatus.ERROR, "; ".join(faults)
+        judged = DiagnosticStatus.ERROR, "; ".join(faults)
     elif bridge.pose is None:
-        message.level, message.message = DiagnosticStatus.WARN, "No valid position yet"
+        judged = DiagnosticStatus.WARN, "No valid position yet"
     else:
-        message.level, message.message = DiagnosticStatus.OK, "Position valid"
-    flags = "unknown" if state.estimator is None else f"{state.estimator.flags:#06x}"
-    message.values = [KeyValue(key="flags", value=flags)]
-    return message
+        judged = DiagnosticStatus.OK, "Position valid"
+    values = {"flags": "unknown" if state.estimator is None else f"{state.estimator.flags:#06x}"}
+    return _diagnostic(f"{name}: estimator", hardware_id, judged, values)
 
 
 def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
     """Return the state of the battery, as judged by the autopilot."""
-    message = DiagnosticStatus(name=f"{name}: battery", hardware_id=hardware_id)
-    battery = state.battery
+    title, battery = f"{name}: battery", state.battery
     if battery is None:
-        message.level, message.message = DiagnosticStatus.STALE, "No data received"
-        return message
+        return _diagnostic(title, hardware_id, (DiagnosticStatus.STALE, "No data received"))
+    judged = DiagnosticStatus.OK, "Not low"
     if battery_is_low(battery):
-        message.level, message.message = DiagnosticStatus.WARN, "Low, as reported by the autopilot"
-    else:
-        message.level, message.message = DiagnosticStatus.OK, "Not low"
+        judged = DiagnosticStatus.WARN, "Low, as reported by the autopilot"
+    percent = None if battery.remaining is None else 100.0 * battery.remaining
     values = {
-        "remaining": "unknown" if battery.remaining is None else f"{100 * battery.remaining:.0f} %",
-        "voltage": "unknown" if battery.voltage_v is None else f"{battery.voltage_v:.2f} V",
-        "current": "unknown" if battery.current_a is None else f"{battery.current_a:.2f} A",
-        "consumed": "unknown" if battery.consumed_ah is None else f"{battery.consumed_ah:.2f} Ah",
+        "remaining": _or_unknown(percent, ".0f", " %"),
+        "voltage": _or_unknown(battery.voltage_v, ".2f", " V"),
+        "current": _or_unknown(battery.current_a, ".2f", " A"),
+        "consumed": _or_unknown(battery.consumed_ah, ".2f", " Ah"),
     }
-    message.values = [KeyValue(key=key, value=value) for key, value in values.items()]
-    return message
+    return _diagnostic(title, hardware_id, judged, values)
+
+
+def _or_unknown(value: float | None, form: str, unit: str = "") -> str:
+    return "unknown" if value is None else f"{value:{form}}{unit}"
 
 
 def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:

@@ -50,22 +50,29 @@ def line(
     times = x if time_s is None else time_s
     chosen = _visible(y if time_s is None else None, len(x))
     x, y, times = x[chosen], y[chosen], times[chosen]
-    breaks = np.flatnonzero(np.diff(times) > _break_s(times)) + 1
     return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": numbers(np.insert(x, breaks, np.nan)),
-        "y": numbers(np.insert(y, breaks, np.nan)),
+        **_line_with_breaks(x, y, name, _breaks(times)),
         "line": {"color": colour, "width": 2} | more.pop("line", {}),
         "hovertemplate": more.pop("hovertemplate", f"%{{y:.2f}}<extra>{name}</extra>"),
         **more,
     }
 
 
-def _break_s(time_s: Floats) -> float:
-    """What is told rarely isn't broken: a pause counts beside what is usual."""
-    return max(GAP_S, 5.0 * float(np.median(np.diff(time_s)))) if len(time_s) > 1 else GAP_S
+def _line_with_breaks(x: Floats, y: Floats, name: str, breaks: NDArray[np.int64]) -> Trace:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": numbers(np.insert(x, breaks, np.nan)),
+        "y": numbers(np.insert(y, breaks, np.nan)),
+    }
+
+
+def _breaks(time_s: Floats) -> NDArray[np.int64]:
+    """Return the places after pauses; what is told rarely isn't broken."""
+    apart_s = np.diff(time_s)
+    pause_s = max(GAP_S, 5.0 * float(np.median(apart_s))) if len(apart_s) else GAP_S
+    return np.flatnonzero(apart_s > pause_s) + 1
 
 
 def numbers(values: Floats) -> list[float | None]:
@@ -134,14 +141,9 @@ def flown(track: Track, name: str, colour: str) -> Trace:
         chosen
     ]
     east, north, _ = track.position_enu_m[chosen].T
-    times = track.time_s[chosen]
-    breaks = np.flatnonzero(np.diff(times) > _break_s(times)) + 1
+    breaks = _breaks(track.time_s[chosen])
     return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": numbers(np.insert(east, breaks, np.nan)),
-        "y": numbers(np.insert(north, breaks, np.nan)),
+        **_line_with_breaks(east, north, name, breaks),
         "customdata": np.insert(about, breaks, 0.0, axis=0).round(2).tolist(),
         "line": {"color": colour, "width": 2.5},
         "hovertemplate": "%{customdata[0]:.1f} s<br>east %{x:.1f} m, north %{y:.1f} m, "

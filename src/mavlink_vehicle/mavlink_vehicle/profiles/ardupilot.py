@@ -21,6 +21,7 @@ from mavlink_vehicle.profiles.profile import (
     SpeedCommand,
     TakeoffForm,
     VehicleKind,
+    profile_of_type,
 )
 
 
@@ -250,7 +251,4 @@ _BY_TYPE = {
 
 def ardupilot_profile(vehicle_type: int) -> Profile:
     """Return the profile for a MAV_TYPE that an ArduPilot reports."""
-    entry = mavlink.enums["MAV_TYPE"].get(vehicle_type)
-    if entry is not None and entry.name.startswith("MAV_TYPE_VTOL_"):
-        return QUADPLANE
-    return _BY_TYPE.get(vehicle_type, OTHER)
+    return profile_of_type(vehicle_type, _BY_TYPE, QUADPLANE, OTHER)

@@ -205,3 +205,20 @@ class Profile:
     def mode_number(self, name: str | None) -> int | None:
         """Return the custom_mode of a mode's name, None for no name or an unknown one."""
         return None if name is None else self.modes.get(name)
+
+
+def profile_of_type(
+    vehicle_type: int, by_type: Mapping[int, Profile], vtol: Profile, other: Profile
+) -> Profile:
+    """Return the profile of a firmware for a MAV_TYPE.
+
+    Args:
+        vehicle_type: MAV_TYPE of a HEARTBEAT.
+        by_type: the profiles of known types.
+        vtol: of all VTOL types.
+        other: of the rest.
+    """
+    entry = mavlink.enums["MAV_TYPE"].get(vehicle_type)
+    if entry is not None and entry.name.startswith("MAV_TYPE_VTOL_"):
+        return vtol
+    return by_type.get(vehicle_type, other)

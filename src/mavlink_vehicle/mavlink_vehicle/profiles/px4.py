@@ -23,6 +23,7 @@ from mavlink_vehicle.profiles.profile import (
     SpeedCommand,
     TakeoffForm,
     VehicleKind,
+    profile_of_type,
 )
 
 _MAIN = {
@@ -221,7 +222,4 @@ _BY_TYPE = {
 
 def px4_profile(vehicle_type: int) -> Profile:
     """Return the profile for a MAV_TYPE that a PX4 reports."""
-    entry = mavlink.enums["MAV_TYPE"].get(vehicle_type)
-    if entry is not None and entry.name.startswith("MAV_TYPE_VTOL_"):
-        return VTOL
-    return _BY_TYPE.get(vehicle_type, OTHER)
+    return profile_of_type(vehicle_type, _BY_TYPE, VTOL, OTHER)
