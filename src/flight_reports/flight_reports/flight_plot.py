@@ -154,8 +154,8 @@ def _name_goals(axes: Axes, recording: FlightRecording) -> None:
     if not named or len(named) > _TARGETS_NAMED_MAX:
         return
     seen = ABOVE.points
-    ways = [recording.positions_enu_m, *map(np.array, recording.plans.values)]
-    drawn = [np.stack(seen(labels.along(way)), axis=-1) for way in ways]
+    paths = [recording.positions_enu_m, *map(np.array, recording.plans.values)]
+    drawn = [np.stack(seen(labels.along(path)), axis=-1) for path in paths]
     if len(recording.obstacles):
         drawn += ABOVE.shapes(_all_of(recording.obstacles), (0.0, 0.0))
     to_px = axes.transData.transform

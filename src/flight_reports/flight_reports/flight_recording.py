@@ -58,9 +58,9 @@ class FlightRecording:
         speeds_m_s: shape (N,), over the ground.
         goals: those that lead to a place, as they were accepted.
         all_goals: all of them, with what became of each.
-        plans: the way to be flown, as it was planned each time.
-        replans: how often the way was planned anew because of obstacles.
-        distance_m: way that remains.
+        plans: the planned paths.
+        replans: number of replans because of obstacles.
+        distance_m: remaining length of the path.
         time_left_s: estimated time that remains.
         battery_percent: from 0 to 100.
         status: what the server's goal does, or that it ended; without notes, the mode.

@@ -157,7 +157,7 @@ def test_a_vehicle_takes_its_name_back_from_a_station_that_used_it_before() -> N
     assert table.admit(station, b"early", (1, 1), 0.0)
     assert table.admit(vehicle, b"true", (1, 1), 1.0)
     table.protect(1)
-    assert table.ways_to(1, 1) == (vehicle,)
+    assert table.endpoints_to(1, 1) == (vehicle,)
     assert not table.admit(station, b"late", (1, 1), 2.0)
 
 
@@ -165,7 +165,7 @@ def test_a_ground_station_that_is_also_heard_by_a_vehicles_radio_may_speak() -> 
     net = Network()
     net.hear(net.one, (253, 190))
     assert net.hear(net.other, (253, 190))
-    assert net.table.ways_to(253, 190) == (net.other,)
+    assert net.table.endpoints_to(253, 190) == (net.other,)
 
 
 def test_the_same_frame_by_another_way_is_a_duplicate_and_teaches_nothing() -> None:
@@ -175,7 +175,7 @@ def test_the_same_frame_by_another_way_is_a_duplicate_and_teaches_nothing() -> N
     assert not net.table.admit(net.ground, b"twice", (1, 1), 5.1)  # a ring, not a forgery
     assert (net.two.counts.duplicates, net.ground.counts.duplicates) == (1, 1)
     assert net.ground.counts.spoofed == 0
-    assert net.table.ways_to(1, 1) == (net.one,)
+    assert net.table.endpoints_to(1, 1) == (net.one,)
 
 
 def test_the_same_frame_again_from_the_same_place_is_sent_twice_on_purpose() -> None:
@@ -214,11 +214,11 @@ def test_a_silent_system_is_no_longer_reached_but_its_name_stays_its_own() -> No
     net = Network()
     net.hear(net.two, (2, 1), ROUTE_EXPIRY_S)
     net.table.expire(ROUTE_EXPIRY_S + 1.0)
-    assert net.table.ways_to(1, 1) == ()
-    assert net.table.ways_to(2, 1) == (net.two,)
+    assert net.table.endpoints_to(1, 1) == ()
+    assert net.table.endpoints_to(2, 1) == (net.two,)
     assert not net.hear(net.ground, (1, 1), ROUTE_EXPIRY_S + 2.0)
     assert net.hear(net.one, (1, 1), ROUTE_EXPIRY_S + 3.0)
-    assert net.table.ways_to(1, 1) == (net.one,)
+    assert net.table.endpoints_to(1, 1) == (net.one,)
 
 
 def test_who_was_heard_at_an_endpoint_goes_with_it() -> None:
@@ -232,7 +232,7 @@ def test_an_id_that_becomes_ours_is_no_longer_sent_to() -> None:
     net = Network()
     net.hear(net.ground, (1, 192))
     net.table.claim((1, 192))
-    assert net.table.ways_to(1, 0) == (net.one,)
+    assert net.table.endpoints_to(1, 0) == (net.one,)
     assert not net.hear(net.ground, (1, 192))
 
 
@@ -241,9 +241,9 @@ def test_a_station_with_endless_names_is_forgotten_in_part_and_others_are_not() 
     for number in range(2 * MAX_SOURCES):
         net.hear(net.ground, (100 + number // 250, 1 + number % 250), 1.0 + number)
     assert len(net.ground.sources) == MAX_SOURCES
-    assert net.table.ways_to(1, 1) == (net.one,)
-    assert net.table.ways_to(254, 190) == (net.other,)
-    assert net.table.ways_to(100, 1) == ()
+    assert net.table.endpoints_to(1, 1) == (net.one,)
+    assert net.table.endpoints_to(254, 190) == (net.other,)
+    assert net.table.endpoints_to(100, 1) == ()
 
 
 # In general
@@ -316,7 +316,7 @@ def test_ways_lead_only_to_endpoints_that_are_there_and_have_heard_who_is_meant(
             table.claim(source)
         for system in (1, 2, 3):
             for component in (0, 1, 2):
-                ways = table.ways_to(system, component)
+                ways = table.endpoints_to(system, component)
                 assert all(way in here for way in ways)
                 assert all(any(who[0] == system for who in way.sources) for way in ways)
                 exact = [way for way in ways if (system, component) in way.sources]

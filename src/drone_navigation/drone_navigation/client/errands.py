@@ -114,8 +114,8 @@ def _route(route: PlannedRoute, options: argparse.Namespace) -> Errand:
     goal.laps = options.laps
     goal.max_speed = options.speed
     goal.avoid_obstacles = options.avoid
-    way = "as a mission" if options.mission else "by setpoints"
-    description = f"a route of {len(route.waypoints)} waypoints, {way}"
+    executed = "as a mission" if options.mission else "by setpoints"
+    description = f"a route of {len(route.waypoints)} waypoints, {executed}"
     return Errand(
         NavigateWaypoints,
         WAYPOINTS_ACTION_NAME,

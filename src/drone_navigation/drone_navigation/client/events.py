@@ -151,10 +151,10 @@ class Telemetry:
         goal: number of the goal, counted from 1.
         status: the server's ``current_status``.
         position_enu_m: position in the map frame; NaN when unknown.
-        distance_left_m: along the way that is planned.
+        distance_left_m: along the planned path.
         time_left_s: by the trajectory being flown.
         battery_percent: 0 to 100; NaN when unknown.
-        replans: how often the way was planned anew because of obstacles.
+        replans: number of replans because of obstacles.
         waypoint: of a route, the current one, counted from 1; None for a point.
         waypoints: how many the route has; None for a point.
         lap: of a route, counted from 1; None for a point.

@@ -87,7 +87,7 @@ class LiveView:
         before = self._telemetry
         if before is None or telemetry.goal != before.goal:
             self._whole_m = 0.0
-        elif telemetry.status == _CANCELLING:  # its way ends where it stops, which is no progress
+        elif telemetry.status == _CANCELLING:  # its path ends where it stops, which is no progress
             telemetry = replace(telemetry, distance_left_m=before.distance_left_m)
         self._telemetry, self._failed = telemetry, False
         self._whole_m = max(self._whole_m, telemetry.distance_left_m)

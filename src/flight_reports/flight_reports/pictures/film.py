@@ -204,8 +204,8 @@ class _Stage:
             (self._gone, memory.gone, _rgb(scene.GONE)),
             (self._known, memory.known, colours),
         ):
-            way = self._recording.positions_enu_m
-            scene.show_obstacles(shapes, self._view, obstacles, self._heights_m, rgb, way)
+            flown = self._recording.positions_enu_m
+            scene.show_obstacles(shapes, self._view, obstacles, self._heights_m, rgb, flown)
 
     def _show_plans(self, time_s: float) -> None:
         plans = self._recording.plans

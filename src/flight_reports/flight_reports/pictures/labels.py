@@ -38,14 +38,14 @@ def _number(part: float) -> str:
     return f"{round(part, 1) + 0.0:g}"
 
 
-def along(way_enu_m: Array) -> Array:
+def along(path_enu_m: Array) -> Array:
     """Return closely spaced points along a path, shape (N, 3), to be counted."""
-    way = np.asarray(way_enu_m, dtype=np.float64).reshape(-1, 3)
-    if len(way) < 2:
-        return way
-    so_far_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
+    path = np.asarray(path_enu_m, dtype=np.float64).reshape(-1, 3)
+    if len(path) < 2:
+        return path
+    so_far_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     at_m = np.arange(0.0, so_far_m[-1], _STEPS_M)
-    return np.stack([np.interp(at_m, so_far_m, part) for part in way.T], axis=-1)
+    return np.stack([np.interp(at_m, so_far_m, part) for part in path.T], axis=-1)
 
 
 def free_places(

@@ -33,7 +33,7 @@ _COLUMN_MAX_M = 0.3
 # Obstacles this close to the path are shown from the side, too; sampling distance of the path.
 _BESIDE_M = 2.5
 _SIDE_SHARE = 0.45
-_WAY_POINTS = 200
+_PATH_POINTS = 200
 _AXES = ("east", "north", "altitude")
 
 
@@ -130,7 +130,7 @@ def show_obstacles(
     obstacles: Obstacles,
     heights_m: tuple[float, float],
     colours: Array,
-    way_enu_m: Array,
+    path_enu_m: Array,
 ) -> None:
     """Show obstacles.
 
@@ -140,13 +140,13 @@ def show_obstacles(
         obstacles: in the map frame.
         heights_m: lowest and highest map z of the picture.
         colours: red, green and blue, shape (3,), or (N, 3) for each obstacle.
-        way_enu_m: the path flown, shape (K, 3). A side view overlays everything, so obstacles far
+        path_enu_m: the path flown, shape (K, 3). A side view overlays everything, so obstacles far
             from the path are omitted.
     """
     rgb = np.broadcast_to(colours, (len(obstacles), 3))
     outlines = view.shapes(obstacles, heights_m)
     if view.upward != 1:
-        beside = np.flatnonzero(_far_m(obstacles, way_enu_m) < _BESIDE_M)
+        beside = np.flatnonzero(_far_m(obstacles, path_enu_m) < _BESIDE_M)
         outlines = [outlines[index] for index in beside]
         rgb = _SIDE_SHARE * rgb[beside] + (1.0 - _SIDE_SHARE)
     # One array of outlines is drawn much faster than many.
@@ -156,12 +156,12 @@ def show_obstacles(
     shapes.set_facecolor(rgb)  # type: ignore[arg-type]
 
 
-def _far_m(obstacles: Obstacles, way_enu_m: Array) -> Array:
+def _far_m(obstacles: Obstacles, path_enu_m: Array) -> Array:
     """Return the approximate distance of obstacles from a path."""
-    way = way_enu_m[:: max(len(way_enu_m) // _WAY_POINTS, 1), :2]
+    path = path_enu_m[:: max(len(path_enu_m) // _PATH_POINTS, 1), :2]
     middles = np.concatenate([obstacles.posts[:, :2], obstacles.boxes[:, :2]])
     reach = np.concatenate([obstacles.posts[:, 2], np.hypot(*obstacles.boxes[:, 2:4].T)])
-    offsets = middles[:, None] - way
+    offsets = middles[:, None] - path
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1) - reach)
 
 

@@ -38,7 +38,7 @@ class RoutingTable(Generic[EndpointT]):
         self.endpoints: list[EndpointT] = []
         self.ours: set[Source] = set()
         self._routes: dict[Source, EndpointT] = {}
-        self._ways: dict[Source, tuple[EndpointT, ...]] = {}
+        self._endpoints_of: dict[Source, tuple[EndpointT, ...]] = {}
         self._vehicle_systems: set[int] = set()
         self._vehicle_sources: set[Source] = set()
         self._frames: dict[bytes, EndpointT | None] = {}
@@ -119,7 +119,7 @@ class RoutingTable(Generic[EndpointT]):
             return [e for e in self.endpoints if (e.station or origin.station) and e is not origin]
         if (system, component) in self.ours:
             return []
-        return [e for e in self.ways_to(system, component) if e is not origin]
+        return [e for e in self.endpoints_to(system, component) if e is not origin]
 
     def destinations_of_ours(
         self, source_system: int, system: int, component: int
@@ -131,22 +131,22 @@ class RoutingTable(Generic[EndpointT]):
             system: for which system it is meant; 0 for all.
             component: for which component of that system; 0 for all.
         """
-        found = list(self.ways_to(system or source_system, component if system else 0))
+        found = list(self.endpoints_to(system or source_system, component if system else 0))
         if system:
             return found or [e for e in self.endpoints if not e.station]
         vehicles = [e for e in found if not e.station]
         return [e for e in self.endpoints if e.station or not vehicles or e in vehicles]
 
-    def ways_to(self, system: int, component: int) -> tuple[EndpointT, ...]:
+    def endpoints_to(self, system: int, component: int) -> tuple[EndpointT, ...]:
         """Return where a component was heard, or else where its system was."""
         target = (system, component)
-        ways = self._ways.get(target)
-        if ways is None:
+        endpoints = self._endpoints_of.get(target)
+        if endpoints is None:
             exact = self._routes.get(target)
             of_system = (e for (number, _), e in self._routes.items() if number == system)
-            ways = tuple(dict.fromkeys(of_system)) if exact is None else (exact,)
-            self._ways[target] = ways
-        return ways
+            endpoints = tuple(dict.fromkeys(of_system)) if exact is None else (exact,)
+            self._endpoints_of[target] = endpoints
+        return endpoints
 
     def _refuse_ours(self, endpoint: EndpointT, frame: bytes) -> None:
         if endpoint.station and frame not in self._frames and frame not in self._earlier_frames:
@@ -175,7 +175,7 @@ class RoutingTable(Generic[EndpointT]):
             heard = endpoint.sources[source] = Heard()
         heard.current = True
         self._routes[source] = endpoint
-        self._ways.clear()
+        self._endpoints_of.clear()
         if not endpoint.station and len(self._vehicle_sources) < _MAX_VEHICLE_SOURCES:
             self._vehicle_sources.add(source)
         return heard
@@ -189,4 +189,4 @@ class RoutingTable(Generic[EndpointT]):
     def _unroute(self, source: Source, heard: Heard) -> None:
         heard.current = False
         del self._routes[source]
-        self._ways.clear()
+        self._endpoints_of.clear()

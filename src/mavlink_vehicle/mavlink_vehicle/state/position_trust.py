@@ -134,7 +134,7 @@ def _moves(state: VehicleState) -> bool:
 def _between_ned_m(
     here: GlobalPosition, latitude_deg: float, longitude_deg: float
 ) -> tuple[float, float]:
-    """Return the way from a position to a place near it."""
+    """Return the offset from a position to a place near it."""
     origin = (here.latitude_deg, here.longitude_deg, 0.0)
     return _SPHERE.to_local(latitude_deg, longitude_deg, origin)
 

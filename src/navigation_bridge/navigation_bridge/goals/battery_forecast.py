@@ -69,9 +69,9 @@ class BatteryReckoning:
         """Return the time from a position to the launch point, landing included."""
         home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
         limits = self._config.goto.limits
-        way_m = math.dist(start_enu_m[:2], home[:2])
+        return_m = math.dist(start_enu_m[:2], home[:2])
         height_m = max(start_enu_m[2] - home[2], 0.0)
-        return way_m / self._return_speed_m_s(plan) + height_m / limits.speed_down_m_s
+        return return_m / self._return_speed_m_s(plan) + height_m / limits.speed_down_m_s
 
     def problem(self, plan: FlightPlan, start_enu_m: Vector3) -> str | None:
         """Return why the battery is insufficient for a plan and the return, or None."""

@@ -30,10 +30,10 @@ class FlightPlan:
     def duration_s(self, start_enu_m: Vector3) -> float:
         """Return the flight time from a position, without starting and stopping."""
         targets, speeds = self.targets_enu_m, self.speeds_m_s
-        way_s = distance(start_enu_m, targets[0]) / speeds[0]
+        approach_s = distance(start_enu_m, targets[0]) / speeds[0]
         lap_s = sum(
             distance(a, b) / speed
             for (a, b), speed in zip(itertools.pairwise(targets), speeds[1:], strict=True)
         )
         again_s = distance(targets[-1], targets[0]) / speeds[0]
-        return way_s + self.laps * (lap_s + self.hold_s) + (self.laps - 1) * again_s
+        return approach_s + self.laps * (lap_s + self.hold_s) + (self.laps - 1) * again_s

@@ -234,7 +234,7 @@ def check_route(
 ) -> Rejection | None:
     """Return why a flight through targets, in straight lines, does not keep to the fence.
 
-    A vehicle that is outside may come back in: then the way to the first target is its own.
+    A vehicle that is outside may come back in: then the path to the first target is its own.
     Heights hold for the targets; between two that keep to them, a straight line does.
 
     Args:
