@@ -7,13 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from custom_interfaces.action import (
-    Land,
-    Navigate,
-    NavigateWaypoints,
-    ReturnToLaunch,
-    Takeoff,
-)
+from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import Waypoint
 from drone_navigation.client.options import ACTION_COMMANDS
 from navigation_bridge.goals.plan_files import PlannedRoute, read_plan, read_waypoints

@@ -10,13 +10,7 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 
-from custom_interfaces.action import (
-    Land,
-    Navigate,
-    NavigateWaypoints,
-    ReturnToLaunch,
-    Takeoff,
-)
+from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import GoalCode, Waypoint
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState

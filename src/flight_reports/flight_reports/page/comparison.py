@@ -10,15 +10,7 @@ import numpy as np
 from flight_reports.analysis.flight import Flight
 from flight_reports.analysis.log_reader import Floats
 from flight_reports.analysis.track import Track, laid_into
-from flight_reports.page.figures import (
-    Figure,
-    Trace,
-    cursor,
-    flown,
-    line,
-    map_layout,
-    markers,
-)
+from flight_reports.page.figures import Figure, Trace, cursor, flown, line, map_layout, markers
 from flight_reports.page.html import Markup, element, joined, number, table
 from flight_reports.page.page import Plots, page
 from flight_reports.page.sections import not_in_the_log, replans

@@ -7,14 +7,7 @@ import os
 import socket
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import (
-    MAX_BYTES,
-    MAX_READS,
-    Peer,
-    Report,
-    UrlLink,
-    no_report,
-)
+from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, Peer, Report, UrlLink, no_report
 from mavlink_vehicle.io.links.url import LinkUrl, resolve
 
 MAX_CLIENTS = 64
