@@ -18,17 +18,16 @@ from numpy.typing import NDArray
 
 from flight_logs.errors import LogError
 from flight_logs.packets import iterate_packets
+from flight_reports.recorded_events import TEXT, Source, Teller
 from flight_reports.timeline import Timeline
 from mavlink_vehicle.codec import Codec, Message, mavlink
+from mavlink_vehicle.events import VehicleEvent
 from mavlink_vehicle.ranges import RangesMeasured
-from mavlink_vehicle.state.vehicle_state import VehicleState
-from mavlink_vehicle.vehicle import Vehicle
-from mavlink_vehicle.vehicle_config import VehicleConfig
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.recording.recorded_frames import FromFirstPosition, LocalOnly, PoseFrame
-from navigation_bridge.recording.recorded_notes import NotesReader, RecordedGoal
+from navigation_bridge.recording.recorded_notes import RecordedGoal
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
@@ -36,8 +35,6 @@ from navigation_core.mapping.obstacles import NOTHING, Obstacles
 # How often what the map holds is kept: enough for a film.
 _LOOK_PERIOD_S = 0.2
 _POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
-# System and component of an autopilot.
-_Source = tuple[int, int]
 _Stamped = tuple[float, Message]
 
 
@@ -125,12 +122,10 @@ def read_recording(path: Path, system: int | None = None) -> FlightRecording:
     raise NoFlightError(f"{path} contains no valid position of system {vehicle[0]}.")
 
 
-def _choose(
-    messages: Sequence[_Stamped], system: int | None
-) -> tuple[_Source | None, list[_Source]]:
+def _choose(messages: Sequence[_Stamped], system: int | None) -> tuple[Source | None, list[Source]]:
     """Return the first autopilot (of a system) with a position, and all such autopilots."""
-    autopilots: set[_Source] = set()
-    placed: dict[_Source, None] = {}
+    autopilots: set[Source] = set()
+    placed: dict[Source, None] = {}
     for _, message in messages:
         source = (message.get_srcSystem(), message.get_srcComponent())
         kind = message.get_type()
@@ -145,7 +140,7 @@ def _choose(
     return (wanted[0] if wanted else None), candidates
 
 
-def _remark(chosen: _Source, systems: set[int]) -> str:
+def _remark(chosen: Source, systems: set[int]) -> str:
     others = systems - {chosen[0]}
     if not others:
         return ""
@@ -157,24 +152,17 @@ def _listed(systems: set[int]) -> str:
 
 
 class _Reader:
-    """Follows one vehicle through a recording."""
+    """Follows one vehicle through a recording, and places it in the map frame."""
 
-    def __init__(self, vehicle: _Source, other_systems: set[int], frame: PoseFrame) -> None:
-        self._other_systems = other_systems
+    def __init__(self, vehicle: Source, other_systems: set[int], frame: PoseFrame) -> None:
         self.poses: list[tuple[float, MapPose, float]] = []
-        self._vehicle = Vehicle(
-            VehicleConfig(target_system=vehicle[0], target_component=vehicle[1])
-        )
+        self._teller = Teller(vehicle, other_systems, self._take_event)
         self._frame = frame
         # What sensors see is placed in the server's own map frame.
         self._feed: ObstacleFeed | None = None
         if isinstance(frame, MapFrame):
-            self._feed = ObstacleFeed(self._vehicle, frame, ObstacleConfig())
+            self._feed = ObstacleFeed(self._teller.vehicle, frame, ObstacleConfig())
         self._obstacles: list[tuple[float, Obstacles]] = []
-        self._noted = NotesReader()
-        self._battery: list[tuple[float, float]] = []
-        self._modes: list[tuple[float, str]] = []
-        self._warnings: list[tuple[float, str]] = []
         self._start_s: float | None = None
         self._time_s = 0.0
 
@@ -183,25 +171,20 @@ class _Reader:
         if self._start_s is not None:
             # A clock that was set while recording must not turn a picture round.
             self._time_s = max(self._time_s, unix_s - self._start_s)
-        if message.get_srcComponent() == notes.COMPONENT_ID:
-            # Notes of a server with several vehicles are from the system that they are about.
-            if self._start_s is not None and message.get_srcSystem() not in self._other_systems:
-                self._noted.take(self._time_s, message)
+        elif message.get_srcComponent() == notes.COMPONENT_ID:
             return
-        before = self._vehicle.state
-        self._vehicle.receive(message, self._time_s)
-        state = self._vehicle.state
-        self._vehicle.messages_to_send()
-        self._take_events()
+        before = self._teller.vehicle.state
+        self._teller.take(self._time_s, message)
+        state = self._teller.vehicle.state
+        self._look_at_map()
         if state is before:
             return
         self._frame.update(state)
         if message.get_type() in _POSITIONS:
             self._take_position(unix_s, message.get_type())
-        self._take_rest(before, state)
 
     def _take_position(self, unix_s: float, kind: str) -> None:
-        state = self._vehicle.state
+        state = self._teller.vehicle.state
         if kind != _POSITIONS[0] and state.global_position is not None:
             return
         pose = self._frame.pose(state)
@@ -216,10 +199,11 @@ class _Reader:
             velocity_ned_m_s = state.local_position.velocity_ned_m_s
         self.poses.append((self._time_s, pose, math.hypot(*velocity_ned_m_s[:2])))
 
-    def _take_events(self) -> None:
-        while (event := self._vehicle.next_event()) is not None:
-            if self._feed is not None and isinstance(event, RangesMeasured):
-                self._feed.take_ranges(event, self._time_s)
+    def _take_event(self, time_s: float, event: VehicleEvent) -> None:
+        if self._feed is not None and isinstance(event, RangesMeasured):
+            self._feed.take_ranges(event, time_s)
+
+    def _look_at_map(self) -> None:
         if self._feed is None or self._start_s is None:
             return
         seen, shown = self._feed.sensed, self._obstacles
@@ -227,26 +211,14 @@ class _Reader:
         if seen is not latest[1] and self._time_s - latest[0] >= _LOOK_PERIOD_S:
             shown.append((self._time_s, seen))
 
-    def _take_rest(self, before: VehicleState, state: VehicleState) -> None:
-        battery = state.battery
-        if battery is not None and battery is not before.battery and battery.remaining is not None:
-            self._battery.append((self._time_s, 100.0 * battery.remaining))
-        if state.last_heartbeat_s is not None and (
-            state.custom_mode != before.custom_mode or not self._modes
-        ):
-            self._modes.append((self._time_s, self._vehicle.mode_name))
-        if state.texts.count != before.texts.count and state.status_texts:
-            said = state.status_texts[-1]
-            if said.severity <= mavlink.MAV_SEVERITY_WARNING:
-                self._warnings.append((self._time_s, said.text))
-
     def recording(self, remarks: Sequence[str]) -> FlightRecording:
         """Return the recording, which must have a pose."""
-        noted, profile = self._noted, self._vehicle.profile
-        name = "vehicle" if profile is None else profile.name
-        status = noted.status or [(time_s, f"mode {name}") for time_s, name in self._modes]
+        told = self._teller.retold
+        noted, name = told.noted, told.name or "vehicle"
+        status = noted.status or [(time_s, f"mode {mode}") for time_s, mode in told.modes]
+        warnings = [(moment.time_s, moment.text) for moment in told.moments if moment.kind == TEXT]
         return FlightRecording(
-            vehicle=f"{name}, system {self._vehicle.state.system_id}",
+            vehicle=f"{name}, system {told.state.system_id}",
             remarks=tuple(remark for remark in [*remarks, *self._lacking()] if remark),
             times_s=np.array([time_s for time_s, _, _ in self.poses]),
             positions_enu_m=np.array([pose.position_enu_m for _, pose, _ in self.poses]),
@@ -258,16 +230,16 @@ class _Reader:
             replans=Timeline.of(noted.replans),
             distance_m=Timeline.of(noted.distance_m),
             time_left_s=Timeline.of(noted.time_left_s),
-            battery_percent=Timeline.of(self._battery),
+            battery_percent=Timeline.of(told.battery),
             status=Timeline.of(status),
-            warnings=Timeline.of(self._warnings),
+            warnings=Timeline.of(warnings),
             obstacles=Timeline.of(self._obstacles),
         )
 
     def _lacking(self) -> list[str]:
         lacking = []
-        if not self._noted.status:
+        if not self._teller.retold.noted.status:
             lacking.append("goals, plans and distances (navigation_server --tlog records them)")
-        if not self._battery:
+        if not self._teller.retold.battery:
             lacking.append("the battery")
         return [f"Not in this recording: {', '.join(lacking)}."] if lacking else []

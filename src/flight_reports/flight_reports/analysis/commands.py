@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from flight_reports.analysis.log_reader import LogContents
-from flight_reports.analysis.message_rates import Source
+from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import mavlink
 
 ANSWER_LIMIT_S = 5.0

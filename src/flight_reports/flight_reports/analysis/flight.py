@@ -9,10 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from flight_reports.analysis.commands import SentCommand, commands
-from flight_reports.analysis.events import Retold, Teller
 from flight_reports.analysis.link_quality import LinkQuality, link_quality
 from flight_reports.analysis.log_reader import REQUESTS, SETPOINTS, LogContents, Progress
-from flight_reports.analysis.message_rates import Source
 from flight_reports.analysis.sensed_obstacles import (
     Sensed,
     SensedClearance,
@@ -21,6 +19,7 @@ from flight_reports.analysis.sensed_obstacles import (
 )
 from flight_reports.analysis.track import Track, local_samples, read_setpoints, read_track
 from flight_reports.analysis.tracking import Tracking, TrackSamples, tracking
+from flight_reports.recorded_events import Retold, Source, Teller
 from mavlink_vehicle.codec import mavlink
 from navigation_bridge import notes
 

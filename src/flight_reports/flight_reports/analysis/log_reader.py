@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from flight_logs.records import HEADERS, Records
 from flight_logs.tlog import Counts, Tlog, iterate_tlog
-from flight_reports.analysis.message_rates import MessageRate, Source, count_messages
+from flight_reports.analysis.message_rates import MessageRate, count_messages
+from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import Message, mavlink, with_source
 from navigation_bridge import notes
 

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from flight_logs.records import Records
-
-Source: TypeAlias = tuple[int, int]
-"""MAVLink system and component."""
+from flight_reports.recorded_events import Source
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight_reports.analysis.log_reader import Floats, LogContents
-from flight_reports.analysis.message_rates import Source
 from flight_reports.flight_recording import NoFlightError, read_recording
+from flight_reports.recorded_events import Source
 from navigation_core.mapping.obstacles import Obstacles
 
 LARGEST_LOG_BYTES = 8 << 20

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flight_logs.records import Records
 from flight_reports.analysis.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
-from flight_reports.analysis.message_rates import Source
 from flight_reports.analysis.tracking import TrackSamples
+from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame

@@ -8,8 +8,8 @@ import numpy as np
 
 from flight_reports.analysis.causes import causes, shortly_before
 from flight_reports.analysis.commands import LATE_S, SentCommand
-from flight_reports.analysis.events import EventSeverity, Moment, named
 from flight_reports.analysis.flight import Flight, Speaker
+from flight_reports.recorded_events import EventSeverity, Moment, named
 
 # Losing this share of the packets is worth a look, and this is bad.
 _LOSS, _LOSS_BAD = 0.01, 0.1

@@ -6,11 +6,11 @@ from datetime import datetime, timezone
 
 import numpy as np
 
-from flight_reports.analysis.events import EventSeverity, named
 from flight_reports.analysis.flight import Flight
 from flight_reports.analysis.tracking import Tracking
 from flight_reports.analysis.warnings import Warned, lacking, reason, warnings
 from flight_reports.page.html import Markup, at, duration, element, joined, number, safe, table
+from flight_reports.recorded_events import EventSeverity, named
 from navigation_bridge.recording.recorded_notes import RecordedGoal
 
 _TIMES_MAX = 6

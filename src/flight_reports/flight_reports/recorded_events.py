@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from flight_reports.analysis.message_rates import Source
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import (
     ArmedChanged,
@@ -24,6 +23,12 @@ from mavlink_vehicle.vehicle import Vehicle
 from mavlink_vehicle.vehicle_config import VehicleConfig
 from navigation_bridge import notes
 from navigation_bridge.recording.recorded_notes import NotesReader
+
+Source: TypeAlias = tuple[int, int]
+"""MAVLink system and component of a sender."""
+
+TEXT = "text"
+"""The kind of a moment in which the vehicle said something, from warnings upwards."""
 
 # What an autopilot says with the same severity as of an accident, while it stands.
 _GROUNDED = ("prearm:", "arm:", "preflight")
@@ -83,18 +88,30 @@ class Retold:
 
 
 class Teller:
-    """Follows one vehicle through a recording with the flight code."""
+    """Follows one vehicle through a recording with the flight code.
 
-    def __init__(self, source: Source, others: Iterable[int] = ()) -> None:
+    Attributes:
+        vehicle: as the flight code knows it by now.
+        retold: what was told until now.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        others: Iterable[int] = (),
+        on_event: Callable[[float, VehicleEvent], None] | None = None,
+    ) -> None:
         """Follow a vehicle.
 
         Args:
             source: its autopilot.
             others: systems of the other vehicles in the recording, whose notes aren't taken.
+            on_event: takes the time (s) and each event of the vehicle.
         """
+        self._on_event = on_event
         self._source = source
         self._others = frozenset(others) - {source[0]}
-        self._vehicle = Vehicle(VehicleConfig(target_system=source[0], target_component=source[1]))
+        self.vehicle = Vehicle(VehicleConfig(target_system=source[0], target_component=source[1]))
         self.retold = Retold()
 
     def take(self, time_s: float, message: Message) -> None:
@@ -103,7 +120,7 @@ class Teller:
             if message.get_srcSystem() not in self._others:
                 self.retold.noted.take(time_s, message)
             return
-        vehicle, before = self._vehicle, self._vehicle.state
+        vehicle, before = self.vehicle, self.vehicle.state
         deadline = vehicle.next_deadline()
         if deadline is not None and deadline <= time_s:
             vehicle.handle_timer(time_s)
@@ -119,13 +136,13 @@ class Teller:
             return
         told.state = state
         if state.last_heartbeat_s is not None:
-            if not told.modes or told.modes[-1][1] != self._vehicle.mode_name:
-                told.modes.append((time_s, self._vehicle.mode_name))
+            if not told.modes or told.modes[-1][1] != self.vehicle.mode_name:
+                told.modes.append((time_s, self.vehicle.mode_name))
             if not told.armed or told.armed[-1][1] != state.armed:
                 told.armed.append((time_s, state.armed))
-            profile = self._vehicle.profile
+            profile = self.vehicle.profile
             modeless = profile is None or profile.control_mode is None
-            led = state.armed and (modeless or self._vehicle.in_control_mode)
+            led = state.armed and (modeless or self.vehicle.in_control_mode)
             if not told.led or told.led[-1][1] != led:
                 told.led.append((time_s, led))
             if not told.name and profile is not None:
@@ -138,6 +155,8 @@ class Teller:
                 told.voltage.append((time_s, battery.voltage_v))
 
     def _take_event(self, time_s: float, event: VehicleEvent) -> None:
+        if self._on_event is not None:
+            self._on_event(time_s, event)
         moment = _moment(time_s, event)
         if moment is not None:
             self.retold.moments.append(moment)
@@ -163,9 +182,7 @@ def _moment(time_s: float, event: VehicleEvent) -> Moment | None:
     if isinstance(event, StatusTextReceived) and event.severity <= mavlink.MAV_SEVERITY_WARNING:
         grounded = event.text.lower().startswith(_GROUNDED)
         bad = event.severity <= mavlink.MAV_SEVERITY_CRITICAL and not grounded
-        return Moment(
-            time_s, "text", event.text, EventSeverity.BAD if bad else EventSeverity.WARNING
-        )
+        return Moment(time_s, TEXT, event.text, EventSeverity.BAD if bad else EventSeverity.WARNING)
     return None
 
 
