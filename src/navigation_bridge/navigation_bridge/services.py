@@ -40,14 +40,7 @@ class ServiceDesk:
         self._operation_id: int | None = None
 
     def begin(self, number: int, service: Service, now: float, mode: str = "") -> None:
-        """Request it from the vehicle.
-
-        Args:
-            number: number of the request.
-            service: the service.
-            now: time in seconds.
-            mode: for SET_MODE, the firmware's name of the mode.
-        """
+        """Request it from the vehicle; the arguments are those of :meth:`Bridge.serve`."""
         self.give_up("Replaced by another request.", now)
         self._number = number
         if service is Service.SET_MODE:

@@ -12,7 +12,8 @@ from flight_reports.analysis.track import Track, laid_into
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection, true_to_scale
 from mavlink_vehicle.profiles import ardupilot, px4
-from mavlink_vehicle.state.reducer import GlobalPosition, LocalPosition, Origin, VehicleState
+from mavlink_vehicle.state.telemetry import GlobalPosition, LocalPosition, Origin
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.recording.recorded_frames import FromFirstPosition
 from navigation_bridge.vehicle.map_frame import MapFrame
 from tests.support import ellipsoid

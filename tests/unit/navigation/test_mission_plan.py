@@ -14,7 +14,8 @@ from mavlink_vehicle.mission_items import (
     TERRAIN_ALT,
 )
 from mavlink_vehicle.profiles import Profile, ardupilot, px4
-from mavlink_vehicle.state.reducer import Home, MissionProgress, Origin, VehicleState
+from mavlink_vehicle.state.telemetry import Home, MissionProgress, Origin
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.mission_plan import MissionTracker, PlannedItem, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import yaml
 
-from mavlink_vehicle.state.reducer import Origin, VehicleState
+from mavlink_vehicle.state.telemetry import Origin
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.configuration.known_obstacles import (
     KnownObstacles,
     ObstaclesError,

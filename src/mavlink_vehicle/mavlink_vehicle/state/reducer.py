@@ -15,6 +15,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.mission_items import mission_id
 from mavlink_vehicle.positions.frames import Vector3, normalize_angle
+from mavlink_vehicle.state import telemetry
 from mavlink_vehicle.state.failsafe import assess
 from mavlink_vehicle.state.restarts import boot_changes, evolve, is_late
 from mavlink_vehicle.state.signs import follow
@@ -28,32 +29,9 @@ from mavlink_vehicle.state.status_reducers import (
     status_text,
     sys_status,
 )
-from mavlink_vehicle.state.telemetry import (
-    Attitude,
-    Battery,
-    EstimatorReport,
-    GlobalPosition,
-    GpsFix,
-    Home,
-    LocalPosition,
-    MissionProgress,
-    Origin,
-)
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
-__all__ = [
-    "Attitude",
-    "Battery",
-    "EstimatorReport",
-    "GlobalPosition",
-    "GpsFix",
-    "Home",
-    "LocalPosition",
-    "MissionProgress",
-    "Origin",
-    "VehicleState",
-    "reduce",
-]
+__all__ = ["VehicleState", "reduce"]
 
 _UINT16_MAX = 0xFFFF
 _FIX_2D = 2
@@ -114,7 +92,7 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
     if (latitude == 0 and longitude == 0) or _INT32_MAX in (latitude, longitude):
         changes["global_position"] = None
     else:
-        changes["global_position"] = GlobalPosition(
+        changes["global_position"] = telemetry.GlobalPosition(
             now,
             time_boot_ms,
             latitude * 1e-7,
@@ -137,7 +115,7 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
     position = (message.x, message.y, message.z)
     velocity = (message.vx, message.vy, message.vz)
     if _finite(position) and _finite(velocity):
-        changes["local_position"] = LocalPosition(now, time_boot_ms, position, velocity)
+        changes["local_position"] = telemetry.LocalPosition(now, time_boot_ms, position, velocity)
         if _on_ground(state):
             changes["ground_down_m"] = message.z
     else:
@@ -153,7 +131,7 @@ def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState
     roll, pitch, yaw = message.roll, message.pitch, message.yaw
     rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
     changes["attitude"] = (
-        Attitude(now, time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
+        telemetry.Attitude(now, time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
         if _finite((roll, pitch, yaw)) and _finite(rates)
         else None
     )
@@ -164,7 +142,7 @@ def _home_position(state: VehicleState, message: Message, now: float) -> Vehicle
     if message.latitude == 0 and message.longitude == 0:
         return state
     position = (message.x, message.y, message.z)
-    home = Home(
+    home = telemetry.Home(
         now,
         message.latitude * 1e-7,
         message.longitude * 1e-7,
@@ -177,12 +155,14 @@ def _home_position(state: VehicleState, message: Message, now: float) -> Vehicle
 def _gps_global_origin(state: VehicleState, message: Message, now: float) -> VehicleState:
     if message.latitude == 0 and message.longitude == 0:
         return state
-    origin = Origin(now, message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
+    origin = telemetry.Origin(
+        now, message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3
+    )
     return evolve(state, {"origin": origin})
 
 
 def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
-    gps = GpsFix(
+    gps = telemetry.GpsFix(
         now,
         message.fix_type,
         None if message.satellites_visible == 255 else message.satellites_visible,
@@ -205,7 +185,7 @@ def _estimator(state: VehicleState, message: Message, now: float) -> VehicleStat
     # Of EKF_STATUS_REPORT (the root of the ratio) and of ESTIMATOR_STATUS.
     ratio = getattr(message, "pos_horiz_variance", None)
     ratio = message.pos_horiz_ratio if ratio is None else ratio
-    estimator = EstimatorReport(
+    estimator = telemetry.EstimatorReport(
         now,
         flags,
         bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
@@ -220,7 +200,7 @@ def _mission_current(state: VehicleState, message: Message, now: float) -> Vehic
     # Before the extension of 2023 there is only `seq`, and the rest reads as 0.
     told = message.total or message.mission_state
     total = 0 if message.total == _UINT16_MAX else message.total  # PX4: there is no mission
-    mission = MissionProgress(
+    mission = telemetry.MissionProgress(
         now,
         message.seq,
         total if told else None,

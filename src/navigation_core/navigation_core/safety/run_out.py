@@ -121,13 +121,7 @@ def safe_speed_beside_m_s(
     What moves is taken to go on as it does. What would come as near to a vehicle that stood still
     is no reason to be slower.
 
-    Args:
-        position_enu_m: of the setpoint, map frame.
-        velocity_enu_m_s: of the setpoint.
-        moving: obstacles that move.
-        limits: what the brake after the timeout keeps to.
-        clearance_m: that is to be kept.
-        timeout_s: for how long the vehicle goes on.
+    Args as for :func:`safe_speed_m_s`; ``moving``: obstacles that move.
 
     Returns:
         Speed in m/s; 0 if every speed leads nearer to something than standing still does,
@@ -177,15 +171,7 @@ def run_out_is_clear(
     One that slows down makes the vehicle go backwards, faster and faster, until the timeout; then
     it has to brake.
 
-    Args:
-        position_enu_m: of the setpoint, map frame.
-        velocity_enu_m_s: of the setpoint.
-        acceleration_enu_m_s2: of the setpoint.
-        obstacles: the known obstacles.
-        moving: those of them that move.
-        limits: what the brake after the timeout keeps to.
-        clearance_m: that is to be kept.
-        timeout_s: for how long the vehicle goes on.
+    Args as for :func:`safe_speed_m_s`; ``moving``: those of the obstacles that move.
     """
     if not len(obstacles) and not moving:
         return True
