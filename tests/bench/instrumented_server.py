@@ -15,7 +15,7 @@ from pathlib import Path
 from drone_navigation import navigation_server
 from drone_navigation.server import vehicle_application, vehicle_node
 from mavlink_vehicle.codec import Message
-from navigation_bridge.goals.goal import GoalFeedback
+from navigation_bridge.goals.goal import GoalFeedback, Output
 
 left_s: dict[int, float] = {}
 
@@ -32,9 +32,9 @@ class Application(vehicle_application.VehicleApplication):
         super().receive(message, now)
         self._position_ms = None
 
-    def _publish_feedback(self, feedback: GoalFeedback) -> None:
-        super()._publish_feedback(feedback)
-        if self._position_ms is not None:
+    def _put_out(self, output: Output) -> None:
+        super()._put_out(output)
+        if isinstance(output, GoalFeedback) and self._position_ms is not None:
             left_s[self._position_ms] = time.monotonic()
 
 

@@ -41,7 +41,7 @@ class RecordedVehicle(VehicleApplication):
         self._heard = 0
         node = BagNode(bag, clock, name)
         frames = FrameNames.of(name)
-        self._topics = Topics(node, bridge, self._statistics, frames)
+        self.attach_topics(Topics(node, bridge, self._statistics, frames))
         self._goals = BagGoals(node, frames)
 
     def start(self, now: float) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import traceback
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from rclpy.node import Node
 
@@ -14,19 +17,8 @@ from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.tlog import TlogWriter
 from navigation_bridge import notes
 from navigation_bridge.bridge import Bridge
-from navigation_bridge.goals.goal import (
-    Annotation,
-    CancelWanted,
-    GoalFeedback,
-    GoalFinished,
-    GoalHappened,
-    GoalRejected,
-    LogLevel,
-    LogLine,
-    Output,
-    PlanChanged,
-    ServiceDone,
-)
+from navigation_bridge.goals import goal as outputs
+from navigation_bridge.goals.goal import LogLevel, LogLine, Output
 from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_core.outcomes import OutcomeCode
 
@@ -42,16 +34,34 @@ class VehicleApplication:
         self._notes = Codec(source_system=1, source_component=notes.COMPONENT_ID)
         self._noted = NotedOutputs(bridge)
         self._server: GoalServers | None = None
-        self._services: ServiceServers | None = None
         self._topics: Topics | None = None
         self._node: Node | None = None
+        self._sinks: dict[type[Output], Callable[[Any], object]] = {}
+        if recorder is not None:
+            self._sinks[outputs.Annotation] = partial(self._record, recorder)
 
     def attach(
         self, node: Node, server: GoalServers, services: ServiceServers, topics: Topics
     ) -> None:
         """Set the sinks of the outputs."""
-        self._node, self._server, self._topics = node, server, topics
-        self._services = services
+        self._node, self._server = node, server
+        self._sinks |= {
+            outputs.GoalFeedback: server.publish_feedback,
+            outputs.GoalFinished: server.finish,
+            outputs.CancelWanted: lambda wanted: server.cancel(wanted.goal_id),
+            outputs.ServiceDone: services.finish,
+            LogLine: partial(_log, node),
+        }
+        self.attach_topics(topics)
+
+    def attach_topics(self, topics: Topics) -> None:
+        """Set the sink of what is published."""
+        self._topics = topics
+        self._sinks |= {
+            outputs.GoalRejected: topics.publish_rejection,
+            outputs.GoalHappened: topics.publish_event,
+            outputs.PlanChanged: topics.publish_plan,
+        }
 
     def start(self, now: float) -> None:
         """Start the bridge."""
@@ -125,36 +135,14 @@ class VehicleApplication:
             self._put_out(output)
 
     def _put_out(self, output: Output) -> None:
-        if isinstance(output, GoalFeedback):
-            self._publish_feedback(output)
-        elif isinstance(output, GoalFinished) and self._server is not None:
-            self._server.finish(output)
-        elif isinstance(output, CancelWanted) and self._server is not None:
-            self._server.cancel(output.goal_id)
-        elif isinstance(output, (GoalRejected, GoalHappened, PlanChanged)):
-            self._publish_topic(output)
-        elif isinstance(output, ServiceDone) and self._services is not None:
-            self._services.finish(output)
-        elif isinstance(output, LogLine) and self._node is not None:
-            _log(self._node, output)
-        elif isinstance(output, Annotation) and self._recorder is not None:
-            system_id = self._bridge.vehicle.state.system_id or 1
-            note = with_source(output.message, system_id, notes.COMPONENT_ID)
-            self._recorder.write(self._notes.encode(note))
+        sink = self._sinks.get(type(output))
+        if sink is not None:
+            sink(output)
 
-    def _publish_topic(self, output: GoalRejected | GoalHappened | PlanChanged) -> None:
-        if self._topics is None:
-            return
-        if isinstance(output, GoalRejected):
-            self._topics.publish_rejection(output)
-        elif isinstance(output, GoalHappened):
-            self._topics.publish_event(output)
-        else:
-            self._topics.publish_plan(output)
-
-    def _publish_feedback(self, feedback: GoalFeedback) -> None:
-        if self._server is not None:
-            self._server.publish_feedback(feedback)
+    def _record(self, recorder: TlogWriter, note: outputs.Annotation) -> None:
+        system_id = self._bridge.vehicle.state.system_id or 1
+        message = with_source(note.message, system_id, notes.COMPONENT_ID)
+        recorder.write(self._notes.encode(message))
 
 
 def _log(node: Node, line: LogLine) -> None:
