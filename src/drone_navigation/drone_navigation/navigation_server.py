@@ -28,7 +28,6 @@ from navigation_bridge.configuration.parameter_file import (
     read_parameter_file,
 )
 from navigation_bridge.names import SERVER_NODE_NAME
-from navigation_bridge.recording.shadow_file import ShadowGoalsError
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -60,7 +59,7 @@ def main(args: list[str] | None = None) -> int:
             return _check(options, file, ros_arguments)
         if options.shadow_goals:
             return _shadow_goals(options, file, ros_arguments)
-    except (ConfigurationError, LinkError, ShadowGoalsError, OSError) as error:
+    except (ConfigurationError, LinkError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
     except KeyboardInterrupt:

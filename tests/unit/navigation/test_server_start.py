@@ -10,7 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[3]
 
 # Each takes a share of the start that only some runs need, or needs it not before a flight.
-HEAVY = {"jsonschema", "matplotlib", "mcap", "pandas", "pyarrow", "rich"}
+HEAVY = {"jsonschema", "matplotlib", "mcap", "pandas", "pyarrow", "rich", "serial"}
 SCIPY = {"scipy.ndimage", "scipy.sparse", "scipy.spatial"}
 
 LOADED = """

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -113,7 +112,7 @@ def parse_obstacles(text: str, name: str) -> KnownObstacles:
 @cache
 def schema() -> dict[str, Any]:
     """Return the JSON Schema of an obstacle file."""
-    file = resources.files("navigation_bridge.configuration").joinpath("obstacles.schema.json")
+    file = Path(__file__).with_name("obstacles.schema.json")
     return dict(json.loads(file.read_text("utf-8")))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
 
@@ -27,6 +26,8 @@ def texts(value: ParameterValue) -> tuple[str, ...]:
 
 def unknown_parameter(name: str) -> ConfigurationError:
     """Return the error about an unknown parameter, with the closest name."""
+    import difflib  # noqa: PLC0415 - for this error alone
+
     near = difflib.get_close_matches(name, SPECS, 1)
     advice = f"did you mean '{near[0]}'?" if near else "docs/parameters.md lists them."
     return ConfigurationError(f"There is no parameter '{name}'; {advice}")

@@ -130,7 +130,7 @@ class ObstacleFeed:
         sensed = self._map.obstacles()
         if sensed is not self._sensed_from:
             self._sensed_from = sensed
-            self._sensed_table = _endless(sensed) if drives(self._vehicle) else sensed
+            self._sensed_table = sensed.endless() if drives(self._vehicle) else sensed
         return self._sensed_table
 
     @property
@@ -273,10 +273,3 @@ class ObstacleFeed:
         if self._stood_m is not None:
             return self._stood_m
         return self._map_frame.ground_enu_m(self._vehicle.state)
-
-
-def _endless(obstacles: Obstacles) -> Obstacles:
-    posts, boxes = obstacles.posts.copy(), obstacles.boxes.copy()
-    for table in (posts, boxes):
-        table[:, -2], table[:, -1] = -math.inf, math.inf
-    return Obstacles(posts, boxes)

@@ -7,11 +7,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from navigation_bridge.configuration.checked_yaml import hold, load_yaml, read_text
+from navigation_bridge.configuration.parameter_values import ConfigurationError
 from navigation_bridge.goals.requests import (
     AltitudeReference,
     LandRequest,
@@ -47,7 +47,7 @@ _REFERENCES = {
 }
 
 
-class ShadowGoalsError(ValueError):
+class ShadowGoalsError(ConfigurationError):
     """A shadow goal file is invalid; the message says where and why."""
 
 
@@ -71,7 +71,7 @@ class ShadowGoal:
 @cache
 def schema() -> dict[str, Any]:
     """Return the JSON Schema of a shadow goal file."""
-    file = resources.files("navigation_bridge.recording").joinpath("shadow_goals.schema.json")
+    file = Path(__file__).with_name("shadow_goals.schema.json")
     return dict(json.loads(file.read_text("utf-8")))
 
 

@@ -98,6 +98,13 @@ class Obstacles:
             np.concatenate([self.posts, other.posts]), np.concatenate([self.boxes, other.boxes])
         )
 
+    def endless(self) -> Obstacles:
+        """Return the same obstacles without top and bottom."""
+        posts, boxes = self.posts.copy(), self.boxes.copy()
+        for table in (posts, boxes):
+            table[:, -2:] = (-np.inf, np.inf)
+        return Obstacles(posts, boxes)
+
     def near(self, low_enu_m: Vector3, high_enu_m: Vector3, within_m: float) -> Obstacles:
         """Return those that may be within a distance of an upright cuboid of the map frame."""
         low, high = np.array(low_enu_m) - within_m, np.array(high_enu_m) + within_m

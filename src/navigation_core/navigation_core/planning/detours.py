@@ -126,7 +126,7 @@ def _cheaper(one: Array | None, other: Array | None) -> Array | None:
 def _beside(ends: Array, beside: Obstacles, clearance_m: float, most_m: float) -> Array | None:
     """Return a path around all that is between two heights, its height changing evenly."""
     plane = ends * (1.0, 1.0, 0.0)
-    path = tangent_path(plane[0], plane[1], _endless(beside), clearance_m, most_m)
+    path = tangent_path(plane[0], plane[1], beside.endless(), clearance_m, most_m)
     if path is None:
         return None
     lines = np.diff(path, axis=0)
@@ -175,14 +175,6 @@ def _least_cost_m(ends: Array, height_m: float) -> float:
     east, north, up = ends[1] - ends[0]
     climb = max(abs(height_m - ends[:, 2]).sum() - abs(up), 0.0) + abs(up)
     return math.sqrt(east**2 + north**2 + (CLIMB_COST * climb) ** 2)
-
-
-def _endless(obstacles: Obstacles) -> Obstacles:
-    """Return the same obstacles without top and bottom."""
-    posts, boxes = obstacles.posts.copy(), obstacles.boxes.copy()
-    for table in (posts, boxes):
-        table[:, -2:] = (-np.inf, np.inf)
-    return Obstacles(posts, boxes)
 
 
 def _other_levels(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from mavlink_vehicle.io.links.link import Link, Peer, Report, no_report
-from mavlink_vehicle.io.links.serial_port import SerialLink
 from mavlink_vehicle.io.links.tcp import TcpInLink, TcpOutLink
 from mavlink_vehicle.io.links.tlog_replay import TlogLink
 from mavlink_vehicle.io.links.udp import UdpLink
@@ -37,5 +36,8 @@ def open_link(url: str, report: Report = no_report, warn: Report | None = None) 
     if parsed.kind is LinkKind.TCP_IN:
         return TcpInLink(parsed, report, warn)
     if parsed.kind is LinkKind.SERIAL:
+        # pyserial is for those who have such a link.
+        from mavlink_vehicle.io.links.serial_port import SerialLink  # noqa: PLC0415
+
         return SerialLink(parsed, report, warn)
     return TlogLink(parsed, report)
