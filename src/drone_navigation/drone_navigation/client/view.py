@@ -41,7 +41,23 @@ class ClientView(Protocol):
         """Reopen after a close."""
 
 
-class PlainView:
+class _PrintingView:
+    """What a view that only prints does about a terminal: nothing."""
+
+    def prompt(self, label: str, typed: str | None) -> None:
+        """Nobody types."""
+
+    def tick(self, t_s: float) -> None:
+        """Nothing to redraw."""
+
+    def close(self) -> None:
+        """Nothing to restore."""
+
+    def open(self) -> None:
+        """Nothing to prepare."""
+
+
+class PlainView(_PrintingView):
     """One line per second and one for each change, for pipes and log files."""
 
     def __init__(self, console: Console, *, keys: bool = False) -> None:
@@ -84,20 +100,11 @@ class PlainView:
             self._print("")
             self._prompt = ""
 
-    def tick(self, t_s: float) -> None:
-        """Nothing to redraw."""
-
-    def close(self) -> None:
-        """Nothing to restore."""
-
-    def open(self) -> None:
-        """Nothing to prepare."""
-
     def _print(self, text: str) -> None:
         self._console.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
-class JsonView:
+class JsonView(_PrintingView):
     """One JSON object a line, for scripts; :func:`client_events.as_json` has its members."""
 
     def __init__(self, console: Console) -> None:
@@ -111,18 +118,6 @@ class JsonView:
     def show(self, telemetry: Telemetry, t_s: float) -> None:
         """Print a feedback: each one."""
         self._print(as_json(telemetry, t_s))
-
-    def prompt(self, label: str, typed: str | None) -> None:
-        """Scripts type nothing."""
-
-    def tick(self, t_s: float) -> None:
-        """Nothing to redraw."""
-
-    def close(self) -> None:
-        """Nothing to restore."""
-
-    def open(self) -> None:
-        """Nothing to prepare."""
 
     def _print(self, text: str) -> None:
         self._console.out(text, highlight=False)
