@@ -25,8 +25,8 @@ ResultT = TypeVar("ResultT")
 SWITCH_INTERVAL_S = 0.001
 """Time after which a search yields to the driver thread, if that has work."""
 
-# The parts of SciPy that searches and the tracking of moving obstacles use.
-_LOADED_BEFOREHAND = ("scipy.ndimage", "scipy.sparse.csgraph", "scipy.spatial")
+# The parts of SciPy in use; the first two also by the driver thread, to track moving obstacles.
+_LOADED_BEFOREHAND = ("scipy.sparse.csgraph", "scipy.spatial", "scipy.ndimage")
 
 # Lead time of a path's start: slightly more than the last searches took.
 _LEAD_MIN_S, _LEAD_MAX_S, _LEAD_FACTOR, _REMEMBERED = 0.1, 0.6, 1.3, 5
@@ -57,10 +57,10 @@ class SearchThread:
     def warm_up(self) -> None:
         """Load SciPy beside the flight, before the first search.
 
-        It takes half a second, so a server does not load it to start. Nor may its first use be
-        what loads it: that is in flight, on the driver thread or with a goal that waits. Call
-        this when the server is ready, before any vehicle is under control. The driver thread gets
-        its turns meanwhile, as during a search; a search that comes earlier waits.
+        It takes half a second, so the server does not load it to get ready. Nor may it be loaded
+        by its first use, which is in flight, on the driver thread. Call this when the server is
+        ready and no vehicle is under control. The driver thread gets its turns meanwhile, as
+        during a search. A goal that avoids obstacles does not move before: its search waits here.
         """
         for name in _LOADED_BEFOREHAND:
             self._pool.submit(importlib.import_module, name)
