@@ -22,6 +22,7 @@ from mavlink_vehicle.profiles.profile import (
     TakeoffForm,
     VehicleKind,
     profile_of_type,
+    profiles_by_type,
 )
 
 
@@ -230,22 +231,11 @@ SUB = Profile(
 
 OTHER = Profile(name="ArduPilot", projection=PROJECTION, unsupported_messages=_NOT_SENT)
 
-_COPTER_TYPES = {
-    mavlink.MAV_TYPE_QUADROTOR,
-    mavlink.MAV_TYPE_COAXIAL,
-    mavlink.MAV_TYPE_HELICOPTER,
-    mavlink.MAV_TYPE_HEXAROTOR,
-    mavlink.MAV_TYPE_OCTOROTOR,
-    mavlink.MAV_TYPE_TRICOPTER,
-    mavlink.MAV_TYPE_DODECAROTOR,
-    mavlink.MAV_TYPE_DECAROTOR,
-}
 _BY_TYPE = {
-    mavlink.MAV_TYPE_GROUND_ROVER: ROVER,
-    mavlink.MAV_TYPE_SURFACE_BOAT: BOAT,
-    mavlink.MAV_TYPE_FIXED_WING: PLANE,
+    **profiles_by_type(copter=COPTER, rover=ROVER, boat=BOAT, plane=PLANE),
     mavlink.MAV_TYPE_SUBMARINE: SUB,
-    **dict.fromkeys(_COPTER_TYPES, COPTER),
+    mavlink.MAV_TYPE_DODECAROTOR: COPTER,
+    mavlink.MAV_TYPE_DECAROTOR: COPTER,
 }
 
 

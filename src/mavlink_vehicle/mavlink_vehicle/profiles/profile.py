@@ -207,6 +207,28 @@ class Profile:
         return None if name is None else self.modes.get(name)
 
 
+_COPTER_TYPES = (
+    mavlink.MAV_TYPE_QUADROTOR,
+    mavlink.MAV_TYPE_COAXIAL,
+    mavlink.MAV_TYPE_HELICOPTER,
+    mavlink.MAV_TYPE_HEXAROTOR,
+    mavlink.MAV_TYPE_OCTOROTOR,
+    mavlink.MAV_TYPE_TRICOPTER,
+)
+
+
+def profiles_by_type(
+    *, copter: Profile, rover: Profile, boat: Profile, plane: Profile
+) -> dict[int, Profile]:
+    """Return the profiles of a firmware by MAV_TYPE."""
+    return {
+        mavlink.MAV_TYPE_GROUND_ROVER: rover,
+        mavlink.MAV_TYPE_SURFACE_BOAT: boat,
+        mavlink.MAV_TYPE_FIXED_WING: plane,
+        **dict.fromkeys(_COPTER_TYPES, copter),
+    }
+
+
 def profile_of_type(
     vehicle_type: int, by_type: Mapping[int, Profile], vtol: Profile, other: Profile
 ) -> Profile:

@@ -24,6 +24,7 @@ from mavlink_vehicle.profiles.profile import (
     TakeoffForm,
     VehicleKind,
     profile_of_type,
+    profiles_by_type,
 )
 
 _MAIN = {
@@ -204,20 +205,7 @@ VTOL = replace(
 
 OTHER = replace(_COMMON, name="PX4 vehicle of another kind")
 
-_COPTER_TYPES = {
-    mavlink.MAV_TYPE_QUADROTOR,
-    mavlink.MAV_TYPE_COAXIAL,
-    mavlink.MAV_TYPE_HELICOPTER,
-    mavlink.MAV_TYPE_HEXAROTOR,
-    mavlink.MAV_TYPE_OCTOROTOR,
-    mavlink.MAV_TYPE_TRICOPTER,
-}
-_BY_TYPE = {
-    mavlink.MAV_TYPE_GROUND_ROVER: ROVER,
-    mavlink.MAV_TYPE_SURFACE_BOAT: BOAT,
-    mavlink.MAV_TYPE_FIXED_WING: PLANE,
-    **dict.fromkeys(_COPTER_TYPES, COPTER),
-}
+_BY_TYPE = profiles_by_type(copter=COPTER, rover=ROVER, boat=BOAT, plane=PLANE)
 
 
 def px4_profile(vehicle_type: int) -> Profile:

@@ -158,17 +158,12 @@ def _check_numbers(
             f"The target {position_enu_m} m has a NaN or infinite coordinate; send three finite "
             "numbers.",
         )
-    if max_speed_m_s is not None and not math.isfinite(max_speed_m_s):
+    if max_speed_m_s is not None and not 0.0 <= max_speed_m_s < math.inf:
+        negative = -math.inf < max_speed_m_s < 0.0
         return Rejection(
-            OutcomeCode.INVALID_NUMBER,
-            f"The maximum speed is {max_speed_m_s} m/s; send a finite number, or 0 for the "
-            "default.",
-        )
-    if max_speed_m_s is not None and max_speed_m_s < 0.0:
-        return Rejection(
-            OutcomeCode.NEGATIVE_SPEED,
-            f"The maximum speed is {max_speed_m_s:g} m/s; send a positive number, or 0 for the "
-            "default.",
+            OutcomeCode.NEGATIVE_SPEED if negative else OutcomeCode.INVALID_NUMBER,
+            f"The maximum speed is {max_speed_m_s:g} m/s; send a "
+            f"{'positive' if negative else 'finite'} number, or 0 for the default.",
         )
     if yaw_enu_rad is not None and not math.isfinite(yaw_enu_rad):
         return Rejection(
