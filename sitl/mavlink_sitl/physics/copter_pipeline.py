@@ -6,8 +6,7 @@ MAVLink or of modes; `Guidance` goes in, `Motion` comes out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,60 +23,64 @@ MISLED_PER_UPDATE = 0.2
 """Part of a receiver's error that the estimator takes over at each update, near enough EKF3"""
 
 Vector = tuple[float, float, float]
+Lanes3 = tuple[Lane, Lane, Lane]
+"""North, East and down"""
 GpsSample = tuple[float, Vector, Vector]
 """Time, and NED position and velocity"""
+
+
+class PhysicsStart(NamedTuple):
+    """What the physics of N vehicles begins with.
+
+    Attributes:
+        yaw_rad: each vehicle's heading; its position is its own origin.
+        pack: the battery that all have.
+        remaining: each vehicle's charge, 0..1.
+        seed: of the sensors.
+        wind_ned_m_s: speed of the air.
+    """
+
+    yaw_rad: list[float]
+    pack: battery.BatteryModel
+    remaining: list[float]
+    seed: int
+    wind_ned_m_s: Vector
 
 
 class Physics:
     """Bodies, batteries, sensors and controllers of N vehicles.
 
-    Args:
-        yaw_rad: each vehicle's heading at start; its position is its own origin.
-        packs: each vehicle's battery; they share a model for now, the first one's.
-        remaining: each vehicle's charge at start, 0..1.
-        seed: of the sensors.
-        wind_ned_m_s: speed of the air.
-
     Attributes:
         flies: they leave the ground, and lean.
+        body_model: what they are built like.
+        gains: of their controllers.
+        over_ground: the law of their motion over ground.
     """
 
     flies = True
+    body_model: Any = quadrotor.QuadrotorModel()
+    gains: Any = control_state.ControllerGains()
+    over_ground: controller.HorizontalLaw = staticmethod(controller.horizontal)
 
-    def __init__(
-        self,
-        yaw_rad: Sequence[float],
-        pack: battery.BatteryModel,
-        remaining: Sequence[float],
-        seed: int,
-        wind_ned_m_s: tuple[float, float, float],
-    ) -> None:
-        """See the class."""
-        self.count = len(yaw_rad)
+    def __init__(self, start: PhysicsStart) -> None:
+        self.count = len(start.yaw_rad)
         self.o: Ops = ops_for(self.count)
         o = self.o
         zero = o.full(0.0)
-        self.body_model: Any = quadrotor.QuadrotorModel()
         self.sensor_model = sensors.SensorModel()
-        self.gains = control_state.ControllerGains()
-        self.over_ground: controller.HorizontalLaw = controller.horizontal
-        self.pack = pack
-        self.wind = (
-            o.full(wind_ned_m_s[0]),
-            o.full(wind_ned_m_s[1]),
-            o.full(wind_ned_m_s[2]),
-        )
-        self.wind_ned_m_s = wind_ned_m_s
+        self.pack = start.pack
+        north, east, down = map(o.full, start.wind_ned_m_s)
+        self.wind = (north, east, down)
         self.ground_down_m = zero
-        self.body: Any = quadrotor.at_rest(zero, zero, zero, o.pack(list(yaw_rad)), o)
+        self.body: Any = quadrotor.at_rest(zero, zero, zero, o.pack(start.yaw_rad), o)
         self.error = sensors.no_error(o)
-        self.battery = battery.charged(o.pack(list(remaining)), pack, o)
+        self.battery = battery.charged(o.pack(start.remaining), start.pack, o)
         self.gps_fix = zero == zero
         still = control_state.targets_of(Guidance())
         self.targets = control_state.Targets(*(o.full(value) for value in still))
         self.control = control_state.initial(self._belief(), o)
         self.gps_sample = (0.0, self.body, self.error)
-        self._noise = sensors.Noise(seed, self.count)
+        self._noise = sensors.Noise(start.seed, self.count)
         self._glitch = self._misled = (zero, zero, zero)
         self.efficiency = o.full(1.0)
         # Rows of what single vehicles ask for, and the states that they were made of.
@@ -133,9 +136,10 @@ class Physics:
         """The receivers' turn: once per sensor_model.update_s."""
         o = self.o
         noise = self._noise.draw(o)
-        self._misled = tuple(
+        n, e, d = (
             m + (g - m) * MISLED_PER_UPDATE for m, g in zip(self._misled, self._glitch, strict=True)
         )
+        self._misled = (n, e, d)
         self.error = sensors.update(
             self.error, noise, self.gps_fix, self.sensor_model, o, self._misled
         )
@@ -173,20 +177,17 @@ class Physics:
 
     def wind_at(self, index: int) -> Vector:
         """The wind on a vehicle, NED m/s."""
-        return (
-            self.at(self.wind[0], index),
-            self.at(self.wind[1], index),
-            self.at(self.wind[2], index),
-        )
+        return self._vector(self.wind, index)
 
-    def moving_target(self, index: int) -> tuple[float, float, float]:
+    def _vector(self, lanes: Lanes3, index: int) -> Vector:
+        north, east, down = lanes
+        return self.at(north, index), self.at(east, index), self.at(down, index)
+
+    def moving_target(self, index: int) -> Vector:
         """The present target of a vehicle, NED metres."""
-        horizontal = self.control.horizontal
-        return (
-            self.at(horizontal.target_north_m, index),
-            self.at(horizontal.target_east_m, index),
-            self.at(self.control.vertical.target_down_m, index),
-        )
+        level, upright = self.control.horizontal, self.control.vertical
+        target = (level.target_north_m, level.target_east_m, upright.target_down_m)
+        return self._vector(target, index)
 
     def motion(self, index: int, truth: bool = False) -> Motion:
         """The estimated or the true motion of a vehicle."""
@@ -264,11 +265,11 @@ class Physics:
 
     def mislead(self, index: int, offset_ned_m: Vector) -> None:
         """Let a vehicle's estimator believe that it is elsewhere, within seconds."""
-        n, e, d = (
-            self.with_value(lane, index, value)
-            for lane, value in zip(self._glitch, offset_ned_m, strict=True)
-        )
-        self._glitch = (n, e, d)
+        self._glitch = self._with_vector(self._glitch, index, offset_ned_m)
+
+    def _with_vector(self, lanes: Lanes3, index: int, vector: Vector) -> Lanes3:
+        n, e, d = (self.with_value(x, index, value) for x, value in zip(lanes, vector, strict=True))
+        return n, e, d
 
     def reset_estimate(self, index: int, offset_ned_m: Vector) -> None:
         """Let a vehicle's estimator jump to where a receiver is that errs by so much.
@@ -277,13 +278,9 @@ class Physics:
         (AC_PosControl's handling of EKF resets, PX4's reset counters). A setpoint that comes
         later means the new place.
         """
-        old = tuple(self.at(lane, index) for lane in self._misled)
+        old = self.misled_by(index)
         self.mislead(index, offset_ned_m)
-        n, e, d = (
-            self.with_value(lane, index, value)
-            for lane, value in zip(self._misled, offset_ned_m, strict=True)
-        )
-        self._misled = (n, e, d)
+        self._misled = self._with_vector(self._misled, index, offset_ned_m)
         north_m, east_m = offset_ned_m[0] - old[0], offset_ned_m[1] - old[1]
 
         def moved(lane: Lane, by_m: float) -> Lane:
@@ -303,11 +300,7 @@ class Physics:
 
     def misled_by(self, index: int) -> Vector:
         """The part of a receiver's error that a vehicle's estimator has adopted."""
-        return (
-            self.at(self._misled[0], index),
-            self.at(self._misled[1], index),
-            self.at(self._misled[2], index),
-        )
+        return self._vector(self._misled, index)
 
     def weaken(self, index: int, efficiency: float) -> None:
         """Let a vehicle's motors give this part of what is asked of them."""
@@ -315,18 +308,18 @@ class Physics:
 
     def stop_dead(self, index: int) -> None:
         """Stop a vehicle at once: it has hit something."""
-        for axis in ("north", "east", "down"):
-            name = f"velocity_{axis}_m_s"
-            lane = self.with_value(getattr(self.body, name), index, 0.0)
-            self.body = self.body._replace(**{name: lane})
+        self._zero(index, "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s")
+
+    def _zero(self, index: int, *names: str) -> None:
+        """Let fields of a vehicle's body be 0."""
+        lanes = {name: self.with_value(getattr(self.body, name), index, 0.0) for name in names}
+        self.body = self.body._replace(**lanes)
 
     def put_at_origin(self, index: int) -> None:
         """Make where a vehicle is its origin: a firmware that starts again does that."""
         ground = self.at(self.ground_down_m, index) - self.at(self.body.down_m, index)
         self.ground_down_m = self.with_value(self.ground_down_m, index, ground)
-        for name in ("north_m", "east_m", "down_m"):
-            lane = self.with_value(getattr(self.body, name), index, 0.0)
-            self.body = self.body._replace(**{name: lane})
+        self._zero(index, "north_m", "east_m", "down_m")
         self.error = sensors.EstimateError(
             *(self.with_value(lane, index, 0.0) for lane in self.error)
         )

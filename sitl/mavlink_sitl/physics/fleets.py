@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.physics.copter_pipeline import Physics
+from mavlink_sitl.physics.copter_pipeline import Physics, PhysicsStart
 from mavlink_sitl.physics.ground_pipeline import (
     BoatPhysics,
     Px4BoatPhysics,
@@ -55,11 +55,13 @@ def make_fleets(
         Fleet(
             places,
             PIPELINES[kind](
-                [math.radians(configs[row].heading_deg) for row in places],
-                configs[places[0]].battery,
-                [configs[row].battery_remaining for row in places],
-                seed + 1_000_003 * number,  # each kind draws other noise
-                wind_ned_m_s,
+                PhysicsStart(
+                    [math.radians(configs[row].heading_deg) for row in places],
+                    configs[places[0]].battery,
+                    [configs[row].battery_remaining for row in places],
+                    seed + 1_000_003 * number,  # each kind draws other noise
+                    wind_ned_m_s,
+                )
             ),
         )
         for number, (kind, places) in enumerate(rows.items())

@@ -9,7 +9,7 @@ from mavlink_sitl.dynamics import plane
 from mavlink_sitl.guidance import GlideGuidance
 from mavlink_sitl.lanes import Lane
 from mavlink_sitl.physics.copter_pipeline import DT_S
-from mavlink_sitl.physics.traveller_pipeline import ToldPhysics
+from mavlink_sitl.physics.traveller_pipeline import TravellerPhysics
 from mavlink_sitl.world import sensors
 
 FULL_CURRENT_A = 27.5
@@ -20,30 +20,21 @@ LEVEL_PITCH_RAD = -0.05
 """How the nose points at cruise: 3 degrees below the path"""
 
 
-class PlanePhysics(ToldPhysics):
+class PlanePhysics(TravellerPhysics):
     """Planes: the same batteries, sensors and views as copters, other bodies and controllers."""
 
     full_current_a = FULL_CURRENT_A
     guidance_type = GlideGuidance
     targets_of = staticmethod(glide_controller.targets_of)
     at_rest = staticmethod(plane.at_rest)
-    glide_gains = glide_controller.GlideGains()
-
-    def _model(self) -> Any:
-        return plane.PlaneModel()
-
-    def _controller(self) -> Any:
-        return glide_controller.initial(self.o)
+    law = glide_controller
+    gains = glide_controller.GlideGains()
+    body_model = plane.PlaneModel()
 
     def step(self) -> None:
         """Controllers and bodies, DT_S onwards."""
         self._control, bank, climb, throttle = glide_controller.step(
-            self._control,
-            self._told_lanes,
-            self.body.airspeed_m_s,
-            DT_S,
-            self.glide_gains,
-            self.o,
+            self._control, self._told_lanes, self.body.airspeed_m_s, DT_S, self.gains, self.o
         )
         command = plane.PlaneCommand(bank, climb, throttle * self.efficiency)
         self.body = plane.step(
@@ -71,8 +62,7 @@ class PlanePhysics(ToldPhysics):
     def stop_dead(self, index: int) -> None:
         """Stop a vehicle at once: it has hit something."""
         super().stop_dead(index)
-        lane = self.with_value(self.body.airspeed_m_s, index, 0.0)
-        self.body = self.body._replace(airspeed_m_s=lane)
+        self._zero(index, "airspeed_m_s")
 
     def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
         o = self.o
@@ -85,7 +75,5 @@ class PlanePhysics(ToldPhysics):
 class Px4PlanePhysics(PlanePhysics):
     """Planes of PX4: smaller and slower, as its default airspeeds want them (FW_AIRSPD_*)."""
 
-    glide_gains = PlanePhysics.glide_gains._replace(thrust_m_s2=7.5)
-
-    def _model(self) -> Any:
-        return plane.PlaneModel(max_thrust_m_s2=7.5, stall_m_s=7.0, rotate_m_s=9.0)
+    gains = PlanePhysics.gains._replace(thrust_m_s2=7.5)
+    body_model = plane.PlaneModel(max_thrust_m_s2=7.5, stall_m_s=7.0, rotate_m_s=9.0)

@@ -5,11 +5,8 @@ Part of `simulation` (the same layer).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from mavlink_sitl.autopilot.control.control_state import ControllerGains
 from mavlink_sitl.autopilot.px4.multicopter import position_law
-from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.dynamics.quadrotor import QuadrotorModel
 from mavlink_sitl.physics.copter_pipeline import Physics
 
@@ -42,26 +39,8 @@ GAINS = ControllerGains(
 
 
 class Px4Physics(Physics):
-    """`Physics` with PX4's laws and the body that they were recorded with.
+    """`Physics` with PX4's laws and the body that they were recorded with."""
 
-    Args:
-        yaw_rad: see `Physics`.
-        pack: see `Physics`; PX4 has its own idea of the battery.
-        remaining: see `Physics`.
-        seed: see `Physics`.
-        wind_ned_m_s: see `Physics`.
-    """
-
-    def __init__(
-        self,
-        yaw_rad: Sequence[float],
-        pack: BatteryModel,
-        remaining: Sequence[float],
-        seed: int,
-        wind_ned_m_s: tuple[float, float, float],
-    ) -> None:
-        """See the class."""
-        super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
-        self.gains = GAINS
-        self.over_ground = position_law.horizontal
-        self.body_model = BODY
+    body_model = BODY
+    gains = GAINS
+    over_ground = staticmethod(position_law.horizontal)

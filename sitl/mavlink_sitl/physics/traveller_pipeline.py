@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from mavlink_sitl.dynamics import battery
 from mavlink_sitl.exchange import Guidance
 from mavlink_sitl.lanes import ops_for
-from mavlink_sitl.physics.copter_pipeline import Physics
+from mavlink_sitl.physics.copter_pipeline import Physics, PhysicsStart
 
 
-class ToldPhysics(Physics):
+class TravellerPhysics(Physics):
     """`Physics` of bodies with one motor, whose controllers follow a guidance of their own.
 
     Attributes:
@@ -19,37 +19,22 @@ class ToldPhysics(Physics):
         guidance_type: the guidance, which begins with doing nothing.
         targets_of: makes lanes of it.
         at_rest: makes the bodies as they stand at first, of height (down), yaw and lanes.
+        law: the module of the controllers, with `initial` and `step`.
     """
 
     full_current_a: ClassVar[float]
     guidance_type: ClassVar[type[Guidance]]
     targets_of: ClassVar[Callable[..., Any]]
     at_rest: ClassVar[Callable[..., Any]]
+    law: Any
 
-    def __init__(
-        self,
-        yaw_rad: Sequence[float],
-        pack: battery.BatteryModel,
-        remaining: Sequence[float],
-        seed: int,
-        wind_ned_m_s: tuple[float, float, float],
-    ) -> None:
-        """See `Physics`."""
-        super().__init__(yaw_rad, pack, remaining, seed, wind_ned_m_s)
+    def __init__(self, start: PhysicsStart) -> None:
+        super().__init__(start)
         self._told: list[Any] = [self.guidance_type() for _ in range(self.count)]
         self._told_lanes = self.targets_of(self._told, self.o)
-        self.body_model: Any = self._model()
-        self.body = self.at_rest(self.o.full(0.0), self.o.pack(list(yaw_rad)), self.o)
+        self.body = self.at_rest(self.o.full(0.0), self.o.pack(start.yaw_rad), self.o)
         self.gps_sample = (0.0, self.body, self.error)
-        self._control: Any = self._controller()
-
-    def _model(self) -> Any:
-        """Return the model of the bodies."""
-        raise NotImplementedError
-
-    def _controller(self) -> Any:
-        """Return the controllers' state at first."""
-        raise NotImplementedError
+        self._control: Any = self.law.initial(self.o)
 
     def step_batteries(self, dt: float) -> None:
         """Draw current for dt seconds: in proportion to the throttle."""
