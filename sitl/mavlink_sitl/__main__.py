@@ -18,15 +18,9 @@ _BOLD, _DIM, _RESET = "\033[1m", "\033[2m", "\033[0m"
 
 
 class ConsoleReporter:
-    """Prints what changes: armed, mode, landed.
-
-    Args:
-        simulation: what to watch.
-        quiet: print nothing.
-    """
+    """Prints what changes: armed, mode, landed."""
 
     def __init__(self, simulation: Simulation, quiet: bool) -> None:
-        """See the class."""
         self._simulation = simulation
         self._quiet = quiet
         self._colour = sys.stdout.isatty()
@@ -64,9 +58,6 @@ class ConsoleReporter:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program.
-
-    Args:
-        arguments: the command line, without the program's name.
 
     Returns:
         The exit code: 0 when ended by a signal, 1 when the summary could not be written, 2 when

@@ -47,11 +47,6 @@ def load(path: Path) -> list[Recording]:
 def play(recording: Recording, name: str, parameters: Mapping[str, float]) -> Conversation:
     """Play one of them to a simulated vehicle with the set-up that the file gives it.
 
-    Args:
-        recording: it.
-        name: the recording's plain name.
-        parameters: that the vehicle had, too.
-
     Raises:
         RecordingError: there is no such vehicle here.
     """

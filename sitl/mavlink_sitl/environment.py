@@ -74,7 +74,6 @@ class Environment:
         frames: Sequence[LocalFrame],
         seed: int,
     ) -> None:
-        """See the class."""
         self.world = world
         self.collided = np.zeros(physics.count, dtype=np.bool_)
         self._excused = np.zeros(physics.count, dtype=np.bool_)

@@ -39,14 +39,9 @@ LINK_FAULTS = {
 
 
 class Failures:
-    """The injected failures of a vehicle.
-
-    Args:
-        vehicle: it.
-    """
+    """The injected failures of a vehicle."""
 
     def __init__(self, vehicle: SimulatedVehicle) -> None:
-        """See the class."""
         self._vehicle = vehicle
         self._motors_off: set[int] = set()
         self._weak = self._multiplier = 1.0

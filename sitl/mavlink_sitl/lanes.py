@@ -129,11 +129,7 @@ class ScalarOps:
 
 
 class ArrayOps:
-    """N vehicles: lanes are arrays of shape (N,).
-
-    Args:
-        count: the number of vehicles.
-    """
+    """N vehicles: lanes are arrays of shape (N,)."""
 
     sqrt = staticmethod(np.sqrt)
     hypot = staticmethod(np.hypot)
@@ -145,7 +141,6 @@ class ArrayOps:
     where = staticmethod(np.where)
 
     def __init__(self, count: int) -> None:
-        """See the class."""
         self.count = count
 
     def full(self, value: float) -> Lane:

@@ -94,7 +94,6 @@ class Simulation:
         wind_ned_m_s: tuple[float, float, float] | None = None,
         world: World | str | Path | None = None,
     ) -> None:
-        """See the class."""
         configs = [VehicleConfig()] if vehicles is None else list(vehicles)
         if not configs:
             raise ConfigurationError("a simulation needs at least one vehicle")

@@ -11,14 +11,9 @@ from mavlink_sitl.simulation import Simulation
 
 
 class Summary:
-    """Watches how near each vehicle comes to obstacles, and whether it hits one.
-
-    Args:
-        simulation: what to watch.
-    """
+    """Watches how near each vehicle comes to obstacles, and whether it hits one."""
 
     def __init__(self, simulation: Simulation) -> None:
-        """See the class."""
         self._simulation = simulation
         self._nearest: list[tuple[float, str, float]] = [
             (math.inf, "", 0.0) for _ in simulation.vehicles

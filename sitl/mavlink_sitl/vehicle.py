@@ -68,7 +68,6 @@ class SimulatedVehicle(VehicleBody):
         log: FrameLog | None,
         epoch_us: int,
     ) -> None:
-        """See the class."""
         super().__init__(index, config, fleet)
         self.system_id = system_id
         personality = config.personality()

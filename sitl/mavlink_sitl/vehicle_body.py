@@ -29,7 +29,6 @@ class VehicleBody:
     """
 
     def __init__(self, index: int, config: VehicleConfig, fleet: Fleet) -> None:
-        """See the class."""
         self.index = index
         self.config = config
         self.now_us = 0

@@ -47,7 +47,6 @@ class Runner:
         speedup: float,
         after_each: Callable[[], None],
     ) -> None:
-        """See the class."""
         self._simulation = simulation
         self._speedup = speedup
         self._after_each = after_each

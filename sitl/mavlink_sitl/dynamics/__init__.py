@@ -1,1 +1,6 @@
-"""Dynamics of vehicles and batteries: pure functions over lanes (see `mavlink_sitl.lanes`)."""
+"""The vehicles' bodies, as pure functions over lanes.
+
+Each `step` takes the state, a command, where it matters the wind (speed of the air, NED m/s), the
+height of the ground or of the water (NED down, m), the time to pass (s), the model and the
+arithmetic (`lanes.Ops`). It returns the state that much later.
+"""

@@ -57,18 +57,7 @@ def open_circuit_v(state: BatteryState, model: BatteryModel, o: Ops) -> Lane:
 def step(
     state: BatteryState, thrust_over_hover: Lane, dt: float, model: BatteryModel, o: Ops
 ) -> BatteryState:
-    """Draw current for dt seconds.
-
-    Args:
-        state: the packs.
-        thrust_over_hover: thrust as a multiple of the weight; 0 with motors off.
-        dt: seconds.
-        model: the pack.
-        o: float or array arithmetic.
-
-    Returns:
-        The packs dt later.
-    """
+    """Draw current for dt seconds."""
     current = model.hover_current_a * thrust_over_hover**model.current_exponent
     rest = o.where(state.override_v > 0.0, state.override_v, open_circuit_v(state, model, o))
     sag = o.where(state.override_v > 0.0, 0.0, model.internal_resistance_ohm)

@@ -40,20 +40,7 @@ def step(
     model: BoatModel,
     o: Ops,
 ) -> GroundState:
-    """One fixed step.
-
-    Args:
-        state: the boats.
-        command: throttle and rudder.
-        wind: speed of the air, NED m/s.
-        ground_down_m: where the water's surface is, NED down.
-        dt: seconds.
-        model: what they are built like.
-        o: float or array arithmetic.
-
-    Returns:
-        The boats dt later.
-    """
+    """One fixed step."""
     u, w, r = state.forward_m_s, state.right_m_s, state.yaw_rate_rad_s
     share = dt / model.motor_time_constant_s
     throttle = state.throttle + share * (o.clip(command.throttle, -1.0, 1.0) - state.throttle)

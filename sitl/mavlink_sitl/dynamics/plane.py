@@ -90,20 +90,7 @@ def step(
     m: PlaneModel,
     o: Ops,
 ) -> PlaneState:
-    """One fixed step.
-
-    Args:
-        state: the aircraft.
-        command: bank, climb and throttle.
-        wind: speed of the air, NED m/s.
-        ground_down_m: where the ground is, NED down.
-        dt: seconds.
-        m: what they are built like.
-        o: float or array arithmetic.
-
-    Returns:
-        The aircraft dt later.
-    """
+    """One fixed step."""
     s, rolling = state, state.on_ground * 1.0
     flying = 1.0 - rolling
     throttle = s.throttle + (o.clip(command.throttle, 0.0, 1.0) - s.throttle) * (

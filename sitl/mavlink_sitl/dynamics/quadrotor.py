@@ -91,20 +91,7 @@ def step(
     model: QuadrotorModel,
     o: Ops,
 ) -> QuadrotorState:
-    """One fixed step, semi-implicit Euler (stable for dt well below 1/attitude_rate).
-
-    Args:
-        state: where the vehicles are.
-        command: what the autopilots ask for.
-        wind: speed of the air, NED m/s.
-        ground_down_m: height of the ground below each vehicle, NED metres.
-        dt: seconds.
-        model: the airframe.
-        o: float or array arithmetic.
-
-    Returns:
-        The state dt later.
-    """
+    """One fixed step, semi-implicit Euler (stable for dt well below 1/attitude_rate)."""
     maximum, where, sqrt = o.maximum, o.where, o.sqrt
     # Names in place of fields: a third of the time of one vehicle.
     (

@@ -108,19 +108,7 @@ def step(
     model: RoverModel,
     o: Ops,
 ) -> GroundState:
-    """One fixed step.
-
-    Args:
-        state: the vehicles.
-        command: throttle and steering.
-        ground_down_m: where the ground is, NED down.
-        dt: seconds.
-        model: what they are built like.
-        o: float or array arithmetic.
-
-    Returns:
-        The vehicles dt later.
-    """
+    """One fixed step."""
     throttle = o.clip(command.throttle, -1.0, 1.0)
     share = dt / (model.servo_time_constant_s + dt)
     steering = state.steering + share * (o.clip(command.steering, -1.0, 1.0) - state.steering)

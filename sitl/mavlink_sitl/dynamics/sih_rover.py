@@ -51,19 +51,7 @@ def step(
     model: SihRoverModel,
     o: Ops,
 ) -> GroundState:
-    """One fixed step.
-
-    Args:
-        state: the vehicles.
-        command: throttle and steering.
-        ground_down_m: where the ground is, NED down.
-        dt: seconds.
-        model: what they are built like.
-        o: float or array arithmetic.
-
-    Returns:
-        The vehicles dt later.
-    """
+    """One fixed step."""
     throttle = o.clip(command.throttle, -1.0, 1.0)
     steering = o.clip(command.steering, -1.0, 1.0)
     u, r = state.forward_m_s, state.yaw_rate_rad_s

@@ -44,15 +44,9 @@ class OpenLink(Protocol):
 
 
 class UdpEndpoint:
-    """A UDP socket: sends to a fixed peer (udpout) or to those heard lately (udpin).
-
-    Args:
-        address: where to.
-        receive: called with each datagram.
-    """
+    """A UDP socket: sends to a fixed peer (udpout) or to those heard lately (udpin)."""
 
     def __init__(self, address: LinkAddress, receive: Receive) -> None:
-        """See the class."""
         self._address = address
         self._receive = receive
         self._peers: dict[tuple[str, int], float] = {}
@@ -120,15 +114,9 @@ class UdpEndpoint:
 
 
 class TcpEndpoint:
-    """TCP: a listener with any number of clients (tcpin), or one connection (tcpout).
-
-    Args:
-        address: where to.
-        receive: called with each frame.
-    """
+    """TCP: a listener with any number of clients (tcpin), or one connection (tcpout)."""
 
     def __init__(self, address: LinkAddress, receive: Receive) -> None:
-        """See the class."""
         self._address = address
         self._receive = receive
         self._clients: dict[socket.socket, Decoder] = {}

@@ -47,7 +47,6 @@ class FaultyPipe:
     """
 
     def __init__(self, faults: LinkFaults, seed: str) -> None:
-        """See the class."""
         self.faults = faults
         self._random = random.Random(seed)
         self._bad_random = random.Random(f"{seed}:corrupt")

@@ -29,7 +29,6 @@ class SimulatedLink:
         receive: Callable[[bytes, bool], None],
         now_us: Callable[[], int],
     ) -> None:
-        """See the class."""
         self.silent = False
         self.mute = False
         self.on_change: Callable[[], None] = lambda: None

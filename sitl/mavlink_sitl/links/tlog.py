@@ -8,14 +8,9 @@ from typing import BinaryIO
 
 
 class TlogWriter:
-    """Writes frames of both directions in the order in which they passed.
-
-    Args:
-        stream: where to; opened and closed by the caller.
-    """
+    """Writes frames of both directions in the order in which they passed."""
 
     def __init__(self, stream: BinaryIO) -> None:
-        """See the class."""
         self._stream = stream
 
     def write(self, unix_time_us: int, frame: bytes) -> None:

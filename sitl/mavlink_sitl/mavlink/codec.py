@@ -100,7 +100,6 @@ class Raw:
     """
 
     def __init__(self, message_id: int, crc_extra: int, payload: bytes) -> None:
-        """See the class."""
         self.wire_id = message_id
         self.wire_crc_extra = bytes((crc_extra,))
         self._payload = payload
@@ -119,7 +118,6 @@ class Extended(Raw):
     """
 
     def __init__(self, message: Message, extension: bytes) -> None:
-        """See the class."""
         payload = message.payload_bytes() + extension
         super().__init__(message.wire_id, message.wire_crc_extra[0], payload)
 
@@ -136,7 +134,6 @@ class Encoder:
     """
 
     def __init__(self, system_id: int, component_id: int) -> None:
-        """See the class."""
         self.signing: Any = pymavlink_dialect.MAVLinkSigning()
         self._system_id = system_id
         self._component_id = component_id

@@ -61,15 +61,7 @@ def from_message(message: Message) -> ReceivedCommand:
 
 
 def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """Carry out a command.
-
-    Args:
-        server: the vehicle's MAVLink side.
-        command: what is asked.
-
-    Returns:
-        What COMMAND_ACK says.
-    """
+    """Carry out a command."""
     table = kind_commands.BY_KIND.get(server.copter.personality.kind, {})
     handler = table.get(command.id, _HANDLERS.get(command.id))
     if handler is None:

@@ -25,14 +25,9 @@ def saved_parameter(saved: ParameterSaved, parameters: Parameters) -> Message:
 
 
 class ParameterServer:
-    """Answers for one vehicle's parameters.
-
-    Args:
-        parameters: them.
-    """
+    """Answers for one vehicle's parameters."""
 
     def __init__(self, parameters: Parameters) -> None:
-        """See the class."""
         self._parameters = parameters
         self._to_list: list[str] = []
 

@@ -25,7 +25,6 @@ class Routes:
     """
 
     def __init__(self, system_id: int, links: int) -> None:
-        """See the class."""
         self._system_id = system_id
         self._all: Sequence[int] = range(links)
         self._heard: dict[tuple[int, int], int] = {}

@@ -51,7 +51,6 @@ class MavlinkServer:
     """Speaks for one vehicle, from one power-up to the next.
 
     Args:
-        copter: the firmware.
         encoders: one for each link; they keep the sequence numbers, over reboots too.
         system_id: the vehicle's.
         now_us: simulated time of power-up.
@@ -74,7 +73,6 @@ class MavlinkServer:
         now_us: int,
         snapshot: Callable[[], Snapshot],
     ) -> None:
-        """See the class."""
         self.copter = copter
         self.system_id = system_id
         self.now_us = now_us

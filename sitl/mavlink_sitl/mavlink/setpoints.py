@@ -126,13 +126,7 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
 
 
 def place_of(copter: Copter, command: ReceivedCommand, long_frame: int) -> Vector | None:
-    """The position a command names, in the local frame; None if it names none.
-
-    Args:
-        copter: the vehicle.
-        command: it.
-        long_frame: the MAV_FRAME that a COMMAND_LONG means.
-    """
+    """The position a command names, in the local frame; None if it names none."""
     x, y, frame = command.x, command.y, command.frame
     if not usable(command.z):
         return None

@@ -27,11 +27,7 @@ _STICKS = ("RC_CHANNELS_OVERRIDE", "MANUAL_CONTROL")
 
 
 def commanded_elsewhere(recording: Recording) -> bool:
-    """Whether it answers, or obeys, commands that nobody in the recording sent.
-
-    Args:
-        recording: it.
-    """
+    """Whether it answers, or obeys, commands that nobody in the recording sent."""
     records = sorted([*recording.sent, *recording.real], key=lambda record: record[0])
     own, asked = recording.own, set[int]()
     sticks = False

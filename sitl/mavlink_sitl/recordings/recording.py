@@ -84,9 +84,6 @@ class Recording:
 def read(path: Path) -> list[Recording]:
     """The conversations of a tlog, one for each vehicle.
 
-    Args:
-        path: a tlog with the messages of both directions.
-
     Raises:
         RecordingError: there is no known vehicle in it, or nobody speaks to it.
         OSError: the file cannot be read.

@@ -70,10 +70,6 @@ class Start:
 def start_of(recording: Recording, parameters: Mapping[str, float] | None = None) -> Start:
     """Find out how a vehicle was when its recording began.
 
-    Args:
-        recording: it.
-        parameters: of the vehicle, where they are known from elsewhere.
-
     Raises:
         RecordingError: there is no such vehicle here.
     """

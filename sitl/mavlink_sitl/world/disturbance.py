@@ -28,7 +28,6 @@ class Gusts:
     """
 
     def __init__(self, wind: Wind, seed: int, o: Ops, step_s: float, rows: Sequence[int]) -> None:
-        """See the class."""
         self.wind = wind
         self._o = o
         self._keep = math.exp(-step_s / wind.gust_time_s)
@@ -66,7 +65,6 @@ class Dropouts:
     """
 
     def __init__(self, quality: GpsQuality, seed: int, rows: Sequence[int]) -> None:
-        """See the class."""
         self._quality = quality
         self._generators = [random.Random(f"gps:{seed}:{i}") for i in rows]
         self._next_s = [self._after(generator, 0.0) for generator in self._generators]

@@ -62,9 +62,6 @@ def schema() -> dict[str, Any]:
 def load_world(path: str | Path) -> World:
     """Read a world from a file.
 
-    Args:
-        path: of a YAML file.
-
     Raises:
         WorldError: it cannot be read, or is no world.
     """
@@ -79,10 +76,6 @@ def load_world(path: str | Path) -> World:
 
 def parse_world(text: str, name: str = "world") -> World:
     """Read a world from YAML.
-
-    Args:
-        text: the YAML.
-        name: of the file, for what is said about it.
 
     Raises:
         WorldError: it is no world.

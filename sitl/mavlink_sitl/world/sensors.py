@@ -72,9 +72,6 @@ def update(
         model: how good the sensors are.
         o: float or array arithmetic.
         around: NED metres; what the error wanders around.
-
-    Returns:
-        The same error with another rate.
     """
     step = model.update_s
     keep = math.exp(-step / model.correlation_s)
@@ -99,15 +96,9 @@ def update(
 
 
 class Noise:
-    """Standard normal numbers for each vehicle, from its own seeded generator.
-
-    Args:
-        seed: the simulation's seed.
-        count: number of vehicles.
-    """
+    """Standard normal numbers for each vehicle, from its own seeded generator."""
 
     def __init__(self, seed: int, count: int) -> None:
-        """See the class."""
         self._generators = [random.Random(f"sensors:{seed}:{i}") for i in range(count)]
 
     def draw(self, o: Ops) -> tuple[Lane, Lane, Lane]:

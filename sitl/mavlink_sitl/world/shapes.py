@@ -24,9 +24,6 @@ _HALVINGS = 14
 class Shapes:
     """The obstacles of a world at a moment.
 
-    Args:
-        obstacles: they.
-
     Attributes:
         names: of the obstacles, cylinders first; that is the order of every axis M.
         moves: which of them move.
@@ -34,7 +31,6 @@ class Shapes:
     """
 
     def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
-        """See the class."""
         ordered = sorted(obstacles, key=lambda item: item.radius_m <= 0.0)
         self.names = [item.name for item in ordered]
         self.moves = [item.path is not None for item in ordered]
@@ -194,9 +190,6 @@ def ground_height_m(ground: Ground, north_m: Array, east_m: Array) -> Array:
         ground: flat, or a grid.
         north_m: any shape.
         east_m: the same shape.
-
-    Returns:
-        The same shape.
     """
     if not ground.heights_m:
         return np.full(np.shape(north_m), ground.height_m)

@@ -91,9 +91,6 @@ def _position_failures(copter: Firmware) -> list[str]:
 class Arming:
     """Whether the motors of one vehicle are armed, and who may change that.
 
-    Args:
-        copter: the vehicle.
-
     Attributes:
         armed: whether they are.
         armed_at_s: simulated time of the latest arming.
@@ -101,7 +98,6 @@ class Arming:
     """
 
     def __init__(self, copter: Firmware) -> None:
-        """See the class."""
         self._copter = copter
         self.armed = False
         self.armed_at_s = copter.boot_s

@@ -50,7 +50,6 @@ class Auto(Mode):
     untold: frozenset[Cmd] = UNTOLD
 
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
-        """See the class."""
         super().__init__(copter, spec)
         self.task: AutoTask | None = None
         self.may_take_off = False
@@ -221,9 +220,6 @@ class Auto(Mode):
         Args:
             item: the item; what needs a device that the vehicle does not have is passed over.
             begins: whether this is the first time.
-
-        Returns:
-            Whether it is done.
         """
         copter, command, value = self.copter, item.command, item.params[0]
         if command == Cmd.CONDITION_DELAY:

@@ -11,15 +11,9 @@ if TYPE_CHECKING:
 
 
 class AutoTask:
-    """An item in flight.
-
-    Args:
-        auto: the mode.
-        item: the item.
-    """
+    """An item in flight."""
 
     def __init__(self, auto: Auto, item: PlanItem) -> None:
-        """See the class."""
         self.auto = auto
         self.copter = auto.copter
         self.item = item
@@ -41,7 +35,6 @@ class Delay(AutoTask):
     """Stay for param1 seconds."""
 
     def __init__(self, auto: Auto, item: PlanItem) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self._until_s = self.copter.now_s + max(item.params[0], 0.0)
         auto.guide(auto.hold_guidance())

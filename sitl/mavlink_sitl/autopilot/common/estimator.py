@@ -63,7 +63,6 @@ class Estimator:
     """
 
     def __init__(self, personality: Personality, boot_s: float, ready_after_s: float) -> None:
-        """See the class."""
         self._boot_s = boot_s
         self.time_scale = min(ready_after_s / personality.ready_s, 1.0)
         self._firmware_ready_s = personality.ready_s

@@ -81,7 +81,6 @@ class Firmware(ABC):
     """
 
     def __init__(self, start: PowerUp) -> None:
-        """See the class."""
         personality, observation = start.personality, start.observation
         self.personality = personality
         self.parameters = start.parameters

@@ -26,15 +26,11 @@ IDLE_US, FULL_US = 1000.0, 2000.0
 class MotorTest:
     """One vehicle's motor test.
 
-    Args:
-        copter: the vehicle.
-
     Attributes:
         running: whether it is under way.
     """
 
     def __init__(self, copter: Copter) -> None:
-        """See the class."""
         self._copter = copter
         self.running = False
         self._place = self._left = 0

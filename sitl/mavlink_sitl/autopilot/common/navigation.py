@@ -13,10 +13,6 @@ LEAST_LIMIT = 0.1
 class Navigator:
     """Origin, home and limits of one vehicle.
 
-    Args:
-        frame: the local frame.
-        parameters: the vehicle's.
-
     Attributes:
         frame: the local frame.
         origin: of it.
@@ -24,7 +20,6 @@ class Navigator:
     """
 
     def __init__(self, frame: LocalFrame, parameters: Parameters) -> None:
-        """See the class."""
         self.frame = frame
         self.origin = frame.origin
         self.home: GeoPoint | None = None

@@ -64,7 +64,6 @@ class Parameters:
     def __init__(
         self, specs: tuple[ParameterSpec, ...], values: Mapping[str, float] | None = None
     ) -> None:
-        """See the class."""
         self.specs = {spec.name: spec for spec in sorted(specs, key=lambda spec: spec.name)}
         listed = [name for name, spec in self.specs.items() if spec.listed]
         self._listed = {name: place for place, name in enumerate(listed)}

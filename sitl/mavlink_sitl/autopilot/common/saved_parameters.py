@@ -27,7 +27,6 @@ class Saved:
     """
 
     def __init__(self, firmware: Firmware) -> None:
-        """See the class."""
         self._firmware = firmware
         self._told = 0
         self._items = 0

@@ -30,7 +30,6 @@ class Orbit:
     """A circle that is flown with the nose to its centre, as CIRCLE_OPTIONS has it.
 
     Args:
-        copter: the vehicle.
         centre: NED metres; its height is flown.
         radius_m: of the circle.
         rate_rad_s: clockwise, as far as the limits of speed and acceleration allow.
@@ -43,7 +42,6 @@ class Orbit:
     def __init__(
         self, copter: Copter, centre: Vector, radius_m: float, rate_rad_s: float, angle_rad: float
     ) -> None:
-        """See the class."""
         self.turned_rad = 0.0
         self._copter = copter
         self._centre = centre

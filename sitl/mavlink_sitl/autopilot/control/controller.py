@@ -64,20 +64,7 @@ def step(
     o: Ops,
     over_ground: HorizontalLaw | None = None,
 ) -> tuple[ControllerState, Output]:
-    """One fixed step of shaping and tracking.
-
-    Args:
-        state: what the controllers remember.
-        targets: what the autopilots want.
-        belief: where the vehicles think they are.
-        dt: seconds.
-        gains: gains of the tracking half.
-        o: float or array arithmetic.
-        over_ground: another law than `horizontal`.
-
-    Returns:
-        What the controllers remember now, and their output.
-    """
+    """One fixed step of shaping and tracking."""
     spool = o.clip(state.spool + (2.0 * targets.fly - 1.0) * (dt / gains.spool_up_s), 0.0, 1.0)
     # Until the motors may lift, nothing winds up and nothing runs ahead of the vehicle.
     free = targets.fly * (1.0 - belief.on_ground * (spool < 1.0))

@@ -113,14 +113,6 @@ def step(
 ) -> tuple[DriveState, Lane, Lane]:
     """One fixed step.
 
-    Args:
-        state: what the controllers remember.
-        t: what the autopilots want.
-        body: how the vehicles move.
-        dt: seconds.
-        k: gains.
-        o: float or array arithmetic.
-
     Returns:
         What the controllers remember now, throttle and steering, both -1..1.
     """

@@ -73,14 +73,6 @@ def step(
 ) -> tuple[GlideState, Lane, Lane, Lane]:
     """One fixed step.
 
-    Args:
-        state: what the controllers remember.
-        t: what the autopilots want.
-        airspeed: true, m/s.
-        dt: seconds.
-        k: gains.
-        o: float or array arithmetic.
-
     Returns:
         What the controllers remember now; bank, climb and throttle.
     """

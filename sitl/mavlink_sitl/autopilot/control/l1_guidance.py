@@ -64,9 +64,6 @@ def circle(
         direction: 1 clockwise, -1 the other way.
         period_s: NAVL1_PERIOD.
         damping: NAVL1_DAMPING.
-
-    Returns:
-        The acceleration, and how it came about.
     """
     velocity, speed = _moving(velocity, yaw_rad)
     out = (position[0] - centre[0], position[1] - centre[1])
@@ -113,9 +110,6 @@ def line(
         end: another point of it.
         period_s: NAVL1_PERIOD.
         damping: NAVL1_DAMPING.
-
-    Returns:
-        The acceleration, and where the vehicle is.
     """
     velocity, speed = _moving(velocity, yaw_rad)
     length = math.dist(start, end)

@@ -16,11 +16,7 @@ _SCALAR = ScalarOps()
 
 
 class Pace:
-    """The share of its speed with which one track is flown.
-
-    Args:
-        limits: of the vehicle.
-    """
+    """The share of its speed with which one track is flown."""
 
     def __init__(self, limits: Limits) -> None:
         """At full speed."""
@@ -40,12 +36,7 @@ class Pace:
         return self.acceleration_m_s2 == 0.0 and self._speed_m_s == self._limits.speed_xy_m_s
 
     def advance(self, dt_s: float, paused: bool) -> None:
-        """Let time pass.
-
-        Args:
-            dt_s: seconds.
-            paused: whether it is to come to a stand, or back to full speed.
-        """
+        """Let time pass."""
         limits = self._limits
         most, jerk = limits.acceleration_xy_m_s2, limits.jerk_xy_m_s3
         wanted = 0.0 if paused else limits.speed_xy_m_s

@@ -23,7 +23,6 @@ class LineProfile:
     def __init__(
         self, length_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
     ) -> None:
-        """See the class."""
         self.length_m = length_m
         # Jerk phases as short as the acceleration limit, the speed limit or the way allows.
         ramp = min(

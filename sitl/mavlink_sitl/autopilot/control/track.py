@@ -38,7 +38,6 @@ class SmoothProfile:
     def __init__(
         self, length_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
     ) -> None:
-        """See the class."""
         self.length_m = length_m
         self._line = LineProfile(length_m, speed_m_s, acceleration_m_s2, jerk_m_s3 * JERK_SHARE)
         self.duration_s = self._line.duration_s + SNAP_S
@@ -63,7 +62,6 @@ class TrackLeg:
     """
 
     def __init__(self, start: Vector, end: Vector, limits: Limits, jerk_m_s3: float) -> None:
-        """See the class."""
         self.start = start
         self.end = end
         self.limits = limits
@@ -98,15 +96,9 @@ def _share(limit: float, part: float) -> float:
 
 
 class LegTrack:
-    """The leg in flight and, while a corner is rounded, the next one.
-
-    Args:
-        leg: the first leg.
-        now_s: when it begins.
-    """
+    """The leg in flight and, while a corner is rounded, the next one."""
 
     def __init__(self, leg: TrackLeg, now_s: float) -> None:
-        """See the class."""
         self.leg = leg
         self.pace = Pace(leg.limits)
         self._seen_s = now_s

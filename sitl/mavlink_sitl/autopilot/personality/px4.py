@@ -66,9 +66,6 @@ def flown_modes(*, needs_position: bool) -> dict[int, ModeSpec]:
     """Return the modes that are flown here; the first one is that of power-up without a receiver.
 
     A car can be put into ALTCTL while disarmed, but never runs it: it has no height to hold.
-
-    Args:
-        needs_position: whether OFFBOARD and the take-off do.
     """
     modes = (
         ModeSpec(LOITER, "AUTO.LOITER", "px4_hold", True, True, base_flags=BY_ITSELF),

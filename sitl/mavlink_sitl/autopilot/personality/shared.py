@@ -78,11 +78,7 @@ STREAM_IDS = {
 
 
 def streams(**more: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
-    """REQUEST_DATA_STREAM: message ids by stream id; 0 is all of them.
-
-    Args:
-        more: what a vehicle type sends besides, by group.
-    """
+    """REQUEST_DATA_STREAM: message ids by stream id; 0 is all of them."""
     by_id = {
         STREAM_IDS[name]: (*messages, *more.get(name, ())) for name, messages in STREAMS.items()
     }

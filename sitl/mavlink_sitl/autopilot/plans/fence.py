@@ -101,9 +101,6 @@ def _names(kinds: int) -> str:
 class Fence:
     """The fence of one vehicle; of a copter, where subclasses do not say otherwise.
 
-    Args:
-        copter: the vehicle.
-
     Attributes:
         again_m: so much further out a breach counts again.
         breached: the bits of FENCE_TYPE that are broken now.
@@ -115,7 +112,6 @@ class Fence:
     again_m = 20.0
 
     def __init__(self, copter: Firmware) -> None:
-        """See the class."""
         self._copter = copter
         self.breached = 0
         self.last_breached = 0

@@ -20,16 +20,12 @@ SPOOL_S = 1.0
 class Px4Arming(Arming):
     """Whether the motors of one vehicle are armed, and who may change that.
 
-    Args:
-        copter: the vehicle.
-
     Attributes:
         lift_began_s: when the mode wanted to leave the ground and the ramp began.
         landed_at_s: when a landing was detected in this flight.
     """
 
     def __init__(self, copter: Px4Vehicle) -> None:
-        """See the class."""
         super().__init__(copter)
         self._px4 = copter
         self.lift_began_s = math.inf

@@ -38,12 +38,7 @@ class Px4Battery:
         return cell * max(p["BAT1_N_CELLS"], 1.0)
 
     def update(self, now_s: float, armed: bool) -> None:
-        """Let time pass.
-
-        Args:
-            now_s: simulated time.
-            armed: whether it drains; disarmed it is charged.
-        """
+        """Let time pass."""
         dt = 0.0 if self._at_s is None else now_s - self._at_s
         self._at_s = now_s
         p = self._parameters

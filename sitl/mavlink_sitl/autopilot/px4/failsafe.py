@@ -59,9 +59,6 @@ class Action:
 class Px4Failsafes(Failsafes):
     """Watches one vehicle.
 
-    Args:
-        copter: it.
-
     Attributes:
         acting: the mode a failsafe has chosen, or None.
     """

@@ -33,14 +33,9 @@ rejected"""
 
 
 class Feasibility:
-    """Judges the mission of one vehicle, once for each change.
-
-    Args:
-        vehicle: it.
-    """
+    """Judges the mission of one vehicle, once for each change."""
 
     def __init__(self, vehicle: Px4Vehicle) -> None:
-        """See the class."""
         self._vehicle = vehicle
         self._judged: tuple[int, int, bool] | None = None
         self._judged_at_s = -math.inf

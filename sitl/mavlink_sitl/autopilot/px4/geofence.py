@@ -28,14 +28,9 @@ NOT_HERE = "Geofence invalid, doesn't contain current vehicle position"
 
 
 class Px4Geofence(Fence):
-    """The geofence of one vehicle.
-
-    Args:
-        vehicle: it.
-    """
+    """The geofence of one vehicle."""
 
     def __init__(self, vehicle: Px4Vehicle) -> None:
-        """See the class."""
         super().__init__(vehicle)
         self._vehicle = vehicle
 

@@ -19,15 +19,9 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class Px4Mode(Mode):
-    """A flight mode of one vehicle.
-
-    Args:
-        vehicle: the vehicle.
-        spec: number, name and rules.
-    """
+    """A flight mode of one vehicle."""
 
     def __init__(self, vehicle: Px4Vehicle, spec: ModeSpec) -> None:
-        """See the class."""
         super().__init__(vehicle, spec)
         self.px4 = vehicle
 
@@ -90,17 +84,12 @@ class OffboardMode(Px4Mode):
     """
 
     def __init__(self, vehicle: Px4Vehicle, spec: ModeSpec) -> None:
-        """See the class."""
         super().__init__(vehicle, spec)
         self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)
         self._fresh = True
 
     def follow(self, fresh: bool) -> None:
-        """Do what the setpoint in force says.
-
-        Args:
-            fresh: it is the first since the mode was entered.
-        """
+        """Do what the setpoint in force says."""
         raise NotImplementedError
 
     def stop(self) -> None:

@@ -26,7 +26,6 @@ class Px4Navigator(Navigator):
     """A `Navigator` that tells home as it is from home as the firmware has it."""
 
     def __init__(self, frame: LocalFrame, parameters: Parameters) -> None:
-        """See `Navigator`."""
         super().__init__(frame, parameters)
         self._true_home: GeoPoint | None = None
 

@@ -85,7 +85,6 @@ class Px4Vehicle(Copter):
     behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Px4Mode]]]
 
     def __init__(self, start: PowerUp) -> None:
-        """See the class."""
         self.intention = px4.LOITER
         self.setpoint_at_s = -math.inf
         self.manual: ManualControl | None = None

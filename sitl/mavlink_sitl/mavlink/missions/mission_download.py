@@ -15,15 +15,9 @@ if TYPE_CHECKING:
 
 
 class MissionSender:
-    """Gives one vehicle's lists away.
-
-    Args:
-        vehicle: the firmware, which holds them.
-        send: takes messages to send.
-    """
+    """Gives one vehicle's lists away."""
 
     def __init__(self, vehicle: Copter, send: Callable[[Message], None]) -> None:
-        """See the class."""
         self._vehicle = vehicle
         self._rules = vehicle.personality.plan_rules
         self._send = send

@@ -66,7 +66,6 @@ class MissionServer(MissionSender):
         send: Callable[[Message], None],
         send_later: Callable[[int], None],
     ) -> None:
-        """See the class."""
         super().__init__(vehicle, send)
         self._send_later = send_later
         self._upload: _Upload | None = None

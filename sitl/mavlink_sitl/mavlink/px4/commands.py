@@ -33,10 +33,6 @@ NAN_AS_INTEGER = 0x7FF80000
 def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
     """Carry out a command.
 
-    Args:
-        server: the vehicle's side of the link it came on.
-        command: what is asked.
-
     Returns:
         What COMMAND_ACK says, or None when there is no answer.
     """

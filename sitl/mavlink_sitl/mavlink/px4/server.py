@@ -58,7 +58,6 @@ class Px4Server(MavlinkServer):
     """Speaks for one vehicle on one link, from one power-up to the next.
 
     Args:
-        copter: the firmware.
         encoder: keeps the link's sequence numbers, over reboots too.
         system_id: the vehicle's.
         now_us: simulated time of power-up.
@@ -79,7 +78,6 @@ class Px4Server(MavlinkServer):
         snapshot: Callable[[], Snapshot],
         role: str = GCS,
     ) -> None:
-        """See the class."""
         self.builders = {
             **kind_messages.BUILDERS[copter.personality.kind],
             _CURRENT_MODE: self._current_mode,

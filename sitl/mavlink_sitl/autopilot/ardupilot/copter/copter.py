@@ -61,7 +61,6 @@ class Copter(Firmware):
     """
 
     def __init__(self, start: PowerUp) -> None:
-        """See the class."""
         self.yaw = YawControl()
         self._was_aloft = False
         self.motor_test = MotorTest(self)

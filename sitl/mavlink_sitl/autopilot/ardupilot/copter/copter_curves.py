@@ -32,14 +32,12 @@ class CircleTask(CopterTask):
     """Round a place, a number of turns; first to the nearest point of the circle.
 
     Args:
-        auto: the mode.
         item: the item: param1 turns, param3 radius (negative: against the clock).
         start: where the way begins, NED metres.
         centre: NED metres.
     """
 
     def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, centre: Vector) -> None:
-        """See the class."""
         super().__init__(auto, item)
         rate = math.copysign(abs(circle_rate_rad_s(self.copter)), item.params[2])
         radius_m = abs(item.params[2]) or circle_radius_m(self.copter)
@@ -69,7 +67,6 @@ class LoiterToAltitude(FlyTo):
     _above: bool | None = None
 
     def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector) -> None:
-        """See the class."""
         super().__init__(auto, item, start, target)
         self.stay_s = math.inf
 
@@ -90,7 +87,6 @@ class Spline(CopterTask):
     to the place after this one, as ArduCopter's splines do.
 
     Args:
-        auto: the mode.
         item: the item; param1 is the time to stay.
         start: where the curve begins, NED metres.
         target: where it ends.
@@ -105,7 +101,6 @@ class Spline(CopterTask):
         target: Vector,
         following: Vector | None,
     ) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self.target = target
         self._stay_s = max(item.params[0], 0.0)

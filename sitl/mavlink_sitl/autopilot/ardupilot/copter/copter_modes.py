@@ -22,15 +22,9 @@ _SCALAR = ScalarOps()
 
 
 class Mode:
-    """A flight mode of one vehicle.
-
-    Args:
-        copter: the vehicle.
-        spec: number, name and rules.
-    """
+    """A flight mode of one vehicle."""
 
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
-        """See the class."""
         self.copter = copter
         self.spec = spec
 

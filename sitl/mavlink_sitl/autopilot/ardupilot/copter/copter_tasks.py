@@ -28,15 +28,9 @@ ALLOW_TAKEOFF = 2
 
 
 class CopterTask(AutoTask):
-    """An item in flight.
-
-    Args:
-        auto: the mode.
-        item: the item.
-    """
+    """An item in flight."""
 
     def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self.auto: CopterAuto = auto
 
@@ -45,13 +39,10 @@ class TakeOffTask(CopterTask):
     """Straight up, once the motors turn and somebody wants it.
 
     Args:
-        auto: the mode.
-        item: the item.
         down_m: how high, NED.
     """
 
     def __init__(self, auto: CopterAuto, item: PlanItem, down_m: float) -> None:
-        """See the class."""
         super().__init__(auto, item)
         motion = self.copter.motion
         self.target: Vector = (motion.north_m, motion.east_m, down_m)
@@ -87,14 +78,11 @@ class FlyTo(CopterTask):
     """To a place, and for a while at it: waypoints and loiters.
 
     Args:
-        auto: the mode.
-        item: the item.
         start: where the leg begins, NED metres.
         target: where it ends.
     """
 
     def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self.target = target
         jerk = max(self.copter.parameters["WPNAV_JERK"], 0.1)
@@ -180,7 +168,6 @@ class ReturnHome(CopterTask):
     """Home, and down; ends in disarming, which is not AUTO's business."""
 
     def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self._way = ReturnToLaunch(self.copter, auto.spec)
         self._way.enter()
@@ -201,7 +188,6 @@ class LandAt(CopterTask):
     def __init__(
         self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector, moves: bool
     ) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self._sink = Land(self.copter, auto.spec)
         self._way: FlyTo | None = None

@@ -90,7 +90,6 @@ class Guided(Mode):
     """
 
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
-        """See the class."""
         super().__init__(copter, spec)
         self.submode = Submode.VELOCITY
         self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))

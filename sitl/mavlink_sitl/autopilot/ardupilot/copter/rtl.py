@@ -46,7 +46,6 @@ class Leg:
     def __init__(
         self, start: tuple[float, ...], end: tuple[float, ...], profile: LineProfile, began_s: float
     ) -> None:
-        """See the class."""
         self._start = start
         length = math.dist(start, end)
         self._direction = tuple(
@@ -83,7 +82,6 @@ class ReturnToLaunch(Mode):
     """
 
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
-        """See the class."""
         super().__init__(copter, spec)
         self.stage = ReturnStage.CLIMB
 

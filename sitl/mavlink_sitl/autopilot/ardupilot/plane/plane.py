@@ -70,7 +70,6 @@ class Plane(Traveller):
     step_s = STEP_S
 
     def __init__(self, start: PowerUp) -> None:
-        """See `Copter`."""
         self._flying = False
         self.landed_at_s = 0.0
         self.airspeed_m_s = 0.0

@@ -27,14 +27,12 @@ class Approach(FlyLine):
     """NAV_LAND: down a slope to the place, flare, roll out. It never ends by itself.
 
     Args:
-        auto: the mode.
         item: the item: param1 how high a go-around climbs.
         start: where the slope begins, NED metres.
         target: where to touch the ground.
     """
 
     def __init__(self, auto: GlideAuto, item: PlanItem, start: Vector, target: Vector) -> None:
-        """See the class."""
         super().__init__(auto, item, start, target)
         self.flaring = False
         self._said_place = False

@@ -33,15 +33,9 @@ STALL_MARGIN_BANK_RAD = math.radians(25.0)
 
 
 class PlaneMode(Mode):
-    """A mode of one plane.
-
-    Args:
-        plane: the aircraft.
-        spec: number, name and rules.
-    """
+    """A mode of one plane."""
 
     def __init__(self, plane: Plane, spec: ModeSpec) -> None:
-        """See the class."""
         super().__init__(plane, spec)
         self.plane = plane
         self.target: Vector | None = None

@@ -38,14 +38,9 @@ NO_MODE_CHANGE = 1
 
 
 class PlaneFailsafes(Failsafes):
-    """Short and long loss of the radio, loss of the ground station, battery.
-
-    Args:
-        plane: the aircraft.
-    """
+    """Short and long loss of the radio, loss of the ground station, battery."""
 
     def __init__(self, plane: Plane) -> None:
-        """See the class."""
         super().__init__()
         self._plane = plane
         self._short_since_s: float | None = None
@@ -137,9 +132,6 @@ class PlaneFailsafes(Failsafes):
 class PlaneFence(Fence):
     """RTL, or GUIDED to the return point or a rally point.
 
-    Args:
-        plane: the aircraft.
-
     Attributes:
         recovering: it is on its way back; until the breach is over, FENCE_OPTIONS may forbid
             changes of the mode.
@@ -148,7 +140,6 @@ class PlaneFence(Fence):
     again_m = 100.0
 
     def __init__(self, plane: Plane) -> None:
-        """See the class."""
         super().__init__(plane)
         self._plane = plane
         self._mode_before = plane.mode.spec.number

@@ -17,14 +17,9 @@ NO_CHANGE = -2.0
 
 
 class PlaneArming(Arming):
-    """An armed plane on the ground stays armed, unless a mission has landed it.
-
-    Args:
-        plane: the aircraft.
-    """
+    """An armed plane on the ground stays armed, unless a mission has landed it."""
 
     def __init__(self, plane: Plane) -> None:
-        """See the class."""
         super().__init__(plane)
         self._plane = plane
 

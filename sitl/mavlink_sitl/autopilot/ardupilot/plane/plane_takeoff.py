@@ -33,7 +33,6 @@ class Launch:
     def __init__(
         self, plane: Plane, height_m: float, texts: Sequence[tuple[float, str]] = ()
     ) -> None:
-        """See the class."""
         self._plane = plane
         self._height_m = height_m
         self._began_s = plane.now_s

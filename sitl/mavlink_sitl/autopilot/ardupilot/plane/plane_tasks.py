@@ -34,17 +34,11 @@ COMPLETE_TEXTS = {
 
 
 class GlideTask(AutoTask):
-    """An item in flight.
-
-    Args:
-        auto: the mode.
-        item: the item.
-    """
+    """An item in flight."""
 
     taking_off = False
 
     def __init__(self, auto: GlideAuto, item: PlanItem) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self.mode = auto
         self.plane = auto.plane
@@ -59,15 +53,12 @@ class Climb(GlideTask):
     """NAV_TAKEOFF: along the runway, at full throttle, until it is high enough.
 
     Args:
-        auto: the mode.
-        item: the item.
         down_m: how high, NED.
     """
 
     taking_off = True
 
     def __init__(self, auto: GlideAuto, item: PlanItem, down_m: float) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self.height_m = self.plane.navigator.home_ned_m()[2] - down_m
         self._launch: Launch | None = None
@@ -106,7 +97,6 @@ class FlyLine(GlideTask):
     """NAV_WAYPOINT: along the line from the last place; the corner is cut.
 
     Args:
-        auto: the mode.
         item: the item: param2 how near it counts as reached, param3 how far to fly on beyond.
         start: where the leg begins, NED metres.
         target: where it ends.
@@ -121,7 +111,6 @@ class FlyLine(GlideTask):
         target: Vector,
         following: Vector | None = None,
     ) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self.start, self.following = start, following
         self.length_m = math.dist(start[:2], target[:2])
@@ -196,8 +185,6 @@ class GoRound(GlideTask):
     Then it goes on round until its course points to what comes next.
 
     Args:
-        auto: the mode.
-        item: the item.
         centre: NED metres.
         following: where the next item is, if it has a place.
     """
@@ -205,7 +192,6 @@ class GoRound(GlideTask):
     def __init__(
         self, auto: GlideAuto, item: PlanItem, centre: Vector, following: Vector | None
     ) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self._centre, self._following = centre, following
         given = item.params[1] if item.command == Cmd.LOITER_TO_ALT else item.params[2]
@@ -268,7 +254,6 @@ class GroundDelay(GlideTask):
     """NAV_DELAY: only on the ground and disarmed; in the air it has nothing to fly by."""
 
     def __init__(self, auto: GlideAuto, item: PlanItem) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self._until_s = self.plane.now_s + max(item.params[0], 0.0)
         self.plane.say(Severity.INFO, f"Delaying {int(max(item.params[0], 0.0))} sec")

@@ -24,7 +24,6 @@ class Breadcrumbs:
     """
 
     def __init__(self, accuracy_m: float, capacity: int) -> None:
-        """See the class."""
         self.points: list[Point] = []
         self.full = False
         self._accuracy_m = max(accuracy_m, 0.1)

@@ -36,7 +36,6 @@ class LegReference:
     """The way to one point; begins when the motors are armed.
 
     Args:
-        rover: the vehicle.
         destination: North and East, metres.
         speed_m_s: no faster.
         start: where the line begins; where the vehicle can stop when not given.
@@ -57,7 +56,6 @@ class LegReference:
         moving_m_s: float = 0.0,
         leaving_m_s: float = 0.0,
     ) -> None:
-        """See the class."""
         self.destination = destination
         self.reached = False
         self._rover = rover

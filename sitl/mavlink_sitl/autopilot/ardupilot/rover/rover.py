@@ -79,7 +79,6 @@ class Rover(Traveller):
     }
 
     def __init__(self, start: PowerUp) -> None:
-        """See `Copter`."""
         super().__init__(start)
         self.failsafe = RoverFailsafes(self)
         self.fence = RoverFence(self)

@@ -30,8 +30,6 @@ class DriveTo(AutoTask):
     """The way to an item's place.
 
     Args:
-        auto: the mode.
-        item: the item.
         target: its place, NED metres.
         last: whether nothing comes after it.
         speed_m_s: how fast it drives already.
@@ -40,7 +38,6 @@ class DriveTo(AutoTask):
     def __init__(
         self, auto: DriveAuto, item: PlanItem, target: Vector, last: bool, speed_m_s: float
     ) -> None:
-        """See the class."""
         super().__init__(auto, item)
         self._mode = auto
         self._rover = auto.rover

@@ -23,15 +23,9 @@ STICK_DEADZONE = 0.03
 
 
 class DriveMode(Mode):
-    """A mode of one rover or boat.
-
-    Args:
-        rover: the vehicle.
-        spec: number, name and rules.
-    """
+    """A mode of one rover or boat."""
 
     def __init__(self, rover: Rover, spec: ModeSpec) -> None:
-        """See the class."""
         super().__init__(rover, spec)
         self.rover = rover
         self.route: LegReference | None = None

@@ -33,14 +33,9 @@ GIVE_UP_M = 100.0
 
 
 class RoverFailsafes(Failsafes):
-    """Battery, ground station, radio and estimator.
-
-    Args:
-        rover: the vehicle.
-    """
+    """Battery, ground station, radio and estimator."""
 
     def __init__(self, rover: Rover) -> None:
-        """See the class."""
         super().__init__()
         self._rover = rover
         self._gone_s: dict[str, float] = {}
@@ -72,9 +67,6 @@ class RoverFailsafes(Failsafes):
             silent: whether it is silent.
             enabled: the failsafe's parameter.
             now_s: simulated time.
-
-        Returns:
-            Whether it counts as lost now.
         """
         rover = self._rover
         if not silent:
@@ -112,14 +104,9 @@ class RoverFailsafes(Failsafes):
 
 
 class RoverFence(Fence):
-    """The same actions as of failsafes; far outside it only stops.
-
-    Args:
-        rover: the vehicle.
-    """
+    """The same actions as of failsafes; far outside it only stops."""
 
     def __init__(self, rover: Rover) -> None:
-        """See the class."""
         super().__init__(rover)
         self._rover = rover
 

@@ -69,15 +69,9 @@ class Mission(CopterMode, Px4Mission):
 
 
 class Px4Task(AutoTask):
-    """An item in flight.
-
-    Args:
-        mission: the mode.
-        item: the item.
-    """
+    """An item in flight."""
 
     def __init__(self, mission: Mission, item: PlanItem) -> None:
-        """See the class."""
         super().__init__(mission, item)
         self.mission = mission
         self.px4: Px4Copter = mission.px4
@@ -87,8 +81,6 @@ class GoTo(Px4Task):
     """To a place, and for a while at it.
 
     Args:
-        mission: the mode.
-        item: the item.
         target: where to, NED metres.
         turn_first: the nose turns there before it goes, as after a take-off.
     """
@@ -96,7 +88,6 @@ class GoTo(Px4Task):
     def __init__(
         self, mission: Mission, item: PlanItem, target: Vector, turn_first: bool = False
     ) -> None:
-        """See the class."""
         super().__init__(mission, item)
         self.target = target
         self._turning_since_s = self.px4.now_s if turn_first else None

@@ -59,7 +59,6 @@ class Px4Plane(Px4Vehicle):
     }
 
     def __init__(self, start: PowerUp) -> None:
-        """See `Px4Vehicle`."""
         self.airspeed_m_s = 0.0
         self.circling: tuple[Point, float] | None = None
         self._on_ground = True

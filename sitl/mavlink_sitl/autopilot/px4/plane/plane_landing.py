@@ -30,7 +30,6 @@ class Descent:
     """
 
     def __init__(self, mode: PlaneMode, touchdown: Vector, entrance: Vector | None = None) -> None:
-        """See the class."""
         self._mode = mode
         self._plane = mode.px4
         self._touchdown = touchdown

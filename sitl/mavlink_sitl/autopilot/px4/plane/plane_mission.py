@@ -25,8 +25,6 @@ class PlaneTask(AutoTask):
     """An item in flight.
 
     Args:
-        mission: the mode.
-        item: the item.
         target: its place, NED metres.
         start: the place before it, if there is one.
     """
@@ -34,7 +32,6 @@ class PlaneTask(AutoTask):
     def __init__(
         self, mission: PlaneMission, item: PlanItem, target: Vector, start: Vector | None
     ) -> None:
-        """See the class."""
         super().__init__(mission, item)
         self.mission = mission
         self.plane = mission.px4
@@ -104,7 +101,6 @@ class ClimbOut(PlaneTask):
     def __init__(
         self, mission: PlaneMission, item: PlanItem, target: Vector, start: Vector | None
     ) -> None:
-        """See `PlaneTask`."""
         super().__init__(mission, item, target, start)
         far = math.dist(mission.level(), target[:2]) > 10.0
         self.climbout = Climbout(mission, target[2], target[:2] if far else None)
@@ -124,7 +120,6 @@ class LandAt(PlaneTask):
     def __init__(
         self, mission: PlaneMission, item: PlanItem, target: Vector, start: Vector | None
     ) -> None:
-        """See `PlaneTask`."""
         super().__init__(mission, item, target, start)
         self._descent = Descent(mission, target, start)
 
@@ -146,14 +141,7 @@ class LandAt(PlaneTask):
 
 
 def approach_is_good(plane: Px4Plane, before: PlanItem, start: Vector, end: Vector) -> bool:
-    """Whether a landing may follow an item: from above, and not too steep (FW_LND_ANG).
-
-    Args:
-        plane: the vehicle.
-        before: the item before the landing.
-        start: its place, NED metres.
-        end: the landing's.
-    """
+    """Whether a landing may follow an item: from above, and not too steep (FW_LND_ANG)."""
     high_m, far_m = end[2] - start[2], math.dist(start[:2], end[:2])
     if before.command == Cmd.LOITER_TO_ALT:
         radius_m = abs(before.params[1])

@@ -30,7 +30,6 @@ class Climbout:
     """
 
     def __init__(self, mode: PlaneMode, down_m: float, towards: Point | None = None) -> None:
-        """See the class."""
         self._mode = mode
         self._plane = mode.px4
         self.down_m = down_m

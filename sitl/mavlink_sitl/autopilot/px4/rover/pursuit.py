@@ -59,7 +59,6 @@ class PurePursuit:
     """The way to one place.
 
     Args:
-        rover: the vehicle.
         target: North and East, metres.
         start: where the line begins; None for a straight way from wherever the vehicle is.
         arrival_m_s: how fast it may be at the end; 0 to stop there.
@@ -77,7 +76,6 @@ class PurePursuit:
         arrival_m_s: float = 0.0,
         accept_m: float | None = None,
     ) -> None:
-        """See the class."""
         self._rover = rover
         self.target = target
         self._start = start

@@ -32,8 +32,6 @@ class DriveTo(AutoTask):
     """The way to an item's place, and the time there.
 
     Args:
-        mission: the mode.
-        item: the item.
         start: where the line to it begins.
         target: its place.
         after: the place of the next item that is driven to, or None to stop here.
@@ -47,7 +45,6 @@ class DriveTo(AutoTask):
         target: Point,
         after: Point | None,
     ) -> None:
-        """See the class."""
         super().__init__(mission, item)
         self._mission, self._rover = mission, mission.px4
         self.target = target
