@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
@@ -9,22 +11,8 @@ from mavlink_sitl.autopilot.personality import (
     ModeSpec,
     Personality,
     Sensors,
+    shared,
 )
-from mavlink_sitl.autopilot.personality.shared import (
-    ATTITUDE,
-    COMMON,
-    HEIGHT,
-    HEIGHT_FENCE,
-    PLACE,
-    RATES,
-    SIM_WIND,
-    YAW,
-    saved_barometers,
-    saved_calibrations,
-    saved_source,
-    streams,
-)
-from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS
 
 SET_ATTITUDE_TARGET = 0x0040
 """A capability that other vehicle types do not have here"""
@@ -49,9 +37,9 @@ _MODES = (
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (
-    *COMMON,
-    *HEIGHT_FENCE,
-    *SIM_WIND,
+    *shared.COMMON,
+    *shared.HEIGHT_FENCE,
+    *shared.SIM_WIND,
     ParameterSpec("AUTO_OPTIONS", 0.0, _INT32),
     ParameterSpec("AVOID_ENABLE", 3.0, _INT8),
     ParameterSpec("CIRCLE_RADIUS", 1000.0),
@@ -85,24 +73,17 @@ _PARAMETERS = (
 )
 
 _BOOT = (
-    BootStep(1.93, "Barometer 1 calibration complete"),
-    BootStep(1.93, "Barometer 2 calibration complete"),
-    BootStep(2.46, "ArduPilot Ready"),
-    BootStep(2.46, "AHRS: DCM active"),
-    BootStep(4.46, "EKF3 IMU0 initialised"),
-    BootStep(4.46, "EKF3 IMU1 initialised"),
+    *shared.twice(1.93, "Barometer {} calibration complete", first=1),
+    *shared.ready(2.46),
+    *shared.twice(4.46, "EKF3 IMU{} initialised"),
     BootStep(4.46, "AHRS: EKF3 active"),
-    BootStep(5.81, "EKF3 IMU0 tilt alignment complete"),
-    BootStep(5.81, "EKF3 IMU1 tilt alignment complete"),
-    BootStep(5.91, "EKF3 IMU0 MAG0 initial yaw alignment complete"),
-    BootStep(5.91, "EKF3 IMU1 MAG0 initial yaw alignment complete"),
-    BootStep(9.81, "GPS 1: probing for u-blox at 230400 baud"),
-    BootStep(9.84, "GPS 1: detected u-blox"),
+    *shared.twice(5.81, "EKF3 IMU{} tilt alignment complete"),
+    *shared.twice(5.91, "EKF3 IMU{} MAG0 initial yaw alignment complete"),
+    *shared.finding_gps(9.81, 9.84),
     BootStep(20.03, "EKF3 IMU0 origin set"),
     BootStep(20.06, "Field Elevation Set: {elevation:.0f}m"),
     BootStep(20.22, "EKF3 IMU1 origin set"),
-    BootStep(41.64, "EKF3 IMU0 is using GPS"),
-    BootStep(41.64, "EKF3 IMU1 is using GPS"),
+    *shared.twice(41.64, "EKF3 IMU{} is using GPS"),
 )
 
 ARDUCOPTER = Personality(
@@ -121,20 +102,28 @@ ARDUCOPTER = Personality(
     origin_s=20.03,
     first_heartbeat_s=1.0,
     standby_s=2.46,
-    streams=streams(),
+    streams=shared.streams(),
     sensors=Sensors(
         present=0x5361FC0F,
         enabled=0x5241800F,
         healthy=0x4741800F,
         by_mode={
-            "STABILIZE": RATES | ATTITUDE | YAW,
-            "ALT_HOLD": RATES | ATTITUDE | YAW | HEIGHT,
+            "STABILIZE": shared.LEVEL | shared.YAW,
+            "ALT_HOLD": shared.LEVEL | shared.YAW | shared.HEIGHT,
         },
-        otherwise=RATES | ATTITUDE | YAW | HEIGHT | PLACE,
+        otherwise=shared.FLOWN,
     ),
     shortest_interval_us=3125,
-    plan_rules=ARDUPILOT_PLANS,
-    saved=(*saved_barometers(1.93), *saved_calibrations(1.93, 2.46), *saved_source(3.46)),
+    saved=shared.saved(1.93, 3.46, calibrations_s=(1.93, 2.46)),
     estimators=("EKF3 IMU0", "EKF3 IMU1"),
     aloft_texts=tuple(f"EKF3 IMU{i} MAG0 in-flight yaw alignment complete" for i in (0, 1)),
 )
+
+TRAVELLER = replace(
+    ARDUCOPTER,
+    boot_mode=16,
+    aloft_texts=(),
+    armed_text="Throttle armed",
+    disarmed_text="Throttle disarmed",
+)
+"""What rovers, boats and planes have in common"""

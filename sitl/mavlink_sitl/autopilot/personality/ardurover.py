@@ -11,20 +11,9 @@ from mavlink_sitl.autopilot.personality import (
     ModeSpec,
     Personality,
     Sensors,
+    shared,
 )
-from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
-from mavlink_sitl.autopilot.personality.shared import (
-    ATTITUDE,
-    COMMON,
-    PLACE,
-    RATES,
-    YAW,
-    saved_barometers,
-    saved_calibrations,
-    saved_source,
-    streams,
-)
-from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS
+from mavlink_sitl.autopilot.personality.arducopter import TRAVELLER
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16
@@ -56,7 +45,7 @@ _MODES = (
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (
-    *COMMON,
+    *shared.COMMON,
     ParameterSpec("ATC_ACCEL_MAX", 1.0),
     ParameterSpec("ATC_STR_RAT_MAX", 120.0),
     ParameterSpec("ATC_TURN_MAX_G", 0.6),
@@ -85,46 +74,36 @@ _PARAMETERS = (
 )
 
 _BOOT = (
-    BootStep(1.73, "Barometer 1 calibration complete"),
-    BootStep(1.73, "Barometer 2 calibration complete"),
+    *shared.twice(1.73, "Barometer {} calibration complete", first=1),
     BootStep(1.75, "Beginning INS calibration. Do not move vehicle"),
-    BootStep(2.37, "ArduPilot Ready"),
-    BootStep(2.37, "AHRS: DCM active"),
-    BootStep(4.39, "EKF3 IMU0 initialised"),
-    BootStep(4.39, "EKF3 IMU1 initialised"),
-    BootStep(6.00, "EKF3 IMU0 tilt alignment complete"),
-    BootStep(6.00, "EKF3 IMU1 tilt alignment complete"),
-    BootStep(6.07, "EKF3 IMU0 MAG0 initial yaw alignment complete"),
-    BootStep(6.07, "EKF3 IMU1 MAG0 initial yaw alignment complete"),
-    BootStep(9.67, "GPS 1: probing for u-blox at 230400 baud"),
-    BootStep(9.70, "GPS 1: detected u-blox"),
-    BootStep(19.88, "EKF3 IMU0 origin set"),
-    BootStep(19.88, "EKF3 IMU1 origin set"),
+    *shared.ready(2.37),
+    *shared.twice(4.39, "EKF3 IMU{} initialised"),
+    *shared.twice(6.00, "EKF3 IMU{} tilt alignment complete"),
+    *shared.twice(6.07, "EKF3 IMU{} MAG0 initial yaw alignment complete"),
+    *shared.finding_gps(9.67, 9.70),
+    *shared.twice(19.88, "EKF3 IMU{} origin set"),
     BootStep(19.96, "Field Elevation Set: {elevation:.0f}m"),
-    BootStep(42.10, "EKF3 IMU0 is using GPS"),
-    BootStep(42.10, "EKF3 IMU1 is using GPS"),
+    *shared.twice(42.10, "EKF3 IMU{} is using GPS"),
     BootStep(42.10, "AHRS: EKF3 active"),
 )
 
 ARDUROVER = replace(
-    ARDUCOPTER,
+    TRAVELLER,
     name="ArduRover",
     kind="rover",
     mav_type=10,
     capabilities=0xF1EF & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
-    plan_rules=ARDUPILOT_PLANS,
     boot=_BOOT,
-    saved=(*saved_barometers(1.73), *saved_calibrations(1.85, 2.37), *saved_source(3.40)),
+    saved=shared.saved(1.73, 3.40, calibrations_s=(1.85, 2.37)),
     ready_s=42.10,
     gps_fix_s=9.75,
     battery_ready_s=2.4,
     origin_s=19.88,
     standby_s=2.365,
-    boot_mode=16,
     boot_flags=MANUAL_INPUT,
-    streams=streams(raw_controller=(34,)),
+    streams=shared.streams(raw_controller=(34,)),
     sensors=Sensors(
         present=0x1321DC0F,
         enabled=0x1201800F,
@@ -132,15 +111,12 @@ ARDUROVER = replace(
         by_mode={
             "MANUAL": 0,
             "HOLD": 0,
-            "ACRO": RATES | ATTITUDE,
-            "STEERING": RATES | ATTITUDE,
+            "ACRO": shared.LEVEL,
+            "STEERING": shared.LEVEL,
         },
-        otherwise=RATES | ATTITUDE | YAW | PLACE,
+        otherwise=shared.DRIVEN,
         estimator_needs_gps=True,
     ),
-    aloft_texts=(),
-    armed_text="Throttle armed",
-    disarmed_text="Throttle disarmed",
 )
 
 ARDUBOAT: Personality = replace(ARDUROVER, name="ArduRover (boat)", kind="boat", mav_type=11)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
-from mavlink_sitl.autopilot.personality import SavedStep
+from mavlink_sitl.autopilot.personality import BootStep, SavedStep
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16
@@ -85,6 +85,24 @@ def streams(**more: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
     return {0: tuple(m for messages in by_id.values() for m in messages), **by_id}
 
 
+def twice(at_s: float, text: str, first: int = 0) -> tuple[BootStep, ...]:
+    """What two of a kind say at once while starting, each with its number."""
+    return tuple(BootStep(at_s, text.format(number)) for number in (first, first + 1))
+
+
+def ready(at_s: float) -> tuple[BootStep, ...]:
+    """The end of the start, as long as the estimator has not begun."""
+    return BootStep(at_s, "ArduPilot Ready"), BootStep(at_s, "AHRS: DCM active")
+
+
+def finding_gps(probed_s: float, found_s: float) -> tuple[BootStep, ...]:
+    """The search for the receiver."""
+    return (
+        BootStep(probed_s, "GPS 1: probing for u-blox at 230400 baud"),
+        BootStep(found_s, "GPS 1: detected u-blox"),
+    )
+
+
 _BAROMETERS = (("BARO1_GND_PRESS", 94502.8), ("BARO2_GND_PRESS", 94502.5))
 _SENSOR_IDS = (
     ("INS_GYR_ID", 2752772.0),
@@ -96,12 +114,24 @@ _GYROSCOPES = (("", "1", 2752772.0), ("2", "2", 2752780.0), ("3", "", 0.0))
 """In the names of offsets, in that of the temperature, and the id; the third one is not there"""
 
 
-def saved_barometers(at_s: float) -> tuple[SavedStep, ...]:
-    """The pressure on the ground, when it is measured."""
-    return tuple(SavedStep(at_s, name, value) for name, value in _BAROMETERS)
+def saved(
+    barometers_s: float, source_s: float, calibrations_s: tuple[float, float] | None = None
+) -> tuple[SavedStep, ...]:
+    """What is saved while starting; times are seconds after power-up.
+
+    Args:
+        barometers_s: when the pressure on the ground is measured.
+        source_s: when the source of the estimator's position is chosen.
+        calibrations_s: when inertial sensors are found, and when the gyroscopes are calibrated;
+            None where nobody was heard to tell.
+    """
+    found = [SavedStep(barometers_s, name, value) for name, value in _BAROMETERS]
+    if calibrations_s is not None:
+        found += _calibrations(*calibrations_s)
+    return (*found, SavedStep(source_s, "EK3_SRC1_POSXY", 3.0, _INT8))
 
 
-def saved_calibrations(ids_s: float, gyroscopes_s: float) -> tuple[SavedStep, ...]:
+def _calibrations(ids_s: float, gyroscopes_s: float) -> list[SavedStep]:
     """What inertial sensors there are, and the calibration of the gyroscopes.
 
     Args:
@@ -117,13 +147,11 @@ def saved_calibrations(ids_s: float, gyroscopes_s: float) -> tuple[SavedStep, ..
         found.append(SavedStep(gyroscopes_s, f"INS_GYR{place}_ID", number, _INT32))
         if warm:
             found.append(SavedStep(gyroscopes_s, f"INS_GYR{warm}_CALTEMP", 25.02))
-    return tuple(found)
-
-
-def saved_source(at_s: float) -> tuple[SavedStep, ...]:
-    """The source of the estimator's position."""
-    return (SavedStep(at_s, "EK3_SRC1_POSXY", 3.0, _INT8),)
+    return found
 
 
 RATES, ATTITUDE, YAW, HEIGHT, PLACE = 0x400, 0x800, 0x1000, 0x2000, 0x4000
 """Of SYS_STATUS: what is controlled"""
+LEVEL = RATES | ATTITUDE
+DRIVEN = LEVEL | YAW | PLACE
+FLOWN = DRIVEN | HEIGHT
