@@ -11,9 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity
-from mavlink_sitl.mavlink import copter_commands, kind_commands, setpoints
+from mavlink_sitl.mavlink import kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages import known_messages
 
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 FORCE = 21196
 """The value of param2 that arms and disarms against all checks"""
 RELATIVE_ALT = 3
-_MODE_LAND, _MODE_LOITER, _MODE_RTL, _MODE_GUIDED = 9, 5, 6, 4
 
 
 @dataclass(frozen=True)
@@ -60,13 +58,16 @@ def from_message(message: Message) -> ReceivedCommand:
     return ReceivedCommand(message.command, params, x, y, message.param7, RELATIVE_ALT, True)
 
 
+Handler = Callable[["MavlinkServer", ReceivedCommand], Result]
+
+
 def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Carry out a command."""
-    table = kind_commands.BY_KIND.get(server.copter.personality.kind, {})
-    handler = table.get(command.id, _HANDLERS.get(command.id))
-    if handler is None:
+    table = kind_commands.BY_KIND[server.copter.personality.kind]
+    entry = table.get(command.id, _HANDLERS.get(command.id))
+    if entry is None:
         return Result.UNSUPPORTED
-    used = _USED_PARAMS.get(command.id, 4)
+    handler, used = entry
     if not all(setpoints.usable(value) for value in command.params[:used]):
         return Result.DENIED
     return handler(server, command)
@@ -96,37 +97,8 @@ def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.copter.take_off(command.z)
 
 
-def _mode(number: int) -> Callable[[MavlinkServer, ReceivedCommand], Result]:
-    return lambda server, _: server.copter.set_mode(number)
-
-
-def _reposition(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """DO_REPOSITION of a copter, which ignores the speed and the heading in it.
-
-    Seen in `copter_guided_cmds`; outside the fence it fails (`copter_fence3`).
-    """
-    copter = server.copter
-    if command.is_long:
-        return Result.UNSUPPORTED
-    change_mode = int(command.params[1]) & 1
-    if not isinstance(copter.mode, Guided) and not change_mode:
-        return Result.DENIED
-    if not setpoints.usable(command.z) or (command.x == 0 and command.y == 0):
-        return Result.DENIED
-    position = setpoints.local_position(
-        copter, command.frame, int(command.x), int(command.y), command.z
-    )
-    if position is None:
-        return Result.DENIED
-    if copter.set_mode(_MODE_GUIDED) is not Result.ACCEPTED:
-        return Result.FAILED
-    if not copter.fence.allows(position):
-        return Result.FAILED
-    copter.setpoint(Setpoint(SetpointFrame.LOCAL, position_m=position))
-    return Result.ACCEPTED
-
-
-def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    """DO_CHANGE_SPEED."""
     return server.copter.change_speed(int(command.params[0]), command.params[1])
 
 
@@ -174,7 +146,9 @@ def _request_message(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _request(message_id: int) -> Callable[[MavlinkServer, ReceivedCommand], Result]:
+def request(message_id: int) -> Handler:
+    """Of a message by itself: it follows the answer."""
+
     def handler(server: MavlinkServer, _: ReceivedCommand) -> Result:
         server.send_later(message_id)
         return Result.ACCEPTED
@@ -186,7 +160,7 @@ def _capabilities(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """REQUEST_AUTOPILOT_CAPABILITIES: with param1 = 1 (`copter_ground_cmds`)."""
     if command.params[0] != 1.0:
         return Result.FAILED
-    return _request(148)(server, command)
+    return request(148)(server, command)
 
 
 def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -209,10 +183,6 @@ def _reboot(server: MavlinkServer, command: ReceivedCommand) -> Result:
         # Asked first whether it is armed, also by a test of the motors (`copter_ground_cmds`).
         return Result.FAILED if server.copter.soft_armed else Result.UNSUPPORTED
     return server.copter.reboot()
-
-
-def _prearm_checks(server: MavlinkServer, _: ReceivedCommand) -> Result:
-    return server.copter.arming.run_checks()
 
 
 def _mission_start(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -250,63 +220,30 @@ def _terminate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.copter.disarm(force=True)
 
 
-def _inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    """INJECT_FAILURE."""
     unit, kind, instance = (int(value) for value in command.params[:3])
     return server.copter.inject_failure(unit, kind, instance)
 
 
-_HANDLERS: dict[int, Callable[[MavlinkServer, ReceivedCommand], Result]] = {
-    dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(_MODE_LOITER),
-    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(_MODE_RTL),
-    dialect.MAV_CMD_NAV_LAND: _mode(_MODE_LAND),
-    dialect.MAV_CMD_NAV_TAKEOFF: _take_off,
-    dialect.MAV_CMD_DO_SET_MODE: _set_mode,
-    dialect.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
-    dialect.MAV_CMD_DO_SET_HOME: _set_home,
-    dialect.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
-    dialect.MAV_CMD_DO_REPOSITION: _reposition,
-    dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
-    dialect.MAV_CMD_INJECT_FAILURE: _inject_failure,
-    dialect.MAV_CMD_MISSION_START: _mission_start,
-    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: _set_current_item,
-    dialect.MAV_CMD_DO_PAUSE_CONTINUE: _pause_or_go_on,
-    dialect.MAV_CMD_DO_FENCE_ENABLE: _enable_fence,
-    dialect.MAV_CMD_COMPONENT_ARM_DISARM: _arm_disarm,
-    dialect.MAV_CMD_RUN_PREARM_CHECKS: _prearm_checks,
-    dialect.MAV_CMD_GET_HOME_POSITION: _request(242),
-    dialect.MAV_CMD_GET_MESSAGE_INTERVAL: _get_interval,
-    dialect.MAV_CMD_SET_MESSAGE_INTERVAL: _set_interval,
-    dialect.MAV_CMD_REQUEST_MESSAGE: _request_message,
-    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: _capabilities,
+_HANDLERS: dict[int, tuple[Handler, int]] = {
+    dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
+    dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
+    dialect.MAV_CMD_DO_CHANGE_SPEED: (change_speed, 2),
+    dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
+    dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
+    dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
+    dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 3),
+    dialect.MAV_CMD_MISSION_START: (_mission_start, 2),
+    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
+    dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
+    dialect.MAV_CMD_DO_FENCE_ENABLE: (_enable_fence, 1),
+    dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 2),
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.copter.arming.run_checks(), 0),
+    dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
+    dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),
+    dialect.MAV_CMD_SET_MESSAGE_INTERVAL: (_set_interval, 2),
+    dialect.MAV_CMD_REQUEST_MESSAGE: (_request_message, 1),
+    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: (_capabilities, 1),
 }
-
-_USED_PARAMS = {
-    **copter_commands.USED_PARAMS,
-    dialect.MAV_CMD_DO_REPOSITION: 3,
-    dialect.MAV_CMD_NAV_TAKEOFF: 0,
-    dialect.MAV_CMD_NAV_LAND: 0,
-    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: 0,
-    dialect.MAV_CMD_NAV_LOITER_UNLIM: 0,
-    dialect.MAV_CMD_RUN_PREARM_CHECKS: 0,
-    dialect.MAV_CMD_GET_HOME_POSITION: 0,
-    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: 1,
-    dialect.MAV_CMD_DO_SET_REVERSE: 1,
-    dialect.MAV_CMD_GUIDED_CHANGE_SPEED: 2,
-    dialect.MAV_CMD_MISSION_START: 2,
-    dialect.MAV_CMD_DO_LAND_START: 0,
-    dialect.MAV_CMD_DO_GO_AROUND: 1,
-    dialect.MAV_CMD_DO_SET_MISSION_CURRENT: 1,
-    dialect.MAV_CMD_DO_PAUSE_CONTINUE: 1,
-    dialect.MAV_CMD_DO_FENCE_ENABLE: 1,
-    dialect.MAV_CMD_INJECT_FAILURE: 3,
-    dialect.MAV_CMD_DO_SET_MODE: 2,
-    dialect.MAV_CMD_COMPONENT_ARM_DISARM: 2,
-    dialect.MAV_CMD_DO_CHANGE_SPEED: 2,
-    dialect.MAV_CMD_SET_MESSAGE_INTERVAL: 2,
-    dialect.MAV_CMD_GET_MESSAGE_INTERVAL: 1,
-    dialect.MAV_CMD_REQUEST_MESSAGE: 1,
-    dialect.MAV_CMD_DO_SET_HOME: 1,
-    dialect.MAV_CMD_DO_FLIGHTTERMINATION: 1,
-    dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: 1,
-}
-"""How many of param1..4 count; senders may leave NaN ("not given") in the others"""
+"""By MAV_CMD: what carries it out, and how many of param1..4 count; others may be NaN"""

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 FORCE_SAVE = 76
 SIMPLE, TRIM = 4, 2
 """PREFLIGHT_CALIBRATION's param5: accelerometers on the level, and their trim"""
-_MODE_LAND = 9
 
 
 def condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -79,64 +78,35 @@ def calibrate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if done else Result.UNSUPPORTED
 
 
-def set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """DO_SET_SERVO: the outputs that have no other function."""
-    return server.copter.set_servo(int(command.params[0]), command.params[1])
-
-
-def land_start(server: MavlinkServer, _: ReceivedCommand) -> Result:
-    """DO_LAND_START: fly the mission from its DO_LAND_START item on."""
-    return server.copter.start_landing_sequence()
-
-
 def _always(result: Result) -> Handler:
     return lambda *_: result
-
-
-def _land(server: MavlinkServer, _: ReceivedCommand) -> Result:
-    return server.copter.set_mode(_MODE_LAND)
 
 
 def _source_set(_: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
 
 
-COPTER: dict[int, Handler | None] = {
-    dialect.MAV_CMD_CONDITION_YAW: condition_yaw,
-    dialect.MAV_CMD_DO_SET_ROI: look_at,
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: look_at,
-    dialect.MAV_CMD_DO_SET_ROI_NONE: look_at_nothing,
-    dialect.MAV_CMD_DO_MOTOR_TEST: motor_test,
-    dialect.MAV_CMD_PREFLIGHT_CALIBRATION: calibrate,
-    dialect.MAV_CMD_DO_SET_SERVO: set_servo,
-    dialect.MAV_CMD_DO_LAND_START: land_start,
-    # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
-    dialect.MAV_CMD_DO_GRIPPER: _always(Result.FAILED),
-    dialect.MAV_CMD_VIDEO_START_CAPTURE: _always(Result.FAILED),
-    dialect.MAV_CMD_DO_MOUNT_CONTROL: _always(Result.FAILED),
-    dialect.MAV_CMD_DO_SET_RELAY: _always(Result.ACCEPTED),
-    dialect.MAV_CMD_DO_REPEAT_SERVO: _always(Result.ACCEPTED),
-    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: _always(Result.ACCEPTED),
-    dialect.MAV_CMD_DO_DIGICAM_CONTROL: _always(Result.ACCEPTED),
-    dialect.MAV_CMD_SET_EKF_SOURCE_SET: _source_set,
-    dialect.MAV_CMD_NAV_VTOL_LAND: _land,
-}
-"""By command"""
+def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    return server.copter.set_servo(int(command.params[0]), command.params[1])
 
-USED_PARAMS = {
-    dialect.MAV_CMD_DO_SET_ROI: 0,
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: 0,
-    dialect.MAV_CMD_DO_SET_ROI_NONE: 0,
-    dialect.MAV_CMD_DO_LAND_START: 0,
-    dialect.MAV_CMD_DO_SET_SERVO: 2,
-    dialect.MAV_CMD_DO_GRIPPER: 0,
-    dialect.MAV_CMD_VIDEO_START_CAPTURE: 0,
-    dialect.MAV_CMD_DO_MOUNT_CONTROL: 0,
-    dialect.MAV_CMD_DO_SET_RELAY: 2,
-    dialect.MAV_CMD_DO_REPEAT_SERVO: 4,
-    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: 3,
-    dialect.MAV_CMD_DO_DIGICAM_CONTROL: 4,
-    dialect.MAV_CMD_SET_EKF_SOURCE_SET: 1,
-    dialect.MAV_CMD_NAV_VTOL_LAND: 0,
+
+COPTER: dict[int, tuple[Handler, int]] = {
+    dialect.MAV_CMD_CONDITION_YAW: (condition_yaw, 4),
+    dialect.MAV_CMD_DO_SET_ROI: (look_at, 0),
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (look_at, 0),
+    dialect.MAV_CMD_DO_SET_ROI_NONE: (look_at_nothing, 0),
+    dialect.MAV_CMD_DO_MOTOR_TEST: (motor_test, 4),
+    dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (calibrate, 4),
+    dialect.MAV_CMD_DO_SET_SERVO: (_set_servo, 2),
+    dialect.MAV_CMD_DO_LAND_START: (lambda s, _: s.copter.start_landing_sequence(), 0),
+    # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
+    dialect.MAV_CMD_DO_GRIPPER: (_always(Result.FAILED), 0),
+    dialect.MAV_CMD_VIDEO_START_CAPTURE: (_always(Result.FAILED), 0),
+    dialect.MAV_CMD_DO_MOUNT_CONTROL: (_always(Result.FAILED), 0),
+    dialect.MAV_CMD_DO_SET_RELAY: (_always(Result.ACCEPTED), 2),
+    dialect.MAV_CMD_DO_REPEAT_SERVO: (_always(Result.ACCEPTED), 4),
+    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: (_always(Result.ACCEPTED), 3),
+    dialect.MAV_CMD_DO_DIGICAM_CONTROL: (_always(Result.ACCEPTED), 4),
+    dialect.MAV_CMD_SET_EKF_SOURCE_SET: (_source_set, 1),
 }
-"""How many of param1..4 count"""
+"""By MAV_CMD: what carries it out, and how many of param1..4 count"""

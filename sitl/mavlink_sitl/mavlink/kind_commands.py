@@ -1,4 +1,4 @@
-"""Commands that rovers, boats and planes answer differently from copters.
+"""Commands that each kind of vehicle with ArduPilot answers in its own way.
 
 Seen in `rover_guided` and `plane_guided`. None stands for UNSUPPORTED.
 """
@@ -17,7 +17,7 @@ from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.control.track import Vector
     from mavlink_sitl.mavlink.commands import ReceivedCommand
     from mavlink_sitl.mavlink.server import MavlinkServer
@@ -32,7 +32,9 @@ def _mode(number: int) -> Handler:
 def _reposition(guided: int, otherwise: Result) -> Handler:
     """DO_REPOSITION as COMMAND_INT; bit 0 of param2 allows the change to GUIDED.
 
-    A plane ignores the radius in param3; param4 says which way round (`plane_guided_repo`).
+    A copter ignores the speed and the heading (`copter_guided_cmds`); outside the fence it fails
+    (`copter_fence3`). A plane ignores the radius in param3; param4 says which way round
+    (`plane_guided_repo`).
     """
 
     def handler(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -57,14 +59,18 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     return handler
 
 
-def _go_to(copter: Firmware, command: ReceivedCommand, position: Vector) -> Result:
+def _go_to(copter: Copter, command: ReceivedCommand, position: Vector) -> Result:
     """Where a DO_REPOSITION sends a vehicle that is in GUIDED; NED metres."""
     if isinstance(copter, plane.Plane):
         against = setpoints.usable(command.params[3]) and command.params[3] != 0.0
         usual_m = abs(copter.parameters["WP_LOITER_RAD"])
         copter.reposition(position, -usual_m if against else usual_m)
         return Result.ACCEPTED
-    assert isinstance(copter, rover.Rover)
+    if not isinstance(copter, rover.Rover):
+        if not copter.fence.allows(position):
+            return Result.FAILED
+        copter.setpoint(Setpoint(SetpointFrame.LOCAL, position_m=position))
+        return Result.ACCEPTED
     if command.params[0] > 0.0:
         # Only a way that is being driven takes a speed (`rover_setpoints3`).
         if copter.destination_ned_m() is None:
@@ -127,30 +133,35 @@ def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.copter.change_speed(int(kind), speed_m_s)
 
 
-_ROVER: dict[int, Handler | None] = {
+_COPTER: dict[int, tuple[Handler, int] | None] = {
+    **COPTER,
+    dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(5), 0),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(6), 0),
+    dialect.MAV_CMD_NAV_LAND: (_mode(9), 0),
+    dialect.MAV_CMD_NAV_VTOL_LAND: (_mode(9), 0),
+    dialect.MAV_CMD_DO_REPOSITION: (_reposition(4, Result.DENIED), 3),
+}
+_ROVER: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_NAV_TAKEOFF: None,
-    dialect.MAV_CMD_NAV_LAND: None,
-    dialect.MAV_CMD_NAV_LOITER_UNLIM: None,
-    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(rover.MODE_RTL),
-    dialect.MAV_CMD_DO_SET_REVERSE: _set_reverse,
-    dialect.MAV_CMD_DO_REPOSITION: _reposition(rover.MODE_GUIDED, Result.DENIED),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(rover.MODE_RTL), 0),
+    dialect.MAV_CMD_DO_SET_REVERSE: (_set_reverse, 1),
+    dialect.MAV_CMD_DO_REPOSITION: (_reposition(rover.MODE_GUIDED, Result.DENIED), 3),
 }
 
-_PLANE: dict[int, Handler | None] = {
-    dialect.MAV_CMD_NAV_LAND: None,
-    dialect.MAV_CMD_DO_LAND_START: _start_landing,
-    dialect.MAV_CMD_DO_GO_AROUND: _go_around,
-    dialect.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
-    dialect.MAV_CMD_GUIDED_CHANGE_SPEED: _guided_change_speed,
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: _look_at,
-    dialect.MAV_CMD_NAV_TAKEOFF: lambda *_: Result.FAILED,
-    dialect.MAV_CMD_NAV_LOITER_UNLIM: _mode(plane.MODE_LOITER),
-    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: _mode(plane.MODE_RTL),
-    dialect.MAV_CMD_DO_REPOSITION: _reposition(plane.MODE_GUIDED, Result.FAILED),
+_PLANE: dict[int, tuple[Handler, int] | None] = {
+    dialect.MAV_CMD_DO_LAND_START: (_start_landing, 0),
+    dialect.MAV_CMD_DO_GO_AROUND: (_go_around, 1),
+    dialect.MAV_CMD_DO_CHANGE_SPEED: (_change_speed, 2),
+    dialect.MAV_CMD_GUIDED_CHANGE_SPEED: (_guided_change_speed, 2),
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
+    dialect.MAV_CMD_NAV_TAKEOFF: (lambda *_: Result.FAILED, 0),
+    dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(plane.MODE_LOITER), 0),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(plane.MODE_RTL), 0),
+    dialect.MAV_CMD_DO_REPOSITION: (_reposition(plane.MODE_GUIDED, Result.FAILED), 3),
 }
 
-BY_KIND: dict[str, dict[int, Handler | None]] = {
-    "copter": COPTER,
+BY_KIND: dict[str, dict[int, tuple[Handler, int] | None]] = {
+    "copter": _COPTER,
     "rover": _ROVER,
     "boat": _ROVER,
     "plane": _PLANE,

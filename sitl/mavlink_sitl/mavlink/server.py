@@ -62,6 +62,7 @@ class MavlinkServer:
         reboot_requested: the firmware is to start again.
     """
 
+    copter: Copter
     builders = telemetry.BUILDERS
     """By message id: what can be streamed and requested"""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Submode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Submode, Vector
 from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.messages.snapshot import place_e7
 
 _MASKS = {
     Submode.TAKEOFF: 0x0DF8,
@@ -44,24 +45,17 @@ def position_target_global_int(copter: Copter, time_boot_ms: int) -> Message | N
     if copter.mode is not copter.guided or copter.guided.submode is not Submode.POSITION:
         return None
     target = copter.guided.target.position_m or (0.0, 0.0, 0.0)
-    point = copter.navigator.frame.to_geodetic(*target)
+    return global_target(copter, time_boot_ms, target)
+
+
+def global_target(copter: Copter, time_boot_ms: int, place_ned_m: Vector) -> Message:
+    """POSITION_TARGET_GLOBAL_INT of a place in the local frame, and nothing else."""
+    point = copter.navigator.frame.to_geodetic(*place_ned_m)
     return dialect.MAVLink_position_target_global_int_message(
         time_boot_ms,
         dialect.MAV_FRAME_GLOBAL,
         _GLOBAL_MASK,
-        _clamp(point.latitude_deg * 1e7),
-        _clamp(point.longitude_deg * 1e7),
+        *place_e7(point),
         point.altitude_amsl_m,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
+        *[0.0] * 8,
     )
-
-
-def _clamp(value: float) -> int:
-    return int(min(max(round(value), -(2**31)), 2**31 - 1))

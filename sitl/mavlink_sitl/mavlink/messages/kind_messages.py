@@ -8,18 +8,16 @@ from collections.abc import Callable
 from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.messages import position_messages as position
+from mavlink_sitl.mavlink.messages.guided_target import global_target
 from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
     boot_ms,
-    heading_deg,
     to_i16,
-    to_i32,
-    to_int,
     to_u16,
 )
 
 Builder = Callable[[Snapshot], Message | list[Message] | None]
-_GLOBAL_MASK = 0xFDF8
 
 
 def nav_controller_output(s: Snapshot) -> Message | None:
@@ -46,16 +44,7 @@ def position_target_global_int(s: Snapshot) -> Message | None:
     destination = s.copter.destination_ned_m()
     if destination is None:
         return None
-    point = s.copter.navigator.frame.to_geodetic(*destination)
-    return dialect.MAVLink_position_target_global_int_message(
-        boot_ms(s),
-        dialect.MAV_FRAME_GLOBAL,
-        _GLOBAL_MASK,
-        to_i32(point.latitude_deg * 1e7),
-        to_i32(point.longitude_deg * 1e7),
-        point.altitude_amsl_m,
-        *[0.0] * 8,
-    )
+    return global_target(s.copter, boot_ms(s), destination)
 
 
 def servo_output_raw(s: Snapshot) -> Message:
@@ -67,19 +56,9 @@ def servo_output_raw(s: Snapshot) -> Message:
 
 def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD with the airspeed of who has a sensor for it."""
-    m = s.motion
-    speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
-    altitude = s.copter.navigator.here().altitude_amsl_m if s.copter.estimator.gps_started else 0.0
+    speed = math.hypot(s.motion.velocity_north_m_s, s.motion.velocity_east_m_s)
     airspeed = speed if s.airspeed_m_s is None else s.airspeed_m_s
-    throttle = to_int(s.throttle_fraction * 100.0, 0, 100)
-    return dialect.MAVLink_vfr_hud_message(
-        airspeed,
-        speed,
-        to_int(heading_deg(m.yaw_rad), 0, 359),
-        throttle,
-        altitude,
-        -m.velocity_down_m_s,
-    )
+    return position.hud(s, airspeed, s.throttle_fraction)
 
 
 def extended_sys_state(s: Snapshot) -> Message:

@@ -6,14 +6,17 @@ Values before a position and after its loss are those the firmware was recorded 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
-from mavlink_sitl.exchange import Motion, Motors
+from mavlink_sitl.exchange import GpsReading, Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
     boot_ms,
     heading_deg,
+    place_e7,
+    place_mm,
     to_i16,
     to_i32,
     to_int,
@@ -29,9 +32,7 @@ def global_position_int(s: Snapshot) -> Message:
     here = s.copter.navigator.here()
     return dialect.MAVLink_global_position_int_message(
         boot_ms(s),
-        to_i32(here.latitude_deg * 1e7),
-        to_i32(here.longitude_deg * 1e7),
-        to_i32(here.altitude_amsl_m * 1000.0),
+        *place_mm(here),
         to_i32(s.copter.navigator.height_above_home_m() * 1000.0),
         to_i16(m.velocity_north_m_s * 100.0),
         to_i16(m.velocity_east_m_s * 100.0),
@@ -77,39 +78,38 @@ def gps_raw_int(s: Snapshot) -> Message:
     gps = s.instruments.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
-    altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
     accuracy_mm = to_int(gps.horizontal_accuracy_m * 1000.0, 0, 2**32 - 1)
+    return gps_raw(gps, gps.fix_type, (gps.eph, gps.epv), (accuracy_mm, accuracy_mm))
+
+
+def gps_raw(
+    gps: GpsReading, fix_type: int, dilution: tuple[int, int], accuracy: tuple[int, ...]
+) -> Message:
+    """GPS_RAW_INT of a reading: eph and epv, and h_acc, v_acc, ... as the firmware says them."""
+    place = place_mm(gps.point)
     return dialect.MAVLink_gps_raw_int_message(
         to_int(gps.time_s * 1e6, 0, 2**63),
-        gps.fix_type,
-        to_i32(gps.point.latitude_deg * 1e7),
-        to_i32(gps.point.longitude_deg * 1e7),
-        altitude_mm,
-        gps.eph,
-        gps.epv,
+        fix_type,
+        *place,
+        *dilution,
         to_u16(gps.speed_m_s * 100.0),
         to_int(gps.course_deg * 100.0, 0, 35999),
         gps.satellites,
-        altitude_mm,
-        accuracy_mm,
-        accuracy_mm,
+        place[2],
+        *accuracy,
     )
 
 
-def home_position(s: Snapshot) -> Message | None:
+def home_position(s: Snapshot, attitude: Sequence[float] = (math.nan,) * 4) -> Message | None:
     """HOME_POSITION: q is always NaN."""
     home = s.copter.navigator.home
     if home is None:
         return None
     return dialect.MAVLink_home_position_message(
-        to_i32(home.latitude_deg * 1e7),
-        to_i32(home.longitude_deg * 1e7),
-        to_i32(home.altitude_amsl_m * 1000.0),
+        *place_mm(home),
         *s.copter.navigator.home_ned_m(),
-        [math.nan] * 4,
-        0.0,
-        0.0,
-        0.0,
+        list(attitude),
+        *[0.0] * 3,
         s.time_boot_us,
     )
 
@@ -120,24 +120,28 @@ def gps_global_origin(s: Snapshot) -> Message | None:
         return None
     origin = s.copter.navigator.origin
     return dialect.MAVLink_gps_global_origin_message(
-        to_i32(origin.latitude_deg * 1e7),
-        to_i32(origin.longitude_deg * 1e7),
-        to_i32(origin.altitude_amsl_m * 1000.0),
+        *place_mm(origin),
         s.time_boot_us,
     )
 
 
 def vfr_hud(s: Snapshot) -> Message:
-    """VFR_HUD."""
+    """VFR_HUD: the airspeed of a copter is its speed."""
     m = s.motion
     speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
-    altitude = s.copter.navigator.here().altitude_amsl_m if s.copter.estimator.gps_started else 0.0
+    return hud(s, math.hypot(speed, m.velocity_down_m_s), s.throttle_fraction)
+
+
+def hud(s: Snapshot, airspeed_m_s: float, throttle: float, always: bool = False) -> Message:
+    """VFR_HUD; without `always` there is no altitude before the GPS has been found."""
+    m = s.motion
+    known = always or s.copter.estimator.gps_started
     return dialect.MAVLink_vfr_hud_message(
-        math.hypot(speed, m.velocity_down_m_s),
-        speed,
+        airspeed_m_s,
+        math.hypot(m.velocity_north_m_s, m.velocity_east_m_s),
         to_int(heading_deg(m.yaw_rad), 0, 359),
-        to_int(s.throttle_fraction * 100.0, 0, 100),
-        altitude,
+        to_int(throttle * 100.0, 0, 100),
+        s.copter.navigator.here().altitude_amsl_m if known else 0.0,
         -m.velocity_down_m_s,
     )
 
@@ -179,7 +183,7 @@ def terrain_report(s: Snapshot) -> Message | None:
         report = (0, 0, TERRAIN_SPACING_M, 0.0, 0.0, CACHED, 0)
     else:
         here = s.copter.navigator.here()
-        place = to_i32(here.latitude_deg * 1e7), to_i32(here.longitude_deg * 1e7)
+        place = place_e7(here)
         report = (*place, 0, 0.0, here.altitude_amsl_m, PENDING, 0)
     return dialect.MAVLink_terrain_report_message(*report)
 
@@ -193,8 +197,7 @@ def simstate(s: Snapshot) -> Message:
         0.0,
         -9.80665,
         *t[9:12],
-        to_i32(place.latitude_deg * 1e7),
-        to_i32(place.longitude_deg * 1e7),
+        *place_e7(place),
     )
 
 

@@ -11,7 +11,7 @@ import math
 
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, to_i16, to_i32
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, place_e7, to_i16
 
 GRAVITY_M_S2 = 9.80665
 FIELD_NED_MGAUSS = (231.0, 53.0, -528.0)
@@ -143,8 +143,7 @@ def ahrs2(s: Snapshot) -> Message:
     return dialect.MAVLink_ahrs2_message(
         *s.motion[6:9],
         here.altitude_amsl_m,
-        to_i32(here.latitude_deg * 1e7),
-        to_i32(here.longitude_deg * 1e7),
+        *place_e7(here),
     )
 
 

@@ -79,6 +79,16 @@ def to_i32(value: float) -> int:
     return number if -(2**31) <= number < 2**31 else to_int(number, -(2**31), 2**31 - 1)
 
 
+def place_e7(point: GeoPoint) -> tuple[int, int]:
+    """Latitude and longitude, 1e7 degrees."""
+    return to_i32(point.latitude_deg * 1e7), to_i32(point.longitude_deg * 1e7)
+
+
+def place_mm(point: GeoPoint) -> tuple[int, int, int]:
+    """The same, and the altitude above sea level in millimetres."""
+    return (*place_e7(point), to_i32(point.altitude_amsl_m * 1000.0))
+
+
 def boot_ms(s: Snapshot) -> int:
     """time_boot_ms of a message; wraps after 49 days as the field does."""
     return (s.time_boot_us // 1000) & 0xFFFFFFFF

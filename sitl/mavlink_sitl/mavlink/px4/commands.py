@@ -15,7 +15,13 @@ from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.commands import FORCE, ReceivedCommand
+from mavlink_sitl.mavlink.commands import (
+    FORCE,
+    ReceivedCommand,
+    change_speed,
+    inject_failure,
+    request,
+)
 from mavlink_sitl.mavlink.px4.known_messages import STREAMS
 from mavlink_sitl.mavlink.setpoints import usable
 
@@ -85,14 +91,6 @@ def _take_off(server: Px4Server, command: ReceivedCommand) -> Result:
     return server.px4.take_off_to(altitude)
 
 
-def _land(server: Px4Server, _: ReceivedCommand) -> Result:
-    return server.px4.land_here()
-
-
-def _return(server: Px4Server, _: ReceivedCommand) -> Result:
-    return server.px4.return_to_launch()
-
-
 def _reposition(server: Px4Server, command: ReceivedCommand) -> Result:
     if not usable(command.params[1]) or not int(command.params[1]) & _CHANGE_MODE:
         return Result.UNSUPPORTED
@@ -124,14 +122,6 @@ def _place(command: ReceivedCommand) -> GeoPoint | None:
     return GeoPoint(latitude, longitude, 0.0)
 
 
-def _change_speed(server: Px4Server, command: ReceivedCommand) -> Result:
-    return server.px4.change_speed(int(command.params[0]), command.params[1])
-
-
-def _change_altitude(server: Px4Server, command: ReceivedCommand) -> Result:
-    return server.px4.reposition(None, command.params[0], None)
-
-
 def _orbit(server: Px4Server, command: ReceivedCommand) -> Result:
     """A plane circles in AUTO.LOITER; the orbit mode of others is not modelled."""
     if server.px4.personality.kind != PLANE:
@@ -156,10 +146,6 @@ def _standard_mode(server: Px4Server, command: ReceivedCommand) -> Result:
 
 def _calibrate(server: Px4Server, _: ReceivedCommand) -> Result:
     return Result.TEMPORARILY_REJECTED if server.px4.armed else Result.ACCEPTED
-
-
-def _accept(_server: Px4Server, _: ReceivedCommand) -> Result:
-    return Result.ACCEPTED
 
 
 def _ignore(_server: Px4Server, _: ReceivedCommand) -> None:
@@ -197,14 +183,6 @@ def _request_message(server: Px4Server, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _request(message_id: int) -> Handler:
-    def handler(server: Px4Server, _: ReceivedCommand) -> Result:
-        server.send_later(message_id)
-        return Result.ACCEPTED
-
-    return handler
-
-
 def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
     copter = server.px4
     if not copter.estimator.position_ok:
@@ -227,23 +205,10 @@ def _reboot(server: Px4Server, command: ReceivedCommand) -> Result:
     return Result.DENIED if server.px4.armed else server.px4.reboot()
 
 
-def _prearm_checks(server: Px4Server, _: ReceivedCommand) -> Result:
-    return server.px4.arming.run_checks()
-
-
-def _mission_start(server: Px4Server, command: ReceivedCommand) -> Result:
-    return server.px4.start_mission(command.params[0])
-
-
 def _terminate(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.DENIED
     return server.px4.terminate()
-
-
-def _inject_failure(server: Px4Server, command: ReceivedCommand) -> Result:
-    unit, kind, instance = (int(value) for value in command.params[:3])
-    return server.px4.inject_failure(unit, kind, instance)
 
 
 def _accept_place(_: Px4Server, command: ReceivedCommand) -> Result:
@@ -262,33 +227,33 @@ UNANSWERED = (
     dialect.MAV_CMD_DO_VTOL_TRANSITION,
 )
 HANDLERS: dict[int, tuple[Handler, int]] = {
-    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_return, 0),
-    dialect.MAV_CMD_NAV_LAND: (_land, 0),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (lambda s, _: s.px4.return_to_launch(), 0),
+    dialect.MAV_CMD_NAV_LAND: (lambda s, _: s.px4.land_here(), 0),
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
-    dialect.MAV_CMD_DO_CHANGE_SPEED: (_change_speed, 2),
+    dialect.MAV_CMD_DO_CHANGE_SPEED: (change_speed, 2),
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition, 0),
-    dialect.MAV_CMD_DO_CHANGE_ALTITUDE: (_change_altitude, 1),
+    dialect.MAV_CMD_DO_CHANGE_ALTITUDE: (lambda s, c: s.px4.reposition(None, c.params[0], None), 1),
     dialect.MAV_CMD_DO_ORBIT: (_orbit, 0),
     FIGURE_EIGHT: (_figure_eight, 0),
     dialect.MAV_CMD_DO_SET_STANDARD_MODE: (_standard_mode, 1),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 0),
-    dialect.MAV_CMD_DO_GO_AROUND: (_accept, 1),
+    dialect.MAV_CMD_DO_GO_AROUND: (lambda *_: Result.ACCEPTED, 1),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_accept_place, 0),
-    dialect.MAV_CMD_DO_SET_ROI_NONE: (_accept, 0),
+    dialect.MAV_CMD_DO_SET_ROI_NONE: (lambda *_: Result.ACCEPTED, 0),
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
-    dialect.MAV_CMD_INJECT_FAILURE: (_inject_failure, 3),
-    dialect.MAV_CMD_MISSION_START: (_mission_start, 1),
+    dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 3),
+    dialect.MAV_CMD_MISSION_START: (lambda s, c: s.px4.start_mission(c.params[0]), 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
-    dialect.MAV_CMD_RUN_PREARM_CHECKS: (_prearm_checks, 0),
-    dialect.MAV_CMD_GET_HOME_POSITION: (_request(242), 0),
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.px4.arming.run_checks(), 0),
+    dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),
     dialect.MAV_CMD_SET_MESSAGE_INTERVAL: (_set_interval, 2),
     dialect.MAV_CMD_REQUEST_MESSAGE: (_request_message, 1),
-    dialect.MAV_CMD_REQUEST_PROTOCOL_VERSION: (_request(300), 0),
-    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: (_request(148), 0),
+    dialect.MAV_CMD_REQUEST_PROTOCOL_VERSION: (request(300), 0),
+    dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: (request(148), 0),
 }
 """By MAV_CMD: what carries it out, and how many of param1..4 have to be numbers"""

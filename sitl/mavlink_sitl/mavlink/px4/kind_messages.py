@@ -13,7 +13,7 @@ from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages import position_messages as position
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, to_i32
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, place_e7
 from mavlink_sitl.mavlink.px4 import messages
 
 Builder = Callable[[Snapshot], Message | list[Message] | None]
@@ -94,8 +94,7 @@ def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) 
         boot_ms(s),
         5,
         0,
-        to_i32(point.latitude_deg * 1e7),
-        to_i32(point.longitude_deg * 1e7),
+        *place_e7(point),
         point.altitude_amsl_m,
         *[rest] * 8,
     )

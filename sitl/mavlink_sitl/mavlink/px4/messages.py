@@ -18,7 +18,7 @@ from mavlink_sitl.mavlink.messages import telemetry
 from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
     boot_ms,
-    heading_deg,
+    place_e7,
     to_i32,
     to_int,
     to_u16,
@@ -203,8 +203,7 @@ def position_target_global_int(s: Snapshot) -> Message | None:
         boot_ms(s),
         5,
         0,
-        to_i32(point.latitude_deg * 1e7),
-        to_i32(point.longitude_deg * 1e7),
+        *place_e7(point),
         altitude,
         local.vx,
         local.vy,
@@ -281,58 +280,21 @@ def gps_raw_int(s: Snapshot) -> Message:
     gps = s.instruments.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
-    altitude_mm = to_i32(gps.point.altitude_amsl_m * 1000.0)
-    return dialect.MAVLink_gps_raw_int_message(
-        to_int(gps.time_s * 1e6, 0, 2**63),
-        3 if gps.fix_type >= 3 else 0,
-        to_i32(gps.point.latitude_deg * 1e7),
-        to_i32(gps.point.longitude_deg * 1e7),
-        altitude_mm,
-        70,
-        110,
-        to_u16(gps.speed_m_s * 100.0),
-        to_int(gps.course_deg * 100.0, 0, 35999),
-        gps.satellites,
-        altitude_mm,
-        900,
-        1780,
-        400,
-    )
+    return position.gps_raw(gps, 3 if gps.fix_type >= 3 else 0, (70, 110), (900, 1780, 400))
 
 
 def home_position(s: Snapshot) -> Message | None:
     """HOME_POSITION: with the attitude on the ground."""
-    home = s.copter.navigator.home
-    if home is None:
-        return None
     half = s.motion.yaw_rad / 2.0
-    return dialect.MAVLink_home_position_message(
-        to_i32(home.latitude_deg * 1e7),
-        to_i32(home.longitude_deg * 1e7),
-        to_i32(home.altitude_amsl_m * 1000.0),
-        *s.copter.navigator.home_ned_m(),
-        [math.cos(half), 0.0, 0.0, math.sin(half)],
-        0.0,
-        0.0,
-        0.0,
-        s.time_boot_us,
-    )
+    return position.home_position(s, (math.cos(half), 0.0, 0.0, math.sin(half)))
 
 
 def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD: with the airspeed of who measures it."""
-    m = s.motion
     throttle = s.throttle_fraction if isinstance(s.copter, Px4Plane) else 0.0  # so with rovers
     if isinstance(s.copter, Px4Copter):
         throttle = s.thrust_over_hover * HOVER_THRUST
-    return dialect.MAVLink_vfr_hud_message(
-        NAN if s.airspeed_m_s is None else s.airspeed_m_s,
-        math.hypot(m.velocity_north_m_s, m.velocity_east_m_s),
-        to_int(heading_deg(m.yaw_rad), 0, 359),
-        to_int(throttle * 100.0, 0, 100),
-        s.copter.navigator.here().altitude_amsl_m,
-        -m.velocity_down_m_s,
-    )
+    return position.hud(s, NAN if s.airspeed_m_s is None else s.airspeed_m_s, throttle, always=True)
 
 
 def servo_output_raw(s: Snapshot) -> Message:

@@ -10,7 +10,7 @@ import math
 
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot, to_i32, to_int
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot, place_e7, to_int
 
 LOCATION, SYSTEM = 12901, 12904
 EPOCH_2019_S = 1_546_300_800
@@ -48,8 +48,7 @@ def location(s: Snapshot) -> Message | None:
         to_int(round(gps.course_deg) * 100, 0, 35999),
         to_int(gps.speed_m_s * 100.0, 0, 25425),
         to_int(-s.motion.velocity_down_m_s * 100.0, -6200, 6200),
-        to_i32(gps.point.latitude_deg * 1e7),
-        to_i32(gps.point.longitude_deg * 1e7),
+        *place_e7(gps.point),
         amsl_m,
         float(round(gps.point.altitude_amsl_m)),
         dialect.MAV_ODID_HEIGHT_REF_OVER_TAKEOFF,
@@ -71,8 +70,7 @@ def system(s: Snapshot) -> Message | None:
         _NOBODY,
         dialect.MAV_ODID_OPERATOR_LOCATION_TYPE_TAKEOFF,
         dialect.MAV_ODID_CLASSIFICATION_TYPE_UNDECLARED,
-        to_i32(home.latitude_deg * 1e7),
-        to_i32(home.longitude_deg * 1e7),
+        *place_e7(home),
         1,
         0,
         _UNKNOWN_M,

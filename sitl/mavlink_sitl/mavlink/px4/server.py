@@ -69,6 +69,8 @@ class Px4Server(MavlinkServer):
         peers: the servers of all links of the vehicle, this one among them.
     """
 
+    px4: Px4Vehicle
+
     def __init__(
         self,
         copter: Px4Vehicle,
