@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mavlink_sitl.exchange import RangeReading
+from mavlink_sitl.exchange import RangeReading, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.physics.copter_pipeline import DT_S, Physics
 from mavlink_sitl.world import disturbance, range_finder, shapes
@@ -150,7 +150,7 @@ class Environment:
         """Whose receivers lose (False) or find (True) their satellites by chance."""
         return self._dropouts.changes(time_s)
 
-    def blow(self, index: int, velocity_ned_m_s: tuple[float, float, float]) -> None:
+    def blow(self, index: int, velocity_ned_m_s: Vector) -> None:
         """A wind on one vehicle, on top of the world's."""
         self._own_wind[index] = velocity_ned_m_s
         self._feel_wind(self._tick % self._draw_ticks / self._draw_ticks)

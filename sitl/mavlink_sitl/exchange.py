@@ -6,11 +6,15 @@ share. No behaviour here beyond construction. Numbers are floats of one vehicle.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import NamedTuple, TypeAlias
 
 from mavlink_sitl.geodesy import GeoPoint
+
+Vector = tuple[float, float, float]
+"""North, East and down, or forward, right and down"""
+ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class Result(IntEnum):
@@ -205,6 +209,32 @@ class Guidance:
     restart_z: bool = False
     straight: float = 0.0
     """1 to limit the speeds over ground and up or down so that the way there is straight."""
+
+    def at(self, place_ned_m: Vector) -> Guidance:
+        """The same, but to a place, and there to stay."""
+        north, east, down = place_ned_m
+        return replace(
+            self,
+            track_position_xy=1.0,
+            track_position_z=1.0,
+            north_m=north,
+            east_m=east,
+            down_m=down,
+        )
+
+    def moving(self, velocity_ned_m_s: Vector, acceleration_ned_m_s2: Vector = ZERO) -> Guidance:
+        """The same, with another velocity and acceleration."""
+        v_north, v_east, v_down = velocity_ned_m_s
+        a_north, a_east, a_down = acceleration_ned_m_s2
+        return replace(
+            self,
+            velocity_north_m_s=v_north,
+            velocity_east_m_s=v_east,
+            velocity_down_m_s=v_down,
+            acceleration_north_m_s2=a_north,
+            acceleration_east_m_s2=a_east,
+            acceleration_down_m_s2=a_down,
+        )
 
 
 @dataclass(frozen=True)

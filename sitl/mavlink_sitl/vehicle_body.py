@@ -9,7 +9,7 @@ import math
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.environment import Environment, TrueClearance
-from mavlink_sitl.exchange import GpsReading, Motion, RangeReading
+from mavlink_sitl.exchange import GpsReading, Motion, RangeReading, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.physics.fleets import Fleet
 from mavlink_sitl.world import sensors
@@ -66,7 +66,7 @@ class VehicleBody:
         return self.frame.to_geodetic(*self.truth()[:3])
 
     @property
-    def wind_ned_m_s(self) -> tuple[float, float, float]:
+    def wind_ned_m_s(self) -> Vector:
         """The wind where it is, m/s."""
         return self._physics.wind_at(self._lane)
 
@@ -127,7 +127,7 @@ class VehicleBody:
         else:
             self.lose_gps("world")
 
-    def shift_gps(self, offset_ned_m: tuple[float, float, float]) -> None:
+    def shift_gps(self, offset_ned_m: Vector) -> None:
         """Let the receiver be wrong by so much; the estimator may not believe it, at first."""
         self._gps_offset_ned_m = offset_ned_m
         if self._gps_off_m() <= self._gate_m():
@@ -176,7 +176,7 @@ class VehicleBody:
         """Thrust as a part of what is asked for; 1 is whole."""
         self._physics.weaken(self._lane, efficiency)
 
-    def blow(self, velocity_ned_m_s: tuple[float, float, float]) -> None:
+    def blow(self, velocity_ned_m_s: Vector) -> None:
         """A wind on this vehicle, on top of the world's."""
         if self._environment is not None:
             self._environment.blow(self._lane, velocity_ned_m_s)

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.plane import plane
 from mavlink_sitl.autopilot.ardupilot.rover import rover
-from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-    from mavlink_sitl.autopilot.control.track import Vector
     from mavlink_sitl.mavlink.commands import ReceivedCommand
     from mavlink_sitl.mavlink.server import MavlinkServer
 

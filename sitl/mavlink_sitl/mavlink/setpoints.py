@@ -10,8 +10,9 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
+from mavlink_sitl.exchange import Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mavlink_sitl.autopilot.control import control_state, controller
 from mavlink_sitl.dynamics import battery, quadrotor
-from mavlink_sitl.exchange import BatteryReading, Guidance, Motion
+from mavlink_sitl.exchange import BatteryReading, Guidance, Motion, Vector
 from mavlink_sitl.lanes import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
 
@@ -22,7 +22,6 @@ DT_S = 0.01
 MISLED_PER_UPDATE = 0.2
 """Part of a receiver's error that the estimator takes over at each update, near enough EKF3"""
 
-Vector = tuple[float, float, float]
 Lanes3 = tuple[Lane, Lane, Lane]
 """North, East and down"""
 GpsSample = tuple[float, Vector, Vector]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from mavlink_sitl.dynamics import battery
-from mavlink_sitl.exchange import Guidance
+from mavlink_sitl.exchange import Guidance, Vector
 from mavlink_sitl.lanes import ops_for
 from mavlink_sitl.physics.copter_pipeline import Physics, PhysicsStart
 
@@ -54,7 +54,7 @@ class TravellerPhysics(Physics):
         for lane, value in zip(self._told_lanes, one, strict=True):
             lane[index] = value
 
-    def moving_target(self, index: int) -> tuple[float, float, float]:
+    def moving_target(self, index: int) -> Vector:
         """The destination of a vehicle."""
         told = self._told[index]
         return told.north_m, told.east_m, told.down_m

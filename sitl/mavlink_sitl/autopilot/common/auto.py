@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
-from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
-from mavlink_sitl.exchange import ItemReached, Result, Severity
+from mavlink_sitl.exchange import ItemReached, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:

@@ -36,6 +36,7 @@ from mavlink_sitl.exchange import (
     Severity,
     StatusText,
     SystemStatus,
+    Vector,
 )
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
@@ -106,7 +107,7 @@ class Firmware(ABC):
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
-        self.moving_target: Callable[[], tuple[float, float, float]] = lambda: (0.0, 0.0, 0.0)
+        self.moving_target: Callable[[], Vector] = lambda: (0.0, 0.0, 0.0)
         """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
         self._landing = LandDetector()
         self._said_boot = 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.common.parameters import Parameters
-from mavlink_sitl.exchange import Limits, Motion
+from mavlink_sitl.exchange import Limits, Motion, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 LEAST_LIMIT = 0.1
@@ -46,7 +46,7 @@ class Navigator:
         """Home is here."""
         self.home = self.here()
 
-    def home_ned_m(self) -> tuple[float, float, float]:
+    def home_ned_m(self) -> Vector:
         """Home in the local frame; the origin until home is set."""
         return (0.0, 0.0, 0.0) if self.home is None else self.frame.to_local(self.home)
 

@@ -10,7 +10,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.personality import ModeSpec
-from mavlink_sitl.exchange import ModeChanged, Observation, Result, SystemStatus
+from mavlink_sitl.exchange import ModeChanged, Observation, Result, SystemStatus, Vector
 
 
 class Traveller(Copter):
@@ -55,7 +55,7 @@ class Traveller(Copter):
         """For NAV_CONTROLLER_OUTPUT; None in modes that say nothing."""
 
     @abstractmethod
-    def destination_ned_m(self) -> tuple[float, float, float] | None:
+    def destination_ned_m(self) -> Vector | None:
         """The destination, for POSITION_TARGET_GLOBAL_INT."""
 
     def pause_or_go_on(self, go_on: bool) -> Result:

@@ -7,12 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
-from mavlink_sitl.exchange import Guidance, YawMode
+from mavlink_sitl.exchange import Guidance, Vector, YawMode
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 
-Vector = tuple[float, float, float]
 LEAST_RADIUS_M = 0.1
 
 
@@ -76,17 +75,10 @@ class Orbit:
         self._updated_s = now_s
         self.turned_rad += abs(step)
         self._angle_rad += step
-        north, east, down = self.point()
         speed = rate * self._radius_m
+        velocity = (-speed * math.sin(self._angle_rad), speed * math.cos(self._angle_rad), 0.0)
         return replace(
-            hold,
-            track_position_xy=1.0,
-            track_position_z=1.0,
-            north_m=north,
-            east_m=east,
-            down_m=down,
-            velocity_north_m_s=-speed * math.sin(self._angle_rad),
-            velocity_east_m_s=speed * math.cos(self._angle_rad),
+            hold.at(self.point()).moving(velocity),
             restart_xy=False,
             restart_z=False,
             yaw_mode=YawMode.ANGLE,

@@ -12,9 +12,8 @@ import math
 
 from mavlink_sitl.autopilot.control.pace import Pace
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
-from mavlink_sitl.exchange import Limits
+from mavlink_sitl.exchange import Limits, Vector
 
-Vector = tuple[float, float, float]
 Motion3 = tuple[Vector, Vector, Vector]
 """Position, velocity, acceleration; NED, SI units"""
 
@@ -42,7 +41,7 @@ class SmoothProfile:
         self._line = LineProfile(length_m, speed_m_s, acceleration_m_s2, jerk_m_s3 * JERK_SHARE)
         self.duration_s = self._line.duration_s + SNAP_S
 
-    def at(self, time_s: float) -> tuple[float, float, float]:
+    def at(self, time_s: float) -> Vector:
         """Distance, speed and acceleration `time_s` after the start."""
         s0, v0, _ = self._line.at(time_s - SNAP_S)
         s1, _, _ = self._line.at(time_s - 0.5 * SNAP_S)

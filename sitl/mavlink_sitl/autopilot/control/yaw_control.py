@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.exchange import Motion
+from mavlink_sitl.exchange import Motion, Vector
 
 SLEW_DEG_S = 60.0
 """ATC_SLEW_YAW"""
 REACHED_RAD = math.radians(2.0)
-
-Vector = tuple[float, float, float]
 
 
 class YawControl:

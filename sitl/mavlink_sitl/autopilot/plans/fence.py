@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import Severity
+from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ class Fence:
             return False
         return self._leads_out(setpoint.velocity_m_s)
 
-    def _leads_out(self, velocity_m_s: tuple[float, float, float]) -> bool:
+    def _leads_out(self, velocity_m_s: Vector) -> bool:
         """Whether braking now, the vehicle would still come too close to the fence."""
         copter = self._copter
         if not int(copter.parameters["AVOID_ENABLE"]) & AVOID_FENCE:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.plans.fence import CIRCLE, HEIGHT, POLYGON, Area, Fence, areas_of
-from mavlink_sitl.exchange import Severity
+from mavlink_sitl.exchange import Severity, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
@@ -47,7 +47,7 @@ class Px4Geofence(Fence):
         """They show in the one bit of SYS_STATUS."""
         return []
 
-    def broken_at(self, position_ned_m: tuple[float, float, float]) -> int:
+    def broken_at(self, position_ned_m: Vector) -> int:
         """The bits `CIRCLE`, `HEIGHT` and `POLYGON` that a place breaks."""
         vehicle, (north, east, down) = self._vehicle, position_ned_m
         p, home = vehicle.parameters, vehicle.navigator.home

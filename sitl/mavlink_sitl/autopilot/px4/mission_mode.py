@@ -6,12 +6,11 @@ counts, nothing names the items, a mission that is cleared in flight ends in AUT
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.personality.px4 import LOITER, RTL
 from mavlink_sitl.autopilot.plans.plans import MissionState, PlanItem
 from mavlink_sitl.autopilot.px4.mode import Px4Mode
-from mavlink_sitl.exchange import ItemReached, Severity
+from mavlink_sitl.exchange import ItemReached, Severity, Vector
 
 
 class Px4Mission(Px4Mode, Auto):

@@ -7,15 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, Vector
-from mavlink_sitl.exchange import Motors
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
+from mavlink_sitl.exchange import ZERO, Motors, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
     from mavlink_sitl.geodesy import GeoPoint
-
-ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class Px4Mode(Mode):

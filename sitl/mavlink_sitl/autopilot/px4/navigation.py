@@ -8,7 +8,7 @@ from dataclasses import replace
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.common.parameters import Parameters
 from mavlink_sitl.autopilot.px4.multicopter.position_law import LAG_M, UNSHAPED_M_S2
-from mavlink_sitl.exchange import Limits, Motion
+from mavlink_sitl.exchange import Limits, Motion, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 ACCELERATION_Z_M_S2 = 5.0
@@ -29,7 +29,7 @@ class Px4Navigator(Navigator):
         super().__init__(frame, parameters)
         self._true_home: GeoPoint | None = None
 
-    def place_ned_m(self, point: GeoPoint) -> tuple[float, float, float]:
+    def place_ned_m(self, point: GeoPoint) -> Vector:
         """A place on earth in the local frame."""
         return self.frame.to_local(point)
 
@@ -42,7 +42,7 @@ class Px4Navigator(Navigator):
         super().set_home()
         self._true_home = self.home
 
-    def true_home_ned_m(self) -> tuple[float, float, float]:
+    def true_home_ned_m(self) -> Vector:
         """Home in the local frame, before any drift."""
         return (0.0, 0.0, 0.0) if self._true_home is None else self.place_ned_m(self._true_home)
 
@@ -127,9 +127,7 @@ class CopterNavigator(Px4Navigator):
             speed_up_m_s=max(climbing * climb_m / length_m, LEAST_CLIMB_M_S),
         )
 
-    def line_limits(
-        self, start: tuple[float, float, float], end: tuple[float, float, float]
-    ) -> Limits:
+    def line_limits(self, start: Vector, end: Vector) -> Limits:
         """The AUTO modes fly a straight line, so height changes no faster than the way goes."""
         limits = self.limits()
         length = math.dist(start[:2], end[:2])

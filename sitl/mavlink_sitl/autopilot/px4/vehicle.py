@@ -35,6 +35,7 @@ from mavlink_sitl.exchange import (
     Severity,
     StatusText,
     SystemStatus,
+    Vector,
 )
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
@@ -375,7 +376,7 @@ class Px4Vehicle(Copter):
             self.mode.limits_changed()
         return Result.ACCEPTED
 
-    def hold_at(self, place_ned_m: tuple[float, float, float]) -> None:
+    def hold_at(self, place_ned_m: Vector) -> None:
         """AUTO.LOITER at a place, as after a take-off."""
         hold = self._modes[px4.LOITER]
         assert isinstance(hold, HoldMode)

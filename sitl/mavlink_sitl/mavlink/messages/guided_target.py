@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Submode, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Submode
+from mavlink_sitl.exchange import Vector
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import place_e7
 

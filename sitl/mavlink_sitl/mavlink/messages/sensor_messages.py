@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+from mavlink_sitl.exchange import Vector
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, place_e7, to_i16
 
@@ -25,8 +26,6 @@ NOT_MEASURED = 32767
 FREE_BYTES = 524288
 SCALED_FULL = 10000
 """RC_CHANNELS_SCALED: full deflection"""
-
-Vector = tuple[float, float, float]
 
 
 def _to_body(s: Snapshot, vector: Vector) -> Vector:

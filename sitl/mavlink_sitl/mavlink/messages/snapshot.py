@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple, Protocol
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion, RangeReading
+from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion, RangeReading, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 
@@ -26,7 +26,7 @@ class Instruments(Protocol):
         ...
 
     @property
-    def wind_ned_m_s(self) -> tuple[float, float, float]:
+    def wind_ned_m_s(self) -> Vector:
         """The wind where it is."""
         ...
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, Vector
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.exchange import Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 from mavlink_sitl.mavlink.setpoints import YAW_IGNORE, YAW_RATE_IGNORE, usable

@@ -109,16 +109,8 @@ class Copter(Firmware):
     def guide_on(self) -> None:
         """Continue with the current guidance, with the present heading."""
         north, east, down = self.moving_target()
-        self.guide(
-            replace(
-                self._wanted,
-                north_m=north,
-                east_m=east,
-                down_m=down,
-                restart_xy=False,
-                restart_z=False,
-            )
-        )
+        target = replace(self._wanted, north_m=north, east_m=east, down_m=down)
+        self.guide(replace(target, restart_xy=False, restart_z=False))
 
     @property
     def landed_state(self) -> LandedState:

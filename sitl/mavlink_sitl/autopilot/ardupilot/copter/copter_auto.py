@@ -6,8 +6,6 @@ item it hovers.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
     CircleTask,
     LoiterToAltitude,
@@ -18,16 +16,13 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
     LandAt,
     ReturnHome,
     TakeOffTask,
-    stopping_point,
 )
+from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
 from mavlink_sitl.autopilot.common.auto import TAKE_OFFS, Auto
 from mavlink_sitl.autopilot.common.auto_tasks import Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
-from mavlink_sitl.exchange import Motors, Result
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.control.track import Vector
+from mavlink_sitl.exchange import Motors, Result, Vector
 
 ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
 

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import CopterTask, FlyTo, holding
+from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import CopterTask, FlyTo
 from mavlink_sitl.autopilot.control.circle import Orbit, circle_radius_m, circle_rate_rad_s
-from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import YawMode
+from mavlink_sitl.exchange import Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
@@ -167,23 +166,8 @@ class Spline(CopterTask):
         change = _minus(velocity, self._velocity) if dt > 0.0 and moving else (0.0, 0.0, 0.0)
         self._velocity = velocity
         acceleration = _of_length(change, min(math.hypot(*change) / max(dt, 1e-3), 2.0 * limit))
-        self.auto.guide(
-            replace(
-                holding(
-                    self.auto,
-                    (here[0] + way[0] * part, here[1] + way[1] * part, here[2] + way[2] * part),
-                ),
-                velocity_north_m_s=velocity[0],
-                velocity_east_m_s=velocity[1],
-                velocity_down_m_s=velocity[2],
-                acceleration_north_m_s2=acceleration[0],
-                acceleration_east_m_s2=acceleration[1],
-                acceleration_down_m_s2=acceleration[2],
-                restart_xy=not self._began,
-                restart_z=not self._began,
-                yaw_mode=YawMode.LOOK_AHEAD,
-            )
-        )
+        place = (here[0] + way[0] * part, here[1] + way[1] * part, here[2] + way[2] * part)
+        self.follow(place, velocity, acceleration, begins=not self._began)
         self._began = True
 
     def finished(self) -> bool:

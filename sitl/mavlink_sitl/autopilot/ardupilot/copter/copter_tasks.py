@@ -12,14 +12,13 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import (
     TAKEOFF_MARGIN_M,
     TAKEOFF_SPEED_M_S,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_distance
+from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_point
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
-from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg, Vector
+from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import Guidance, YawMode
+from mavlink_sitl.exchange import Vector, YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 
 THROTTLE_RAISED = 0.05
@@ -33,6 +32,13 @@ class CopterTask(AutoTask):
     def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
         super().__init__(auto, item)
         self.auto: CopterAuto = auto
+
+    def follow(self, place: Vector, velocity: Vector, acceleration: Vector, begins: bool) -> None:
+        """Hand on a moving reference, NED; the nose looks where it goes."""
+        guidance = self.auto.hold_guidance().at(place).moving(velocity, acceleration)
+        self.auto.guide(
+            replace(guidance, restart_xy=begins, restart_z=begins, yaw_mode=YawMode.LOOK_AHEAD)
+        )
 
 
 class TakeOffTask(CopterTask):
@@ -65,7 +71,7 @@ class TakeOffTask(CopterTask):
             return
         self.lifting = True
         self.target = (copter.motion.north_m, copter.motion.east_m, self.target[2])
-        self.auto.guide(holding(self.auto, self.target))
+        self.auto.guide(self.auto.hold_guidance().at(self.target))
 
     def finished(self) -> bool:
         """At its height and slow."""
@@ -132,20 +138,7 @@ class FlyTo(CopterTask):
                 self.track.offer(self.following.leg, radius, copter.now_s)
         self.track.advance(copter.now_s, self.auto.paused)
         position, velocity, acceleration = self.track.at(copter.now_s)
-        self.auto.guide(
-            replace(
-                holding(self.auto, position),
-                velocity_north_m_s=velocity[0],
-                velocity_east_m_s=velocity[1],
-                velocity_down_m_s=velocity[2],
-                acceleration_north_m_s2=acceleration[0],
-                acceleration_east_m_s2=acceleration[1],
-                acceleration_down_m_s2=acceleration[2],
-                restart_xy=self._restarted,
-                restart_z=self._restarted,
-                yaw_mode=YawMode.LOOK_AHEAD,
-            )
-        )
+        self.follow(position, velocity, acceleration, begins=self._restarted)
         self._restarted = False
 
     def finished(self) -> bool:
@@ -214,25 +207,3 @@ class LandAt(CopterTask):
     def finished(self) -> bool:
         """On the ground."""
         return self._way is None and self.copter.landed
-
-
-def holding(auto: CopterAuto, position: Vector) -> Guidance:
-    """Fly to a position and stay there."""
-    return replace(
-        auto.hold_guidance(),
-        track_position_xy=1.0,
-        track_position_z=1.0,
-        north_m=position[0],
-        east_m=position[1],
-        down_m=position[2],
-    )
-
-
-def stopping_point(copter: Copter) -> Vector:
-    """The point at which the vehicle would stop if it braked now, NED metres."""
-    motion, limits = copter.motion, copter.navigator.limits()
-    v_n, v_e, v_d = motion[3:6]
-    speed = math.hypot(v_n, v_e)
-    ahead = stopping_distance(speed, limits.acceleration_xy_m_s2) / max(speed, 1e-6)
-    below = math.copysign(stopping_distance(v_d, limits.acceleration_z_m_s2), v_d)
-    return motion.north_m + v_n * ahead, motion.east_m + v_e * ahead, motion.down_m + below

@@ -24,13 +24,12 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
-from mavlink_sitl.exchange import Guidance, Motors, YawMode
+from mavlink_sitl.exchange import ZERO, Guidance, Motors, Vector, YawMode
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.personality import ModeSpec
 
-Vector = tuple[float, float, float]
 
 ARMING_DELAY_S = 2.3
 """From arming to the motors turning: no take-off before."""
@@ -92,7 +91,7 @@ class Guided(Mode):
     def __init__(self, copter: Copter, spec: ModeSpec) -> None:
         super().__init__(copter, spec)
         self.submode = Submode.VELOCITY
-        self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
+        self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)
         self._expires_s = math.inf
         self._takeoff_pending = False
         self._attitude: AttitudeTarget | None = None
@@ -130,7 +129,7 @@ class Guided(Mode):
 
     def _stop(self) -> None:
         self.submode = Submode.VELOCITY
-        self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=(0.0, 0.0, 0.0))
+        self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)
         self._expires_s = math.inf
         self._takeoff_pending = self._took_off = False
         self.guide(self.hold_guidance())
@@ -144,7 +143,7 @@ class Guided(Mode):
         """Climb straight up to a height, once the motors turn."""
         motion = self.copter.motion
         self.submode = Submode.TAKEOFF
-        self.target = Setpoint(SetpointFrame.LOCAL, position_m=(0.0, 0.0, 0.0))
+        self.target = Setpoint(SetpointFrame.LOCAL, position_m=ZERO)
         self._expires_s = math.inf
         self._takeoff_pending = True
         self._takeoff_down_m = down_m
@@ -219,38 +218,23 @@ class Guided(Mode):
         self.guide(replace(self._guidance(setpoint), restart_xy=restart, restart_z=restart))
 
     def _guidance(self, setpoint: Setpoint) -> Guidance:
-        zero = (0.0, 0.0, 0.0)
-        position = setpoint.position_m or zero
-        velocity = setpoint.velocity_m_s or zero
-        acceleration = setpoint.acceleration_m_s2 or zero
-        tracks_position = float(setpoint.position_m is not None)
         tracks_velocity = float(self.submode is not Submode.ACCELERATION)
         yaw_mode, yaw = YawMode.LOOK_AHEAD, 0.0
         if setpoint.yaw_rad is not None:
             yaw_mode, yaw = YawMode.ANGLE, setpoint.yaw_rad
         elif setpoint.yaw_rate_rad_s is not None:
             yaw_mode = YawMode.RATE
-        return Guidance(
+        guidance = Guidance(
             motors=Motors.FLY,
-            track_position_xy=tracks_position,
-            track_position_z=tracks_position,
             track_velocity_xy=tracks_velocity,
             track_velocity_z=tracks_velocity,
-            north_m=position[0],
-            east_m=position[1],
-            down_m=position[2],
-            velocity_north_m_s=velocity[0],
-            velocity_east_m_s=velocity[1],
-            velocity_down_m_s=velocity[2],
-            acceleration_north_m_s2=acceleration[0],
-            acceleration_east_m_s2=acceleration[1],
-            acceleration_down_m_s2=acceleration[2],
             straight=float(self.submode is Submode.POSITION),
             yaw_mode=yaw_mode,
             yaw_rad=yaw,
             yaw_rate_rad_s=setpoint.yaw_rate_rad_s or 0.0,
             limits=self.copter.navigator.limits(),
-        )
+        ).moving(setpoint.velocity_m_s or ZERO, setpoint.acceleration_m_s2 or ZERO)
+        return guidance if setpoint.position_m is None else guidance.at(setpoint.position_m)
 
     def update(self) -> None:
         """Start a waiting take-off, end a finished one, let old setpoints run out."""
@@ -279,7 +263,6 @@ class Guided(Mode):
         if self.submode is Submode.ATTITUDE and self._attitude is not None:
             self._fly_attitude(self._attitude.levelled(self.copter.motion))
             return
-        zero = (0.0, 0.0, 0.0)
         turning = self.target.yaw_rate_rad_s is not None
         position = None
         if self.submode is Submode.POSITION_VELOCITY:
@@ -289,21 +272,14 @@ class Guided(Mode):
         self.target = replace(
             self.target,
             position_m=position,
-            velocity_m_s=zero,
+            velocity_m_s=ZERO,
             acceleration_m_s2=None,
             yaw_rate_rad_s=0.0 if turning else None,
         )
         self.guide(self._guidance(self.target))
 
     def _takeoff_guidance(self) -> Guidance:
-        return replace(
-            self.hold_guidance(),
-            track_position_xy=1.0,
-            track_position_z=1.0,
-            north_m=self._takeoff_at[0],
-            east_m=self._takeoff_at[1],
-            down_m=self._takeoff_down_m,
-        )
+        return self.hold_guidance().at((*self._takeoff_at, self._takeoff_down_m))
 
     def ground_motors(self) -> Motors:
         """A take-off turns the motors up on the ground, and an attitude with a climb."""

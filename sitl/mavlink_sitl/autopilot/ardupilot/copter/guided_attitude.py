@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from mavlink_sitl.exchange import Guidance, Limits, Motion, Motors, YawMode
+from mavlink_sitl.exchange import Guidance, Limits, Motion, Motors, Vector, YawMode
 
 Quaternion = tuple[float, float, float, float]
 """w, x, y, z; from forward-right-down to NED"""
-Vector = tuple[float, float, float]
 
 HOLD_HEIGHT = 0.5
 LEAST_UPRIGHT = 0.3

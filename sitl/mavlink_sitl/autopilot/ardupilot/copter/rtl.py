@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode, landing_speed_m_s
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
-from mavlink_sitl.exchange import Guidance
+from mavlink_sitl.exchange import Guidance, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
@@ -58,7 +58,7 @@ class Leg:
         """Time until it ends."""
         return self._began_s + self._profile.duration_s - now_s
 
-    def at(self, now_s: float) -> list[tuple[float, float, float]]:
+    def at(self, now_s: float) -> list[Vector]:
         """Position, speed and acceleration of each coordinate."""
         s, v, a = self._profile.at(now_s - self._began_s)
         return [
@@ -72,6 +72,16 @@ def stopping_distance(speed_m_s: float, acceleration_m_s2: float) -> float:
     if speed <= acceleration_m_s2:
         return speed
     return 0.5 * acceleration_m_s2 + speed * speed / (2.0 * acceleration_m_s2)
+
+
+def stopping_point(copter: Copter) -> Vector:
+    """The point at which the vehicle would stop if it braked now, NED metres."""
+    motion, limits = copter.motion, copter.navigator.limits()
+    v_n, v_e, v_d = motion[3:6]
+    speed = math.hypot(v_n, v_e)
+    ahead = stopping_distance(speed, limits.acceleration_xy_m_s2) / max(speed, 1e-6)
+    below = math.copysign(stopping_distance(v_d, limits.acceleration_z_m_s2), v_d)
+    return motion.north_m + v_n * ahead, motion.east_m + v_e * ahead, motion.down_m + below
 
 
 class ReturnToLaunch(Mode):
@@ -94,7 +104,7 @@ class ReturnToLaunch(Mode):
         """Brake, and climb to the height of the way home."""
         self.stage = ReturnStage.CLIMB
         self._home = return_point_ned_m(self.copter)
-        north, east, down = self._stopping_point()
+        north, east, down = stopping_point(self.copter)
         distance = math.dist((north, east), self._home[:2])
         cone = max(distance * CONE_SLOPE, LEAST_HEIGHT_M)
         height = max(self._home[2] - down, min(self.copter.parameters["RTL_ALT"] / 100.0, cone))
@@ -104,25 +114,9 @@ class ReturnToLaunch(Mode):
         self._climb = self._leg(
             (down,), (self._down_m,), limits.speed_up_m_s, limits.acceleration_z_m_s2
         )
-        self._base = replace(
-            self.hold_guidance(),
-            track_position_xy=1.0,
-            track_position_z=1.0,
-            north_m=north,
-            east_m=east,
-            down_m=down,
-        )
+        self._base = self.hold_guidance().at((north, east, down))
         self.guide(self._base)
         self._base = replace(self._base, restart_xy=False, restart_z=False)
-
-    def _stopping_point(self) -> tuple[float, float, float]:
-        motion, limits = self.copter.motion, self.copter.navigator.limits()
-        v_n, v_e = motion.velocity_north_m_s, motion.velocity_east_m_s
-        speed = math.hypot(v_n, v_e)
-        ahead = stopping_distance(speed, limits.acceleration_xy_m_s2) / max(speed, 1e-6)
-        v_d = motion.velocity_down_m_s
-        below = math.copysign(stopping_distance(v_d, limits.acceleration_z_m_s2), v_d)
-        return motion.north_m + v_n * ahead, motion.east_m + v_e * ahead, motion.down_m + below
 
     def _leg(
         self,

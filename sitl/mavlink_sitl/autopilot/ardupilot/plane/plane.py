@@ -31,11 +31,10 @@ from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.common.traveller import Traveller
-from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import MissionState
 from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m
-from mavlink_sitl.exchange import LandedState, Observation, Result, Severity
+from mavlink_sitl.exchange import LandedState, Observation, Result, Severity, Vector
 from mavlink_sitl.geodesy import LocalFrame
 from mavlink_sitl.guidance import GlideGuidance
 
@@ -128,7 +127,7 @@ class Plane(Traveller):
         assert isinstance(self.navigator, PlaneNavigator)
         return self.navigator.cruise_m_s()
 
-    def sticks(self) -> tuple[float, float, float]:
+    def sticks(self) -> Vector:
         """Roll and pitch, -1..1, pitch up; throttle, 0..1."""
         channels = self.sticks_us()
         roll, pitch = ((channels[i] - 1500) / 500.0 for i in (0, 1))

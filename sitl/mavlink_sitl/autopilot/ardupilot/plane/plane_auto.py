@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_landing import Approach
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import PlaneMode
@@ -17,11 +16,8 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import (
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
-from mavlink_sitl.exchange import Guidance, Motors, Severity
+from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.control.track import Vector
 
 ROUND = (Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TURNS, Cmd.LOITER_TO_ALT)
 PLACED = (Cmd.WAYPOINT, Cmd.LAND, *ROUND)

@@ -10,9 +10,8 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import LEVEL_BANK_RAD, Climb, FlyLine
-from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plans import PlanItem
-from mavlink_sitl.exchange import Motors, Severity
+from mavlink_sitl.exchange import Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.control import l1_guidance as l1
-from mavlink_sitl.autopilot.control.track import Vector
-from mavlink_sitl.exchange import ItemReached, Motors
+from mavlink_sitl.exchange import ItemReached, Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 if TYPE_CHECKING:

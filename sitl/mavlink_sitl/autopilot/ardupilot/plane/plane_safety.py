@@ -9,12 +9,11 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Guided
 from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.plans.fence import Fence, areas_of
 from mavlink_sitl.autopilot.plans.plans import Cmd
-from mavlink_sitl.exchange import Severity
+from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
-    from mavlink_sitl.autopilot.control.track import Vector
 
 CIRCLE, FBWA, FBWB, RTL, GUIDED = 1, 5, 6, 11, 15
 """Modes"""

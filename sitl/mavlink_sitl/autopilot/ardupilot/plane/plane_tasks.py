@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Point
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import Launch
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
-from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import Severity
+from mavlink_sitl.exchange import Severity, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto

@@ -27,7 +27,7 @@ from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.common.traveller import Traveller
 from mavlink_sitl.autopilot.personality import ModeSpec
-from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity
+from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
 from mavlink_sitl.geodesy import LocalFrame
 
 MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
@@ -179,7 +179,7 @@ class Rover(Traveller):
             cross_track_m=route.cross_track_m,
         )
 
-    def destination_ned_m(self) -> tuple[float, float, float] | None:
+    def destination_ned_m(self) -> Vector | None:
         """The destination, for POSITION_TARGET_GLOBAL_INT."""
         route = self.mode.route if isinstance(self.mode, DriveMode) else None
         return None if route is None else (*route.destination, 0.0)

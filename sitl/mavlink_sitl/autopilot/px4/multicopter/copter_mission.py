@@ -7,11 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
-from mavlink_sitl.autopilot.control.track import Vector
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.multicopter.copter_modes import REACHED_M, CopterMode, Land
-from mavlink_sitl.exchange import Severity
+from mavlink_sitl.exchange import Severity, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter

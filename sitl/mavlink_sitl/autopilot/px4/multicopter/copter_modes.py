@@ -6,10 +6,9 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
-from mavlink_sitl.autopilot.px4.mode import ZERO, HoldMode, Px4Mode, TakeoffMode
+from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
-from mavlink_sitl.exchange import Guidance, Severity, YawMode
+from mavlink_sitl.exchange import ZERO, Guidance, Severity, Vector, YawMode
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
@@ -29,12 +28,7 @@ class CopterMode(Px4Mode):
     def hold_at(self, position: Vector, yaw_rad: float | None = None) -> Guidance:
         """Fly to a place and stay there."""
         return replace(
-            self.hold_guidance(),
-            track_position_xy=1.0,
-            track_position_z=1.0,
-            north_m=position[0],
-            east_m=position[1],
-            down_m=position[2],
+            self.hold_guidance().at(position),
             yaw_mode=YawMode.HOLD if yaw_rad is None else YawMode.ANGLE,
             yaw_rad=yaw_rad or 0.0,
             restart_xy=False,
@@ -323,10 +317,7 @@ class Manual(CopterMode):
         first, self._asked = self._asked is None, asked
         self.guide(
             replace(
-                self.brake_guidance(),
-                velocity_north_m_s=velocity[0],
-                velocity_east_m_s=velocity[1],
-                velocity_down_m_s=velocity[2],
+                self.brake_guidance().moving(velocity),
                 yaw_mode=YawMode.RATE if turn else YawMode.HOLD,
                 yaw_rate_rad_s=turn * math.radians(100.0),
                 restart_xy=first,

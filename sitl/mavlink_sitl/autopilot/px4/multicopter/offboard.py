@@ -28,31 +28,24 @@ class Offboard(CopterMode, OffboardMode):
         position, velocity = given(s.position_m), given(s.velocity_m_s)
         acceleration = given(s.acceleration_m_s2)
         place, speed, push = (zeros(v) for v in (s.position_m, s.velocity_m_s, s.acceleration_m_s2))
-        self.guide(
-            Guidance(
-                motors=Motors.FLY,
-                track_position_xy=float(position[0]),
-                track_position_z=float(position[1]),
-                # Where nothing is asked for, it brakes.
-                track_velocity_xy=float(position[0] or velocity[0] or not acceleration[0]),
-                track_velocity_z=float(position[1] or velocity[1] or not acceleration[1]),
-                north_m=place[0],
-                east_m=place[1],
-                down_m=place[2],
-                velocity_north_m_s=speed[0],
-                velocity_east_m_s=speed[1],
-                velocity_down_m_s=speed[2],
-                acceleration_north_m_s2=push[0],
-                acceleration_east_m_s2=push[1],
-                acceleration_down_m_s2=push[2],
-                yaw_mode=yaw_mode,
-                yaw_rad=s.yaw_rad or 0.0,
-                yaw_rate_rad_s=s.yaw_rate_rad_s or 0.0,
-                limits=self.px4.px4_navigator.direct_limits(),
-                restart_xy=fresh,
-                restart_z=fresh,
-            )
+        guidance = Guidance(
+            motors=Motors.FLY,
+            track_position_xy=float(position[0]),
+            track_position_z=float(position[1]),
+            # Where nothing is asked for, it brakes.
+            track_velocity_xy=float(position[0] or velocity[0] or not acceleration[0]),
+            track_velocity_z=float(position[1] or velocity[1] or not acceleration[1]),
+            north_m=place[0],
+            east_m=place[1],
+            down_m=place[2],
+            yaw_mode=yaw_mode,
+            yaw_rad=s.yaw_rad or 0.0,
+            yaw_rate_rad_s=s.yaw_rate_rad_s or 0.0,
+            limits=self.px4.px4_navigator.direct_limits(),
+            restart_xy=fresh,
+            restart_z=fresh,
         )
+        self.guide(guidance.moving(speed, push))
 
     def wants_to_lift(self) -> bool:
         """A place above, a climb or an upward push."""

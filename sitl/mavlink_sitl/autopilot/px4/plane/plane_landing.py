@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.control.l1_guidance import bank_rad
 from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.px4.navigation import within
@@ -12,7 +11,7 @@ from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint, Point
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m
-from mavlink_sitl.exchange import Motors, Severity
+from mavlink_sitl.exchange import Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 FLARE_THROTTLE = 0.15

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
@@ -14,6 +13,7 @@ from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.plane_landing import Descent
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.plane.plane_takeoff import Climbout
+from mavlink_sitl.exchange import Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane

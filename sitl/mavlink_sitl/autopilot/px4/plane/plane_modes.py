@@ -6,13 +6,12 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.control.l1_guidance import bank_rad
 from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint, Point
-from mavlink_sitl.exchange import Motors
+from mavlink_sitl.exchange import Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 if TYPE_CHECKING:
@@ -211,7 +210,7 @@ class Manual(PlaneMode):
         self.level_off()
         self.update()
 
-    def sticks(self) -> tuple[float, float, float]:
+    def sticks(self) -> Vector:
         """Roll and pitch (forwards positive), -1..1, throttle 0..1; 0 when nobody holds them."""
         sticks = self.px4.manual
         if sticks is None or not self.px4.manual_alive():

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.px4.mode import OffboardMode
 from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
+from mavlink_sitl.exchange import Vector
 
 
 def whole(vector: Vector | None) -> bool:

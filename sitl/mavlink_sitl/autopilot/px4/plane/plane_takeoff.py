@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.px4.mode import TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.path_guidance import Point
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
-from mavlink_sitl.exchange import Motors, Severity
+from mavlink_sitl.exchange import Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 ROTATE_SHARE = 0.9

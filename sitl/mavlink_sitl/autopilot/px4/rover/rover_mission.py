@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
+from mavlink_sitl.exchange import Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover

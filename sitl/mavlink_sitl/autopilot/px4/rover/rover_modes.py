@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Vector
 from mavlink_sitl.autopilot.px4.mode import (
     HoldMode,
     OffboardMode,
@@ -16,7 +15,7 @@ from mavlink_sitl.autopilot.px4.mode import (
 )
 from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
-from mavlink_sitl.exchange import Motors, Severity, YawMode
+from mavlink_sitl.exchange import Motors, Severity, Vector, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
 if TYPE_CHECKING:
