@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
@@ -17,7 +18,7 @@ from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.px4.server import Px4Server
 from mavlink_sitl.mavlink.server import MavlinkServer
 
-_CLASSES: dict[str, type[Copter]] = {
+_CLASSES: dict[str, type[Commander]] = {
     "copter": Copter,
     "px4copter": Px4Copter,
     "rover": Rover,
@@ -29,13 +30,13 @@ _CLASSES: dict[str, type[Copter]] = {
 }
 
 
-def firmware_class(personality: Personality) -> type[Copter]:
+def firmware_class(personality: Personality) -> type[Commander]:
     """The firmware that goes with a personality."""
     return _CLASSES[personality.kind]
 
 
 def make_servers(
-    copter: Copter,
+    copter: Commander,
     encoders: Sequence[Encoder],
     system_id: int,
     now_us: int,

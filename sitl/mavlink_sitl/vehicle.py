@@ -282,7 +282,7 @@ class SimulatedVehicle(VehicleBody):
         return Snapshot(
             time_boot_us=self.now_us - self._boot_us,
             unix_time_us=self._epoch_us + self.now_us if started else 0,
-            copter=self.copter,
+            vehicle=self.copter,
             motion=physics.motion(index),
             battery=physics.battery_reading(index, self._capacity_mah()),
             thrust_over_hover=thrust / 9.80665,

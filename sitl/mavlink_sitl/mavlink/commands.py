@@ -63,7 +63,7 @@ Handler = Callable[["MavlinkServer", ReceivedCommand], Result]
 
 def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Carry out a command."""
-    table = kind_commands.BY_KIND[server.copter.personality.kind]
+    table = kind_commands.BY_KIND[server.vehicle.personality.kind]
     entry = table.get(command.id, _HANDLERS.get(command.id))
     if entry is None:
         return Result.UNSUPPORTED
@@ -76,9 +76,9 @@ def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
 def _arm_disarm(server: MavlinkServer, command: ReceivedCommand) -> Result:
     force = int(command.params[1]) == FORCE
     if command.params[0] == 1.0:
-        return server.copter.arm(force)
+        return server.vehicle.arm(force)
     if command.params[0] == 0.0:
-        return server.copter.disarm(force)
+        return server.vehicle.disarm(force)
     return Result.UNSUPPORTED
 
 
@@ -86,7 +86,7 @@ def _set_mode(server: MavlinkServer, command: ReceivedCommand) -> Result:
     base_mode, custom_mode = command.params[0], command.params[1]
     if not int(base_mode) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
         return Result.DENIED
-    return server.copter.set_mode(int(custom_mode))
+    return server.vehicle.set_mode(int(custom_mode))
 
 
 def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -94,26 +94,26 @@ def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
         return Result.DENIED
     if not setpoints.usable(command.z):
         return Result.DENIED
-    return server.copter.take_off(command.z)
+    return server.vehicle.take_off(command.z)
 
 
 def change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_CHANGE_SPEED."""
-    return server.copter.change_speed(int(command.params[0]), command.params[1])
+    return server.vehicle.change_speed(int(command.params[0]), command.params[1])
 
 
 def _known(server: MavlinkServer, message_id: int) -> bool:
-    return message_id in known_messages.BY_KIND[server.copter.personality.kind]
+    return message_id in known_messages.BY_KIND[server.vehicle.personality.kind]
 
 
 def _set_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
     if not _known(server, message_id):
-        server.copter.say(Severity.INFO, f"No ap_message for mavlink id ({message_id})")
+        server.vehicle.say(Severity.INFO, f"No ap_message for mavlink id ({message_id})")
         return Result.DENIED
-    if 0 < interval_us < server.copter.personality.shortest_interval_us:
+    if 0 < interval_us < server.vehicle.personality.shortest_interval_us:
         text = f"Requested rate for message ID {message_id} too fast. Increase SCHED_LOOP_RATE"
-        server.copter.say(Severity.INFO, text)
+        server.vehicle.say(Severity.INFO, text)
         return Result.DENIED
     if interval_us > 0:
         server.streams.set(message_id, int(min(interval_us, 2**31)), server.now_us)
@@ -165,7 +165,7 @@ def _capabilities(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Home is here, with param1 = 1 or without a place; else there."""
-    copter = server.copter
+    copter = server.vehicle
     if not copter.estimator.position_ok or command.params[0] not in (0.0, 1.0):
         return Result.FAILED
     if command.params[0] == 1.0 or not (command.x or command.y):
@@ -181,19 +181,19 @@ def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
 def _reboot(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (1.0, 3.0):
         # Asked first whether it is armed, also by a test of the motors (`copter_ground_cmds`).
-        return Result.FAILED if server.copter.soft_armed else Result.UNSUPPORTED
-    return server.copter.reboot()
+        return Result.FAILED if server.vehicle.soft_armed else Result.UNSUPPORTED
+    return server.vehicle.reboot()
 
 
 def _mission_start(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """MISSION_START: of the whole mission only (`copter_mission_misc`)."""
     if command.params[0] or command.params[1]:
         return Result.DENIED
-    return server.copter.start_mission()
+    return server.vehicle.start_mission()
 
 
 def _set_current_item(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    result = server.copter.set_current_item(int(command.params[0]))
+    result = server.vehicle.set_current_item(int(command.params[0]))
     if result is Result.ACCEPTED:
         server.send_later(42)
     return result
@@ -202,28 +202,28 @@ def _set_current_item(server: MavlinkServer, command: ReceivedCommand) -> Result
 def _pause_or_go_on(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (0.0, 1.0):
         return Result.DENIED
-    return server.copter.pause_or_go_on(command.params[0] == 1.0)
+    return server.vehicle.pause_or_go_on(command.params[0] == 1.0)
 
 
 def _enable_fence(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_FENCE_ENABLE; 2 puts only the floor out of force, which counts by itself here."""
-    if command.params[0] not in (0.0, 1.0, 2.0) or "FENCE_ENABLE" not in server.copter.parameters:
+    if command.params[0] not in (0.0, 1.0, 2.0) or "FENCE_ENABLE" not in server.vehicle.parameters:
         return Result.FAILED
     if command.params[0] != 2.0:
-        server.copter.fence.enable(command.params[0] == 1.0)
+        server.vehicle.fence.enable(command.params[0] == 1.0)
     return Result.ACCEPTED
 
 
 def _terminate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.FAILED
-    return server.copter.disarm(force=True)
+    return server.vehicle.disarm(force=True)
 
 
 def inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """INJECT_FAILURE."""
     unit, kind, instance = (int(value) for value in command.params[:3])
-    return server.copter.inject_failure(unit, kind, instance)
+    return server.vehicle.inject_failure(unit, kind, instance)
 
 
 _HANDLERS: dict[int, tuple[Handler, int]] = {
@@ -239,7 +239,7 @@ _HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
     dialect.MAV_CMD_DO_FENCE_ENABLE: (_enable_fence, 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 2),
-    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.copter.arming.run_checks(), 0),
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.vehicle.arming.run_checks(), 0),
     dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),
     dialect.MAV_CMD_SET_MESSAGE_INTERVAL: (_set_interval, 2),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
@@ -24,19 +25,24 @@ SIMPLE, TRIM = 4, 2
 """PREFLIGHT_CALIBRATION's param5: accelerometers on the level, and their trim"""
 
 
+def _copter(server: MavlinkServer) -> Copter:
+    assert isinstance(server.vehicle, Copter)
+    return server.vehicle
+
+
 def condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """CONDITION_YAW: turn the nose, in the modes that fly by themselves."""
     angle_deg, rate_deg_s, direction, relative = command.params
     if not 0.0 <= angle_deg <= 360.0 or relative not in (0.0, 1.0):
         return Result.FAILED
-    copter = server.copter
+    copter = _copter(server)
     copter.yaw.turn(copter.motion.yaw_rad, angle_deg, rate_deg_s, direction, relative)
     return Result.ACCEPTED
 
 
 def look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI and DO_SET_ROI_LOCATION: keep the nose towards a place; zeros end that."""
-    copter = server.copter
+    copter = _copter(server)
     if not (command.x or command.y or command.z):
         return look_at_nothing(server, command)
     place = setpoints.place_of(copter, command, command.frame)
@@ -48,7 +54,7 @@ def look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 def look_at_nothing(server: MavlinkServer, _: ReceivedCommand) -> Result:
     """DO_SET_ROI_NONE."""
-    server.copter.yaw.look_at(None)
+    _copter(server).yaw.look_at(None)
     return Result.ACCEPTED
 
 
@@ -57,13 +63,13 @@ def motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
     place, kind, value, each_s = command.params
     if not setpoints.usable(command.x):
         return Result.DENIED
-    test = server.copter.motor_test
+    test = _copter(server).motor_test
     return test.start(int(place), int(kind), value, each_s, int(command.x))
 
 
 def calibrate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """PREFLIGHT_CALIBRATION: what needs no hands on the vehicle is done at once."""
-    copter = server.copter
+    copter = server.vehicle
     if copter.soft_armed:
         copter.say(Severity.NOTICE, "Disarm to allow calibration")
         return Result.FAILED
@@ -87,7 +93,7 @@ def _source_set(_: MavlinkServer, command: ReceivedCommand) -> Result:
 
 
 def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    return server.copter.set_servo(int(command.params[0]), command.params[1])
+    return server.vehicle.set_servo(int(command.params[0]), command.params[1])
 
 
 COPTER: dict[int, tuple[Handler, int]] = {
@@ -98,7 +104,7 @@ COPTER: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_MOTOR_TEST: (motor_test, 4),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (calibrate, 4),
     dialect.MAV_CMD_DO_SET_SERVO: (_set_servo, 2),
-    dialect.MAV_CMD_DO_LAND_START: (lambda s, _: s.copter.start_landing_sequence(), 0),
+    dialect.MAV_CMD_DO_LAND_START: (lambda s, _: _copter(s).start_landing_sequence(), 0),
     # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
     dialect.MAV_CMD_DO_GRIPPER: (_always(Result.FAILED), 0),
     dialect.MAV_CMD_VIDEO_START_CAPTURE: (_always(Result.FAILED), 0),

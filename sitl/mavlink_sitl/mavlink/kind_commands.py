@@ -17,7 +17,7 @@ from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.mavlink.commands import ReceivedCommand
     from mavlink_sitl.mavlink.server import MavlinkServer
 
@@ -25,7 +25,7 @@ Handler = Callable[["MavlinkServer", "ReceivedCommand"], Result]
 
 
 def _mode(number: int) -> Handler:
-    return lambda server, _: server.copter.set_mode(number)
+    return lambda server, _: server.vehicle.set_mode(number)
 
 
 def _reposition(guided: int, otherwise: Result) -> Handler:
@@ -37,7 +37,7 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     """
 
     def handler(server: MavlinkServer, command: ReceivedCommand) -> Result:
-        copter = server.copter
+        copter = server.vehicle
         if command.is_long:
             return Result.UNSUPPORTED
         if copter.mode.spec.number != guided and not int(command.params[1]) & 1:
@@ -58,7 +58,7 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     return handler
 
 
-def _go_to(copter: Copter, command: ReceivedCommand, position: Vector) -> Result:
+def _go_to(copter: Commander, command: ReceivedCommand, position: Vector) -> Result:
     """Where a DO_REPOSITION sends a vehicle that is in GUIDED; NED metres."""
     if isinstance(copter, plane.Plane):
         against = setpoints.usable(command.params[3]) and command.params[3] != 0.0
@@ -80,8 +80,8 @@ def _go_to(copter: Copter, command: ReceivedCommand, position: Vector) -> Result
 
 
 def _as_plane(server: MavlinkServer) -> plane.Plane:
-    assert isinstance(server.copter, plane.Plane)
-    return server.copter
+    assert isinstance(server.vehicle, plane.Plane)
+    return server.vehicle
 
 
 def _start_landing(server: MavlinkServer, _: ReceivedCommand) -> Result:
@@ -102,10 +102,10 @@ def _go_around(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 def _set_reverse(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_REVERSE."""
-    assert isinstance(server.copter, rover.Rover)
+    assert isinstance(server.vehicle, rover.Rover)
     if command.params[0] not in (0.0, 1.0):
         return Result.DENIED
-    server.copter.backwards = command.params[0] == 1.0
+    server.vehicle.backwards = command.params[0] == 1.0
     return Result.ACCEPTED
 
 
@@ -127,9 +127,9 @@ def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """
     kind, speed_m_s, throttle_percent, _ = command.params
     if kind == 0.0 and speed_m_s == -1.0 and 0.0 < throttle_percent <= 100.0:
-        server.copter.say(Severity.INFO, f"Set throttle {int(throttle_percent)}")
+        server.vehicle.say(Severity.INFO, f"Set throttle {int(throttle_percent)}")
         return Result.ACCEPTED
-    return server.copter.change_speed(int(kind), speed_m_s)
+    return server.vehicle.change_speed(int(kind), speed_m_s)
 
 
 _COPTER: dict[int, tuple[Handler, int] | None] = {

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import (
     HomeChanged,
     ItemReached,
@@ -62,19 +62,19 @@ class MavlinkServer:
         reboot_requested: the firmware is to start again.
     """
 
-    copter: Copter
+    vehicle: Commander
     builders = telemetry.BUILDERS
     """By message id: what can be streamed and requested"""
 
     def __init__(
         self,
-        copter: Copter,
+        copter: Commander,
         encoders: Sequence[Encoder],
         system_id: int,
         now_us: int,
         snapshot: Callable[[], Snapshot],
     ) -> None:
-        self.copter = copter
+        self.vehicle = copter
         self.system_id = system_id
         self.now_us = now_us
         self.streams = StreamSchedule()
@@ -191,7 +191,7 @@ class MavlinkServer:
 
     def flush_events(self) -> None:
         """Report the events of the firmware to the outside."""
-        events = self.copter.events
+        events = self.vehicle.events
         while events:
             event = events.popleft()
             if isinstance(event, StatusText):
@@ -206,7 +206,7 @@ class MavlinkServer:
             elif isinstance(event, ItemReached):
                 self.send(dialect.MAVLink_mission_item_reached_message(event.seq))
             elif isinstance(event, ParameterSaved):
-                self.send(saved_parameter(event, self.copter.parameters))
+                self.send(saved_parameter(event, self.vehicle.parameters))
             elif isinstance(event, RebootRequested):
                 self.reboot_requested = True
         while self._later:
@@ -253,8 +253,8 @@ class MavlinkServer:
             handler(message)
 
     def _on_heartbeat(self, message: Message) -> None:
-        if message.get_srcSystem() == int(self.copter.parameters["MAV_GCS_SYSID"]):
-            self.copter.failsafe.gcs_heartbeat(self.now_us / 1e6)
+        if message.get_srcSystem() == int(self.vehicle.parameters["MAV_GCS_SYSID"]):
+            self.vehicle.failsafe.gcs_heartbeat(self.now_us / 1e6)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:
@@ -275,18 +275,18 @@ class MavlinkServer:
 
     def _on_set_mode(self, message: Message) -> None:
         if message.base_mode & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            self.copter.set_mode(message.custom_mode)
+            self.vehicle.set_mode(message.custom_mode)
 
     def _on_local_setpoint(self, message: Message) -> None:
-        self._take_setpoint(lambda: setpoints.from_local_ned(message), self.copter.setpoint)
+        self._take_setpoint(lambda: setpoints.from_local_ned(message), self.vehicle.setpoint)
 
     def _on_global_setpoint(self, message: Message) -> None:
         self._take_setpoint(
-            lambda: setpoints.from_global_int(message, self.copter), self.copter.setpoint
+            lambda: setpoints.from_global_int(message, self.vehicle), self.vehicle.setpoint
         )
 
     def _on_attitude(self, message: Message) -> None:
-        self._take_setpoint(lambda: setpoints.from_attitude_target(message), self.copter.attitude)
+        self._take_setpoint(lambda: setpoints.from_attitude_target(message), self.vehicle.attitude)
 
     def _take_setpoint(self, decode: Callable[[], T | None], take: Callable[[T], None]) -> None:
         try:
@@ -295,27 +295,27 @@ class MavlinkServer:
             # Once a second is enough: setpoints come in streams.
             if self.now_us >= self._next_complaint_us:
                 self._next_complaint_us = self.now_us + COMPLAINT_US
-                self.copter.say(Severity.WARNING, f"Setpoint ignored: {error}")
+                self.vehicle.say(Severity.WARNING, f"Setpoint ignored: {error}")
             return
         if setpoint is not None:
             take(setpoint)
 
     def _on_request_data_stream(self, message: Message) -> None:
         rate_hz = message.req_message_rate
-        for message_id in self.copter.personality.streams.get(message.req_stream_id, ()):
+        for message_id in self.vehicle.personality.streams.get(message.req_stream_id, ()):
             if message.start_stop and rate_hz:
                 self.streams.set(message_id, 1_000_000 // rate_hz, self.now_us)
             else:
                 self.streams.stop(message_id)
 
     def _on_rc_override(self, message: Message) -> None:
-        if message.get_srcSystem() == int(self.copter.parameters["MAV_GCS_SYSID"]):
+        if message.get_srcSystem() == int(self.vehicle.parameters["MAV_GCS_SYSID"]):
             channels = [getattr(message, f"chan{i}_raw") for i in range(1, 9)]
-            self.copter.pilot.override(channels, self.now_us / 1e6)
+            self.vehicle.pilot.override(channels, self.now_us / 1e6)
 
     def _on_manual_control(self, message: Message) -> None:
         """The first four channels: y is roll, x pitch, z throttle (0..1000), r yaw."""
-        mine = message.get_srcSystem() == int(self.copter.parameters["MAV_GCS_SYSID"])
+        mine = message.get_srcSystem() == int(self.vehicle.parameters["MAV_GCS_SYSID"])
         if not mine or message.target != self.system_id:
             return
         raw = [1500 + value / 2 for value in (message.y, message.x)]
@@ -325,12 +325,12 @@ class MavlinkServer:
             round(min(max(value, 1000), 2000)) if abs(axis) <= 1000 else 65535
             for value, axis in zip(raw, axes, strict=True)
         ]
-        self.copter.pilot.override(channels, self.now_us / 1e6)
+        self.vehicle.pilot.override(channels, self.now_us / 1e6)
 
     def _on_setup_signing(self, message: Message) -> None:
         """A new key, unless the vehicle is armed; there is no answer to it."""
-        if self.copter.armed:
-            self.copter.say(Severity.CRITICAL, "ERROR: Won't setup signing when armed")
+        if self.vehicle.armed:
+            self.vehicle.say(Severity.CRITICAL, "ERROR: Won't setup signing when armed")
             return
         if message.initial_timestamp >= LATEST_SIGNATURE:
             return  # no clock shows that, and nothing could be signed after it
@@ -339,7 +339,7 @@ class MavlinkServer:
 
     def send_mode_list(self, place: int) -> bool:
         """AVAILABLE_MODES: one of them, from 1, or with 0 all; whether there is such a one."""
-        modes = list(self.copter.personality.modes.values())
+        modes = list(self.vehicle.personality.modes.values())
         if not 0 <= place <= len(modes):
             return False
         for index, spec in enumerate(modes, 1):

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
@@ -102,7 +102,7 @@ def from_local_ned(message: Message) -> Setpoint | None:
     return _refuse_unusable(Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
 
 
-def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
+def from_global_int(message: Message, copter: Commander) -> Setpoint | None:
     """The setpoint in the local frame, or None for a frame or place that is ignored.
 
     Raises:
@@ -126,7 +126,7 @@ def from_global_int(message: Message, copter: Copter) -> Setpoint | None:
     )
 
 
-def place_of(copter: Copter, command: ReceivedCommand, long_frame: int) -> Vector | None:
+def place_of(copter: Commander, command: ReceivedCommand, long_frame: int) -> Vector | None:
     """The position a command names, in the local frame; None if it names none."""
     x, y, frame = command.x, command.y, command.frame
     if not usable(command.z):
@@ -166,7 +166,7 @@ def from_attitude_target(message: Message) -> AttitudeTarget | None:
 
 
 def local_position(
-    copter: Copter, frame: int, latitude_e7: int, longitude_e7: int, altitude_m: float
+    copter: Commander, frame: int, latitude_e7: int, longitude_e7: int, altitude_m: float
 ) -> Vector | None:
     """A global place in the local frame; None when it is not on earth or the frame unknown."""
     latitude, longitude = latitude_e7 / 1e7, longitude_e7 / 1e7

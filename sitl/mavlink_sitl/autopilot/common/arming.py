@@ -98,7 +98,7 @@ class Arming:
     """
 
     def __init__(self, copter: Firmware) -> None:
-        self._copter = copter
+        self._vehicle = copter
         self.armed = False
         self.armed_at_s = copter.boot_s
         self.checks_passed = False
@@ -107,7 +107,7 @@ class Arming:
 
     def arm(self, force: bool) -> Result:
         """Arm the motors, after the checks unless forced."""
-        copter = self._copter
+        copter = self._vehicle
         if self.armed:
             return Result.ACCEPTED
         reasons = []
@@ -130,7 +130,7 @@ class Arming:
 
     def disarm(self, force: bool) -> Result:
         """Disarm the motors; in the air only when forced."""
-        copter = self._copter
+        copter = self._vehicle
         if not self.armed:
             return Result.ACCEPTED
         if not copter.landed and not force:
@@ -142,7 +142,7 @@ class Arming:
 
     def run_checks(self) -> Result:
         """RUN_PREARM_CHECKS."""
-        copter = self._copter
+        copter = self._vehicle
         if copter.soft_armed:
             return Result.TEMPORARILY_REJECTED
         for reason in prearm_failures(copter):
@@ -151,7 +151,7 @@ class Arming:
 
     def watch(self) -> None:
         """While disarmed, look at the checks once a second; say what fails every half minute."""
-        copter = self._copter
+        copter = self._vehicle
         now_s = copter.now_s
         if self.armed or now_s < self._next_check_s:
             return
@@ -166,7 +166,7 @@ class Arming:
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """Whether an armed vehicle on the ground is to disarm by itself."""
-        copter = self._copter
+        copter = self._vehicle
         if not self.armed or not copter.landed:
             return False
         if copter.mode.landing or copter.mode.spec.behaviour == "rtl":

@@ -58,17 +58,17 @@ class Auto(Mode):
 
     @property
     def _first(self) -> int:
-        return int(self.copter.personality.plan_rules.home_first)
+        return int(self.vehicle.personality.plan_rules.home_first)
 
     @property
     def has_mission(self) -> bool:
         """Whether there is anything to fly."""
-        return len(self.copter.plans.mission.items) > self._first
+        return len(self.vehicle.plans.mission.items) > self._first
 
     @property
     def starts_with_takeoff(self) -> bool:
         """Whether the first item that moves, from the one in force on, leaves the ground."""
-        plans = self.copter.plans
+        plans = self.vehicle.plans
         start = max(plans.current, self._first)
         moving = (i.command for i in plans.mission.items[start:] if i.command in self.moving)
         return next(moving, None) in TAKE_OFFS
@@ -83,17 +83,17 @@ class Auto(Mode):
         self.may_take_off = False
         self.guide(self.hold_guidance())
         if self.has_mission:
-            self.start(self.copter.plans.current)
+            self.start(self.vehicle.plans.current)
 
     def leave(self) -> None:
         """Another mode takes over: the mission waits."""
-        plans = self.copter.plans
+        plans = self.vehicle.plans
         if plans.state in (MissionState.ACTIVE, MissionState.PAUSED):
             plans.state = MissionState.NOT_STARTED
 
     def start(self, place: int) -> None:
         """Continue with an item; from the beginning after the end."""
-        plans = self.copter.plans
+        plans = self.vehicle.plans
         if plans.state is MissionState.COMPLETE or not (
             self._first <= place < len(plans.mission.items)
         ):
@@ -123,23 +123,23 @@ class Auto(Mode):
     # The items.
 
     def _finish(self, task: AutoTask) -> None:
-        place = self.copter.plans.current
+        place = self.vehicle.plans.current
         told = ItemReached(place)
-        self.copter.events.append(told)
+        self.vehicle.events.append(told)
         self._say_reached(place, task.item)
         self._advance(place + 1)
-        events = self.copter.events
+        events = self.vehicle.events
         reached = [event for event in events if isinstance(event, ItemReached)]
         if told in reached[:-1]:
             events.remove(told)
 
     def _say_reached(self, place: int, item: PlanItem) -> None:
         if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
-            self.copter.say(Severity.INFO, f"Reached command #{place}")
+            self.vehicle.say(Severity.INFO, f"Reached command #{place}")
 
     def _advance(self, place: int) -> None:
         """Begin the next item that moves, from a place on."""
-        plans = self.copter.plans
+        plans = self.vehicle.plans
         self._waiting = []
         self._doing_since_s = None
         for seq, item in self._walk(place, plans.jumps):
@@ -157,7 +157,7 @@ class Auto(Mode):
 
     def _walk(self, place: int, jumps: dict[int, int]) -> list[tuple[int, PlanItem]]:
         """The items from a place up to the next that moves, following jumps."""
-        items = self.copter.plans.mission.items
+        items = self.vehicle.plans.mission.items
         found: list[tuple[int, PlanItem]] = []
         for _ in range(MOST_STEPS):
             if not self._first <= place < len(items):
@@ -173,7 +173,7 @@ class Auto(Mode):
         return found
 
     def _jump(self, place: int, item: PlanItem, jumps: dict[int, int]) -> int:
-        items = self.copter.plans.mission.items
+        items = self.vehicle.plans.mission.items
         target, times = int(item.params[0]), int(item.params[1])
         if item.command == Cmd.DO_JUMP_TAG:
             tags = (i for i, x in enumerate(items) if x.command == Cmd.JUMP_TAG)
@@ -186,15 +186,15 @@ class Auto(Mode):
 
     def _say(self, seq: int, item: PlanItem) -> None:
         name = NAMES.get(Cmd(item.command), "") if item.command in NAMES else str(item.command)
-        self.copter.say(Severity.INFO, f"Mission: {seq} {name}")
+        self.vehicle.say(Severity.INFO, f"Mission: {seq} {name}")
 
     def _complete(self) -> None:
         """After the last item: hover, or rest on the ground."""
-        self.copter.plans.state = MissionState.COMPLETE
+        self.vehicle.plans.state = MissionState.COMPLETE
         self.task = None
         self.guide(self.hold_guidance())
-        if self.copter.landed and self.copter.armed:
-            self.copter.disarm(force=True)
+        if self.vehicle.landed and self.vehicle.armed:
+            self.vehicle.disarm(force=True)
 
     def _do_waiting(self, conditions: bool = True) -> None:
         """Do what is to be done on the way; a condition holds up what comes after it."""
@@ -204,14 +204,14 @@ class Auto(Mode):
                 return
             begins = self._doing_since_s is None
             if begins:
-                self._doing_since_s = self.copter.now_s
+                self._doing_since_s = self.vehicle.now_s
                 self._say(seq, item)
             if not self._do(item, begins):
                 return
             self._doing_since_s = None
             self._waiting.pop(0)
             if item.command not in self.untold:
-                self.copter.events.append(ItemReached(seq))
+                self.vehicle.events.append(ItemReached(seq))
 
     def _do(self, item: PlanItem, begins: bool) -> bool:
         """Do an item that does not move, or look at a condition.
@@ -220,7 +220,7 @@ class Auto(Mode):
             item: the item; what needs a device that the vehicle does not have is passed over.
             begins: whether this is the first time.
         """
-        copter, command, value = self.copter, item.command, item.params[0]
+        copter, command, value = self.vehicle, item.command, item.params[0]
         if command == Cmd.CONDITION_DELAY:
             return copter.now_s - (self._doing_since_s or 0.0) >= value
         if command == Cmd.CONDITION_DISTANCE:
@@ -236,7 +236,7 @@ class Auto(Mode):
         return True
 
     def _change_speed(self, kind: int, speed_m_s: float) -> None:
-        self.copter.navigator.change_speed(kind, speed_m_s)
+        self.vehicle.navigator.change_speed(kind, speed_m_s)
         self.limits_changed()
 
     def _begin(self, item: PlanItem) -> None:
@@ -247,7 +247,7 @@ class Auto(Mode):
         """The distance over ground to the position of the current item."""
         if self.task is None:
             return 0.0
-        here = self.copter.motion[:3]
+        here = self.vehicle.motion[:3]
         return math.dist(here[:2], self.place_of(self.task.item, here)[:2])
 
     def _point_of(self, item: PlanItem) -> GeoPoint | None:
@@ -256,12 +256,12 @@ class Auto(Mode):
             return None
         altitude_m = item.z
         if item.frame not in AMSL_FRAMES:
-            altitude_m += (self.copter.navigator.home or self.copter.navigator.origin)[2]
+            altitude_m += (self.vehicle.navigator.home or self.vehicle.navigator.origin)[2]
         return GeoPoint(item.x / 1e7, item.y / 1e7, altitude_m)
 
     def place_of(self, item: PlanItem, instead: Vector) -> Vector:
         """Where an item is, NED metres; zeros in it mean `instead`."""
-        navigator = self.copter.navigator
+        navigator = self.vehicle.navigator
         point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
         north, east, _ = navigator.frame.to_local(point)
         if not item.x and not item.y:
@@ -272,7 +272,7 @@ class Auto(Mode):
 
     def _down_m(self, item: PlanItem) -> float:
         """The height in an item, NED."""
-        navigator = self.copter.navigator
+        navigator = self.vehicle.navigator
         if item.frame in AMSL_FRAMES:
             return navigator.origin.altitude_amsl_m - item.z
         return navigator.home_ned_m()[2] - item.z
@@ -281,7 +281,7 @@ class Auto(Mode):
 
     def mission_changed(self) -> None:
         """The list has another content: begin the item in force again, if it is still there."""
-        plans = self.copter.plans
+        plans = self.vehicle.plans
         if self.task is None:
             return
         if self._first <= plans.current < len(plans.mission.items):
@@ -295,13 +295,13 @@ class Auto(Mode):
                 self._following_changed()
         else:
             text = "Auto mission changed but failed to restart command"
-        self.copter.say(Severity.CRITICAL, text)
+        self.vehicle.say(Severity.CRITICAL, text)
 
     def jump_to(self, place: int) -> None:
         """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT while it flies; that ends a pause."""
         self._waiting = []
         self.paused = False
-        self.copter.plans.state = MissionState.ACTIVE
+        self.vehicle.plans.state = MissionState.ACTIVE
         if self.task is not None and not self.taking_off:
             self.task = None  # the old leg's end is not where the new one begins
         self._advance(place)
@@ -314,7 +314,7 @@ class Auto(Mode):
 
     def pause(self) -> Result:
         """DO_PAUSE_CONTINUE 0: not possible."""
-        self.copter.say(Severity.INFO, "Failed to pause")
+        self.vehicle.say(Severity.INFO, "Failed to pause")
         return Result.FAILED
 
     def go_on(self) -> Result:

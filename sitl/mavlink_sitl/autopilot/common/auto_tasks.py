@@ -15,7 +15,7 @@ class AutoTask:
 
     def __init__(self, auto: Auto, item: PlanItem) -> None:
         self.auto = auto
-        self.copter = auto.copter
+        self.vehicle = auto.vehicle
         self.item = item
 
     @property
@@ -36,9 +36,9 @@ class Delay(AutoTask):
 
     def __init__(self, auto: Auto, item: PlanItem) -> None:
         super().__init__(auto, item)
-        self._until_s = self.copter.now_s + max(item.params[0], 0.0)
+        self._until_s = self.vehicle.now_s + max(item.params[0], 0.0)
         auto.guide(auto.hold_guidance())
 
     def finished(self) -> bool:
         """When the time is over."""
-        return self.copter.now_s >= self._until_s
+        return self.vehicle.now_s >= self._until_s

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Observation, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 MODE_ALT_HOLD = 2
 MODE_LAND = 9
@@ -36,8 +36,8 @@ class Failsafes:
         radio_lost: the pilot's radio has been silent too long.
     """
 
-    def __init__(self) -> None:
-        """All well."""
+    def __init__(self, vehicle: Commander) -> None:
+        self._vehicle = vehicle
         self.battery_level = 0
         self.gcs_lost = False
         self.estimator_lost = False
@@ -64,16 +64,15 @@ class Failsafes:
             return []
         return ["Battery 1 low voltage failsafe", "Battery failsafe"]
 
-    def update(self, copter: Copter, observation: Observation) -> None:
+    def update(self, observation: Observation) -> None:
         """Look at one observation and act."""
-        self._battery(copter, observation)
-        self._ground_station(copter, observation.time_s)
-        self._radio(copter, observation.time_s)
-        self._estimator(copter)
+        self._battery(observation)
+        self._ground_station(observation.time_s)
+        self._radio(observation.time_s)
+        self._estimator()
 
-    def _battery(self, copter: Copter, observation: Observation) -> None:
-        parameters = copter.parameters
-        battery = observation.battery
+    def _battery(self, observation: Observation) -> None:
+        parameters, battery = self._vehicle.parameters, observation.battery
         if parameters.revision != self._parameters_revision:
             self._parameters_revision = parameters.revision
             highest_v = max(parameters["BATT_LOW_VOLT"], parameters["BATT_CRT_VOLT"])
@@ -94,102 +93,109 @@ class Failsafes:
             since_s = self._below_since_s.setdefault(level, observation.time_s)
             held = observation.time_s - since_s >= parameters["BATT_LOW_TIMER"]
             if held and level > self.battery_level:
-                self._battery_fails(copter, observation, level)
+                self._battery_fails(observation, level)
                 return
 
-    def _battery_fails(self, copter: Copter, observation: Observation, level: int) -> None:
+    def _battery_fails(self, observation: Observation, level: int) -> None:
+        vehicle = self._vehicle
         self.battery_level = level
         battery = observation.battery
         word = "critical" if level == 2 else "low"
         text = f"Battery 1 is {word} {battery.voltage_v:.2f}V used {battery.consumed_mah:.0f} mAh"
-        copter.say(Severity.WARNING, text)
-        if not copter.armed:
+        vehicle.say(Severity.WARNING, text)
+        if not vehicle.armed:
             return
-        copter.say(Severity.WARNING, "Battery Failsafe")
+        vehicle.say(Severity.WARNING, "Battery Failsafe")
         name = "BATT_FS_CRT_ACT" if level == 2 else "BATT_FS_LOW_ACT"
-        self._empty(copter, int(copter.parameters[name]))
+        self._empty(int(vehicle.parameters[name]))
 
-    def _empty(self, copter: Copter, action: int) -> None:
+    def _empty(self, action: int) -> None:
         """Do what BATT_FS_*_ACT says."""
-        self._act(copter, _BATTERY_ACTIONS.get(action))
+        self._act(_BATTERY_ACTIONS.get(action))
 
     def _silent_for_s(self, now_s: float) -> float:
         """How long the ground station has said nothing; 0 before it said anything."""
         return 0.0 if self._gcs_heard_s is None else now_s - self._gcs_heard_s
 
-    def _ground_station(self, copter: Copter, now_s: float) -> None:
-        parameters = copter.parameters
+    def _ground_station(self, now_s: float) -> None:
+        vehicle = self._vehicle
+        parameters = vehicle.parameters
         if self._gcs_heard_s is None or not parameters["FS_GCS_ENABLE"]:
             self.gcs_lost = False
             return
         lost = self._silent_for_s(now_s) >= parameters["FS_GCS_TIMEOUT"]
-        if lost and not self.gcs_lost and copter.armed:
+        if lost and not self.gcs_lost and vehicle.armed:
             self.gcs_lost = True
-            copter.say(Severity.WARNING, "GCS Failsafe")
-            self._act(copter, MODE_RTL)
+            vehicle.say(Severity.WARNING, "GCS Failsafe")
+            self._act(MODE_RTL)
         elif self.gcs_lost and not lost:
             self.gcs_lost = False
-            copter.say(Severity.WARNING, "GCS Failsafe Cleared")
+            vehicle.say(Severity.WARNING, "GCS Failsafe Cleared")
 
-    def _radio(self, copter: Copter, now_s: float) -> None:
+    def _radio(self, now_s: float) -> None:
         """RTL within a second, from GUIDED too; the ground may choose GUIDED again."""
-        if not copter.pilot.lost and not self.radio_lost:
+        vehicle = self._vehicle
+        if not vehicle.pilot.lost and not self.radio_lost:
             self._radio_gone_s = None
             return
-        p = copter.parameters
+        p = vehicle.parameters
         action = int(p["FS_THR_ENABLE"]) if "FS_THR_ENABLE" in p else 0
-        if not action or copter.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
+        if not action or vehicle.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
             self._radio_gone_s = None
             if self.radio_lost:
                 self.radio_lost = False
-                copter.say(Severity.WARNING, "Radio Failsafe Cleared")
+                vehicle.say(Severity.WARNING, "Radio Failsafe Cleared")
             return
         if self._radio_gone_s is None:
             self._radio_gone_s = now_s
-        if self.radio_lost or now_s - self._radio_gone_s < RADIO_AFTER_S or not copter.armed:
+        if self.radio_lost or now_s - self._radio_gone_s < RADIO_AFTER_S or not vehicle.armed:
             return
         self.radio_lost = True
-        copter.say(Severity.WARNING, "Radio Failsafe")
-        self._act(copter, MODE_LAND if action == THR_LAND else MODE_RTL)
+        vehicle.say(Severity.WARNING, "Radio Failsafe")
+        self._act(MODE_LAND if action == THR_LAND else MODE_RTL)
 
-    def _glitch(self, copter: Copter) -> None:
+    def _glitch(self) -> None:
         """ArduCopter's gpsglitch_check: no more than its words."""
-        if copter.estimator.glitching is not self._glitching:
-            self._glitching = copter.estimator.glitching
+        vehicle = self._vehicle
+        if vehicle.estimator.glitching is not self._glitching:
+            self._glitching = vehicle.estimator.glitching
             words = "GPS Glitch or Compass error" if self._glitching else "Glitch cleared"
-            copter.say(Severity.CRITICAL, words)
+            vehicle.say(Severity.CRITICAL, words)
 
-    def _estimator(self, copter: Copter) -> None:
-        self._glitch(copter)
-        variance = copter.estimator.variance
-        if variance and not self.estimator_lost and copter.armed and not copter.landed:
+    def _estimator(self) -> None:
+        vehicle = self._vehicle
+        self._glitch()
+        variance = vehicle.estimator.variance
+        if variance and not self.estimator_lost and vehicle.armed and not vehicle.landed:
             self.estimator_lost = True
-            copter.say(Severity.CRITICAL, "EKF variance")
-            self._estimator_fails(copter)
+            vehicle.say(Severity.CRITICAL, "EKF variance")
+            self._estimator_fails()
         elif self.estimator_lost and not variance:
             self.estimator_lost = False
-            copter.say(Severity.CRITICAL, "EKF Failsafe Cleared")
+            vehicle.say(Severity.CRITICAL, "EKF Failsafe Cleared")
 
-    def _estimator_fails(self, copter: Copter) -> None:
+    def _estimator_fails(self) -> None:
         """Do what FS_EKF_ACTION says."""
-        action = int(copter.parameters["FS_EKF_ACTION"])
-        needed = copter.mode.spec.requires_position or action == EKF_LAND_ALWAYS
+        vehicle = self._vehicle
+        action = int(vehicle.parameters["FS_EKF_ACTION"])
+        needed = vehicle.mode.spec.requires_position or action == EKF_LAND_ALWAYS
         if action == EKF_REPORT or not needed:
-            copter.say(Severity.CRITICAL, "EKF Failsafe")
+            vehicle.say(Severity.CRITICAL, "EKF Failsafe")
             return
         holds = action == EKF_ALT_HOLD and not self.radio_lost
-        if not (holds and copter.enter_mode(MODE_ALT_HOLD)):
-            self._act(copter, MODE_LAND)
-        text = f"EKF Failsafe: changed to {copter.mode.spec.name} Mode"
-        copter.say(Severity.CRITICAL, text)
+        if not (holds and vehicle.enter_mode(MODE_ALT_HOLD)):
+            self._act(MODE_LAND)
+        text = f"EKF Failsafe: changed to {vehicle.mode.spec.name} Mode"
+        vehicle.say(Severity.CRITICAL, text)
 
-    def _act(self, copter: Copter, mode: int | None) -> None:
+    def _act(self, mode: int | None) -> None:
         """Change to LAND or RTL; on the ground disarm instead; LAND when RTL is rejected."""
+        vehicle = self._vehicle
         if mode is None:
             return
-        if copter.landed:
-            copter.disarm(force=True)
-        elif mode == MODE_RTL and copter.enter_mode(MODE_RTL):
+        if vehicle.landed:
+            vehicle.disarm(force=True)
+        elif mode == MODE_RTL and vehicle.enter_mode(MODE_RTL):
             return
-        elif copter.mode.spec.number != MODE_LAND and copter.enter_mode(MODE_LAND):
-            copter.land_after_pause()
+        elif vehicle.mode.spec.number != MODE_LAND and vehicle.enter_mode(MODE_LAND):
+            vehicle.land_after_pause()

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.common.estimator import Estimator
-from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.common.landing import LandDetector
 from mavlink_sitl.autopilot.common.navigation import Navigator
 from mavlink_sitl.autopilot.common.parameters import Parameters
@@ -42,6 +41,7 @@ from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+    from mavlink_sitl.autopilot.common.failsafe import Failsafes
 
 OWN_OUTPUTS, OUTPUTS = 4, 16
 
@@ -81,6 +81,8 @@ class Firmware(ABC):
         events: what happened, for the outside to take away.
     """
 
+    failsafe: Failsafes
+
     def __init__(self, start: PowerUp) -> None:
         personality, observation = start.personality, start.observation
         self.personality = personality
@@ -90,7 +92,6 @@ class Firmware(ABC):
         self.boot_s = observation.time_s
         self.estimator = Estimator(personality, self.boot_s, start.ready_after_s)
         self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
-        self.failsafe = Failsafes()
         self.pilot = Pilot()
         self.plans = Plans()
         """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""

@@ -31,7 +31,7 @@ class MotorTest:
     """
 
     def __init__(self, copter: Copter) -> None:
-        self._copter = copter
+        self._vehicle = copter
         self.running = False
         self._place = self._left = 0
         self._kind = PULSE
@@ -47,7 +47,7 @@ class MotorTest:
             each_s: for how long.
             count: how many motors, one after the other.
         """
-        copter = self._copter
+        copter = self._vehicle
         if not self.running:
             if not copter.landed:
                 copter.say(Severity.CRITICAL, "Motor Test: vehicle not landed")
@@ -64,13 +64,13 @@ class MotorTest:
         if self._kind == PERCENT and self._value <= 100.0:
             return IDLE_US + (FULL_US - IDLE_US) * self._value / 100.0
         if self._kind == PILOT:
-            return IDLE_US + (FULL_US - IDLE_US) * self._copter.pilot_throttle()
+            return IDLE_US + (FULL_US - IDLE_US) * self._vehicle.pilot_throttle()
         return self._value if self._kind == PULSE else 0.0
 
     def outputs_us(self) -> list[int]:
         """The outputs to the four motors."""
         outputs = [round(IDLE_US)] * len(OUTPUT_OF_PLACE)
-        resting = self._copter.now_s - self._began_s >= self._each_s
+        resting = self._vehicle.now_s - self._began_s >= self._each_s
         if not resting and 1 <= self._place <= len(OUTPUT_OF_PLACE):
             outputs[OUTPUT_OF_PLACE[self._place - 1] - 1] = round(self._pulse_us())
         return outputs
@@ -79,15 +79,15 @@ class MotorTest:
         """Advance to the next motor, or end."""
         if not self.running:
             return
-        gone_s = self._copter.now_s - self._began_s
+        gone_s = self._vehicle.now_s - self._began_s
         possible = LOWEST_US <= self._pulse_us() <= HIGHEST_US
         if possible and gone_s < self._each_s * (1.0 + REST * (self._left > 1)):
             return
         if possible and self._left > 1:
             self._place, self._left = self._place + 1, self._left - 1
-            self._began_s = self._copter.now_s
+            self._began_s = self._vehicle.now_s
             return
         self.running = False
-        self._copter.say(Severity.INFO, "finished motor test")
-        if self._copter.armed:
-            self._copter.disarm(force=True)
+        self._vehicle.say(Severity.INFO, "finished motor test")
+        if self._vehicle.armed:
+            self._vehicle.disarm(force=True)

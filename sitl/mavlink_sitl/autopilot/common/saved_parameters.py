@@ -27,7 +27,7 @@ class Saved:
     """
 
     def __init__(self, firmware: Firmware) -> None:
-        self._firmware = firmware
+        self._vehicle = firmware
         self._told = 0
         self._items = 0
         self._was_armed = False
@@ -38,7 +38,7 @@ class Saved:
 
     def update(self) -> None:
         """Look what there is to save; called at the autopilot's rate."""
-        firmware = self._firmware
+        firmware = self._vehicle
         steps = firmware.personality.saved
         if not steps:
             return
@@ -58,12 +58,12 @@ class Saved:
 
     def mission_length(self, items: int) -> None:
         """The mission has so many items now, home among them."""
-        if self._firmware.personality.saved and items != self._items:
+        if self._vehicle.personality.saved and items != self._items:
             self._items = items
             self._tell("MIS_TOTAL", items, ParameterType.INT16)
 
     def _count_flight(self, now_s: float) -> None:
-        flying = self._firmware.armed and not self._firmware.landed
+        flying = self._vehicle.armed and not self._vehicle.landed
         if flying and self._flying_since_s is None:
             self._flying_since_s = now_s
         elif not flying and self._flying_since_s is not None:
@@ -76,7 +76,7 @@ class Saved:
         if flown_s != self._flown_told_s:
             self._flown_told_s = flown_s
             self._tell("STAT_FLTTIME", flown_s, ParameterType.INT32)
-        self._tell("STAT_RUNTIME", int(now_s - self._firmware.boot_s), ParameterType.INT32)
+        self._tell("STAT_RUNTIME", int(now_s - self._vehicle.boot_s), ParameterType.INT32)
 
     def _tell(self, name: str, value: float, kind: ParameterType) -> None:
-        self._firmware.events.append(ParameterSaved(name, float(value), int(kind)))
+        self._vehicle.events.append(ParameterSaved(name, float(value), int(kind)))

@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
-from mavlink_sitl.autopilot.personality import ModeSpec
-from mavlink_sitl.exchange import ModeChanged, Observation, Result, SystemStatus, Vector
+from mavlink_sitl.exchange import ModeChanged, Observation, SystemStatus, Vector
 
 
-class Traveller(Copter):
-    """A vehicle that cannot hover. Arguments and attributes as of `Copter`.
-
-    Attributes:
-        behaviours: the class of the mode by its behaviour.
-    """
-
-    behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Mode]]] = {}
-
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """See `Copter`."""
-        return self.behaviours[spec.behaviour](self, spec)
+class Traveller(Commander):
+    """A vehicle that cannot hover. Arguments and attributes as of `Commander`."""
 
     def update(self, observation: Observation) -> None:
-        """See `Copter`; the end of starting is told at once."""
+        """See `Commander`; the end of starting is told at once."""
         was = self.started
         super().update(observation)
         if self.started and not was:
@@ -57,7 +43,3 @@ class Traveller(Copter):
     @abstractmethod
     def destination_ned_m(self) -> Vector | None:
         """The destination, for POSITION_TARGET_GLOBAL_INT."""
-
-    def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: the firmware has it for copters only."""
-        return Result.UNSUPPORTED

@@ -10,17 +10,17 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.exchange import Guidance, Vector, YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 LEAST_RADIUS_M = 0.1
 
 
-def circle_rate_rad_s(copter: Copter) -> float:
+def circle_rate_rad_s(copter: Commander) -> float:
     """CIRCLE_RATE: how fast it goes round; negative is against the clock."""
     return math.radians(copter.parameters["CIRCLE_RATE"])
 
 
-def circle_radius_m(copter: Copter) -> float:
+def circle_radius_m(copter: Commander) -> float:
     """CIRCLE_RADIUS."""
     return max(copter.parameters["CIRCLE_RADIUS"] / 100.0, LEAST_RADIUS_M)
 
@@ -39,10 +39,15 @@ class Orbit:
     """
 
     def __init__(
-        self, copter: Copter, centre: Vector, radius_m: float, rate_rad_s: float, angle_rad: float
+        self,
+        copter: Commander,
+        centre: Vector,
+        radius_m: float,
+        rate_rad_s: float,
+        angle_rad: float,
     ) -> None:
         self.turned_rad = 0.0
-        self._copter = copter
+        self._vehicle = copter
         self._centre = centre
         self._radius_m = max(radius_m, LEAST_RADIUS_M)
         self._rate_rad_s = rate_rad_s
@@ -51,7 +56,7 @@ class Orbit:
 
     def begin(self) -> None:
         """Go round from now on."""
-        self._updated_s = self._copter.now_s
+        self._updated_s = self._vehicle.now_s
 
     def point(self) -> Vector:
         """The target point on the circle, NED metres."""
@@ -64,7 +69,7 @@ class Orbit:
 
     def go_on(self, hold: Guidance) -> Guidance:
         """Move on along the circle; what the controllers are to do."""
-        limits, now_s = self._copter.navigator.limits(), self._copter.now_s
+        limits, now_s = self._vehicle.navigator.limits(), self._vehicle.now_s
         possible = min(
             abs(self._rate_rad_s),
             limits.speed_xy_m_s / self._radius_m,
@@ -91,19 +96,19 @@ class Circle(Mode):
 
     def enter(self) -> None:
         """From here on."""
-        motion, radius_m = self.copter.motion, circle_radius_m(self.copter)
+        motion, radius_m = self.vehicle.motion, circle_radius_m(self.vehicle)
         centre = (
             motion.north_m + radius_m * math.cos(motion.yaw_rad),
             motion.east_m + radius_m * math.sin(motion.yaw_rad),
             motion.down_m,
         )
-        rate = circle_rate_rad_s(self.copter)
-        self._orbit = Orbit(self.copter, centre, radius_m, rate, motion.yaw_rad + math.pi)
+        rate = circle_rate_rad_s(self.vehicle)
+        self._orbit = Orbit(self.vehicle, centre, radius_m, rate, motion.yaw_rad + math.pi)
         self.guide(self.hold_guidance())
 
     def update(self) -> None:
         """Go round."""
-        if self.copter.armed and not self.copter.landed:
+        if self.vehicle.armed and not self.vehicle.landed:
             self.guide(self._orbit.go_on(self.hold_guidance()))
         else:
             self._orbit.begin()

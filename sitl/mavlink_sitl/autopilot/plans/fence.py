@@ -112,7 +112,7 @@ class Fence:
     again_m = 20.0
 
     def __init__(self, copter: Firmware) -> None:
-        self._copter = copter
+        self._vehicle = copter
         self.breached = 0
         self.last_breached = 0
         self.count = 0
@@ -126,12 +126,12 @@ class Fence:
     @property
     def enabled(self) -> bool:
         """FENCE_ENABLE, where the firmware has it."""
-        parameters = self._copter.parameters
+        parameters = self._vehicle.parameters
         return "FENCE_ENABLE" in parameters and bool(parameters["FENCE_ENABLE"])
 
     def enable(self, on: bool) -> None:
         """DO_FENCE_ENABLE; unlike the parameter it takes back a breach, too (AC_Fence::enable)."""
-        self._copter.parameters.set("FENCE_ENABLE", float(on))
+        self._vehicle.parameters.set("FENCE_ENABLE", float(on))
         if not on:
             self.breached = 0
 
@@ -141,19 +141,19 @@ class Fence:
             return []
         if not self.present:
             return ["Fences enabled, but none selected"]
-        if not self._copter.estimator.position_ok:
+        if not self._vehicle.estimator.position_ok:
             return ["Fence enabled, need position estimate"]
-        broken = self._broken(self._copter.motion[:3]) & ~FLOOR
+        broken = self._broken(self._vehicle.motion[:3]) & ~FLOOR
         return [f"Vehicle breaching {_names(broken)}"] if broken else []
 
     @property
     def present(self) -> bool:
         """Whether there is any fence that could be enabled."""
-        kinds = int(self._copter.parameters["FENCE_TYPE"])
-        return bool(kinds & ~POLYGON or (kinds & POLYGON and self._copter.plans.fence.items))
+        kinds = int(self._vehicle.parameters["FENCE_TYPE"])
+        return bool(kinds & ~POLYGON or (kinds & POLYGON and self._vehicle.plans.fence.items))
 
     def _heights_broken(self, height_m: float, kinds: int) -> int:
-        p = self._copter.parameters
+        p = self._vehicle.parameters
         if "FENCE_ALT_MAX" not in p:
             return 0
         broken = HEIGHT if kinds & HEIGHT and height_m > p["FENCE_ALT_MAX"] else 0
@@ -161,7 +161,7 @@ class Fence:
 
     def _broken(self, position: tuple[float, ...]) -> int:
         """The bits of FENCE_TYPE that a position (NED metres) breaks."""
-        copter = self._copter
+        copter = self._vehicle
         north, east, down = position
         home = copter.navigator.home_ned_m()
         kinds = int(copter.parameters["FENCE_TYPE"])
@@ -191,7 +191,7 @@ class Fence:
         if setpoint.position_m is not None:
             north, east, down = setpoint.position_m
             if setpoint.frame is not SetpointFrame.LOCAL:
-                motion = self._copter.motion
+                motion = self._vehicle.motion
                 c, s = 1.0, 0.0
                 if setpoint.frame is SetpointFrame.BODY:
                     c, s = math.cos(motion.yaw_rad), math.sin(motion.yaw_rad)
@@ -207,7 +207,7 @@ class Fence:
 
     def _leads_out(self, velocity_m_s: Vector) -> bool:
         """Whether braking now, the vehicle would still come too close to the fence."""
-        copter = self._copter
+        copter = self._vehicle
         if not int(copter.parameters["AVOID_ENABLE"]) & AVOID_FENCE:
             return False
         motion, limits = copter.motion, copter.navigator.limits()
@@ -222,7 +222,7 @@ class Fence:
 
     def update(self) -> None:
         """Look where the vehicle is, and act."""
-        copter = self._copter
+        copter = self._vehicle
         if not self.enabled:
             # AC_Fence::check returns before it looks: what was breached stays so in SYS_STATUS.
             self._above_floor = False
@@ -258,7 +258,7 @@ class Fence:
 
     def _counts_floor(self) -> bool:
         """Whether the lowest height counts: once it was well above it, and not for a landing."""
-        copter, p = self._copter, self._copter.parameters
+        copter, p = self._vehicle, self._vehicle.parameters
         if "FENCE_ALT_MIN" not in p or copter.mode.landing:
             self._above_floor = False
         elif not self._above_floor and int(p["FENCE_TYPE"]) & FLOOR:
@@ -274,4 +274,4 @@ class Fence:
 
     def _act(self, action: int) -> None:
         """Do what FENCE_ACTION says."""
-        self._copter.enter_first(_ACTIONS.get(action, ()))
+        self._vehicle.enter_first(_ACTIONS.get(action, ()))

@@ -25,16 +25,17 @@ class Px4Arming(Arming):
         landed_at_s: when a landing was detected in this flight.
     """
 
+    _vehicle: Px4Vehicle
+
     def __init__(self, copter: Px4Vehicle) -> None:
         super().__init__(copter)
-        self._px4 = copter
         self.lift_began_s = math.inf
         self.landed_at_s = math.inf
         self._disarm_text = ""
 
     def arm(self, force: bool, by: str = "external command") -> Result:
         """Arm the motors when the chosen mode can run, or when forced; the text says by what."""
-        copter = self._px4
+        copter = self._vehicle
         if self.armed:
             return Result.ACCEPTED
         if not force and not copter.can_arm():
@@ -51,7 +52,7 @@ class Px4Arming(Arming):
 
     def disarm(self, force: bool) -> Result:
         """Disarm the motors; in the air only when forced."""
-        copter = self._px4
+        copter = self._vehicle
         if not self.armed:
             return Result.ACCEPTED
         if not copter.may_disarm() and not force:
@@ -70,7 +71,7 @@ class Px4Arming(Arming):
 
     def watch(self) -> None:
         """Begin the ramp once the motors turn and the mode wants to go up."""
-        copter = self._px4
+        copter = self._vehicle
         self.checks_passed = copter.can_arm()
         if not self.armed or math.isfinite(self.lift_began_s):
             return
@@ -81,17 +82,17 @@ class Px4Arming(Arming):
 
     def landed(self) -> None:
         """A flight has ended; another may begin before disarming."""
-        self.landed_at_s = self._px4.now_s
+        self.landed_at_s = self._vehicle.now_s
         self.lift_began_s = math.inf
 
     def may_lift(self) -> bool:
         """Whether the motors may give what lifts the vehicle."""
-        ramp_s = max(RAMP_SHARE * self._px4.parameters["MPC_TKO_RAMP_T"] - SPOOL_S, 0.0)
-        return self._px4.now_s - self.lift_began_s >= ramp_s
+        ramp_s = max(RAMP_SHARE * self._vehicle.parameters["MPC_TKO_RAMP_T"] - SPOOL_S, 0.0)
+        return self._vehicle.now_s - self.lift_began_s >= ramp_s
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """After landing, and when nobody takes off."""
-        copter, p = self._px4, self._px4.parameters
+        copter, p = self._vehicle, self._vehicle.parameters
         if not self.armed or copter.in_flight:
             return False
         if math.isfinite(self.landed_at_s):

@@ -18,7 +18,6 @@ from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import Observation, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 WARN, TERMINATE = -1, -2
@@ -63,10 +62,10 @@ class Px4Failsafes(Failsafes):
         acting: the mode a failsafe has chosen, or None.
     """
 
-    def __init__(self, copter: Px4Vehicle) -> None:
-        """All well."""
-        super().__init__()
-        self._copter = copter
+    _vehicle: Px4Vehicle
+
+    def __init__(self, vehicle: Px4Vehicle) -> None:
+        super().__init__(vehicle)
         self._gcs_was_alive = True
         self._stop()
 
@@ -92,20 +91,20 @@ class Px4Failsafes(Failsafes):
     def gcs_alive(self) -> bool:
         """Whether a ground station was heard within COM_DL_LOSS_T; true before the first."""
         heard_s = self._gcs_heard_s
-        limit_s = self._copter.parameters["COM_DL_LOSS_T"]
-        return heard_s is None or self._copter.now_s - heard_s < limit_s
+        limit_s = self._vehicle.parameters["COM_DL_LOSS_T"]
+        return heard_s is None or self._vehicle.now_s - heard_s < limit_s
 
     def _say_regained(self) -> None:
         alive = self.gcs_alive()
         if alive and not self._gcs_was_alive:
-            self._copter.say(Severity.INFO, "GCS connection regained")
+            self._vehicle.say(Severity.INFO, "GCS connection regained")
         self._gcs_was_alive = alive
 
-    def update(self, copter: Copter, observation: Observation) -> None:
+    def update(self, observation: Observation) -> None:
         """Look at the vehicle; act, or give the mode back."""
         self._battery_level()
         self._say_regained()
-        if not self._copter.armed:
+        if not self._vehicle.armed:
             self._stop()
             return
         failures = dict(self._failures())
@@ -120,7 +119,7 @@ class Px4Failsafes(Failsafes):
         self._choose()
 
     def _begin(self, action: Action) -> None:
-        copter = self._copter
+        copter = self._vehicle
         wait_s = copter.parameters["COM_FAIL_ACT_T"]
         if action.waits and wait_s > 0.1 and copter.now_s >= self._hold_until_s:
             self._hold_until_s = copter.now_s + wait_s
@@ -131,7 +130,7 @@ class Px4Failsafes(Failsafes):
 
     def _choose(self) -> None:
         """Let the gravest action fly, or what people want."""
-        copter = self._copter
+        copter = self._vehicle
         self._taken_over = self._taken_over and bool(self._actions)
         worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)
         if worst is None or worst.mode == WARN or self._taken_over:
@@ -160,7 +159,7 @@ class Px4Failsafes(Failsafes):
     # What fails, and what that calls for.
 
     def _failures(self) -> Iterator[tuple[str, Action]]:
-        copter, p = self._copter, self._copter.parameters
+        copter, p = self._vehicle, self._vehicle.parameters
         fallback = self._fallback()
         if fallback is not None:
             yield f"mode {copter.intention}", Action(fallback)
@@ -185,7 +184,7 @@ class Px4Failsafes(Failsafes):
 
     def _fallback(self) -> int | None:
         """What flies where the intended mode cannot."""
-        copter, p = self._copter, self._copter.parameters
+        copter, p = self._vehicle, self._vehicle.parameters
         if not copter.estimator.position_ok and (
             copter.mode.spec.requires_position or self.acting == px4.LAND
         ):
@@ -203,7 +202,7 @@ class Px4Failsafes(Failsafes):
         return None
 
     def _battery_level(self) -> None:
-        copter = self._copter
+        copter = self._vehicle
         p, left = copter.parameters, copter.battery.remaining
         thresholds = (p["BAT_LOW_THR"], p["BAT_CRIT_THR"], p["BAT_EMERGEN_THR"])
         level = sum(left < threshold for threshold in thresholds)
@@ -217,7 +216,7 @@ class Px4Failsafes(Failsafes):
         """COM_LOW_BAT_ACT: 0 warns, 2 lands when critical, 3 returns, then lands."""
         if self.battery_level == 0:
             return None
-        action = int(self._copter.parameters["COM_LOW_BAT_ACT"])
+        action = int(self._vehicle.parameters["COM_LOW_BAT_ACT"])
         if action not in (2, 3) or self.battery_level < 2:
             return WARN
         return px4.LAND if action == 2 or self.battery_level == 3 else px4.RTL

@@ -30,9 +30,7 @@ NOT_HERE = "Geofence invalid, doesn't contain current vehicle position"
 class Px4Geofence(Fence):
     """The geofence of one vehicle."""
 
-    def __init__(self, vehicle: Px4Vehicle) -> None:
-        super().__init__(vehicle)
-        self._vehicle = vehicle
+    _vehicle: Px4Vehicle
 
     @property
     def enabled(self) -> bool:

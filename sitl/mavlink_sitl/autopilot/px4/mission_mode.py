@@ -21,7 +21,7 @@ class Px4Mission(Px4Mode, Auto):
     @property
     def has_mission(self) -> bool:
         """Whether there is a mission, and a feasible one."""
-        return super().has_mission and self.px4.feasibility.holds()
+        return super().has_mission and self.vehicle.feasibility.holds()
 
     def enter(self) -> None:
         """Resume the mission where it was left, or begin it."""
@@ -30,23 +30,23 @@ class Px4Mission(Px4Mode, Auto):
 
     def update(self) -> None:
         """Run one step of the current item, or advance to the next."""
-        if self.px4.armed and not self._announced and self.task is not None:
+        if self.vehicle.armed and not self._announced and self.task is not None:
             self._announced = True
             self.announce()
         Auto.update(self)
-        if self._returns and self.px4.armed:
+        if self._returns and self.vehicle.armed:
             self._return_home()
 
     def announce(self) -> None:
         """It begins."""
-        self.px4.say(Severity.INFO, "Executing Mission")
+        self.vehicle.say(Severity.INFO, "Executing Mission")
 
     def _do_waiting(self, conditions: bool = True) -> None:
         """Of items that are done at the same moment only the last is told as reached."""
         if not self._waiting:
             return
         super()._do_waiting(conditions)
-        events = self.px4.events
+        events = self.vehicle.events
         for event in [event for event in events if isinstance(event, ItemReached)][:-1]:
             events.remove(event)
 
@@ -62,12 +62,12 @@ class Px4Mission(Px4Mode, Auto):
         self._over()
         if not ended:
             self.guide(self.hold_guidance())
-        elif self.px4.in_flight:
-            self.px4.hold_at(place)
+        elif self.vehicle.in_flight:
+            self.vehicle.hold_at(place)
 
     def _over(self) -> None:
-        self.px4.plans.state = MissionState.COMPLETE
-        self.px4.say(Severity.INFO, "Mission finished, loitering")
+        self.vehicle.plans.state = MissionState.COMPLETE
+        self.vehicle.say(Severity.INFO, "Mission finished, loitering")
 
     def last_place(self) -> Vector:
         """Where the item in force is, NED metres; here without one."""
@@ -75,32 +75,32 @@ class Px4Mission(Px4Mode, Auto):
 
     def leave(self) -> None:
         """Another mode takes over: paused, once something of it has been flown."""
-        plans = self.px4.plans
+        plans = self.vehicle.plans
         if plans.state is MissionState.ACTIVE:
             plans.state = MissionState.PAUSED if plans.current else MissionState.NOT_STARTED
 
     def return_home(self) -> None:
         """An RTL item, once it is armed."""
         self.task, self._returns = None, True
-        if self.px4.armed:
+        if self.vehicle.armed:
             self._return_home()
 
     def _return_home(self) -> None:
         """It counts as reached at once, ends the mission, and changes the mode."""
         self._returns = False
-        self.px4.events.append(ItemReached(self.px4.plans.current))
+        self.vehicle.events.append(ItemReached(self.vehicle.plans.current))
         self._over()
-        self.px4.after_disarming = LOITER
-        self.px4.say(Severity.INFO, "Returning to launch")
-        self.px4.intend(RTL)
+        self.vehicle.after_disarming = LOITER
+        self.vehicle.say(Severity.INFO, "Returning to launch")
+        self.vehicle.intend(RTL)
 
     def mission_changed(self) -> None:
         """Another list: begin it, or loiter when there is none."""
         if self.has_mission:
-            self.start(self.px4.plans.current)
+            self.start(self.vehicle.plans.current)
             return
         self.task = None
-        if self.px4.armed:
-            self.px4.say(Severity.CRITICAL, "No valid mission available, loitering")
+        if self.vehicle.armed:
+            self.vehicle.say(Severity.CRITICAL, "No valid mission available, loitering")
             # Not where it stops, but where it was told: it comes back.
-            self.px4.hold_at(self.here())
+            self.vehicle.hold_at(self.here())

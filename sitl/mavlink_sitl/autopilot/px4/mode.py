@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 class Px4Mode(Mode):
     """A flight mode of one vehicle."""
 
-    def __init__(self, vehicle: Px4Vehicle, spec: ModeSpec) -> None:
-        super().__init__(vehicle, spec)
-        self.px4 = vehicle
+    vehicle: Px4Vehicle
 
     def wants_to_lift(self) -> bool:
         """Whether it would leave the ground."""
@@ -34,11 +32,11 @@ class Px4Mode(Mode):
 
     def ground_motors(self) -> Motors:
         """Idle, until the ramp of a take-off lifts."""
-        return Motors.FLY if self.px4.arming.may_lift() else Motors.IDLE
+        return Motors.FLY if self.vehicle.arming.may_lift() else Motors.IDLE
 
     def here(self) -> Vector:
         """The estimated position of the vehicle."""
-        motion = self.px4.motion
+        motion = self.vehicle.motion
         return motion.north_m, motion.east_m, motion.down_m
 
 
@@ -97,7 +95,7 @@ class OffboardMode(Px4Mode):
     def enter(self) -> None:
         """Follow the latest setpoint; without one, stop."""
         self._fresh = True
-        if self.px4.stream_alive():
+        if self.vehicle.stream_alive():
             self._follow()
         else:
             self.stop()
@@ -111,7 +109,7 @@ class OffboardMode(Px4Mode):
         velocity = setpoint.velocity_m_s
         if setpoint.frame is SetpointFrame.BODY:
             if velocity is not None:
-                c, s = math.cos(self.px4.motion.yaw_rad), math.sin(self.px4.motion.yaw_rad)
+                c, s = math.cos(self.vehicle.motion.yaw_rad), math.sin(self.vehicle.motion.yaw_rad)
                 north = velocity[0] * c - velocity[1] * s
                 east = velocity[0] * s + velocity[1] * c
                 velocity = (north, east, velocity[2])
@@ -120,7 +118,7 @@ class OffboardMode(Px4Mode):
             )
         same = setpoint == self.target and not self._fresh
         self.target = setpoint
-        if self.px4.mode is self and not same:
+        if self.vehicle.mode is self and not same:
             self._follow()
 
 

@@ -8,16 +8,14 @@ setpoint stream takes control again). Texts and results are those of the recordi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.common.auto import Auto
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.personality import ModeSpec, px4
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
@@ -29,7 +27,6 @@ from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, Tak
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.exchange import (
     LandedState,
-    ModeChanged,
     Observation,
     Result,
     Severity,
@@ -69,7 +66,7 @@ class ManualControl:
     at_s: float
 
 
-class Px4Vehicle(Copter):
+class Px4Vehicle(Commander):
     """A vehicle with PX4, from power-up to the next; one class a kind derives from it.
 
     Attributes:
@@ -80,10 +77,7 @@ class Px4Vehicle(Copter):
         in_flight: from "Takeoff detected" to "Landing detected".
         took_off_at_s: when the former was said last.
         after_disarming: the latest intention that may be armed in, which is wanted again then.
-        behaviours: which class is which mode of the kind.
     """
-
-    behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Px4Mode]]]
 
     def __init__(self, start: PowerUp) -> None:
         self.intention = px4.LOITER
@@ -101,12 +95,8 @@ class Px4Vehicle(Copter):
         self.fence: Px4Geofence = Px4Geofence(self)
 
     def make_navigator(self, frame: LocalFrame) -> Px4Navigator:
-        """See `Copter`."""
+        """See `Commander`."""
         raise NotImplementedError
-
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """See `Copter`."""
-        return self.behaviours[spec.behaviour](self, spec)
 
     def first_mode(self) -> int:
         """AUTO.LOITER: what it starts in without a receiver."""
@@ -242,7 +232,7 @@ class Px4Vehicle(Copter):
             self.px4_navigator.drift_home(-HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
 
     def force_battery_voltage(self, voltage_v: float) -> None:
-        """See `Copter`."""
+        """See `Commander`."""
         self.battery.forced_v = voltage_v
 
     # What people want of it.
@@ -294,14 +284,7 @@ class Px4Vehicle(Copter):
         mode = self._modes[number]
         if mode is self.mode:
             return True
-        previous = self.mode
-        if isinstance(previous, Auto):
-            previous.leave()
-        self.mode = mode
-        self.navigator.forget_speeds()
-        mode.enter()
-        self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
-        self._settle()
+        self.change_to(mode)
         return True
 
     def restart_mode(self, number: int) -> None:

@@ -6,7 +6,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Submode
 from mavlink_sitl.exchange import Vector
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.mavlink.messages.snapshot import place_e7
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, place_e7
 
 _MASKS = {
     Submode.TAKEOFF: 0x0DF8,
@@ -20,8 +20,10 @@ _MASKS = {
 _GLOBAL_MASK = 0xFDF8
 
 
-def position_target_local_ned(copter: Copter, time_boot_ms: int) -> Message | None:
+def position_target_local_ned(s: Snapshot) -> Message | None:
     """POSITION_TARGET_LOCAL_NED: only in GUIDED, and not while an attitude is flown."""
+    copter = s.vehicle
+    assert isinstance(copter, Copter)
     if copter.mode is not copter.guided or copter.guided.submode is Submode.ATTITUDE:
         return None
     zero = (0.0, 0.0, 0.0)
@@ -30,7 +32,7 @@ def position_target_local_ned(copter: Copter, time_boot_ms: int) -> Message | No
     if copter.guided.submode is Submode.POSITION_VELOCITY:
         position = copter.moving_target()
     return dialect.MAVLink_position_target_local_ned_message(
-        time_boot_ms,
+        boot_ms(s),
         dialect.MAV_FRAME_LOCAL_NED,
         _MASKS[copter.guided.submode],
         *position,
@@ -41,19 +43,21 @@ def position_target_local_ned(copter: Copter, time_boot_ms: int) -> Message | No
     )
 
 
-def position_target_global_int(copter: Copter, time_boot_ms: int) -> Message | None:
+def position_target_global_int(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: only in GUIDED towards a position."""
+    copter = s.vehicle
+    assert isinstance(copter, Copter)
     if copter.mode is not copter.guided or copter.guided.submode is not Submode.POSITION:
         return None
     target = copter.guided.target.position_m or (0.0, 0.0, 0.0)
-    return global_target(copter, time_boot_ms, target)
+    return global_target(s, target)
 
 
-def global_target(copter: Copter, time_boot_ms: int, place_ned_m: Vector) -> Message:
+def global_target(s: Snapshot, place_ned_m: Vector) -> Message:
     """POSITION_TARGET_GLOBAL_INT of a place in the local frame, and nothing else."""
-    point = copter.navigator.frame.to_geodetic(*place_ned_m)
+    point = s.vehicle.navigator.frame.to_geodetic(*place_ned_m)
     return dialect.MAVLink_position_target_global_int_message(
-        time_boot_ms,
+        boot_ms(s),
         dialect.MAV_FRAME_GLOBAL,
         _GLOBAL_MASK,
         *place_e7(point),

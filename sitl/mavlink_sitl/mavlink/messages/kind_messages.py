@@ -12,7 +12,6 @@ from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages.guided_target import global_target
 from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
-    boot_ms,
     to_i16,
     to_u16,
 )
@@ -22,8 +21,8 @@ Builder = Callable[[Snapshot], Message | list[Message] | None]
 
 def nav_controller_output(s: Snapshot) -> Message | None:
     """NAV_CONTROLLER_OUTPUT: absent in MANUAL, and in all modes that a pilot drives."""
-    assert isinstance(s.copter, (Rover, Plane))
-    report = s.copter.navigation_report()
+    assert isinstance(s.vehicle, (Rover, Plane))
+    report = s.vehicle.navigation_report()
     if report is None:
         return None
     return dialect.MAVLink_nav_controller_output_message(
@@ -40,11 +39,11 @@ def nav_controller_output(s: Snapshot) -> Message | None:
 
 def position_target_global_int(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: in modes that are going somewhere."""
-    assert isinstance(s.copter, (Rover, Plane))
-    destination = s.copter.destination_ned_m()
+    assert isinstance(s.vehicle, (Rover, Plane))
+    destination = s.vehicle.destination_ned_m()
     if destination is None:
         return None
-    return global_target(s.copter, boot_ms(s), destination)
+    return global_target(s, destination)
 
 
 def servo_output_raw(s: Snapshot) -> Message:
@@ -64,7 +63,7 @@ def vfr_hud(s: Snapshot) -> Message:
 def extended_sys_state(s: Snapshot) -> Message:
     """EXTENDED_SYS_STATE: never a VTOL."""
     return dialect.MAVLink_extended_sys_state_message(
-        dialect.MAV_VTOL_STATE_UNDEFINED, int(s.copter.landed_state)
+        dialect.MAV_VTOL_STATE_UNDEFINED, int(s.vehicle.landed_state)
     )
 
 
@@ -96,6 +95,6 @@ def for_kinds(message_id: int, builder: Builder) -> Builder:
         return builder
 
     def build(s: Snapshot) -> Message | None:
-        return others.get(s.copter.personality.kind, builder)(s)
+        return others.get(s.vehicle.personality.kind, builder)(s)
 
     return build

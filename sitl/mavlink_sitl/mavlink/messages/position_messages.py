@@ -27,13 +27,13 @@ from mavlink_sitl.mavlink.messages.snapshot import (
 def global_position_int(s: Snapshot) -> Message:
     """GLOBAL_POSITION_INT: zeros before the GPS has been found."""
     m = s.motion
-    if not s.copter.estimator.gps_started:
+    if not s.vehicle.estimator.gps_started:
         return dialect.MAVLink_global_position_int_message(boot_ms(s), 0, 0, 0, 0, 0, 0, 0, 0)
-    here = s.copter.navigator.here()
+    here = s.vehicle.navigator.here()
     return dialect.MAVLink_global_position_int_message(
         boot_ms(s),
         *place_mm(here),
-        to_i32(s.copter.navigator.height_above_home_m() * 1000.0),
+        to_i32(s.vehicle.navigator.height_above_home_m() * 1000.0),
         to_i16(m.velocity_north_m_s * 100.0),
         to_i16(m.velocity_east_m_s * 100.0),
         to_i16(m.velocity_down_m_s * 100.0),
@@ -43,7 +43,7 @@ def global_position_int(s: Snapshot) -> Message:
 
 def local_position_ned(s: Snapshot) -> Message | None:
     """LOCAL_POSITION_NED: only while the estimator uses GPS."""
-    if not s.copter.estimator.using_gps:
+    if not s.vehicle.estimator.using_gps:
         return None
     return dialect.MAVLink_local_position_ned_message(boot_ms(s), *s.motion[:6])
 
@@ -102,12 +102,12 @@ def gps_raw(
 
 def home_position(s: Snapshot, attitude: Sequence[float] = (math.nan,) * 4) -> Message | None:
     """HOME_POSITION: q is always NaN."""
-    home = s.copter.navigator.home
+    home = s.vehicle.navigator.home
     if home is None:
         return None
     return dialect.MAVLink_home_position_message(
         *place_mm(home),
-        *s.copter.navigator.home_ned_m(),
+        *s.vehicle.navigator.home_ned_m(),
         list(attitude),
         *[0.0] * 3,
         s.time_boot_us,
@@ -116,9 +116,9 @@ def home_position(s: Snapshot, attitude: Sequence[float] = (math.nan,) * 4) -> M
 
 def gps_global_origin(s: Snapshot) -> Message | None:
     """GPS_GLOBAL_ORIGIN."""
-    if not s.copter.estimator.has_origin:
+    if not s.vehicle.estimator.has_origin:
         return None
-    origin = s.copter.navigator.origin
+    origin = s.vehicle.navigator.origin
     return dialect.MAVLink_gps_global_origin_message(
         *place_mm(origin),
         s.time_boot_us,
@@ -135,20 +135,20 @@ def vfr_hud(s: Snapshot) -> Message:
 def hud(s: Snapshot, airspeed_m_s: float, throttle: float, always: bool = False) -> Message:
     """VFR_HUD; without `always` there is no altitude before the GPS has been found."""
     m = s.motion
-    known = always or s.copter.estimator.gps_started
+    known = always or s.vehicle.estimator.gps_started
     return dialect.MAVLink_vfr_hud_message(
         airspeed_m_s,
         math.hypot(m.velocity_north_m_s, m.velocity_east_m_s),
         to_int(heading_deg(m.yaw_rad), 0, 359),
         to_int(throttle * 100.0, 0, 100),
-        s.copter.navigator.here().altitude_amsl_m if known else 0.0,
+        s.vehicle.navigator.here().altitude_amsl_m if known else 0.0,
         -m.velocity_down_m_s,
     )
 
 
 def nav_controller_output(s: Snapshot) -> Message:
     """NAV_CONTROLLER_OUTPUT: where the target is, in GUIDED towards a position."""
-    copter, m = s.copter, s.motion
+    copter, m = s.vehicle, s.motion
     distance = bearing = climb = 0.0
     if copter.guidance.track_position_xy and copter.guidance.motors is Motors.FLY:
         north, east, down = copter.moving_target()
@@ -177,12 +177,12 @@ def terrain_report(s: Snapshot) -> Message | None:
 
     As recorded (`copter_auto_cleared`): then the ground is taken to be at sea level.
     """
-    if isinstance(s.copter, Rover):
+    if isinstance(s.vehicle, Rover):
         return None
-    if not s.copter.estimator.gps_started:
+    if not s.vehicle.estimator.gps_started:
         report = (0, 0, TERRAIN_SPACING_M, 0.0, 0.0, CACHED, 0)
     else:
-        here = s.copter.navigator.here()
+        here = s.vehicle.navigator.here()
         place = place_e7(here)
         report = (*place, 0, 0.0, here.altitude_amsl_m, PENDING, 0)
     return dialect.MAVLink_terrain_report_message(*report)

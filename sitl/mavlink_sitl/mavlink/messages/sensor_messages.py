@@ -80,7 +80,7 @@ def scaled_imu3(s: Snapshot) -> Message:
 
 
 def _pressure_hpa(s: Snapshot) -> float:
-    height_m = min(s.copter.navigator.here().altitude_amsl_m, 11_000.0)
+    height_m = min(s.vehicle.navigator.here().altitude_amsl_m, 11_000.0)
     return SEA_LEVEL_HPA * math.pow(1.0 - LAPSE_1_M * height_m, EXPONENT)
 
 
@@ -138,7 +138,7 @@ def ahrs(_: Snapshot) -> Message:
 
 def ahrs2(s: Snapshot) -> Message:
     """AHRS2: the second estimator says the same."""
-    here = s.copter.navigator.here()
+    here = s.vehicle.navigator.here()
     return dialect.MAVLink_ahrs2_message(
         *s.motion[6:9],
         here.altitude_amsl_m,
@@ -153,7 +153,7 @@ def meminfo(_: Snapshot) -> Message:
 
 def rc_channels_scaled(s: Snapshot) -> Message | None:
     """RC_CHANNELS_SCALED: what ArduRover steers and drives with; others do not send it."""
-    if not isinstance(s.copter, Rover):
+    if not isinstance(s.vehicle, Rover):
         return None
     scaled = [
         to_i16((us - 1500) / 500.0 * SCALED_FULL) if us else 0 for us in s.instruments.servos_us()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion, RangeReading, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
@@ -45,7 +45,7 @@ class Snapshot(NamedTuple):
     time_boot_us: int
     unix_time_us: int
     """0 while the GPS has not told the time."""
-    copter: Copter
+    vehicle: Commander
     motion: Motion
     battery: BatteryReading
     thrust_over_hover: float

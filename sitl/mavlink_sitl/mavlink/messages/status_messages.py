@@ -9,6 +9,7 @@ import math
 import struct
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.mavlink.codec import Extended, Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
@@ -24,7 +25,7 @@ MAX_VOLTAGE_MV = 65534
 
 def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     """HEARTBEAT; at a mode change the flag of the old mode still counts, as recorded."""
-    copter = s.copter
+    copter = s.vehicle
     mode = copter.mode.spec
     personality = copter.personality
     base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -54,7 +55,7 @@ _GEOFENCE, _ESTIMATOR, _TERRAIN = 0x00100000, 0x00200000, 0x00400000
 _LOGGING, _BATTERY, _PREARM = 0x01000000, 0x02000000, 0x10000000
 
 
-def _sensors(copter: Copter) -> tuple[int, int, int]:
+def _sensors(copter: Commander) -> tuple[int, int, int]:
     """What there is, what is used, and what of it is well."""
     sensors = copter.personality.sensors
     controlled = sensors.by_mode.get(copter.mode.spec.name, sensors.otherwise)
@@ -89,7 +90,7 @@ def _sensors(copter: Copter) -> tuple[int, int, int]:
 
 def sys_status(s: Snapshot) -> Message:
     """SYS_STATUS; before the power monitor has readings there is no voltage."""
-    copter = s.copter
+    copter = s.vehicle
     known = copter.battery_known
     present, enabled, health = _sensors(copter)
     battery = s.battery
@@ -107,7 +108,7 @@ def sys_status(s: Snapshot) -> Message:
 
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the whole pack's voltage in the first cell's place, as recorded."""
-    copter, battery = s.copter, s.battery
+    copter, battery = s.vehicle, s.battery
     known = copter.battery_known
     voltages = [65535] * 10
     charge_state = dialect.MAV_BATTERY_CHARGE_STATE_UNHEALTHY
@@ -132,7 +133,7 @@ def battery_status(s: Snapshot) -> Message:
 def extended_sys_state(s: Snapshot) -> Message:
     """EXTENDED_SYS_STATE: a copter's VTOL state is always MC."""
     return dialect.MAVLink_extended_sys_state_message(
-        dialect.MAV_VTOL_STATE_MC, int(s.copter.landed_state)
+        dialect.MAV_VTOL_STATE_MC, int(s.vehicle.landed_state)
     )
 
 
@@ -143,7 +144,7 @@ def system_time(s: Snapshot) -> Message:
 
 def autopilot_version(s: Snapshot) -> Message:
     """AUTOPILOT_VERSION."""
-    p = s.copter.personality
+    p = s.vehicle.personality
     return dialect.MAVLink_autopilot_version_message(
         p.capabilities,
         p.flight_sw_version,
@@ -161,7 +162,7 @@ def autopilot_version(s: Snapshot) -> Message:
 
 def ekf_status_report(s: Snapshot) -> Message:
     """EKF_STATUS_REPORT: the square roots of the test ratios."""
-    estimator = s.copter.estimator
+    estimator = s.vehicle.estimator
     bad = 1.0 if estimator.variance else 0.0
     flags = estimator.flags | (dialect.EKF_GPS_GLITCHING if estimator.glitching else 0)
     return dialect.MAVLink_ekf_status_report_message(
@@ -173,7 +174,8 @@ def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: four motors, 1000 at rest; hover is near 1590 as recorded."""
     # Thrust goes with the square of the motor command above idle; hover pins the scale.
     raw = to_u16(1000.0 + 590.0 * math.sqrt(max(s.thrust_over_hover, 0.0)))
-    copter = s.copter
+    copter = s.vehicle
+    assert isinstance(copter, Copter)
     motors = copter.motor_test.outputs_us() if copter.motor_test.running else [min(raw, 2000)] * 4
     others = [copter.servos_us.get(output, 0) for output in range(5, 17)]
     return dialect.MAVLink_servo_output_raw_message(
@@ -183,7 +185,7 @@ def servo_output_raw(s: Snapshot) -> Message:
 
 def rc_channels(s: Snapshot) -> Message:
     """RC_CHANNELS."""
-    copter = s.copter
+    copter = s.vehicle
     channels = copter.pilot.channels(copter.now_s, copter.parameters["RC_OVERRIDE_TIME"])
     return dialect.MAVLink_rc_channels_message(
         boot_ms(s), len(channels), *channels, *([0] * (18 - len(channels))), 255
@@ -196,7 +198,7 @@ _AS_IN_MISSION = ("AUTO.LAND", "AUTO.TAKEOFF")
 
 def mission_current(s: Snapshot) -> Message:
     """MISSION_CURRENT: with ArduPilot home does not count, with PX4 none is 65535."""
-    copter, plans = s.copter, s.copter.plans
+    copter, plans = s.vehicle, s.vehicle.plans
     rules = copter.personality.plan_rules
     flying = copter.mode is copter.auto
     total = max(len(plans.mission.items) - int(rules.home_first), 0)
@@ -221,10 +223,10 @@ _BREACHES = {0: 0, 1: 2, 8: 1}
 
 def fence_status(s: Snapshot) -> Message | None:
     """FENCE_STATUS: only with an enabled fence."""
-    fence = s.copter.fence
+    fence = s.vehicle.fence
     if not fence.enabled:
         return None
-    at_ms = round((fence.breached_at_s - s.copter.boot_s) * 1000.0) if fence.count else 0
+    at_ms = round((fence.breached_at_s - s.vehicle.boot_s) * 1000.0) if fence.count else 0
     return dialect.MAVLink_fence_status_message(
         int(fence.breached != 0),
         min(fence.count, 65535),

@@ -14,7 +14,7 @@ from mavlink_sitl.mavlink.messages.guided_target import (
     position_target_local_ned,
 )
 from mavlink_sitl.mavlink.messages.kind_messages import for_kinds
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms
+from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 
 BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     0: status.heartbeat,
@@ -34,8 +34,8 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     62: position.nav_controller_output,
     65: status.rc_channels,
     74: position.vfr_hud,
-    85: lambda s: position_target_local_ned(s.copter, boot_ms(s)),
-    87: lambda s: position_target_global_int(s.copter, boot_ms(s)),
+    85: position_target_local_ned,
+    87: position_target_global_int,
     116: sensors.scaled_imu2,
     125: status.power_status,
     129: sensors.scaled_imu3,

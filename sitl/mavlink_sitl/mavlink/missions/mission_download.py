@@ -11,13 +11,13 @@ from mavlink_sitl.mavlink.codec import Extended, Message, dialect
 from mavlink_sitl.mavlink.missions import mission_items as items
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 
 class MissionSender:
     """Gives one vehicle's lists away."""
 
-    def __init__(self, vehicle: Copter, send: Callable[[Message], None]) -> None:
+    def __init__(self, vehicle: Commander, send: Callable[[Message], None]) -> None:
         self._vehicle = vehicle
         self._rules = vehicle.personality.plan_rules
         self._send = send

@@ -18,7 +18,7 @@ from mavlink_sitl.mavlink.missions import mission_items as items
 from mavlink_sitl.mavlink.missions.mission_download import MissionSender, sender_of
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 ALL_TYPES = 255
 _GUIDED_TARGET = 2
@@ -62,7 +62,7 @@ class MissionServer(MissionSender):
 
     def __init__(
         self,
-        vehicle: Copter,
+        vehicle: Commander,
         send: Callable[[Message], None],
         send_later: Callable[[int], None],
     ) -> None:

@@ -72,23 +72,23 @@ def _set_mode(server: Px4Server, command: ReceivedCommand) -> Result:
     sub = int(command.params[2]) if usable(command.params[2]) else 0
     if not (0 <= main <= 255 and 0 <= sub <= 255):
         return Result.ACCEPTED  # a main mode that does not exist changes nothing
-    return server.px4.set_mode(mode_number(base, main, sub), told=server.asked_by_station())
+    return server.vehicle.set_mode(mode_number(base, main, sub), told=server.asked_by_station())
 
 
 def _arm_disarm(server: Px4Server, command: ReceivedCommand) -> Result | None:
     what, force = command.params[0], command.params[1] == FORCE
     if what == 1.0:
-        return server.px4.arm(force)
+        return server.vehicle.arm(force)
     if what == 0.0:
-        return server.px4.disarm(force)
-    server.px4.say(Severity.CRITICAL, f"Unsupported ARM_DISARM param: {what:.3f}")
+        return server.vehicle.disarm(force)
+    server.vehicle.say(Severity.CRITICAL, f"Unsupported ARM_DISARM param: {what:.3f}")
     return None
 
 
 def _take_off(server: Px4Server, command: ReceivedCommand) -> Result:
     # Zeros mean "not given", as in `probe_ground`.
     altitude = command.z if usable(command.z) and command.z != 0.0 else None
-    return server.px4.take_off_to(altitude)
+    return server.vehicle.take_off_to(altitude)
 
 
 def _reposition(server: Px4Server, command: ReceivedCommand) -> Result:
@@ -102,9 +102,9 @@ def _reposition(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.z == command.z and not usable(command.z):
         return Result.DENIED
     yaw = command.params[3] if usable(command.params[3]) else None
-    result = server.px4.reposition(point, command.z if usable(command.z) else None, yaw)
+    result = server.vehicle.reposition(point, command.z if usable(command.z) else None, yaw)
     if usable(command.params[0]) and command.params[0] > 0.0:
-        server.px4.change_speed(1, command.params[0])
+        server.vehicle.change_speed(1, command.params[0])
     return result
 
 
@@ -122,30 +122,34 @@ def _place(command: ReceivedCommand) -> GeoPoint | None:
     return GeoPoint(latitude, longitude, 0.0)
 
 
+def _change_altitude(server: Px4Server, command: ReceivedCommand) -> Result:
+    return server.vehicle.reposition(None, command.params[0], None)
+
+
 def _orbit(server: Px4Server, command: ReceivedCommand) -> Result:
     """A plane circles in AUTO.LOITER; the orbit mode of others is not modelled."""
-    if server.px4.personality.kind != PLANE:
+    if server.vehicle.personality.kind != PLANE:
         return Result.UNSUPPORTED
     altitude = command.z if usable(command.z) else None
-    return server.px4.reposition(_place(command), altitude, None)
+    return server.vehicle.reposition(_place(command), altitude, None)
 
 
 def _figure_eight(server: Px4Server, command: ReceivedCommand) -> Result | None:
-    if server.px4.personality.kind == PLANE:
+    if server.vehicle.personality.kind == PLANE:
         return _orbit(server, command)
     text = "Figure 8 command only available for fixed wing and vtol vehicles."
-    server.px4.say(Severity.CRITICAL, text)
+    server.vehicle.say(Severity.CRITICAL, text)
     return None
 
 
 def _standard_mode(server: Px4Server, command: ReceivedCommand) -> Result:
-    modes = server.px4.personality.available_modes
+    modes = server.vehicle.personality.available_modes
     number = next((m[0] for m in modes if m[1] == command.params[0] != 0), None)
-    return Result.FAILED if number is None else server.px4.set_mode(number)
+    return Result.FAILED if number is None else server.vehicle.set_mode(number)
 
 
 def _calibrate(server: Px4Server, _: ReceivedCommand) -> Result:
-    return Result.TEMPORARILY_REJECTED if server.px4.armed else Result.ACCEPTED
+    return Result.TEMPORARILY_REJECTED if server.vehicle.armed else Result.ACCEPTED
 
 
 def _ignore(_server: Px4Server, _: ReceivedCommand) -> None:
@@ -184,7 +188,7 @@ def _request_message(server: Px4Server, command: ReceivedCommand) -> Result:
 
 
 def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
-    copter = server.px4
+    copter = server.vehicle
     if not copter.estimator.position_ok:
         return Result.TEMPORARILY_REJECTED
     if command.params[0] == 1.0:
@@ -198,17 +202,17 @@ def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
 
 
 def _reboot(server: Px4Server, command: ReceivedCommand) -> Result:
-    if command.params[0] == 0.0 and not server.px4.armed:
+    if command.params[0] == 0.0 and not server.vehicle.armed:
         return Result.ACCEPTED  # nothing is to be done
     if command.params[0] not in (1.0, 3.0):
         return Result.DENIED
-    return Result.DENIED if server.px4.armed else server.px4.reboot()
+    return Result.DENIED if server.vehicle.armed else server.vehicle.reboot()
 
 
 def _terminate(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.DENIED
-    return server.px4.terminate()
+    return server.vehicle.terminate()
 
 
 def _accept_place(_: Px4Server, command: ReceivedCommand) -> Result:
@@ -227,15 +231,15 @@ UNANSWERED = (
     dialect.MAV_CMD_DO_VTOL_TRANSITION,
 )
 HANDLERS: dict[int, tuple[Handler, int]] = {
-    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (lambda s, _: s.px4.return_to_launch(), 0),
-    dialect.MAV_CMD_NAV_LAND: (lambda s, _: s.px4.land_here(), 0),
+    dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (lambda s, _: s.vehicle.return_to_launch(), 0),
+    dialect.MAV_CMD_NAV_LAND: (lambda s, _: s.vehicle.land_here(), 0),
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
     dialect.MAV_CMD_DO_CHANGE_SPEED: (change_speed, 2),
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition, 0),
-    dialect.MAV_CMD_DO_CHANGE_ALTITUDE: (lambda s, c: s.px4.reposition(None, c.params[0], None), 1),
+    dialect.MAV_CMD_DO_CHANGE_ALTITUDE: (_change_altitude, 1),
     dialect.MAV_CMD_DO_ORBIT: (_orbit, 0),
     FIGURE_EIGHT: (_figure_eight, 0),
     dialect.MAV_CMD_DO_SET_STANDARD_MODE: (_standard_mode, 1),
@@ -246,9 +250,9 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
     dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 3),
-    dialect.MAV_CMD_MISSION_START: (lambda s, c: s.px4.start_mission(c.params[0]), 1),
+    dialect.MAV_CMD_MISSION_START: (lambda s, c: s.vehicle.start_mission(c.params[0]), 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
-    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.px4.arming.run_checks(), 0),
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.vehicle.arming.run_checks(), 0),
     dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),
     dialect.MAV_CMD_SET_MESSAGE_INTERVAL: (_set_interval, 2),

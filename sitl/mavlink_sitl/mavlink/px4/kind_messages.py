@@ -23,7 +23,7 @@ DISARMED_US = 900
 def drive_outputs(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: steering on 1 and throttle on 2."""
     outputs = [DISARMED_US] * 2
-    if s.copter.armed:
+    if s.vehicle.armed:
         steering, _, throttle, _ = s.instruments.servos_us()
         outputs = [steering, throttle]
     return dialect.MAVLink_servo_output_raw_message(
@@ -48,14 +48,14 @@ def _plane_mode(s: Snapshot) -> PlaneMode:
 
 def _flying_path(s: Snapshot) -> PathPoint | None:
     """What a plane follows, armed."""
-    return _plane_mode(s).path if s.copter.armed else None
+    return _plane_mode(s).path if s.vehicle.armed else None
 
 
 def surface_outputs(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: aileron, elevator, rudder, throttle."""
     aileron, elevator, throttle, rudder = s.instruments.servos_us()
     outputs = [DISARMED_US] * 4
-    if s.copter.armed:
+    if s.vehicle.armed:
         outputs = [aileron, elevator, rudder, throttle]
     return dialect.MAVLink_servo_output_raw_message(
         s.time_boot_us & 0xFFFFFFFF, 0, *outputs, *[DISARMED_US] * 12
@@ -83,13 +83,13 @@ def path_target(s: Snapshot) -> Message | None:
 def place_target(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: where an AUTO mode flies to; velocities are not given."""
     mode = _plane_mode(s)
-    if mode.path is None or not s.copter.armed or not mode.spec.name.startswith("AUTO."):
+    if mode.path is None or not s.vehicle.armed or not mode.spec.name.startswith("AUTO."):
         return None
     return _global_target(s, mode.place, messages.NAN)
 
 
 def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) -> Message:
-    point = s.copter.navigator.frame.to_geodetic(*place)
+    point = s.vehicle.navigator.frame.to_geodetic(*place)
     return dialect.MAVLink_position_target_global_int_message(
         boot_ms(s),
         5,

@@ -40,8 +40,8 @@ _FLAGS_GROUND, _FLAGS_FLYING, _FLAGS_NO_POSITION = 1023, 831, 0x0A7
 
 def copter_of(s: Snapshot) -> Px4Vehicle:
     """The firmware as what it is."""
-    assert isinstance(s.copter, Px4Vehicle)
-    return s.copter
+    assert isinstance(s.vehicle, Px4Vehicle)
+    return s.vehicle
 
 
 def heartbeat(s: Snapshot) -> Message:
@@ -122,13 +122,13 @@ def battery_status(s: Snapshot) -> Message:
         -1,
         to_int(battery.remaining * 100.0, 0, 100),
         0,
-        levels[min(s.copter.failsafe.battery_level, 3)],
+        levels[min(s.vehicle.failsafe.battery_level, 3)],
     )
 
 
 def extended_sys_state(s: Snapshot) -> Message:
     """EXTENDED_SYS_STATE: no VTOL."""
-    return dialect.MAVLink_extended_sys_state_message(0, int(s.copter.landed_state))
+    return dialect.MAVLink_extended_sys_state_message(0, int(s.vehicle.landed_state))
 
 
 def estimator_status(s: Snapshot) -> Message:
@@ -235,7 +235,7 @@ def highres_imu(s: Snapshot) -> Message:
     """HIGHRES_IMU: what an accelerometer in the middle feels, and standard air."""
     m = s.motion
     altitude = s.instruments.truth_point().altitude_amsl_m
-    flies = isinstance(s.copter, Px4Copter) and s.copter.guidance.motors is Motors.FLY
+    flies = isinstance(s.vehicle, Px4Copter) and s.vehicle.guidance.motors is Motors.FLY
     lift = s.thrust_over_hover if flies else 1.0
     c, yaw = math.cos(m.pitch_rad), m.yaw_rad
     pressure = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588
@@ -258,8 +258,8 @@ def highres_imu(s: Snapshot) -> Message:
 
 def altitude(s: Snapshot) -> Message:
     """ALTITUDE."""
-    amsl = s.copter.navigator.here().altitude_amsl_m
-    relative = s.copter.navigator.height_above_home_m()
+    amsl = s.vehicle.navigator.here().altitude_amsl_m
+    relative = s.vehicle.navigator.height_above_home_m()
     above = -s.instruments.truth().down_m
     return dialect.MAVLink_altitude_message(
         s.time_boot_us, amsl, amsl, -s.motion.down_m, relative, -s.motion.down_m - above, above
@@ -291,8 +291,8 @@ def home_position(s: Snapshot) -> Message | None:
 
 def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD: with the airspeed of who measures it."""
-    throttle = s.throttle_fraction if isinstance(s.copter, Px4Plane) else 0.0  # so with rovers
-    if isinstance(s.copter, Px4Copter):
+    throttle = s.throttle_fraction if isinstance(s.vehicle, Px4Plane) else 0.0  # so with rovers
+    if isinstance(s.vehicle, Px4Copter):
         throttle = s.thrust_over_hover * HOVER_THRUST
     return position.hud(s, NAN if s.airspeed_m_s is None else s.airspeed_m_s, throttle, always=True)
 
@@ -300,7 +300,7 @@ def vfr_hud(s: Snapshot) -> Message:
 def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: 900 disarmed, near 1480 in hover."""
     raw = 900
-    if s.copter.armed:
+    if s.vehicle.armed:
         raw = to_int(1000.0 + 480.0 * max(s.thrust_over_hover, 0.0), 1000, 2000)
     return dialect.MAVLink_servo_output_raw_message(
         s.time_boot_us & 0xFFFFFFFF, 0, *[raw] * 4, *[900] * 12
@@ -315,10 +315,10 @@ def scaled_pressure(s: Snapshot) -> Message:
 
 def wind_cov(s: Snapshot) -> Message | None:
     """WIND_COV: the wind that blows; of planes only, others do not estimate it."""
-    if not isinstance(s.copter, Px4Plane):
+    if not isinstance(s.vehicle, Px4Plane):
         return None
     north, east, down = s.instruments.wind_ned_m_s
-    altitude_m = s.copter.navigator.here().altitude_amsl_m
+    altitude_m = s.vehicle.navigator.here().altitude_amsl_m
     return dialect.MAVLink_wind_cov_message(
         s.time_boot_us, north, east, down, 0.1, 0.1, altitude_m, 0.5, NAN
     )
@@ -336,7 +336,7 @@ def attitude_quaternion(s: Snapshot) -> Message:
 
 def autopilot_version(s: Snapshot) -> Message:
     """AUTOPILOT_VERSION: v1.17.0; the git hash ends backwards in the custom version."""
-    p = s.copter.personality
+    p = s.vehicle.personality
     code = list(bytes.fromhex(p.flight_custom_version)[::-1])
     custom = [*code[::-1][3::-1], 0, 0, 0, 0]
     return dialect.MAVLink_autopilot_version_message(

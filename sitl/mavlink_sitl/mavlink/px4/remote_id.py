@@ -31,7 +31,7 @@ def location(s: Snapshot) -> Message | None:
     gps = s.instruments.gps_reading()
     if gps is None:
         return None
-    vehicle = s.copter
+    vehicle = s.vehicle
     assert isinstance(vehicle, Px4Vehicle)
     status = dialect.MAV_ODID_STATUS_AIRBORNE
     if not vehicle.in_flight:
@@ -61,7 +61,7 @@ def location(s: Snapshot) -> Message | None:
 
 def system(s: Snapshot) -> Message | None:
     """OPEN_DRONE_ID_SYSTEM: where the operator is taken to be, at home."""
-    home = s.copter.navigator.home
+    home = s.vehicle.navigator.home
     if home is None or s.instruments.gps_reading() is None:
         return None
     return dialect.MAVLink_open_drone_id_system_message(

@@ -65,11 +65,10 @@ class Px4Server(MavlinkServer):
         role: "onboard" for a companion computer's link, "gcs" for a ground station's.
 
     Attributes:
-        px4: the firmware.
         peers: the servers of all links of the vehicle, this one among them.
     """
 
-    px4: Px4Vehicle
+    vehicle: Px4Vehicle
 
     def __init__(
         self,
@@ -85,7 +84,7 @@ class Px4Server(MavlinkServer):
             _CURRENT_MODE: self._current_mode,
         }
         super().__init__(copter, (encoder,), system_id, now_us, snapshot)
-        self.px4 = copter
+        self.vehicle = copter
         self.role = role
         self.peers: list[Px4Server] = [self]
         self._parameters: Px4ParameterServer = Px4ParameterServer(copter.parameters)
@@ -145,7 +144,7 @@ class Px4Server(MavlinkServer):
         if interval_us < 0:
             self.streams.stop(message_id)
         else:
-            interval_us = max(interval_us, self.copter.personality.shortest_interval_us)
+            interval_us = max(interval_us, self.vehicle.personality.shortest_interval_us)
             self.streams.set(message_id, interval_us, self.now_us)
 
     def next_due_us(self) -> int:
@@ -186,7 +185,7 @@ class Px4Server(MavlinkServer):
     def _repeat_reached(self) -> None:
         assert self._reached is not None
         seq, due_us, left = self._reached
-        if not self.px4.plans.mission.items:
+        if not self.vehicle.plans.mission.items:
             self._reached = None  # what was cleared is reached no more
             return
         self.send(dialect.MAVLink_mission_item_reached_message(seq))
@@ -194,18 +193,18 @@ class Px4Server(MavlinkServer):
 
     def send_modes(self, place: int) -> None:
         """AVAILABLE_MODES: one of them, or with 0 all."""
-        count = len(self.px4.personality.available_modes)
+        count = len(self.vehicle.personality.available_modes)
         if place == 0:
             for each in range(1, count + 1):
-                self.send(messages.available_mode(self.px4, each))
+                self.send(messages.available_mode(self.vehicle, each))
         elif 1 <= place <= count:
-            self.send(messages.available_mode(self.px4, place))
+            self.send(messages.available_mode(self.vehicle, place))
 
     # What the firmware says.
 
     def flush_events(self) -> None:
         """Report the events of the firmware to all links."""
-        events = self.copter.events
+        events = self.vehicle.events
         while events:
             event = events.popleft()
             for peer in self.peers:
@@ -229,7 +228,7 @@ class Px4Server(MavlinkServer):
             # It shows in the next HEARTBEAT only.
             left, self._mode_name = self._mode_name, event.name
             neutral = event.name in ("AUTO.LAND", "AUTO.RTL") or left == "AUTO.MISSION"
-            if neutral and self.px4.in_flight:
+            if neutral and self.vehicle.in_flight:
                 self._gimbal = (0, self.now_us + GIMBAL_US // 2)
         elif isinstance(event, RebootRequested):
             self.reboot_requested = True
@@ -275,13 +274,13 @@ class Px4Server(MavlinkServer):
         custom = message.custom_mode
         main, sub = custom >> 16 & 0xFF, custom >> 24 & 0xFF
         number = commands.mode_number(message.base_mode, main, sub)
-        result = self.px4.set_mode(number, told=self.asked_by_station())
+        result = self.vehicle.set_mode(number, told=self.asked_by_station())
         self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
 
     def _on_heartbeat(self, message: Message) -> None:
         if message.type == dialect.MAV_TYPE_GCS:
             self._gcs_heard_us = self.now_us
-            self.copter.failsafe.gcs_heartbeat(self.now_us / 1e6)
+            self.vehicle.failsafe.gcs_heartbeat(self.now_us / 1e6)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:
@@ -302,22 +301,22 @@ class Px4Server(MavlinkServer):
             min(max(value / 1000.0, -1.0), 1.0) for value in (message.x, message.y, message.r)
         )
         throttle = min(max(message.z / 1000.0, 0.0), 1.0)
-        self.px4.manual = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
+        self.vehicle.manual = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
 
     def _on_local_setpoint(self, message: Message) -> None:
         self._follow(lambda: setpoints.from_local_ned(message))
 
     def _on_global_setpoint(self, message: Message) -> None:
-        self._follow(lambda: setpoints.from_global_int(message, self.px4))
+        self._follow(lambda: setpoints.from_global_int(message, self.vehicle))
 
     def _on_attitude(self, message: Message) -> None:
         self._follow(lambda: setpoints.from_attitude_target(message))
 
     def _follow(self, decode: Callable[[], Setpoint]) -> None:
         try:
-            self.px4.setpoint(decode())
+            self.vehicle.setpoint(decode())
         except setpoints.RefusedError as error:
-            self.px4.say(Severity.CRITICAL, str(error))
+            self.vehicle.say(Severity.CRITICAL, str(error))
 
     def _on_param_set(self, message: Message) -> None:
         answer = self._parameters.set_typed(

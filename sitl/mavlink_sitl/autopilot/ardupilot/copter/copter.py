@@ -1,10 +1,9 @@
-"""A copter's firmware: modes, missions and commands."""
+"""ArduCopter: the firmware of one copter."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import replace
+from typing import ClassVar
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
@@ -15,44 +14,23 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Stabilize,
     Throw,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
-from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
-from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
+from mavlink_sitl.autopilot.common.auto import Auto
+from mavlink_sitl.autopilot.common.commander import Commander
+from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.motor_test import MotorTest
 from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
-from mavlink_sitl.autopilot.personality import ModeSpec
-from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import (
-    Guidance,
-    LandedState,
-    ModeChanged,
-    Observation,
-    Result,
-    Severity,
-    YawMode,
-)
-
-BEHAVIOURS: dict[str, Callable[[Copter, ModeSpec], Mode]] = {
-    "stabilize": Stabilize,
-    "alt_hold": PilotHeight,
-    "auto": CopterAuto,
-    "guided": Guided,
-    "loiter": PilotHeight,
-    "rtl": ReturnToLaunch,
-    "land": Land,
-    "brake": Brake,
-    "circle": Circle,
-    "throw": Throw,
-}
+from mavlink_sitl.autopilot.plans.plans import Cmd
+from mavlink_sitl.exchange import Guidance, Observation, Result, Severity, YawMode
 
 ALOFT_M = 2.5
 """Height above home from which the ground no longer disturbs the magnetometers"""
 
 
-class Copter(Firmware):
+class Copter(Commander):
     """A copter from power-up to the next; arguments as of `Firmware`.
 
     Attributes:
@@ -60,24 +38,24 @@ class Copter(Firmware):
         motor_test: turns single motors.
     """
 
+    behaviours: ClassVar = {
+        "stabilize": Stabilize,
+        "alt_hold": PilotHeight,
+        "auto": CopterAuto,
+        "guided": Guided,
+        "loiter": PilotHeight,
+        "rtl": ReturnToLaunch,
+        "land": Land,
+        "brake": Brake,
+        "circle": Circle,
+        "throw": Throw,
+    }
+
     def __init__(self, start: PowerUp) -> None:
         self.yaw = YawControl()
         self._was_aloft = False
         self.motor_test = MotorTest(self)
         super().__init__(start)
-
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """The mode that goes with an entry of the personality."""
-        return BEHAVIOURS[spec.behaviour](self, spec)
-
-    def force_battery_voltage(self, voltage_v: float) -> None:
-        """Where the firmware simulates its battery itself: a voltage for it, or 0."""
-
-    def watch(self, observation: Observation) -> None:
-        """Look for what is wrong; once the power monitor has readings."""
-        if self.battery_known:
-            self.failsafe.update(self, observation)
-        self.fence.update()
 
     @property
     def soft_armed(self) -> bool:
@@ -113,94 +91,18 @@ class Copter(Firmware):
         self.guide(replace(target, restart_xy=False, restart_z=False))
 
     @property
-    def landed_state(self) -> LandedState:
-        """For EXTENDED_SYS_STATE."""
-        if not self.armed or self.landed:
-            return LandedState.ON_GROUND
-        if self.mode.taking_off:
-            return LandedState.TAKEOFF
-        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
-
-    @property
     def guided(self) -> Guided:
         """The GUIDED mode, whether it flies or not."""
         return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
 
-    @property
-    def auto(self) -> Auto | None:
-        """The mode that flies missions, whether it flies or not."""
-        return next((mode for mode in self._modes.values() if isinstance(mode, Auto)), None)
+    def may_begin(self, mode: Mode) -> bool:
+        """See `Commander`; nobody throws it here."""
+        return super().may_begin(mode) and not isinstance(mode, Throw)
 
-    @property
-    def has_mission(self) -> bool:
-        """Whether there is a mission to fly."""
-        return self.auto is not None and self.auto.has_mission
-
-    @property
-    def may_arm_in_mode(self) -> bool:
-        """Whether motors may be armed in this mode; AUTO_OPTIONS opens AUTO for it."""
-        auto = isinstance(self.mode, Auto) and "AUTO_OPTIONS" in self.parameters
-        if auto and int(self.parameters["AUTO_OPTIONS"]) & ALLOW_ARMING:
-            return True
-        return self.mode.spec.armable
-
-    def _may_start_mission(self, auto: Auto) -> bool:
-        if not auto.has_mission:
-            return False
-        if self.landed and not auto.starts_with_takeoff:
-            self.say(Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
-            return False
-        return True
-
-    def enter_mode(self, number: int) -> bool:
-        """Change the mode if it may be entered; says why not."""
-        mode = self._modes[number]
-        if mode is self.mode:
-            return True
-        if self.armed:
-            reason = None
-            if mode.spec.requires_position and not self.estimator.position_ok:
-                reason = "requires position"
-            elif isinstance(mode, Throw) or (
-                isinstance(mode, Auto) and not self._may_start_mission(mode)
-            ):
-                reason = "init failed"
-            if reason is not None:
-                text = f"Mode change to {mode.spec.name} failed: {reason}"
-                self.say(Severity.WARNING, text)
-                return False
-        previous = self.mode
-        if isinstance(previous, Auto):
-            previous.leave()
-        self.mode = mode
-        self.navigator.forget_speeds()
+    def forget_orders(self) -> None:
+        """See `Commander`; where the nose was to point, too."""
+        super().forget_orders()
         self.yaw.forget()
-        mode.enter()
-        self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
-        self._settle()
-        return True
-
-    def mission_changed(self) -> None:
-        """An item of the mission was replaced, or its end was cut off."""
-        if isinstance(self.mode, Auto):
-            self.mode.mission_changed()
-
-    def start_mission(self) -> Result:
-        """MISSION_START: AUTO, and no raised throttle needed to take off.
-
-        A mission that is not flown yet is begun twice, by the command and by the mode (read in
-        the firmware): its first item is told twice.
-        """
-        auto = self.auto
-        begins = auto is not None and auto is not self.mode
-        if auto is None or not auto.has_mission or not self.enter_mode(auto.spec.number):
-            if auto is not None and not auto.has_mission:
-                self.say(Severity.WARNING, f"Mode change to {auto.spec.name} failed: init failed")
-            return Result.FAILED
-        if begins:
-            auto.enter()
-        auto.may_take_off = True
-        return Result.ACCEPTED
 
     def start_landing_sequence(self) -> Result:
         """DO_LAND_START: AUTO, from the mission's item of that name on."""
@@ -214,26 +116,6 @@ class Copter(Firmware):
             self.say(Severity.WARNING, text)
             return Result.FAILED
         return self.set_current_item(place)
-
-    def set_current_item(self, seq: int) -> Result:
-        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT."""
-        if not 0 <= seq < len(self.plans.mission.items):
-            return Result.DENIED
-        self.plans.current = seq
-        if isinstance(self.mode, Auto):
-            self.mode.jump_to(max(seq, int(self.personality.plan_rules.home_first)))
-        return Result.ACCEPTED
-
-    def fly_to_item(self, item: PlanItem) -> Result:
-        """A mission item that is a target for GUIDED: MISSION_ITEM with current = 2."""
-        guided = self.mode.spec.behaviour == "guided"
-        if not guided or self.auto is None or not self.armed:
-            return Result.FAILED
-        target = self.auto.place_of(item, self.motion[:3])
-        if not all(math.isfinite(value) for value in target):
-            return Result.FAILED
-        self.go_to(Setpoint(SetpointFrame.LOCAL, position_m=target))
-        return Result.ACCEPTED
 
     def pause_or_go_on(self, go_on: bool) -> Result:
         """DO_PAUSE_CONTINUE: AUTO and GUIDED stop and hold, or go on."""
@@ -251,13 +133,6 @@ class Copter(Firmware):
         """In LAND: stay for a while before sinking."""
         if isinstance(self.mode, Land):
             self.mode.pause()
-
-    def set_mode(self, number: int) -> Result:
-        """DO_SET_MODE and SET_MODE."""
-        if number not in self._modes:
-            self.say(Severity.WARNING, f"No such mode {number}")
-            return Result.FAILED
-        return Result.ACCEPTED if self.enter_mode(number) else Result.FAILED
 
     def take_off(self, altitude_above_home_m: float) -> Result:
         """NAV_TAKEOFF: in GUIDED, armed, on the ground, upwards."""
@@ -280,10 +155,6 @@ class Copter(Firmware):
         if isinstance(self.mode, Guided):
             self.yaw.forget()
             self.mode.attitude(target)
-
-    def go_to(self, setpoint: Setpoint) -> None:
-        """DO_REPOSITION, once in GUIDED."""
-        self.setpoint(setpoint)
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking; GUIDED only."""

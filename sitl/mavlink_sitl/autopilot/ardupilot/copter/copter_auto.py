@@ -6,6 +6,8 @@ item it hovers.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
     CircleTask,
     LoiterToAltitude,
@@ -24,11 +26,16 @@ from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.exchange import Motors, Result, Vector
 
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+
 ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
 
 
 class CopterAuto(Auto):
     """Flies the uploaded mission."""
+
+    vehicle: Copter
 
     moving = MOVING | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
 
@@ -51,12 +58,12 @@ class CopterAuto(Auto):
 
     def _advance(self, place: int) -> None:
         """The next item; a heading that was asked for was for the way to the last one."""
-        self.copter.yaw.forget_heading()
+        self.vehicle.yaw.forget_heading()
         super()._advance(place)
 
     def _do(self, item: PlanItem, begins: bool) -> bool:
         """CONDITION_YAW and regions of interest, besides what every vehicle does."""
-        copter = self.copter
+        copter = self.vehicle
         if item.command == Cmd.CONDITION_YAW:
             if begins:
                 copter.yaw.turn(copter.motion.yaw_rad, *item.params)
@@ -96,13 +103,13 @@ class CopterAuto(Auto):
         """Where the next leg begins: at the end of the last, or where the vehicle can stop."""
         if isinstance(self.task, (FlyTo, TakeOffTask, Spline)):
             return self.task.target
-        return stopping_point(self.copter)
+        return stopping_point(self.vehicle)
 
     def _next_item(self) -> PlanItem | None:
         """The item after this one, if it is one to fly to without stopping here."""
-        place = self.copter.plans.current
+        place = self.vehicle.plans.current
         # A look ahead must not use up jumps.
-        for _, item in self._walk(place + 1, dict(self.copter.plans.jumps)):
+        for _, item in self._walk(place + 1, dict(self.vehicle.plans.jumps)):
             if item.command in (Cmd.WAYPOINT, Cmd.SPLINE, Cmd.LOITER_TIME, Cmd.LOITER_UNLIM):
                 return item
         return None
@@ -135,14 +142,14 @@ class CopterAuto(Auto):
         if not isinstance(self.task, FlyTo):
             return super().pause()
         self.paused = True
-        self.copter.plans.state = MissionState.PAUSED
+        self.vehicle.plans.state = MissionState.PAUSED
         return Result.ACCEPTED
 
     def go_on(self) -> Result:
         """DO_PAUSE_CONTINUE 1."""
         if self.paused and isinstance(self.task, FlyTo):
             self.paused = False
-            self.copter.plans.state = MissionState.ACTIVE
+            self.vehicle.plans.state = MissionState.ACTIVE
             if self._other_limits:
                 self.task.restart()
                 self._other_limits = False

@@ -38,10 +38,10 @@ class CircleTask(CopterTask):
 
     def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, centre: Vector) -> None:
         super().__init__(auto, item)
-        rate = math.copysign(abs(circle_rate_rad_s(self.copter)), item.params[2])
-        radius_m = abs(item.params[2]) or circle_radius_m(self.copter)
+        rate = math.copysign(abs(circle_rate_rad_s(self.vehicle)), item.params[2])
+        radius_m = abs(item.params[2]) or circle_radius_m(self.vehicle)
         angle = math.atan2(start[1] - centre[1], start[0] - centre[0])
-        self._orbit = Orbit(self.copter, centre, radius_m, rate, angle)
+        self._orbit = Orbit(self.vehicle, centre, radius_m, rate, angle)
         way = replace(item, command=Cmd.LOITER_UNLIM)
         self._way = FlyTo(auto, way, start, self._orbit.point())
         self._round = False
@@ -50,7 +50,7 @@ class CircleTask(CopterTask):
         """To the edge, then round."""
         if not self._round:
             self._way.update()
-            self._round = self._way.track.passed(self.copter.now_s)
+            self._round = self._way.track.passed(self.vehicle.now_s)
             self._orbit.begin()
             return
         self.auto.guide(self._orbit.go_on(self.auto.hold_guidance()))
@@ -71,9 +71,9 @@ class LoiterToAltitude(FlyTo):
 
     def finished(self) -> bool:
         """There, and at the height."""
-        if not self.track.passed(self.copter.now_s):
+        if not self.track.passed(self.vehicle.now_s):
             return False
-        above_m = self.target[2] - self.copter.motion.down_m
+        above_m = self.target[2] - self.vehicle.motion.down_m
         passed = self._above is not None and self._above != (above_m > 0.0)
         self._above = above_m > 0.0
         return passed or abs(above_m) < HEIGHT_REACHED_M
@@ -105,7 +105,7 @@ class Spline(CopterTask):
         self._stay_s = max(item.params[0], 0.0)
         self._moves_on = following is not None and self._stay_s == 0.0
         chord = _minus(target, start)
-        velocity = self.copter.motion[3:6]
+        velocity = self.vehicle.motion[3:6]
         self._speed_m_s = math.hypot(*velocity)
         leaving = velocity if self._speed_m_s > MOVING_M_S else chord
         arriving = chord
@@ -116,12 +116,12 @@ class Spline(CopterTask):
         self._at = 0.0
         self._velocity: Vector = (velocity[0], velocity[1], velocity[2])
         self._began = False
-        self._last_s = self.copter.now_s
+        self._last_s = self.vehicle.now_s
         self._arrived_s: float | None = None
 
     def _speed_profile(self) -> list[float]:
         """How fast it may be at each point, so that it can still slow down for what comes."""
-        limits = self.copter.navigator.limits()
+        limits = self.vehicle.navigator.limits()
         acceleration = BEND_SHARE * limits.acceleration_xy_m_s2
         points, speeds = self._points, []
         for i in range(POINTS + 1):
@@ -146,7 +146,7 @@ class Spline(CopterTask):
 
     def update(self) -> None:
         """Move the reference on along the curve."""
-        copter = self.copter
+        copter = self.vehicle
         dt, self._last_s = copter.now_s - self._last_s, copter.now_s
         if not copter.armed or copter.landed:
             return
@@ -172,7 +172,7 @@ class Spline(CopterTask):
 
     def finished(self) -> bool:
         """At the end of the curve, for long enough."""
-        copter = self.copter
+        copter = self.vehicle
         if self._at < POINTS:
             return False
         if self._moves_on:

@@ -10,7 +10,7 @@ from mavlink_sitl.exchange import Guidance, Motors
 from mavlink_sitl.lanes import ScalarOps
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 BRAKE_DECELERATION_M_S2 = 7.5
@@ -24,8 +24,10 @@ _SCALAR = ScalarOps()
 class Mode:
     """A flight mode of one vehicle."""
 
-    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
-        self.copter = copter
+    vehicle: Commander
+
+    def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
+        self.vehicle = vehicle
         self.spec = spec
 
     def enter(self) -> None:
@@ -51,7 +53,7 @@ class Mode:
 
     def guide(self, guidance: Guidance) -> None:
         """Hand new guidance to the controllers."""
-        self.copter.guide(guidance)
+        self.vehicle.guide(guidance)
 
     def hold_guidance(self) -> Guidance:
         """Brake to a standstill and stay there, nose where it is."""
@@ -59,7 +61,7 @@ class Mode:
             motors=Motors.FLY,
             restart_xy=True,
             restart_z=True,
-            limits=self.copter.navigator.limits(),
+            limits=self.vehicle.navigator.limits(),
         )
 
 
@@ -73,7 +75,7 @@ class Stabilize(Mode):
 
     def update(self) -> None:
         """Pass the stick on when it moved."""
-        throttle = self.copter.pilot_throttle()
+        throttle = self.vehicle.pilot_throttle()
         if throttle != self._throttle:
             self._throttle = throttle
             self.guide(Guidance(motors=Motors.MANUAL, throttle=throttle))
@@ -96,17 +98,17 @@ class PilotHeight(Mode):
 
     def update(self) -> None:
         """Follow the stick."""
-        climb = self.copter.pilot_climb_rate_m_s()
+        climb = self.vehicle.pilot_climb_rate_m_s()
         if climb == self._climb:
             return
         first = self._climb is None
         self._climb = climb
-        acceleration = max(self.copter.parameters["PILOT_ACCEL_Z"] / 100.0, 0.1)
+        acceleration = max(self.vehicle.parameters["PILOT_ACCEL_Z"] / 100.0, 0.1)
         self.guide(
             replace(
                 self.hold_guidance(),
                 velocity_down_m_s=-climb,
-                limits=replace(self.copter.navigator.limits(), acceleration_z_m_s2=acceleration),
+                limits=replace(self.vehicle.navigator.limits(), acceleration_z_m_s2=acceleration),
                 restart_xy=first,
                 restart_z=first,
             )
@@ -123,7 +125,7 @@ class Brake(Mode):
     def enter(self) -> None:
         """Brake hard."""
         limits = replace(
-            self.copter.navigator.limits(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2
+            self.vehicle.navigator.limits(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2
         )
         self.guide(replace(self.hold_guidance(), limits=limits))
 
@@ -151,20 +153,20 @@ class Land(Mode):
     def enter(self) -> None:
         """Brake and sink."""
         self._speed: float | None = None
-        self._sink_from_s = self.copter.now_s
+        self._sink_from_s = self.vehicle.now_s
         self.update()
 
     def pause(self) -> None:
         """Stay for a while before sinking: what a failsafe does, for a pilot to step in."""
         self._speed = 0.0
-        self._sink_from_s = self.copter.now_s + LAND_PAUSE_S
+        self._sink_from_s = self.vehicle.now_s + LAND_PAUSE_S
         self.guide(self.hold_guidance())
 
     def update(self) -> None:
         """Slow down near the ground."""
-        if self.copter.now_s < self._sink_from_s:
+        if self.vehicle.now_s < self._sink_from_s:
             return
-        speed = landing_speed_m_s(self.copter)
+        speed = landing_speed_m_s(self.vehicle)
         if self._speed is not None and abs(speed - self._speed) < 0.02:
             return
         first = self._speed is None
@@ -179,7 +181,7 @@ class Land(Mode):
         )
 
 
-def landing_speed_m_s(copter: Copter) -> float:
+def landing_speed_m_s(copter: Commander) -> float:
     """The descent rate at this height above home."""
     parameters = copter.parameters
     final = parameters["LAND_SPEED"] / 100.0

@@ -19,6 +19,7 @@ from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Vector, YawMode
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 
 THROTTLE_RAISED = 0.05
@@ -29,9 +30,8 @@ ALLOW_TAKEOFF = 2
 class CopterTask(AutoTask):
     """An item in flight."""
 
-    def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
-        super().__init__(auto, item)
-        self.auto: CopterAuto = auto
+    auto: CopterAuto
+    vehicle: Copter
 
     def follow(self, place: Vector, velocity: Vector, acceleration: Vector, begins: bool) -> None:
         """Hand on a moving reference, NED; the nose looks where it goes."""
@@ -50,21 +50,21 @@ class TakeOffTask(CopterTask):
 
     def __init__(self, auto: CopterAuto, item: PlanItem, down_m: float) -> None:
         super().__init__(auto, item)
-        motion = self.copter.motion
+        motion = self.vehicle.motion
         self.target: Vector = (motion.north_m, motion.east_m, down_m)
         self.lifting = False
 
     def _wanted(self) -> bool:
         return (
-            not self.copter.landed
+            not self.vehicle.landed
             or self.auto.may_take_off
-            or bool(int(self.copter.parameters["AUTO_OPTIONS"]) & ALLOW_TAKEOFF)
-            or self.copter.pilot_throttle() > THROTTLE_RAISED
+            or bool(int(self.vehicle.parameters["AUTO_OPTIONS"]) & ALLOW_TAKEOFF)
+            or self.vehicle.pilot_throttle() > THROTTLE_RAISED
         )
 
     def update(self) -> None:
         """Begin when everything is ready."""
-        copter = self.copter
+        copter = self.vehicle
         if self.lifting or not copter.armed or not self._wanted():
             return
         if copter.landed and copter.now_s - copter.arming.armed_at_s < ARMING_DELAY_S:
@@ -75,7 +75,7 @@ class TakeOffTask(CopterTask):
 
     def finished(self) -> bool:
         """At its height and slow."""
-        motion = self.copter.motion
+        motion = self.vehicle.motion
         near = motion.down_m <= self.target[2] + TAKEOFF_MARGIN_M
         return self.lifting and near and abs(motion.velocity_down_m_s) < TAKEOFF_SPEED_M_S
 
@@ -91,9 +91,9 @@ class FlyTo(CopterTask):
     def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector) -> None:
         super().__init__(auto, item)
         self.target = target
-        jerk = max(self.copter.parameters["WPNAV_JERK"], 0.1)
-        self.leg = TrackLeg(start, target, self.copter.navigator.limits(), jerk)
-        self.track = LegTrack(self.leg, self.copter.now_s)
+        jerk = max(self.vehicle.parameters["WPNAV_JERK"], 0.1)
+        self.leg = TrackLeg(start, target, self.vehicle.navigator.limits(), jerk)
+        self.track = LegTrack(self.leg, self.vehicle.now_s)
         self.following: FlyTo | None = None
         self._arrived_s: float | None = None
         self._restarted = True
@@ -106,7 +106,7 @@ class FlyTo(CopterTask):
         self.track = old.track
         if old.following is not None:
             self.leg = old.following.leg
-        self.track.go_on(self.leg, self.copter.now_s)
+        self.track.go_on(self.leg, self.vehicle.now_s)
         self._restarted = False
 
     def forget_following(self) -> None:
@@ -117,7 +117,7 @@ class FlyTo(CopterTask):
 
     def restart(self) -> None:
         """From where the vehicle can stop, as with new limits."""
-        copter = self.copter
+        copter = self.vehicle
         start = stopping_point(copter)
         jerk = max(copter.parameters["WPNAV_JERK"], 0.1)
         self.leg = TrackLeg(start, self.target, copter.navigator.limits(), jerk)
@@ -127,7 +127,7 @@ class FlyTo(CopterTask):
 
     def update(self) -> None:
         """Follow the track; look for the corner."""
-        copter = self.copter
+        copter = self.vehicle
         if not copter.armed or copter.landed:
             return
         if self.stay_s == 0.0:
@@ -143,7 +143,7 @@ class FlyTo(CopterTask):
 
     def finished(self) -> bool:
         """Past the corner, or long enough at the place."""
-        copter = self.copter
+        copter = self.vehicle
         if not copter.armed or copter.landed or not self.track.passed(copter.now_s):
             return False
         if self.stay_s == 0.0 and self.following is not None:
@@ -162,7 +162,7 @@ class ReturnHome(CopterTask):
 
     def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
         super().__init__(auto, item)
-        self._way = ReturnToLaunch(self.copter, auto.spec)
+        self._way = ReturnToLaunch(self.vehicle, auto.spec)
         self._way.enter()
 
     @property
@@ -182,7 +182,7 @@ class LandAt(CopterTask):
         self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector, moves: bool
     ) -> None:
         super().__init__(auto, item)
-        self._sink = Land(self.copter, auto.spec)
+        self._sink = Land(self.vehicle, auto.spec)
         self._way: FlyTo | None = None
         if moves:
             self._way = FlyTo(auto, replace(item, command=Cmd.LOITER_UNLIM), start, target)
@@ -200,10 +200,10 @@ class LandAt(CopterTask):
             self._sink.update()
             return
         self._way.update()
-        if self._way.track.passed(self.copter.now_s):
+        if self._way.track.passed(self.vehicle.now_s):
             self._way = None
             self._sink.enter()
 
     def finished(self) -> bool:
         """On the ground."""
-        return self._way is None and self.copter.landed
+        return self._way is None and self.vehicle.landed

@@ -141,7 +141,7 @@ class Guided(Mode):
 
     def take_off(self, down_m: float) -> None:
         """Climb straight up to a height, once the motors turn."""
-        motion = self.copter.motion
+        motion = self.vehicle.motion
         self.submode = Submode.TAKEOFF
         self.target = Setpoint(SetpointFrame.LOCAL, position_m=ZERO)
         self._expires_s = math.inf
@@ -171,18 +171,18 @@ class Guided(Mode):
             target = replace(target, quaternion=self._attitude.quaternion)
         self.submode = Submode.ATTITUDE
         self._takeoff_pending = False
-        self._expires_s = self.copter.now_s + self.copter.parameters["GUID_TIMEOUT"]
-        self._turned_s = self.copter.now_s
+        self._expires_s = self.vehicle.now_s + self.vehicle.parameters["GUID_TIMEOUT"]
+        self._turned_s = self.vehicle.now_s
         self._fly_attitude(target, begins)
 
     def _fly_attitude(self, target: AttitudeTarget, begins: bool = False) -> None:
-        now_s = self.copter.now_s
-        self._attitude = target.turned_on(self.copter.motion, now_s - self._turned_s)
+        now_s = self.vehicle.now_s
+        self._attitude = target.turned_on(self.vehicle.motion, now_s - self._turned_s)
         self._turned_s = now_s
-        self.guide(self._attitude.guidance(self.copter.navigator.limits(), begins))
+        self.guide(self._attitude.guidance(self.vehicle.navigator.limits(), begins))
 
     def _to_local(self, setpoint: Setpoint) -> Setpoint:
-        motion = self.copter.motion
+        motion = self.vehicle.motion
         if setpoint.frame is SetpointFrame.LOCAL:
             return setpoint
         position = setpoint.position_m
@@ -207,14 +207,14 @@ class Guided(Mode):
         restart = submode is not self.submode or self._took_off
         if restart:
             # Each kind of target begins with the parameters' speeds, seen after a take-off.
-            self.copter.navigator.forget_speeds()
+            self.vehicle.navigator.forget_speeds()
         self._took_off = False
         self.submode = submode
         self.target = setpoint
         self._takeoff_pending = False
         position = submode is Submode.POSITION
-        timeout_s = self.copter.parameters["GUID_TIMEOUT"]
-        self._expires_s = math.inf if position else self.copter.now_s + timeout_s
+        timeout_s = self.vehicle.parameters["GUID_TIMEOUT"]
+        self._expires_s = math.inf if position else self.vehicle.now_s + timeout_s
         self.guide(replace(self._guidance(setpoint), restart_xy=restart, restart_z=restart))
 
     def _guidance(self, setpoint: Setpoint) -> Guidance:
@@ -232,7 +232,7 @@ class Guided(Mode):
             yaw_mode=yaw_mode,
             yaw_rad=yaw,
             yaw_rate_rad_s=setpoint.yaw_rate_rad_s or 0.0,
-            limits=self.copter.navigator.limits(),
+            limits=self.vehicle.navigator.limits(),
         ).moving(setpoint.velocity_m_s or ZERO, setpoint.acceleration_m_s2 or ZERO)
         return guidance if setpoint.position_m is None else guidance.at(setpoint.position_m)
 
@@ -240,7 +240,7 @@ class Guided(Mode):
         """Start a waiting take-off, end a finished one, let old setpoints run out."""
         if self._paused:
             return
-        copter = self.copter
+        copter = self.vehicle
         if self._takeoff_pending and copter.armed:
             if copter.now_s - copter.arming.armed_at_s >= ARMING_DELAY_S:
                 self._takeoff_pending = False
@@ -261,12 +261,12 @@ class Guided(Mode):
     def _expire(self) -> None:
         self._expires_s = math.inf
         if self.submode is Submode.ATTITUDE and self._attitude is not None:
-            self._fly_attitude(self._attitude.levelled(self.copter.motion))
+            self._fly_attitude(self._attitude.levelled(self.vehicle.motion))
             return
         turning = self.target.yaw_rate_rad_s is not None
         position = None
         if self.submode is Submode.POSITION_VELOCITY:
-            position = self.copter.moving_target()
+            position = self.vehicle.moving_target()
         if self.submode is Submode.ACCELERATION:
             self.submode = Submode.VELOCITY
         self.target = replace(
@@ -285,7 +285,7 @@ class Guided(Mode):
         """A take-off turns the motors up on the ground, and an attitude with a climb."""
         lifting = self.submode is Submode.TAKEOFF and not self._takeoff_pending
         if self.submode is Submode.ATTITUDE and self._attitude is not None:
-            lifting = self._attitude.climb_rate_m_s(self.copter.navigator.limits()) > 0.0
+            lifting = self._attitude.climb_rate_m_s(self.vehicle.navigator.limits()) > 0.0
         return Motors.FLY if lifting else Motors.IDLE
 
 

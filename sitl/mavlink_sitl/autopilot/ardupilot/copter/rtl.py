@@ -13,7 +13,7 @@ from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
 from mavlink_sitl.exchange import Guidance, Vector
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 CONE_SLOPE = 3.0
@@ -74,7 +74,7 @@ def stopping_distance(speed_m_s: float, acceleration_m_s2: float) -> float:
     return 0.5 * acceleration_m_s2 + speed * speed / (2.0 * acceleration_m_s2)
 
 
-def stopping_point(copter: Copter) -> Vector:
+def stopping_point(copter: Commander) -> Vector:
     """The point at which the vehicle would stop if it braked now, NED metres."""
     motion, limits = copter.motion, copter.navigator.limits()
     v_n, v_e, v_d = motion[3:6]
@@ -91,7 +91,7 @@ class ReturnToLaunch(Mode):
         stage: how far it has got.
     """
 
-    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
+    def __init__(self, copter: Commander, spec: ModeSpec) -> None:
         super().__init__(copter, spec)
         self.stage = ReturnStage.CLIMB
 
@@ -103,14 +103,14 @@ class ReturnToLaunch(Mode):
     def enter(self) -> None:
         """Brake, and climb to the height of the way home."""
         self.stage = ReturnStage.CLIMB
-        self._home = return_point_ned_m(self.copter)
-        north, east, down = stopping_point(self.copter)
+        self._home = return_point_ned_m(self.vehicle)
+        north, east, down = stopping_point(self.vehicle)
         distance = math.dist((north, east), self._home[:2])
         cone = max(distance * CONE_SLOPE, LEAST_HEIGHT_M)
-        height = max(self._home[2] - down, min(self.copter.parameters["RTL_ALT"] / 100.0, cone))
+        height = max(self._home[2] - down, min(self.vehicle.parameters["RTL_ALT"] / 100.0, cone))
         self._down_m = self._home[2] - height
         self._stop = (north, east)
-        limits = self.copter.navigator.limits()
+        limits = self.vehicle.navigator.limits()
         self._climb = self._leg(
             (down,), (self._down_m,), limits.speed_up_m_s, limits.acceleration_z_m_s2
         )
@@ -125,13 +125,13 @@ class ReturnToLaunch(Mode):
         speed_m_s: float,
         acceleration_m_s2: float,
     ) -> Leg:
-        jerk = max(self.copter.parameters["WPNAV_JERK"], 0.1)
+        jerk = max(self.vehicle.parameters["WPNAV_JERK"], 0.1)
         profile = LineProfile(math.dist(start, end), speed_m_s, acceleration_m_s2, jerk)
-        return Leg(start, end, profile, self.copter.now_s)
+        return Leg(start, end, profile, self.vehicle.now_s)
 
     def update(self) -> None:
         """Run one step of the stage, or advance to the next."""
-        copter = self.copter
+        copter = self.vehicle
         if copter.landed or not copter.armed:
             return
         if self.stage is ReturnStage.CLIMB:
@@ -147,7 +147,7 @@ class ReturnToLaunch(Mode):
 
     def _climbing(self, guidance: Guidance) -> Guidance:
         """Add the climb, which goes on into the next stage."""
-        ((down, speed, acceleration),) = self._climb.at(self.copter.now_s)
+        ((down, speed, acceleration),) = self._climb.at(self.vehicle.now_s)
         return replace(
             guidance,
             down_m=down,
@@ -156,8 +156,8 @@ class ReturnToLaunch(Mode):
         )
 
     def _begin_return(self) -> None:
-        parameters = self.copter.parameters
-        limits = self.copter.navigator.limits()
+        parameters = self.vehicle.parameters
+        limits = self.vehicle.navigator.limits()
         speed = parameters["RTL_SPEED"] / 100.0 or limits.speed_xy_m_s
         self._return = self._leg(
             self._stop, self._home[:2], max(speed, 0.1), limits.acceleration_xy_m_s2
@@ -165,7 +165,7 @@ class ReturnToLaunch(Mode):
         self.stage = ReturnStage.RETURN
 
     def _update_return(self) -> None:
-        now_s = self.copter.now_s
+        now_s = self.vehicle.now_s
         north, east = self._return.at(now_s)
         guidance = replace(
             self._base,
@@ -182,13 +182,13 @@ class ReturnToLaunch(Mode):
             self._arrived_s = now_s
 
     def _update_wait(self) -> None:
-        waited_s = self.copter.now_s - self._arrived_s
-        if waited_s >= self.copter.parameters["RTL_LOIT_TIME"] / 1000.0:
+        waited_s = self.vehicle.now_s - self._arrived_s
+        if waited_s >= self.vehicle.parameters["RTL_LOIT_TIME"] / 1000.0:
             self.stage = ReturnStage.LAND
             self._speed = 0.0
 
     def _update_land(self) -> None:
-        speed = landing_speed_m_s(self.copter)
+        speed = landing_speed_m_s(self.vehicle)
         if abs(speed - self._speed) < 0.02:
             return
         first = self._speed == 0.0

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from typing import ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
@@ -27,11 +25,9 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
 )
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
 from mavlink_sitl.autopilot.common.arming import Arming
-from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.common.traveller import Traveller
-from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import MissionState
 from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m
 from mavlink_sitl.exchange import LandedState, Observation, Result, Severity, Vector
@@ -53,7 +49,7 @@ class Plane(Traveller):
         step_s: between two updates.
     """
 
-    behaviours: ClassVar[Mapping[str, Callable[[Plane, ModeSpec], Mode]]] = {
+    behaviours: ClassVar = {
         "stick": Stick,
         "hold_height": HoldHeight,
         "cruise": Cruise,
@@ -78,13 +74,13 @@ class Plane(Traveller):
         self.arming = PlaneArming(self)
 
     def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
-        """See `Copter`."""
+        """See `Commander`."""
         return PlaneNavigator(frame, self.parameters)
 
     # What it knows.
 
     def observe(self, observation: Observation) -> None:
-        """See `Copter`; learns whether it flies."""
+        """See `Commander`; learns whether it flies."""
         super().observe(observation)
         m = observation.motion
         speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
@@ -183,7 +179,8 @@ class Plane(Traveller):
             return False
         return super().enter_mode(number)
 
-    def _may_start_mission(self, auto: Auto) -> bool:
+    def may_begin(self, mode: Mode) -> bool:
+        """See `Commander`: AUTO without a mission returns."""
         return True
 
     def return_to_launch(self) -> None:

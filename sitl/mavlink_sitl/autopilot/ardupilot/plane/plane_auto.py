@@ -42,7 +42,7 @@ class GlideAuto(PlaneMode, Auto):
 
     def leave(self) -> None:
         """Another mode takes over; a landing will have to begin again."""
-        was_flown = self.plane.plans.state is MissionState.ACTIVE
+        was_flown = self.vehicle.plans.state is MissionState.ACTIVE
         Auto.leave(self)
         if was_flown and isinstance(self.task, Approach):
             self._go_back_before_landing()
@@ -61,7 +61,7 @@ class GlideAuto(PlaneMode, Auto):
         return Motors.FLY if self.taking_off and self._launched() else Motors.IDLE
 
     def _launched(self) -> bool:
-        wanted = self.plane.wanted
+        wanted = self.vehicle.wanted
         return isinstance(wanted, GlideGuidance) and wanted.full_throttle
 
     def hold_guidance(self) -> Guidance:
@@ -72,25 +72,25 @@ class GlideAuto(PlaneMode, Auto):
         """Another airspeed is taken up at once."""
 
     def _change_speed(self, kind: int, speed_m_s: float) -> None:
-        self.plane.set_speed(kind, speed_m_s)
+        self.vehicle.set_speed(kind, speed_m_s)
 
     def _say_reached(self, place: int, item: PlanItem) -> None:
         """The items say it themselves."""
 
     def _complete(self) -> None:
-        self.plane.plans.state = MissionState.COMPLETE
+        self.vehicle.plans.state = MissionState.COMPLETE
         self.task = None
-        self.plane.return_after_mission()
+        self.vehicle.return_after_mission()
 
     def _begin(self, item: PlanItem) -> None:
-        m, command = self.plane.motion, item.command
+        m, command = self.vehicle.motion, item.command
         here = (m.north_m, m.east_m, m.down_m)
         start = self._leg_end or here
         target = self.place_of(item, here)
         self._leg_end = target if command in PLACED else None
         if command == Cmd.RTL:
             self.task = None
-            self.plane.return_to_launch()
+            self.vehicle.return_to_launch()
         elif command == Cmd.TAKEOFF:
             self.task = Climb(self, item, target[2])
         elif command == Cmd.DELAY:
@@ -104,7 +104,7 @@ class GlideAuto(PlaneMode, Auto):
 
     def _place_after(self) -> Vector | None:
         """Where the item after the one in force is, if it has a place."""
-        plans, m = self.plane.plans, self.plane.motion
+        plans, m = self.vehicle.plans, self.vehicle.motion
         # A look ahead must not use up jumps.
         for _, item in self._walk(plans.current + 1, dict(plans.jumps)):
             if item.command in PLACED and (item.x or item.y):
@@ -127,7 +127,7 @@ class GlideAuto(PlaneMode, Auto):
 
     def landing_start(self) -> int | None:
         """The place of the nearest DO_LAND_START, or None."""
-        items, here = self.plane.plans.mission.items, self.plane.motion[:3]
+        items, here = self.vehicle.plans.mission.items, self.vehicle.motion[:3]
         best, best_m = None, math.inf
         for place, item in enumerate(items):
             if place < self._first or item.command != Cmd.LAND_START:
@@ -154,11 +154,11 @@ class GlideAuto(PlaneMode, Auto):
     def restart_landing(self) -> None:
         """After a go-around: begin the landing again."""
         if self._go_back_before_landing():
-            self.jump_to(self.plane.plans.current)
+            self.jump_to(self.vehicle.plans.current)
 
     def _go_back_before_landing(self) -> bool:
         """Let the mission go on where the approach begins."""
-        plans = self.plane.plans
+        plans = self.vehicle.plans
         start = self.landing_start()
         text = f"Restarted landing via DO_LAND_START: {start}"
         if start is None:
@@ -167,8 +167,8 @@ class GlideAuto(PlaneMode, Auto):
             start = next((i for i in before if items[i].command in PLACED), None)
             text = f"Restarted landing sequence at waypoint {start}"
         if start is None:
-            self.plane.say(Severity.WARNING, "Unable to restart landing sequence")
+            self.vehicle.say(Severity.WARNING, "Unable to restart landing sequence")
             return False
         plans.current = start
-        self.plane.say(Severity.NOTICE, text)
+        self.vehicle.say(Severity.NOTICE, text)
         return True

@@ -36,7 +36,7 @@ class Approach(FlyLine):
         self.flaring = False
         self._said_place = False
         self.go_around: Climb | None = None
-        plane = self.plane
+        plane = self.vehicle
         height = plane.navigator.height_above_home_m()
         plane.say(Severity.INFO, f"Landing approach start at {height:.1f}m")
         self._set_slope()
@@ -52,11 +52,11 @@ class Approach(FlyLine):
     @property
     def height_m(self) -> float:
         """Above where it is to land."""
-        return self.target[2] - self.plane.motion.down_m
+        return self.target[2] - self.vehicle.motion.down_m
 
     def _set_slope(self) -> None:
         """The slope ends above and before the place, where the flare begins."""
-        p, m = self.plane.parameters, self.plane.motion
+        p, m = self.vehicle.parameters, self.vehicle.motion
         length = max(self.length_m, 1.0)
         speed = max(math.hypot(m.velocity_north_m_s, m.velocity_east_m_s), 0.5)
         sink_m = self.target[2] - self.start[2]
@@ -77,7 +77,7 @@ class Approach(FlyLine):
 
     def update(self) -> None:
         """Run one step of the descent, or of the go-around."""
-        plane, mode = self.plane, self.mode
+        plane, mode = self.vehicle, self.auto
         if self.go_around is not None:
             self.go_around.update()
             if plane.navigator.height_above_home_m() >= self.go_around.height_m:
@@ -97,7 +97,7 @@ class Approach(FlyLine):
         mode.fly(bank, mode.climb_to(self.down_m()), airspeed_m_s=airspeed)
 
     def _look_for_the_ground(self) -> None:
-        plane, p, m = self.plane, self.plane.parameters, self.plane.motion
+        plane, p, m = self.vehicle, self.vehicle.parameters, self.vehicle.motion
         sink_m_s = m.velocity_down_m_s
         soon = self.height_m <= sink_m_s * p["LAND_FLARE_SEC"] and self.share() > 0.5
         if not (self.height_m <= p["LAND_FLARE_ALT"] or soon or self.share() >= 1.0):
@@ -112,7 +112,7 @@ class Approach(FlyLine):
 
     def _flare(self, bank_rad: float) -> None:
         """Throttle closed, nose up; on the ground it rolls out."""
-        plane = self.plane
+        plane = self.vehicle
         if not plane.armed and not self._said_place:
             self._said_place = True
             distance = math.dist(self.here, self.target[:2])
@@ -120,7 +120,7 @@ class Approach(FlyLine):
         sink = min(
             max(plane.parameters["TECS_LAND_SINK"], FLARE_1_S * self.height_m), STEEPEST_FLARE_M_S
         )
-        self.mode.guide(
+        self.auto.guide(
             GlideGuidance(
                 motors=Motors.MANUAL,
                 north_m=self.target[0],
@@ -134,7 +134,7 @@ class Approach(FlyLine):
     def abort(self, height_m: float) -> None:
         """Go around: climb, then come again."""
         self.go_around = Climb(
-            self.mode, self.item, self.plane.navigator.home_ned_m()[2] - height_m
+            self.auto, self.item, self.vehicle.navigator.home_ned_m()[2] - height_m
         )
 
     def finished(self) -> bool:

@@ -13,7 +13,6 @@ from mavlink_sitl.guidance import GlideGuidance
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
-    from mavlink_sitl.autopilot.personality import ModeSpec
 
 Point = tuple[float, float]
 
@@ -34,14 +33,12 @@ STALL_MARGIN_BANK_RAD = math.radians(25.0)
 class PlaneMode(Mode):
     """A mode of one plane."""
 
-    def __init__(self, plane: Plane, spec: ModeSpec) -> None:
-        super().__init__(plane, spec)
-        self.plane = plane
-        self.target: Vector | None = None
-        """What it circles or flies to, and how high, NED metres"""
-        self.cross_track_m = 0.0
-        self.on_circle = False
-        self._climb_m_s = 0.0
+    vehicle: Plane
+    target: Vector | None = None
+    """What it circles or flies to, and how high, NED metres"""
+    cross_track_m = 0.0
+    on_circle = False
+    _climb_m_s = 0.0
 
     def ground_motors(self) -> Motors:
         """On the ground the throttle stays closed: only a take-off opens it."""
@@ -49,7 +46,7 @@ class PlaneMode(Mode):
 
     def bank_limit_rad(self) -> float:
         """ROLL_LIMIT_DEG, less when it is slow: the load of the turn must stay below the stall."""
-        plane = self.plane
+        plane = self.vehicle
         p = plane.parameters
         limit = math.radians(min(max(p["ROLL_LIMIT_DEG"], 1.0), 80.0))
         load = (plane.airspeed_m_s / max(p["AIRSPEED_MIN"], 1.0)) ** 2
@@ -58,11 +55,11 @@ class PlaneMode(Mode):
 
     def climb_to(self, down_m: float) -> float:
         """The climb rate towards a height; it changes slowly and keeps the limits."""
-        p = self.plane.parameters
-        error = self.plane.motion.down_m - down_m
+        p = self.vehicle.parameters
+        error = self.vehicle.motion.down_m - down_m
         most, least = max(p["TECS_CLMB_MAX"], 0.1), max(p["TECS_SINK_MAX"], 0.1)
         wanted = min(max(error / HEIGHT_TIME_S, -least), most)
-        change = CLIMB_RATE_CHANGE_M_S2 * self.plane.step_s
+        change = CLIMB_RATE_CHANGE_M_S2 * self.vehicle.step_s
         change = max(change, 0.0) * (3.0 if abs(wanted) < abs(self._climb_m_s) else 1.0)
         self._climb_m_s += min(max(wanted - self._climb_m_s, -change), change)
         return self._climb_m_s
@@ -75,7 +72,7 @@ class PlaneMode(Mode):
             limit_rad: bank no more than that.
             radius_m: negative against the clock; 0 for WP_LOITER_RAD.
         """
-        plane, m = self.plane, self.plane.motion
+        plane, m = self.vehicle, self.vehicle.motion
         radius = radius_m or plane.parameters["WP_LOITER_RAD"]
         law = l1.circle(
             (m.north_m, m.east_m),
@@ -94,7 +91,7 @@ class PlaneMode(Mode):
 
     def bank_along(self, start: Point, end: Vector, limit_rad: float | None = None) -> float:
         """The bank that keeps a line from a place to another; NED metres."""
-        m = self.plane.motion
+        m = self.vehicle.motion
         law = l1.line(
             (m.north_m, m.east_m),
             (m.velocity_north_m_s, m.velocity_east_m_s),
@@ -110,7 +107,7 @@ class PlaneMode(Mode):
 
     def _tuning(self) -> tuple[float, float]:
         """Period and damping of the guidance."""
-        p = self.plane.parameters
+        p = self.vehicle.parameters
         return max(p["NAVL1_PERIOD"], 1.0), max(p["NAVL1_DAMPING"], 0.1)
 
     def fly(
@@ -122,7 +119,7 @@ class PlaneMode(Mode):
     ) -> None:
         """Hand new guidance to the controllers; the airspeed is an indicated one."""
         target = self.target or (0.0, 0.0, 0.0)
-        airspeed = self.plane.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
+        airspeed = self.vehicle.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
         self.guide(
             GlideGuidance(
                 motors=Motors.FLY,
@@ -131,14 +128,14 @@ class PlaneMode(Mode):
                 down_m=target[2],
                 bank_rad=bank_rad,
                 climb_m_s=climb_m_s,
-                airspeed_m_s=airspeed * self.plane.true_over_indicated,
+                airspeed_m_s=airspeed * self.vehicle.true_over_indicated,
                 full_throttle=full_throttle,
             )
         )
 
     def begin_level(self) -> None:
         """The climb rate starts from what it is."""
-        self._climb_m_s = -self.plane.motion.velocity_down_m_s
+        self._climb_m_s = -self.vehicle.motion.velocity_down_m_s
 
 
 class Stick(PlaneMode):
@@ -154,13 +151,13 @@ class Stick(PlaneMode):
 
     def update(self) -> None:
         """Follow the sticks."""
-        roll, pitch, throttle = self.plane.sticks()
+        roll, pitch, throttle = self.vehicle.sticks()
         self.guide(
             GlideGuidance(
                 motors=Motors.MANUAL,
                 throttle=throttle,
                 bank_rad=roll * self.bank_limit_rad(),
-                climb_m_s=pitch * TAKEOFF_CLIMB_SINE * max(self.plane.airspeed_m_s, 5.0),
+                climb_m_s=pitch * TAKEOFF_CLIMB_SINE * max(self.vehicle.airspeed_m_s, 5.0),
             )
         )
 
@@ -170,15 +167,15 @@ class HoldHeight(PlaneMode):
 
     def enter(self) -> None:
         """Keep the height."""
-        self._down_m = self.plane.motion.down_m
+        self._down_m = self.vehicle.motion.down_m
         self.begin_level()
         self.update()
 
     def update(self) -> None:
         """Follow the sticks."""
-        p = self.plane.parameters
-        roll, pitch, throttle = self.plane.sticks()
-        self._down_m -= p["FBWB_CLIMB_RATE"] * pitch * self.plane.step_s
+        p = self.vehicle.parameters
+        roll, pitch, throttle = self.vehicle.sticks()
+        self._down_m -= p["FBWB_CLIMB_RATE"] * pitch * self.vehicle.step_s
         airspeed = p["AIRSPEED_MIN"] + throttle * (p["AIRSPEED_MAX"] - p["AIRSPEED_MIN"])
         self.fly(self.bank(roll), self.climb_to(self._down_m), airspeed_m_s=airspeed)
 
@@ -197,7 +194,7 @@ class Cruise(HoldHeight):
 
     def bank(self, roll: float) -> float:
         """Along the course, or as the stick says."""
-        m = self.plane.motion
+        m = self.vehicle.motion
         if roll:
             self._locked = None
             return super().bank(roll)
@@ -214,13 +211,13 @@ class Circle(PlaneMode):
 
     def enter(self) -> None:
         """Keep the height."""
-        self._down_m = self.plane.motion.down_m
+        self._down_m = self.vehicle.motion.down_m
         self.begin_level()
         self.update()
 
     def update(self) -> None:
         """Turn."""
-        limit = math.radians(self.plane.parameters["ROLL_LIMIT_DEG"]) / 3.0
+        limit = math.radians(self.vehicle.parameters["ROLL_LIMIT_DEG"]) / 3.0
         self.fly(min(limit, self.bank_limit_rad()), self.climb_to(self._down_m))
 
 
@@ -232,7 +229,7 @@ class Loiter(PlaneMode):
 
     def enter(self) -> None:
         """Choose the centre."""
-        m = self.plane.motion
+        m = self.vehicle.motion
         self.begin_level()
         self.go_round((m.north_m, m.east_m, m.down_m))
 
@@ -254,7 +251,7 @@ class ReturnToLaunch(Loiter):
 
     def enter(self) -> None:
         """Choose the place."""
-        plane = self.plane
+        plane = self.vehicle
         self.begin_level()
         self._asked = False
         self.radius_m = plane.parameters["RTL_RADIUS"]
@@ -264,11 +261,11 @@ class ReturnToLaunch(Loiter):
         """Go round; once there, or at once, go and land if that is wanted."""
         super().update()
         assert self.target is not None
-        wanted = int(self.plane.parameters["RTL_AUTOLAND"])
-        there = self.on_circle and abs(self.plane.motion.down_m - self.target[2]) < THERE_M
+        wanted = int(self.vehicle.parameters["RTL_AUTOLAND"])
+        there = self.on_circle and abs(self.vehicle.motion.down_m - self.target[2]) < THERE_M
         if not self._asked and (wanted == LAND_AT_ONCE or (wanted == RETURN_THEN_LAND and there)):
             self._asked = True
-            self.plane.start_landing()
+            self.vehicle.start_landing()
 
 
 class Guided(Loiter):
@@ -289,7 +286,7 @@ class Guided(Loiter):
         super().update()
         if self.on_circle and not self._told:
             self._told = True
-            self.plane.events.append(ItemReached(0))
+            self.vehicle.events.append(ItemReached(0))
 
     def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
         """Another point."""
@@ -303,7 +300,7 @@ class Guided(Loiter):
         if setpoint.position_m is None:
             return
         if setpoint.frame is SetpointFrame.OFFSET:
-            down = self.plane.motion.down_m + setpoint.position_m[2]
+            down = self.vehicle.motion.down_m + setpoint.position_m[2]
         elif setpoint.is_global:
             down = setpoint.position_m[2]
         else:

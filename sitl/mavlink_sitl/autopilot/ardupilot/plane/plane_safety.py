@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Guided
 from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.plans.fence import Fence, areas_of
@@ -39,19 +38,20 @@ NO_MODE_CHANGE = 1
 class PlaneFailsafes(Failsafes):
     """Short and long loss of the radio, loss of the ground station, battery."""
 
+    _vehicle: Plane
+
     def __init__(self, plane: Plane) -> None:
-        super().__init__()
-        self._plane = plane
+        super().__init__(plane)
         self._short_since_s: float | None = None
         self._long = False
         self._was_in: int | None = None
 
-    def _estimator(self, copter: Copter) -> None:
+    def _estimator(self) -> None:
         """A plane without GPS goes on by what it measures of the air."""
         self.estimator_lost = False
 
-    def _empty(self, copter: Copter, action: int) -> None:
-        plane = self._plane
+    def _empty(self, action: int) -> None:
+        plane = self._vehicle
         if action == BATTERY_TERMINATES:
             plane.disarm(force=True)
         elif plane.mode.landing or (action == BATTERY_LANDS and plane.start_landing()):
@@ -59,8 +59,8 @@ class PlaneFailsafes(Failsafes):
         elif action in (BATTERY_RETURNS, BATTERY_LANDS):
             plane.enter_mode(RTL)
 
-    def _ground_station(self, copter: Copter, now_s: float) -> None:
-        plane = self._plane
+    def _ground_station(self, now_s: float) -> None:
+        plane = self._vehicle
         enabled = int(plane.parameters["FS_GCS_ENABL"])
         counts = enabled and (enabled != GCS_IN_AUTO_ONLY or plane.mode is plane.auto)
         lost = self._silent_for_s(now_s) > plane.parameters["FS_LONG_TIMEOUT"]
@@ -73,15 +73,15 @@ class PlaneFailsafes(Failsafes):
 
     def _lost_for_long(self, what: str) -> None:
         """Do what FS_LONG_ACTN says in this mode."""
-        plane = self._plane
+        plane = self._vehicle
         action, mode = int(plane.parameters["FS_LONG_ACTN"]), plane.mode.spec.number
         by_itself = mode in (GUIDED, 10)
         if mode not in GOES_ON and not (by_itself and action == LONG_CONTINUE):
             plane.enter_mode(FBWA if action == LONG_GLIDE else RTL)
         plane.say(Severity.WARNING, f"{what} Failsafe On: {plane.mode.spec.name}")
 
-    def _radio(self, copter: Copter, now_s: float) -> None:
-        plane, p = self._plane, self._plane.parameters
+    def _radio(self, now_s: float) -> None:
+        plane, p = self._vehicle, self._vehicle.parameters
         if not p["THR_FAILSAFE"] or plane.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
             self._radio_gone_s = None
             self._radio_is_back()
@@ -103,7 +103,7 @@ class PlaneFailsafes(Failsafes):
 
     def _lost_for_short(self) -> None:
         """Do what FS_SHORT_ACTN says in this mode."""
-        plane = self._plane
+        plane = self._vehicle
         action, mode = int(plane.parameters["FS_SHORT_ACTN"]), plane.mode.spec.number
         goes_on = mode in GOES_ON or mode == CIRCLE
         if goes_on or (mode not in BY_PILOT and action == SHORT_BEST_GUESS):
@@ -114,7 +114,7 @@ class PlaneFailsafes(Failsafes):
         plane.say(Severity.WARNING, f"RC Short Failsafe: switched to {plane.mode.spec.name}")
 
     def _radio_is_back(self) -> None:
-        plane = self._plane
+        plane = self._vehicle
         if not self.radio_lost:
             return
         self.radio_lost = False
@@ -138,15 +138,16 @@ class PlaneFence(Fence):
 
     again_m = 100.0
 
+    _vehicle: Plane
+
     def __init__(self, plane: Plane) -> None:
         super().__init__(plane)
-        self._plane = plane
         self._mode_before = plane.mode.spec.number
         self.recovering = False
 
     def update(self) -> None:
         """See `Fence`; after a breach it says that it is over."""
-        plane, was = self._plane, self.breached
+        plane, was = self._vehicle, self.breached
         super().update()
         if was and not self.breached and plane.armed:
             plane.say(Severity.NOTICE, "Fence breach cleared")
@@ -160,14 +161,14 @@ class PlaneFence(Fence):
     @property
     def locks_mode(self) -> bool:
         """Whether the mode must not be changed now."""
-        locked = int(self._plane.parameters["FENCE_OPTIONS"]) & NO_MODE_CHANGE
+        locked = int(self._vehicle.parameters["FENCE_OPTIONS"]) & NO_MODE_CHANGE
         return bool(locked and self.enabled and self.breached and self.recovering)
 
     def _ignores_breaches(self) -> bool:
         return self.recovering
 
     def _act(self, action: int) -> None:
-        plane = self._plane
+        plane = self._vehicle
         if action not in (FENCE_RETURNS, *FENCE_GUIDED):
             return
         self._mode_before = plane.mode.spec.number
@@ -180,7 +181,7 @@ class PlaneFence(Fence):
 
     def _return_point(self) -> Vector:
         """Where GUIDED takes it: NED metres."""
-        plane, p = self._plane, self._plane.parameters
+        plane, p = self._vehicle, self._vehicle.parameters
         if p["FENCE_RET_RALLY"]:
             return plane.return_point_ned_m()
         lowest = p["FENCE_ALT_MIN"] + p["FENCE_MARGIN"]
@@ -194,8 +195,8 @@ class PlaneFence(Fence):
 
     def _uploaded_point(self) -> tuple[float, float] | None:
         """The return point; without one, the middle of the first inclusion polygon."""
-        items = self._plane.plans.fence.items
-        frame = self._plane.navigator.frame
+        items = self._vehicle.plans.fence.items
+        frame = self._vehicle.navigator.frame
         for item in items:
             if item.command == Cmd.FENCE_RETURN_POINT:
                 return frame.to_local(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]

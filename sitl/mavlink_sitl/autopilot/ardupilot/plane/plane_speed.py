@@ -19,13 +19,11 @@ NO_CHANGE = -2.0
 class PlaneArming(Arming):
     """An armed plane on the ground stays armed, unless a mission has landed it."""
 
-    def __init__(self, plane: Plane) -> None:
-        super().__init__(plane)
-        self._plane = plane
+    _vehicle: Plane
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """LAND_DISARMDELAY after a landing in AUTO."""
-        plane = self._plane
+        plane = self._vehicle
         delay_s = plane.parameters["LAND_DISARMDELAY"]
         if not self.armed or not plane.landed or not plane.landed_at_s or not plane.mode.landing:
             return False
@@ -36,10 +34,10 @@ class PlaneArming(Arming):
 
     def disarm(self, force: bool) -> Result:
         """See `Arming`; in AUTO the mission stays where it is."""
-        plans = self._plane.plans
+        plans = self._vehicle.plans
         place = plans.current
         result = super().disarm(force)
-        if self._plane.mode is self._plane.auto:
+        if self._vehicle.mode is self._vehicle.auto:
             plans.current = place
         return result
 

@@ -33,7 +33,7 @@ class Launch:
     def __init__(
         self, plane: Plane, height_m: float, texts: Sequence[tuple[float, str]] = ()
     ) -> None:
-        self._plane = plane
+        self._vehicle = plane
         self._height_m = height_m
         self._began_s = plane.now_s
         self.heading_rad = plane.motion.yaw_rad
@@ -47,7 +47,7 @@ class Launch:
 
     def rolling(self) -> bool:
         """Return what is due; whether the throttle is open."""
-        plane = self._plane
+        plane = self._vehicle
         since_s = plane.now_s - self._began_s
         while self._texts and since_s >= self._texts[0][0]:
             plane.say(Severity.INFO, self._texts.pop(0)[1])
@@ -60,7 +60,7 @@ class Launch:
 
     def climb_m_s(self) -> float:
         """As steep as it can."""
-        plane = self._plane
+        plane = self._vehicle
         return TAKEOFF_CLIMB_SINE * plane.airspeed_m_s * plane.true_over_indicated
 
 
@@ -76,11 +76,11 @@ class TakeOff(PlaneMode):
         self.climbing = True
         self.target = None
         self.guide(GlideGuidance())
-        if not self.plane.landed:
-            m = self.plane.motion
+        if not self.vehicle.landed:
+            m = self.vehicle.motion
             self.begin_level()
             self.climbing = False
-            self.plane.say(Severity.INFO, "Takeoff skipped - circling")
+            self.vehicle.say(Severity.INFO, "Takeoff skipped - circling")
             self.circle((m.north_m, m.east_m, m.down_m))
 
     @property
@@ -94,7 +94,7 @@ class TakeOff(PlaneMode):
 
     def update(self) -> None:
         """Run one step."""
-        plane = self.plane
+        plane = self.vehicle
         if not plane.armed:
             return
         if self.climbing and self._launch is None:
@@ -117,12 +117,12 @@ class TakeOff(PlaneMode):
         # Close to the ground it banks only a little.
         limit = math.radians(5.0 + 2.6 * max(height - 13.5, 0.0))
         self.circle(self.target, limit)
-        wanted = self.plane.wanted
+        wanted = self.vehicle.wanted
         bank = wanted.bank_rad if isinstance(wanted, GlideGuidance) else 0.0
         self.fly(bank, climb, full_throttle=True)
 
     def _begin(self) -> None:
-        plane, m, p = self.plane, self.plane.motion, self.plane.parameters
+        plane, m, p = self.vehicle, self.vehicle.motion, self.vehicle.parameters
         ahead, height = p["TKOFF_DIST"], p["TKOFF_ALT"]
         self._climb_m_s = 0.0
         self.target = (

@@ -15,6 +15,7 @@ from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity, Vector
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
     from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 
 LEVEL_BANK_RAD = math.radians(5.0)
@@ -37,15 +38,13 @@ class GlideTask(AutoTask):
 
     taking_off = False
 
-    def __init__(self, auto: GlideAuto, item: PlanItem) -> None:
-        super().__init__(auto, item)
-        self.mode = auto
-        self.plane = auto.plane
+    auto: GlideAuto
+    vehicle: Plane
 
     @property
     def here(self) -> Point:
         """North and East, metres."""
-        return self.plane.motion.north_m, self.plane.motion.east_m
+        return self.vehicle.motion.north_m, self.vehicle.motion.east_m
 
 
 class Climb(GlideTask):
@@ -59,13 +58,13 @@ class Climb(GlideTask):
 
     def __init__(self, auto: GlideAuto, item: PlanItem, down_m: float) -> None:
         super().__init__(auto, item)
-        self.height_m = self.plane.navigator.home_ned_m()[2] - down_m
+        self.height_m = self.vehicle.navigator.home_ned_m()[2] - down_m
         self._launch: Launch | None = None
         self._start = self.here
 
     def update(self) -> None:
         """Run one step once armed."""
-        plane, mode = self.plane, self.mode
+        plane, mode = self.vehicle, self.auto
         if not plane.armed:
             return
         if self._launch is None:
@@ -84,11 +83,11 @@ class Climb(GlideTask):
 
     def finished(self) -> bool:
         """At its height."""
-        height = self.plane.navigator.height_above_home_m()
+        height = self.vehicle.navigator.height_above_home_m()
         if self._launch is None or height < self.height_m:
             return False
-        self.plane.say(Severity.INFO, f"Takeoff complete at {height:.2f}m")
-        self.mode.begin_level()
+        self.vehicle.say(Severity.INFO, f"Takeoff complete at {height:.2f}m")
+        self.auto.begin_level()
         return True
 
 
@@ -136,7 +135,7 @@ class FlyLine(GlideTask):
 
     def down_m(self) -> float:
         """How high it should be now: bit by bit from one height to the other."""
-        high = self.plane.navigator.height_above_home_m() > SLOPES_ABOVE_M
+        high = self.vehicle.navigator.height_above_home_m() > SLOPES_ABOVE_M
         if not high and self.target[2] < self.start[2]:
             return self.target[2]
         share = min(max(self.share(), 0.0), 1.0)
@@ -144,8 +143,8 @@ class FlyLine(GlideTask):
 
     def update(self) -> None:
         """Follow the line."""
-        bank = self.mode.bank_along(self.start[:2], self.target)
-        self.mode.fly(bank, self.mode.climb_to(self.down_m()))
+        bank = self.auto.bank_along(self.start[:2], self.target)
+        self.auto.fly(bank, self.auto.climb_to(self.down_m()))
 
     def reach_m(self) -> float:
         """The acceptance radius: WP_RADIUS, less for a gentle corner."""
@@ -153,10 +152,10 @@ class FlyLine(GlideTask):
             return self.item.params[1]
         if self._beyond_m:
             return 0.0
-        p, m = self.plane.parameters, self.plane.motion
+        p, m = self.vehicle.parameters, self.vehicle.motion
         speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
         ahead = p["NAVL1_DAMPING"] * p["NAVL1_PERIOD"] * speed / math.pi
-        radius = min(p["WP_RADIUS"] * self.plane.true_over_indicated**2, ahead)
+        radius = min(p["WP_RADIUS"] * self.vehicle.true_over_indicated**2, ahead)
         return radius * min(self._corner_rad() / (math.pi / 2), 1.0)
 
     def _corner_rad(self) -> float:
@@ -173,8 +172,8 @@ class FlyLine(GlideTask):
         if not reached and self.share() < 1.0:
             return False
         word = "Reached" if reached else "Passed"
-        place = self.plane.plans.current
-        self.plane.say(Severity.INFO, f"{word} waypoint #{place} dist {int(distance)}m")
+        place = self.vehicle.plans.current
+        self.vehicle.say(Severity.INFO, f"{word} waypoint #{place} dist {int(distance)}m")
         return True
 
 
@@ -194,7 +193,7 @@ class GoRound(GlideTask):
         super().__init__(auto, item)
         self._centre, self._following = centre, following
         given = item.params[1] if item.command == Cmd.LOITER_TO_ALT else item.params[2]
-        usual = abs(self.plane.parameters["WP_LOITER_RAD"])
+        usual = abs(self.vehicle.parameters["WP_LOITER_RAD"])
         keeps_usual = item.command == Cmd.LOITER_TIME or abs(given) <= 1.0
         self._radius_m = math.copysign(usual if keeps_usual else abs(given), given)
         self._there_s: float | None = None
@@ -203,7 +202,7 @@ class GoRound(GlideTask):
 
     def update(self) -> None:
         """Go round, and count how far."""
-        mode, plane = self.mode, self.plane
+        mode, plane = self.auto, self.vehicle
         mode.circle(self._centre, radius_m=self._radius_m)
         bearing = _course(self._centre[:2], self.here)
         if self._there_s is None:
@@ -221,11 +220,11 @@ class GoRound(GlideTask):
             return False
         command, params = self.item.command, self.item.params
         if command == Cmd.LOITER_TIME:
-            return self.plane.now_s - self._there_s >= params[0]
+            return self.vehicle.now_s - self._there_s >= params[0]
         if command == Cmd.LOITER_TURNS:
             return self._turned_rad >= params[0] * math.tau
         if command == Cmd.LOITER_TO_ALT:
-            return abs(self.plane.motion.down_m - self._centre[2]) < AT_HEIGHT_M
+            return abs(self.vehicle.motion.down_m - self._centre[2]) < AT_HEIGHT_M
         return False
 
     def finished(self) -> bool:
@@ -236,14 +235,14 @@ class GoRound(GlideTask):
             self._leaving, self._turned_rad = True, 0.0
         if not self._points_on():
             return False
-        self.plane.say(Severity.INFO, COMPLETE_TEXTS[Cmd(self.item.command)])
+        self.vehicle.say(Severity.INFO, COMPLETE_TEXTS[Cmd(self.item.command)])
         return True
 
     def _points_on(self) -> bool:
-        near = 1.05 * abs(self.plane.parameters["WP_LOITER_RAD"])
+        near = 1.05 * abs(self.vehicle.parameters["WP_LOITER_RAD"])
         if self._following is None or math.dist(self._centre[:2], self._following[:2]) < near:
             return True
-        m = self.plane.motion
+        m = self.vehicle.motion
         course = math.atan2(m.velocity_east_m_s, m.velocity_north_m_s)
         off = math.remainder(_course(self.here, self._following[:2]) - course, math.tau)
         return abs(off) <= ALIGNED_RAD * (1 + int(abs(self._turned_rad) / math.tau))
@@ -254,12 +253,12 @@ class GroundDelay(GlideTask):
 
     def __init__(self, auto: GlideAuto, item: PlanItem) -> None:
         super().__init__(auto, item)
-        self._until_s = self.plane.now_s + max(item.params[0], 0.0)
-        self.plane.say(Severity.INFO, f"Delaying {int(max(item.params[0], 0.0))} sec")
+        self._until_s = self.vehicle.now_s + max(item.params[0], 0.0)
+        self.vehicle.say(Severity.INFO, f"Delaying {int(max(item.params[0], 0.0))} sec")
 
     def finished(self) -> bool:
         """At once when armed."""
-        return self.plane.armed or self.plane.now_s >= self._until_s
+        return self.vehicle.armed or self.vehicle.now_s >= self._until_s
 
 
 def _course(start: tuple[float, ...], end: tuple[float, ...]) -> float:

@@ -58,7 +58,7 @@ class LegReference:
     ) -> None:
         self.destination = destination
         self.reached = False
-        self._rover = rover
+        self._vehicle = rover
         self._speed_m_s = speed_m_s
         self._start = rover.stopping_point() if start is None else start
         self._length_m = math.dist(self._start, destination)
@@ -70,7 +70,7 @@ class LegReference:
     @property
     def distance_m(self) -> float:
         """From the vehicle to the end."""
-        motion = self._rover.motion
+        motion = self._vehicle.motion
         return math.dist((motion.north_m, motion.east_m), self.destination)
 
     @property
@@ -78,13 +78,13 @@ class LegReference:
         """The cross-track error of the vehicle."""
         if self._length_m < 1e-6:
             return 0.0
-        (n, e), m = self._direction(), self._rover.motion
+        (n, e), m = self._direction(), self._vehicle.motion
         beside = (m.east_m - self._start[1]) * n - (m.north_m - self._start[0]) * e
         return abs(beside)
 
     def _passed_corner(self) -> bool:
         """Whether it is beyond the end of a leg where it does not stop, if beside it."""
-        (n, e), m = self._direction(), self._rover.motion
+        (n, e), m = self._direction(), self._vehicle.motion
         ahead = (self.destination[0] - m.north_m) * n + (self.destination[1] - m.east_m) * e
         return self._leaving_m_s > 0.0 and ahead <= 0.0
 
@@ -98,10 +98,10 @@ class LegReference:
 
     def _advance(self) -> None:
         """Move the reference on to now."""
-        now_s = self._rover.now_s
+        now_s = self._vehicle.now_s
         dt = 0.0 if self._updated_s is None else now_s - self._updated_s
         self._updated_s = now_s
-        p = self._rover.parameters
+        p = self._vehicle.parameters
         most = max(p["WP_ACCEL"] or p["ATC_ACCEL_MAX"], 0.1)
         jerk = max(p["WP_JERK"] or JERK_M_S3, 0.1)
         left = max(self._length_m - self._along_m, 0.0)
@@ -115,7 +115,7 @@ class LegReference:
 
     def follow(self) -> DriveGuidance:
         """The guidance for the present moment."""
-        rover = self._rover
+        rover = self._vehicle
         self._advance()
         along, speed = self._along_m, self._reference_m_s
         over = self._length_m - along <= ARRIVED_M

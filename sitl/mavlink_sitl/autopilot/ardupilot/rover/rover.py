@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from typing import ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.ardupilot.rover.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
@@ -26,7 +24,6 @@ from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
 from mavlink_sitl.autopilot.common.traveller import Traveller
-from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
 from mavlink_sitl.geodesy import LocalFrame
 
@@ -66,7 +63,7 @@ class Rover(Traveller):
         backwards: whether ways are driven tail first (DO_SET_REVERSE), until the mode changes.
     """
 
-    behaviours: ClassVar[Mapping[str, Callable[[Rover, ModeSpec], Mode]]] = {
+    behaviours: ClassVar = {
         "manual": Manual,
         "acro": Acro,
         "hold": Hold,
@@ -89,11 +86,11 @@ class Rover(Traveller):
         self.mode.enter()
 
     def make_navigator(self, frame: LocalFrame) -> DriveNavigator:
-        """See `Copter`."""
+        """See `Commander`."""
         return DriveNavigator(frame, self.parameters)
 
     def watch(self, observation: Observation) -> None:
-        """See `Copter`; remembers the way it has come."""
+        """See `Commander`; remembers the way it has come."""
         super().watch(observation)
         if not self.armed:
             self.trail = None

@@ -7,6 +7,7 @@ at the last one, and at those with a delay, the vehicle stands.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
@@ -16,6 +17,9 @@ from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector
 from mavlink_sitl.guidance import DriveGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 START_S = 0.9
 """From arming until a mission moves"""
@@ -30,12 +34,13 @@ class DriveTo(AutoTask):
         speed_m_s: how fast it drives already.
     """
 
+    auto: DriveAuto
+    vehicle: Rover
+
     def __init__(
         self, auto: DriveAuto, item: PlanItem, target: Vector, last: bool, speed_m_s: float
     ) -> None:
         super().__init__(auto, item)
-        self._mode = auto
-        self._rover = auto.rover
         self._target = target
         waits = item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME)
         self._wait_s = max(item.params[0], 0.0) if waits else 0.0
@@ -46,28 +51,28 @@ class DriveTo(AutoTask):
 
     def begin(self, speed_m_s: float) -> None:
         """Set off from where the vehicle is."""
-        rover = self._rover
+        rover = self.vehicle
         here = (rover.motion.north_m, rover.motion.east_m) if speed_m_s > 0.0 else None
         leaving = 0.0 if self._stops else min(CORNER_M_S, rover.cruise_m_s())
         self.route = LegReference(
             rover, self._target[:2], rover.cruise_m_s(), here, speed_m_s, leaving
         )
-        self._mode.route = self.route
+        self.auto.route = self.route
 
     def update(self) -> None:
         """Drive on, or stay."""
         if not self.route.reached:
-            self._mode.drive(self.route.follow())
+            self.auto.drive(self.route.follow())
         else:
-            self._rover.rest_at(self._mode, self.route.destination)
+            self.vehicle.rest_at(self.auto, self.route.destination)
 
     def finished(self) -> bool:
         """Whether it is there, and has waited."""
         if not self.route.reached or self._endless:
             return False
         if self._there_since_s is None:
-            self._there_since_s = self._rover.now_s
-        return self._rover.now_s - self._there_since_s >= self._wait_s
+            self._there_since_s = self.vehicle.now_s
+        return self.vehicle.now_s - self._there_since_s >= self._wait_s
 
 
 class DriveAuto(DriveMode, Auto):
@@ -81,17 +86,17 @@ class DriveAuto(DriveMode, Auto):
 
     def hold_guidance(self) -> Guidance:
         """Brake."""
-        return DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
+        return DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits())
 
     def enter(self) -> None:
         """Resume the mission where it was left, or begin it."""
         self.route = None
-        self.rover.backwards = False
+        self.vehicle.backwards = False
         super().enter()
 
     def update(self) -> None:
         """Run one step once armed."""
-        if self.rover.armed and self.rover.now_s - self.rover.arming.armed_at_s >= START_S:
+        if self.vehicle.armed and self.vehicle.now_s - self.vehicle.arming.armed_at_s >= START_S:
             Auto.update(self)
 
     @property
@@ -107,24 +112,24 @@ class DriveAuto(DriveMode, Auto):
     def _do(self, item: PlanItem, begins: bool) -> bool:
         """DO_SET_REVERSE, besides what every vehicle does."""
         if item.command == Cmd.SET_REVERSE:
-            self.rover.backwards = item.params[0] == 1.0
+            self.vehicle.backwards = item.params[0] == 1.0
         return super()._do(item, begins)
 
     def _speed(self) -> float:
-        m = self.rover.motion
+        m = self.vehicle.motion
         return math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
 
     def _say_reached(self, place: int, item: PlanItem) -> None:
         if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
-            self.rover.say(Severity.INFO, f"Reached waypoint #{place}")
+            self.vehicle.say(Severity.INFO, f"Reached waypoint #{place}")
 
     def _complete(self) -> None:
         super()._complete()
         self.route = None
-        self.rover.say(Severity.NOTICE, "Mission Complete")
+        self.vehicle.say(Severity.NOTICE, "Mission Complete")
 
     def _begin(self, item: PlanItem) -> None:
-        m, rover = self.rover.motion, self.rover
+        m, rover = self.vehicle.motion, self.vehicle
         on_the_way = isinstance(self.task, DriveTo)
         if item.command == Cmd.DELAY:
             self.task = Delay(self, item)

@@ -14,7 +14,6 @@ from mavlink_sitl.guidance import DriveGuidance
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
-    from mavlink_sitl.autopilot.personality import ModeSpec
 
 TARGET_TIMEOUT_S = 3.0
 STOPPING = "target not received last 3secs, stopping"
@@ -25,10 +24,8 @@ STICK_DEADZONE = 0.03
 class DriveMode(Mode):
     """A mode of one rover or boat."""
 
-    def __init__(self, rover: Rover, spec: ModeSpec) -> None:
-        super().__init__(rover, spec)
-        self.rover = rover
-        self.route: LegReference | None = None
+    vehicle: Rover
+    route: LegReference | None = None
 
     def ground_motors(self) -> Motors:
         """A rover never counts as landed."""
@@ -36,16 +33,16 @@ class DriveMode(Mode):
 
     def drive(self, guidance: DriveGuidance) -> None:
         """Hand new guidance to the controllers, if it is new."""
-        if guidance != self.rover.wanted:
+        if guidance != self.vehicle.wanted:
             self.guide(guidance)
 
     def stop(self) -> None:
         """Brake."""
-        self.drive(DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits()))
+        self.drive(DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits()))
 
     def stay_at(self, point: Point) -> None:
         """Keep near a point: drift inside LOIT_RADIUS, drive back from outside."""
-        rover, m = self.rover, self.rover.motion
+        rover, m = self.vehicle, self.vehicle.motion
         north, east = point[0] - m.north_m, point[1] - m.east_m
         away = math.hypot(north, east) - max(rover.parameters["LOIT_RADIUS"], 0.2)
         if away <= 0.0:
@@ -78,7 +75,7 @@ class Manual(DriveMode):
 
     def update(self) -> None:
         """Follow the sticks."""
-        steering, throttle = self.rover.sticks()
+        steering, throttle = self.vehicle.sticks()
         self.drive(DriveGuidance(motors=Motors.MANUAL, throttle=throttle, steering=steering))
 
 
@@ -91,14 +88,14 @@ class Acro(DriveMode):
 
     def update(self) -> None:
         """Follow the sticks."""
-        steering, throttle = self.rover.sticks()
+        steering, throttle = self.vehicle.sticks()
         self.drive(
             DriveGuidance(
                 motors=Motors.FLY,
-                speed_m_s=throttle * self.rover.cruise_m_s(),
+                speed_m_s=throttle * self.vehicle.cruise_m_s(),
                 yaw_mode=YawMode.RATE,
                 yaw_rate_rad_s=steering * 2.1,
-                limits=self.rover.navigator.limits(),
+                limits=self.vehicle.navigator.limits(),
             )
         )
 
@@ -116,7 +113,7 @@ class Loiter(DriveMode):
 
     def enter(self) -> None:
         """Choose the place."""
-        self._place = self.rover.stopping_point()
+        self._place = self.vehicle.stopping_point()
         self.stop()
 
     def update(self) -> None:
@@ -129,8 +126,8 @@ class Circle(DriveMode):
 
     def enter(self) -> None:
         """Choose the centre."""
-        m = self.rover.motion
-        p = self.rover.parameters
+        m = self.vehicle.motion
+        p = self.vehicle.parameters
         self._radius = max(p["CIRC_RADIUS"], p["TURN_RADIUS"], 1.0)
         self._centre = (
             m.north_m + self._radius * math.cos(m.yaw_rad),
@@ -140,7 +137,7 @@ class Circle(DriveMode):
 
     def update(self) -> None:
         """Follow the circle: along its tangent, and back to it."""
-        rover, m = self.rover, self.rover.motion
+        rover, m = self.vehicle, self.vehicle.motion
         north, east = m.north_m - self._centre[0], m.east_m - self._centre[1]
         distance = math.hypot(north, east)
         tangent = math.atan2(east, north) + math.pi / 2
@@ -179,16 +176,16 @@ class Guided(DriveMode):
 
     def enter(self) -> None:
         """Stop; no old setpoint is taken up again."""
-        self.rover.backwards = False
+        self.vehicle.backwards = False
         self.route = None
         self._expires_s = math.inf
         self._told = False
-        self._target = DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
+        self._target = DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits())
         self.drive(self._target)
 
     def setpoint(self, setpoint: Setpoint) -> None:
         """Set a new target; everything in it is finite."""
-        rover = self.rover
+        rover = self.vehicle
         if setpoint.acceleration_m_s2 is not None:
             rover.say(Severity.INFO, REFUSED)
         elif setpoint.position_m is not None:
@@ -203,14 +200,14 @@ class Guided(DriveMode):
 
     def go_to(self, place: Point) -> None:
         """Drive to a place."""
-        self.route = LegReference(self.rover, place, self.rover.cruise_m_s())
+        self.route = LegReference(self.vehicle, place, self.vehicle.cruise_m_s())
         self._expires_s = math.inf
         self._told = False
 
     def _place(self, setpoint: Setpoint) -> Point:
         assert setpoint.position_m is not None
         north, east, _ = setpoint.position_m
-        m = self.rover.motion
+        m = self.vehicle.motion
         if setpoint.frame is SetpointFrame.LOCAL:
             return north, east
         if setpoint.frame is SetpointFrame.BODY:
@@ -220,14 +217,14 @@ class Guided(DriveMode):
 
     def _moving(self, setpoint: Setpoint) -> DriveGuidance | None:
         """The target of a setpoint without a position; None for one that says nothing."""
-        yaw = self.rover.motion.yaw_rad
+        yaw = self.vehicle.motion.yaw_rad
         body = setpoint.frame is SetpointFrame.BODY
-        base = DriveGuidance(motors=Motors.FLY, limits=self.rover.navigator.limits())
+        base = DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits())
         velocity = setpoint.velocity_m_s
         speed = 0.0
         if velocity is not None:
-            speed = min(math.hypot(velocity[0], velocity[1]), self.rover.cruise_m_s())
-            base = replace(base, turn_rate_limit_rad_s=self.rover.turn_limit_rad_s(speed))
+            speed = min(math.hypot(velocity[0], velocity[1]), self.vehicle.cruise_m_s())
+            base = replace(base, turn_rate_limit_rad_s=self.vehicle.turn_limit_rad_s(speed))
         if setpoint.yaw_rate_rad_s is not None and setpoint.yaw_rad is None:
             backwards = velocity is not None and body and velocity[0] < 0.0
             return replace(
@@ -246,7 +243,7 @@ class Guided(DriveMode):
 
     def update(self) -> None:
         """Follow the way; let old targets run out."""
-        rover = self.rover
+        rover = self.vehicle
         if rover.now_s >= self._expires_s:
             self._expires_s = math.inf
             rover.say(Severity.WARNING, STOPPING)

@@ -15,24 +15,26 @@ class ReturnToLaunch(DriveMode):
 
     def enter(self) -> None:
         """Set off."""
-        self.route = LegReference(self.rover, return_point_ned_m(self.rover)[:2], self.speed_m_s())
+        self.route = LegReference(
+            self.vehicle, return_point_ned_m(self.vehicle)[:2], self.speed_m_s()
+        )
         self._said = False
 
     def speed_m_s(self) -> float:
         """The speed of the return."""
-        return self.rover.parameters["RTL_SPEED"] or self.rover.cruise_m_s()
+        return self.vehicle.parameters["RTL_SPEED"] or self.vehicle.cruise_m_s()
 
     def update(self) -> None:
         """Run one step."""
-        if self.route is None or not self.rover.armed:
+        if self.route is None or not self.vehicle.armed:
             return
         if not self.route.reached or self.goes_on():
             self.drive(self.route.follow())
             return
         if not self._said:
             self._said = True
-            self.rover.say(Severity.INFO, "Reached destination")
-        self.rover.rest_at(self, self.route.destination)
+            self.vehicle.say(Severity.INFO, "Reached destination")
+        self.vehicle.rest_at(self, self.route.destination)
 
     def goes_on(self) -> bool:
         """Whether another leg begins where this one ended."""
@@ -45,14 +47,14 @@ class SmartReturn(ReturnToLaunch):
     def enter(self) -> None:
         """Brake, and find the corners of the way."""
         self._said = False
-        trail = self.rover.trail
+        trail = self.vehicle.trail
         assert trail is not None
         trail.points = trail.shortest()
-        self._next_leg(self.rover.stopping_point(), 0.0)
+        self._next_leg(self.vehicle.stopping_point(), 0.0)
 
     def _next_leg(self, start: Point, speed_m_s: float) -> None:
         """To the next corner; points that have been reached are forgotten."""
-        rover = self.rover
+        rover = self.vehicle
         points = rover.trail.points if rover.trail is not None else []
         destination = points.pop() if points else start
         leaving = min(CORNER_M_S, self.speed_m_s()) if points else 0.0
@@ -60,7 +62,7 @@ class SmartReturn(ReturnToLaunch):
 
     def goes_on(self) -> bool:
         """Round the corner, while there are any."""
-        rover, route = self.rover, self.route
+        rover, route = self.vehicle, self.route
         if rover.trail is None or not rover.trail.points or route is None:
             return False
         m = rover.motion

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.plans.fence import CIRCLE, Fence
 from mavlink_sitl.exchange import Severity
@@ -35,25 +34,26 @@ GIVE_UP_M = 100.0
 class RoverFailsafes(Failsafes):
     """Battery, ground station, radio and estimator."""
 
+    _vehicle: Rover
+
     def __init__(self, rover: Rover) -> None:
-        super().__init__()
-        self._rover = rover
+        super().__init__(rover)
         self._gone_s: dict[str, float] = {}
 
-    def _empty(self, copter: Copter, action: int) -> None:
+    def _empty(self, action: int) -> None:
         if action == TERMINATE:
-            self._rover.disarm(force=True)
+            self._vehicle.disarm(force=True)
         else:
-            self._rover.enter_first(ACTIONS.get(action, ()))
+            self._vehicle.enter_first(ACTIONS.get(action, ()))
 
-    def _ground_station(self, copter: Copter, now_s: float) -> None:
-        p = self._rover.parameters
+    def _ground_station(self, now_s: float) -> None:
+        p = self._vehicle.parameters
         enabled = int(p["FS_GCS_ENABLE"])
         silent = enabled > 0 and self._silent_for_s(now_s) >= p["FS_GCS_TIMEOUT"]
         self.gcs_lost = self._link("GCS", self.gcs_lost, silent, enabled, now_s)
 
-    def _radio(self, copter: Copter, now_s: float) -> None:
-        rover, p = self._rover, self._rover.parameters
+    def _radio(self, now_s: float) -> None:
+        rover, p = self._vehicle, self._vehicle.parameters
         enabled = int(p["FS_THR_ENABLE"])
         silent = enabled > 0 and not rover.pilot.heard(now_s, p["RC_OVERRIDE_TIME"])
         self.radio_lost = self._link("Radio", self.radio_lost, silent, enabled, now_s)
@@ -68,7 +68,7 @@ class RoverFailsafes(Failsafes):
             enabled: the failsafe's parameter.
             now_s: simulated time.
         """
-        rover = self._rover
+        rover = self._vehicle
         if not silent:
             self._gone_s.pop(name, None)
             if lost:
@@ -86,8 +86,8 @@ class RoverFailsafes(Failsafes):
             rover.enter_first(ACTIONS.get(int(rover.parameters["FS_ACTION"]), ()))
         return True
 
-    def _estimator(self, copter: Copter) -> None:
-        rover = self._rover
+    def _estimator(self) -> None:
+        rover = self._vehicle
         variance = rover.estimator.variance
         if not variance:
             self.estimator_lost = False
@@ -106,12 +106,10 @@ class RoverFailsafes(Failsafes):
 class RoverFence(Fence):
     """The same actions as of failsafes; far outside it only stops."""
 
-    def __init__(self, rover: Rover) -> None:
-        super().__init__(rover)
-        self._rover = rover
+    _vehicle: Rover
 
     def _act(self, action: int) -> None:
-        rover = self._rover
+        rover = self._vehicle
         home = rover.navigator.home_ned_m()
         outside_m = math.dist(rover.motion[:2], home[:2]) - rover.parameters["FENCE_RADIUS"]
         if action and self.breached & CIRCLE and outside_m > GIVE_UP_M:

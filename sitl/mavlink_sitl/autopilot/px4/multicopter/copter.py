@@ -40,7 +40,7 @@ class Px4Copter(Px4Vehicle):
     _left_ground = False
 
     def make_navigator(self, frame: LocalFrame) -> CopterNavigator:
-        """See `Copter`."""
+        """See `Commander`."""
         return CopterNavigator(frame, self.parameters)
 
     @property

@@ -30,8 +30,8 @@ class Mission(CopterMode, Px4Mission):
         """It begins; a take-off tells its height."""
         super().announce()
         if isinstance(self.task, ClimbTo):
-            height = self.px4.navigator.home_ned_m()[2] - self.task.target[2]
-            self.px4.say(Severity.INFO, f"Climb to {height:.1f} meters above home")
+            height = self.vehicle.navigator.home_ned_m()[2] - self.task.target[2]
+            self.vehicle.say(Severity.INFO, f"Climb to {height:.1f} meters above home")
 
     @property
     def taking_off(self) -> bool:
@@ -70,10 +70,8 @@ class Mission(CopterMode, Px4Mission):
 class Px4Task(AutoTask):
     """An item in flight."""
 
-    def __init__(self, mission: Mission, item: PlanItem) -> None:
-        super().__init__(mission, item)
-        self.mission = mission
-        self.px4: Px4Copter = mission.px4
+    auto: Mission
+    vehicle: Px4Copter
 
 
 class GoTo(Px4Task):
@@ -89,7 +87,7 @@ class GoTo(Px4Task):
     ) -> None:
         super().__init__(mission, item)
         self.target = target
-        self._turning_since_s = self.px4.now_s if turn_first else None
+        self._turning_since_s = self.vehicle.now_s if turn_first else None
         self._arrived_s: float | None = None
         self._stay_s = max(item.params[0], 0.0) if math.isfinite(item.params[0]) else 0.0
         if item.command == Cmd.LOITER_UNLIM:
@@ -98,25 +96,25 @@ class GoTo(Px4Task):
 
     def begin(self) -> None:
         """Pass the guidance to the controllers."""
-        motion, target = self.px4.motion, self.target
+        motion, target = self.vehicle.motion, self.target
         yaw = None
         if math.dist(motion[:2], target[:2]) > self._acceptance_m():
             yaw = math.atan2(target[1] - motion.east_m, target[0] - motion.north_m)
         if self._turning_since_s is not None and yaw is not None:
             self._yaw_rad = yaw
-            self.mission.guide(self.mission.hold_at(self.mission.here(), yaw))
+            self.auto.guide(self.auto.hold_at(self.auto.here(), yaw))
             return
         self._turning_since_s = None
-        limits = self.px4.px4_navigator.line_limits(motion[:3], target)
-        self.mission.guide(replace(self.mission.hold_at(target, yaw), limits=limits))
+        limits = self.vehicle.px4_navigator.line_limits(motion[:3], target)
+        self.auto.guide(replace(self.auto.hold_at(target, yaw), limits=limits))
 
     def update(self) -> None:
         """Once the nose looks where it goes: go."""
         if self._turning_since_s is None:
             return
-        off_rad = math.remainder(self._yaw_rad - self.px4.motion.yaw_rad, math.tau)
+        off_rad = math.remainder(self._yaw_rad - self.vehicle.motion.yaw_rad, math.tau)
         turned = abs(off_rad) < YAW_REACHED_RAD
-        if turned and self.px4.now_s - self._turning_since_s >= LEAST_TURN_S:
+        if turned and self.vehicle.now_s - self._turning_since_s >= LEAST_TURN_S:
             self._turning_since_s = None
             self.begin()
 
@@ -124,20 +122,20 @@ class GoTo(Px4Task):
         """Of the item, or NAV_ACC_RAD."""
         own_m = self.item.params[1] if self.item.command == Cmd.WAYPOINT else 0.0
         given = math.isfinite(own_m) and own_m > LEAST_RADIUS_M
-        return own_m if given else self.px4.parameters["NAV_ACC_RAD"]
+        return own_m if given else self.vehicle.parameters["NAV_ACC_RAD"]
 
     def _near(self) -> bool:
-        motion = self.px4.motion
+        motion = self.vehicle.motion
         level_m = math.dist(motion[:2], self.target[:2])
         return level_m < self._acceptance_m() and abs(motion.down_m - self.target[2]) < REACHED_M
 
     def finished(self) -> bool:
         """There, for long enough."""
-        if not self.px4.in_flight:
+        if not self.vehicle.in_flight:
             return False
         if self._arrived_s is None and self._near():
-            self._arrived_s = self.px4.now_s
-        return self._arrived_s is not None and self.px4.now_s - self._arrived_s >= self._stay_s
+            self._arrived_s = self.vehicle.now_s
+        return self._arrived_s is not None and self.vehicle.now_s - self._arrived_s >= self._stay_s
 
 
 class ClimbTo(GoTo):
@@ -145,9 +143,9 @@ class ClimbTo(GoTo):
 
     def begin(self) -> None:
         """Pass the guidance to the controllers."""
-        limits = self.px4.px4_navigator.takeoff_limits()
-        guidance = replace(self.mission.hold_at(self.target), restart_z=True, limits=limits)
-        self.mission.guide(guidance)
+        limits = self.vehicle.px4_navigator.takeoff_limits()
+        guidance = replace(self.auto.hold_at(self.target), restart_z=True, limits=limits)
+        self.auto.guide(guidance)
 
 
 class LandAt(GoTo):
@@ -164,15 +162,15 @@ class LandAt(GoTo):
         """Sink, once there."""
         if self._sink is not None:
             self._sink.update()
-        elif math.dist(self.px4.motion[:2], self.target[:2]) < self._acceptance_m():
-            self._sink = Land(self.px4, self.mission.spec)
+        elif math.dist(self.vehicle.motion[:2], self.target[:2]) < self._acceptance_m():
+            self._sink = Land(self.vehicle, self.auto.spec)
             self._sink.enter()
 
     def begin(self) -> None:
         """At the height where it is."""
-        self.target = (*self.target[:2], self.px4.motion.down_m)
+        self.target = (*self.target[:2], self.vehicle.motion.down_m)
         super().begin()
 
     def finished(self) -> bool:
         """On the ground."""
-        return self._sink is not None and not self.px4.in_flight
+        return self._sink is not None and not self.vehicle.in_flight

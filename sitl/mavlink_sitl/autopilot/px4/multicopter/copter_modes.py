@@ -23,7 +23,7 @@ STOPPED_M_S = 0.8
 class CopterMode(Px4Mode):
     """A flight mode of one multicopter."""
 
-    px4: Px4Copter
+    vehicle: Px4Copter
 
     def hold_at(self, position: Vector, yaw_rad: float | None = None) -> Guidance:
         """Fly to a place and stay there."""
@@ -37,7 +37,7 @@ class CopterMode(Px4Mode):
 
     def brake_guidance(self) -> Guidance:
         """To a standstill, smoothly."""
-        return replace(self.hold_guidance(), limits=self.px4.navigator.limits())
+        return replace(self.hold_guidance(), limits=self.vehicle.navigator.limits())
 
 
 class Hold(CopterMode, HoldMode):
@@ -52,7 +52,7 @@ class Hold(CopterMode, HoldMode):
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> None:
         """Go somewhere; None keeps what is."""
-        navigator = self.px4.px4_navigator
+        navigator = self.vehicle.px4_navigator
         north, east, down = self.target or self.here()
         if point is not None:
             north, east, _ = navigator.place_ned_m(point)
@@ -60,7 +60,7 @@ class Hold(CopterMode, HoldMode):
             down = navigator.down_of_amsl(altitude_amsl_m)
         self.target = (north, east, down)
         if yaw_rad is None and point is not None:
-            motion = self.px4.motion
+            motion = self.vehicle.motion
             away = math.hypot(north - motion.north_m, east - motion.east_m)
             if away > 2.0:  # the nose looks where it goes
                 yaw_rad = math.atan2(east - motion.east_m, north - motion.north_m)
@@ -70,7 +70,7 @@ class Hold(CopterMode, HoldMode):
     def limits_changed(self) -> None:
         """Another speed: go on with it."""
         if self.target is not None:
-            limits = self.px4.px4_navigator.line_limits(self.here(), self.target)
+            limits = self.vehicle.px4_navigator.line_limits(self.here(), self.target)
             self.guide(replace(self.hold_at(self.target), limits=limits))
 
     def stay_at(self, target: Vector) -> None:
@@ -80,9 +80,9 @@ class Hold(CopterMode, HoldMode):
 
     def update(self) -> None:
         """Once stopped, stay at that place."""
-        if self.target is not None or self.px4.landed:
+        if self.target is not None or self.vehicle.landed:
             return
-        motion = self.px4.motion
+        motion = self.vehicle.motion
         speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
         if speed < STOPPED_M_S and abs(motion.velocity_down_m_s) < STOPPED_M_S:
             self.stay_at(self.here())
@@ -96,17 +96,17 @@ class Takeoff(CopterMode, TakeoffMode):
 
     def enter(self) -> None:
         """Set the altitude; one below the vehicle is not flown to."""
-        navigator = self.px4.px4_navigator
+        navigator = self.vehicle.px4_navigator
         north, east, down = self.here()
         self._by_default = self.wanted_amsl_m is None
         if self.wanted_amsl_m is not None:
             wanted = navigator.down_of_amsl(self.wanted_amsl_m)
         else:
-            wanted = down - self.px4.parameters["MIS_TAKEOFF_ALT"]
+            wanted = down - self.vehicle.parameters["MIS_TAKEOFF_ALT"]
         self._tell_default()
         self._too_low = wanted >= down
         if self._too_low:
-            self.px4.say(Severity.CRITICAL, "Already higher than takeoff altitude")
+            self.vehicle.say(Severity.CRITICAL, "Already higher than takeoff altitude")
             wanted = down
         self.wanted_amsl_m = None
         self.target = (north, east, wanted)
@@ -115,10 +115,10 @@ class Takeoff(CopterMode, TakeoffMode):
 
     def _tell_default(self) -> None:
         """Once it is armed: before, nobody looks at the height (`probe_ground`)."""
-        if self._by_default and self.px4.armed:
+        if self._by_default and self.vehicle.armed:
             self._by_default = False
-            above_m = self.px4.parameters["MIS_TAKEOFF_ALT"]
-            self.px4.say(Severity.INFO, f"Using default takeoff altitude: {above_m:.1f} m")
+            above_m = self.vehicle.parameters["MIS_TAKEOFF_ALT"]
+            self.vehicle.say(Severity.INFO, f"Using default takeoff altitude: {above_m:.1f} m")
 
     @property
     def taking_off(self) -> bool:
@@ -132,8 +132,8 @@ class Takeoff(CopterMode, TakeoffMode):
     def update(self) -> None:
         """At the height: hold."""
         self._tell_default()
-        if self.px4.in_flight and abs(self.px4.motion.down_m - self.target[2]) < REACHED_M:
-            self.px4.hold_at(self.target)
+        if self.vehicle.in_flight and abs(self.vehicle.motion.down_m - self.target[2]) < REACHED_M:
+            self.vehicle.hold_at(self.target)
 
 
 class Land(CopterMode):
@@ -152,11 +152,11 @@ class Land(CopterMode):
 
     def update(self) -> None:
         """Follow the height; stay over the place where the braking ended."""
-        motion = self.px4.motion
+        motion = self.vehicle.motion
         first = self._speed < 0.0
-        speed = descent_speed_m_s(self.px4)
+        speed = descent_speed_m_s(self.vehicle)
         stopped = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s) < STOPPED_M_S
-        settled = self._at is None and stopped and self.px4.estimator.position_ok
+        settled = self._at is None and stopped and self.vehicle.estimator.position_ok
         if settled:
             self._at = (motion.north_m, motion.east_m)
         if not settled and abs(speed - self._speed) < 0.02:
@@ -194,7 +194,7 @@ def descending(
     guidance = replace(guidance, velocity_down_m_s=speed)
     if at is None:
         return guidance
-    limits = mode.px4.navigator.limits()
+    limits = mode.vehicle.navigator.limits()
     return replace(guidance, track_position_xy=1.0, north_m=at[0], east_m=at[1], limits=limits)
 
 
@@ -203,7 +203,7 @@ class Return(CopterMode):
 
     def enter(self) -> None:
         """Brake and climb."""
-        copter = self.px4
+        copter = self.vehicle
         self._goal = destination_ned_m(copter)
         self._down_m = return_down_m(copter, self._goal)
         motion = copter.motion
@@ -229,33 +229,33 @@ class Return(CopterMode):
 
     def update(self) -> None:
         """Run one step of the stage, or advance to the next."""
-        if not self.px4.armed or self.px4.landed:
+        if not self.vehicle.armed or self.vehicle.landed:
             return
-        motion = self.px4.motion
+        motion = self.vehicle.motion
         north, east, _ = self._goal
         if self._stage == "climb":
             self._climb()
         elif self._stage == "return":
             away_m = math.hypot(motion.north_m - north, motion.east_m - east)
-            if away_m < self.px4.parameters["NAV_ACC_RAD"]:
+            if away_m < self.vehicle.parameters["NAV_ACC_RAD"]:
                 self._arrive()
         elif self._stage == "wait":
             self._wait()
         elif self._stage == "land":
-            speed = descent_speed_m_s(self.px4, self._goal[2])
+            speed = descent_speed_m_s(self.vehicle, self._goal[2])
             if abs(speed - self._speed) >= 0.02:
                 first, self._speed = self._speed < 0.0, speed
                 guidance = descending(self, (north, east), speed, False)
                 self.guide(replace(guidance, restart_z=first))
 
     def _climb(self) -> None:
-        if abs(self.px4.motion.down_m - self._down_m) < CLIMBED_M:
+        if abs(self.vehicle.motion.down_m - self._down_m) < CLIMBED_M:
             self._stage = "return"
             self.guide(self.hold_at((*self._goal[:2], self._down_m)))
 
     def _arrive(self) -> None:
         """Land, at once or after RTL_LAND_DELAY at RTL_DESCEND_ALT; never if that is negative."""
-        p = self.px4.parameters
+        p = self.vehicle.parameters
         self._wait_s = p["RTL_LAND_DELAY"]
         self._wait_from_s: float | None = None
         if abs(self._wait_s) < 0.01:
@@ -266,18 +266,18 @@ class Return(CopterMode):
         self.guide(self.hold_at((*self._goal[:2], self._down_m)))
 
     def _wait(self) -> None:
-        now_s = self.px4.now_s
+        now_s = self.vehicle.now_s
         if self._wait_from_s is None:
-            if abs(self.px4.motion.down_m - self._down_m) < REACHED_M:
+            if abs(self.vehicle.motion.down_m - self._down_m) < REACHED_M:
                 self._wait_from_s = now_s
                 what = f"loiter {self._wait_s:.1f}s" if self._wait_s > 0.0 else "completed, loiter"
-                self.px4.say(Severity.INFO, f"RTL: {what}")
+                self.vehicle.say(Severity.INFO, f"RTL: {what}")
         elif self._wait_s > 0.0 and now_s - self._wait_from_s >= self._wait_s:
             self._land()
 
     def _land(self) -> None:
         self._stage = "land"
-        self.px4.say(Severity.INFO, "RTL: land at destination")
+        self.vehicle.say(Severity.INFO, "RTL: land at destination")
 
 
 CLIMBED_M = 0.3
@@ -293,10 +293,10 @@ class Manual(CopterMode):
         self.update()
 
     def _stick_velocity(self) -> tuple[Vector, float]:
-        sticks = self.px4.manual
-        if sticks is None or not self.px4.manual_alive():
+        sticks = self.vehicle.manual
+        if sticks is None or not self.vehicle.manual_alive():
             return ZERO, 0.0
-        p, yaw = self.px4.parameters, self.px4.motion.yaw_rad
+        p, yaw = self.vehicle.parameters, self.vehicle.motion.yaw_rad
         forward = sticks.pitch * p["MPC_VEL_MANUAL"]
         right = sticks.roll * p["MPC_VEL_MANUAL"]
         up = (sticks.throttle - 0.5) * 2.0

@@ -14,7 +14,7 @@ class Offboard(CopterMode, OffboardMode):
 
     def stop(self) -> None:
         """Brake as hard as the loops do."""
-        limits = self.px4.px4_navigator.direct_limits()
+        limits = self.vehicle.px4_navigator.direct_limits()
         self.guide(replace(self.hold_guidance(), limits=limits))
 
     def follow(self, fresh: bool) -> None:
@@ -41,7 +41,7 @@ class Offboard(CopterMode, OffboardMode):
             yaw_mode=yaw_mode,
             yaw_rad=s.yaw_rad or 0.0,
             yaw_rate_rad_s=s.yaw_rate_rad_s or 0.0,
-            limits=self.px4.px4_navigator.direct_limits(),
+            limits=self.vehicle.px4_navigator.direct_limits(),
             restart_xy=fresh,
             restart_z=fresh,
         )
@@ -50,10 +50,10 @@ class Offboard(CopterMode, OffboardMode):
     def wants_to_lift(self) -> bool:
         """A place above, a climb or an upward push."""
         s = self.target
-        if not self.px4.stream_alive():
+        if not self.vehicle.stream_alive():
             return False
         if s.position_m is not None:
-            return s.position_m[2] < self.px4.motion.down_m - 0.2
+            return s.position_m[2] < self.vehicle.motion.down_m - 0.2
         if s.velocity_m_s is not None:
             return s.velocity_m_s[2] < -0.3
         return s.acceleration_m_s2 is not None and s.acceleration_m_s2[2] < -0.3

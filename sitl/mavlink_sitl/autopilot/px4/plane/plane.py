@@ -66,7 +66,7 @@ class Px4Plane(Px4Vehicle):
         super().__init__(start)
 
     def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
-        """See `Copter`."""
+        """See `Commander`."""
         return PlaneNavigator(frame, self.parameters)
 
     # What it knows.

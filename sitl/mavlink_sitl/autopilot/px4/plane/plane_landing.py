@@ -30,7 +30,7 @@ class Descent:
 
     def __init__(self, mode: PlaneMode, touchdown: Vector, entrance: Vector | None = None) -> None:
         self._mode = mode
-        self._plane = mode.px4
+        self._vehicle = mode.vehicle
         self._touchdown = touchdown
         self._entrance = entrance
         self._flare_s: float | None = None
@@ -38,13 +38,13 @@ class Descent:
 
     def _path(self) -> PathPoint:
         if self._entrance is None:
-            return self._mode.circle_path(self._touchdown[:2], self._plane.loiter_radius_m())
-        self._plane.circling = None
+            return self._mode.circle_path(self._touchdown[:2], self._vehicle.loiter_radius_m())
+        self._vehicle.circling = None
         return path_guidance.line(self._mode.level(), self._entrance[:2], self._touchdown[:2])
 
     def update(self) -> None:
         """Run one step."""
-        plane, mode, p = self._plane, self._mode, self._plane.parameters
+        plane, mode, p = self._vehicle, self._mode, self._vehicle.parameters
         mode.place = self._touchdown
         path = self._path()
         sink = plane.motion.velocity_down_m_s
@@ -71,7 +71,7 @@ class Descent:
         )
 
     def _climb_m_s(self) -> float:
-        plane = self._plane
+        plane = self._vehicle
         slope = math.radians(within(plane.parameters["FW_LND_ANG"], 1.0, 15.0))
         if self._entrance is None:
             return -plane.landing_m_s() * math.sin(math.atan(slope))
@@ -101,14 +101,14 @@ class Land(PlaneMode):
     def enter(self) -> None:
         """Choose the place."""
         self.level_off()
-        plane = self.px4
+        plane = self.vehicle
         ground = plane.motion.down_m + plane.height_above_ground_m()
         self._descent = Descent(self, (*self.level(), ground))
         self.update()
 
     def update(self) -> None:
         """Go down; on the ground rest."""
-        if self.px4.landed:
+        if self.vehicle.landed:
             self.rest()
         else:
             self._descent.update()
@@ -123,7 +123,7 @@ class Return(PlaneMode):
 
     def enter(self) -> None:
         """Climb where it is."""
-        plane, p = self.px4, self.px4.parameters
+        plane, p = self.vehicle, self.vehicle.parameters
         self.level_off()
         self._goal = destination_ned_m(plane)
         self._entrance = self._landing_entrance()
@@ -148,7 +148,7 @@ class Return(PlaneMode):
 
     def _landing_entrance(self) -> Vector | None:
         """The last place before the mission's landing, when that is where it goes."""
-        plane = self.px4
+        plane = self.vehicle
         items, auto = plane.plans.mission.items, plane.auto
         if int(plane.parameters["RTL_TYPE"]) not in (1, 2, 4) or auto is None:
             return None
@@ -169,11 +169,11 @@ class Return(PlaneMode):
         return self._stage == "land"
 
     def _radius_m(self) -> float:
-        return within(self.px4.parameters["RTL_LOITER_RAD"], -1e4, 1e4)
+        return within(self.vehicle.parameters["RTL_LOITER_RAD"], -1e4, 1e4)
 
     def update(self) -> None:
         """Run one step of the stage, or advance to the next."""
-        plane = self.px4
+        plane = self.vehicle
         if plane.landed or not plane.armed:
             self.rest()
             return
@@ -194,7 +194,7 @@ class Return(PlaneMode):
             self._wait(approach)
 
     def _wait(self, approach: Vector) -> None:
-        plane, p = self.px4, self.px4.parameters
+        plane, p = self.vehicle, self.vehicle.parameters
         down = max(self._goal[2] - p["RTL_DESCEND_ALT"], self._down_m)
         if self._entrance is not None:
             down = max(self._entrance[2], self._down_m)

@@ -29,12 +29,13 @@ class PlaneTask(AutoTask):
         start: the place before it, if there is one.
     """
 
+    auto: PlaneMission
+    vehicle: Px4Plane
+
     def __init__(
         self, mission: PlaneMission, item: PlanItem, target: Vector, start: Vector | None
     ) -> None:
         super().__init__(mission, item)
-        self.mission = mission
-        self.plane = mission.px4
         self.target = target
         self.start = start
 
@@ -46,8 +47,8 @@ class FlyOver(PlaneTask):
 
     def update(self) -> None:
         """Run one step."""
-        mission, target = self.mission, self.target
-        near = math.dist(mission.level(), target[:2]) < self.plane.accept_m()
+        mission, target = self.auto, self.target
+        near = math.dist(mission.level(), target[:2]) < self.vehicle.accept_m()
         self._rising = not mission.at_height(target[2]) and (near or self._rising)
         if self._rising:
             mission.circle(target)
@@ -62,8 +63,8 @@ class FlyOver(PlaneTask):
 
     def finished(self) -> bool:
         """There, at the height."""
-        near = math.dist(self.mission.level(), self.target[:2]) <= self.plane.accept_m()
-        return self.plane.in_flight and near and self.mission.at_height(self.target[2])
+        near = math.dist(self.auto.level(), self.target[:2]) <= self.vehicle.accept_m()
+        return self.vehicle.in_flight and near and self.auto.at_height(self.target[2])
 
 
 class CircleTask(PlaneTask):
@@ -74,7 +75,7 @@ class CircleTask(PlaneTask):
     def _radius_m(self) -> float:
         given = self.item.params[1 if self.item.command == Cmd.LOITER_TO_ALT else 2]
         usable = math.isfinite(given) and given != 0.0
-        return min(max(given, -1e4), 1e4) if usable else self.plane.loiter_radius_m()
+        return min(max(given, -1e4), 1e4) if usable else self.vehicle.loiter_radius_m()
 
     def _lasts_s(self) -> float:
         command, first = self.item.command, self.item.params[0]
@@ -85,14 +86,14 @@ class CircleTask(PlaneTask):
 
     def update(self) -> None:
         """Go round."""
-        self.mission.circle(self.target, self._radius_m())
+        self.auto.circle(self.target, self._radius_m())
 
     def finished(self) -> bool:
         """There for long enough."""
-        reached = self.mission.near_circle(self.target[:2], self._radius_m())
-        if self._since_s is None and reached and self.mission.at_height(self.target[2]):
-            self._since_s = self.plane.now_s
-        return self._since_s is not None and self.plane.now_s - self._since_s >= self._lasts_s()
+        reached = self.auto.near_circle(self.target[:2], self._radius_m())
+        if self._since_s is None and reached and self.auto.at_height(self.target[2]):
+            self._since_s = self.vehicle.now_s
+        return self._since_s is not None and self.vehicle.now_s - self._since_s >= self._lasts_s()
 
 
 class ClimbOut(PlaneTask):
@@ -111,7 +112,7 @@ class ClimbOut(PlaneTask):
 
     def finished(self) -> bool:
         """High enough."""
-        return self.plane.in_flight and self.climbout.done
+        return self.vehicle.in_flight and self.climbout.done
 
 
 class LandAt(PlaneTask):
@@ -130,14 +131,14 @@ class LandAt(PlaneTask):
 
     def update(self) -> None:
         """Go down; on the ground rest."""
-        if self.plane.landed:
-            self.mission.rest()
+        if self.vehicle.landed:
+            self.auto.rest()
         else:
             self._descent.update()
 
     def finished(self) -> bool:
         """On the ground."""
-        return self.plane.landed
+        return self.vehicle.landed
 
 
 def approach_is_good(plane: Px4Plane, before: PlanItem, start: Vector, end: Vector) -> bool:
@@ -163,8 +164,8 @@ class PlaneMission(PlaneMode, Px4Mission):
     def update(self) -> None:
         """Run one step of the current item; after the last one, circle."""
         Px4Mission.update(self)
-        if self.px4.mode is self and self.task is None and self.px4.armed:
-            if self.px4.landed:
+        if self.vehicle.mode is self and self.task is None and self.vehicle.armed:
+            if self.vehicle.landed:
                 self.rest()
             else:
                 self.circle(self.here())

@@ -35,33 +35,33 @@ class PlaneMode(Px4Mode):
         path: what it follows, for telemetry.
     """
 
-    px4: Px4Plane
+    vehicle: Px4Plane
     place: Vector = (0.0, 0.0, 0.0)
     path: PathPoint | None = None
     _climb_m_s = 0.0
 
     def ground_motors(self) -> Motors:
         """It rolls before it flies."""
-        return self.px4.wanted.motors
+        return self.vehicle.wanted.motors
 
     def hold_guidance(self) -> GlideGuidance:
         """Level and straight on."""
-        m = self.px4.motion
+        m = self.vehicle.motion
         return GlideGuidance(
             motors=Motors.FLY,
             north_m=m.north_m,
             east_m=m.east_m,
             down_m=m.down_m,
-            airspeed_m_s=self.px4.cruise_m_s() * TRUE_OVER_INDICATED,
+            airspeed_m_s=self.vehicle.cruise_m_s() * TRUE_OVER_INDICATED,
         )
 
     def level(self) -> Point:
         """The estimated position, north and east."""
-        return self.px4.motion[:2]
+        return self.vehicle.motion[:2]
 
     def course(self) -> Point:
         """Its velocity over ground; while it hardly moves along its nose."""
-        m = self.px4.motion
+        m = self.vehicle.motion
         if math.hypot(m.velocity_north_m_s, m.velocity_east_m_s) > 1.0:
             return m.velocity_north_m_s, m.velocity_east_m_s
         return math.cos(m.yaw_rad), math.sin(m.yaw_rad)
@@ -70,12 +70,12 @@ class PlaneMode(Px4Mode):
         """Motor off, as on the ground."""
         self.path = None
         guidance = GlideGuidance(motors=Motors.IDLE)
-        if self.px4.wanted != guidance:
+        if self.vehicle.wanted != guidance:
             self.guide(guidance)
 
     def bank_limit_rad(self) -> float:
         """FW_R_LIM; less when slow, and when a wing could touch the ground."""
-        p, plane = self.px4.parameters, self.px4
+        p, plane = self.vehicle.parameters, self.vehicle
         limit = math.radians(within(p["FW_R_LIM"], 1.0, 80.0))
         load = (plane.airspeed_m_s / max(p["FW_AIRSPD_MIN"], 1.0)) ** 2
         carried = math.acos(1.0 / load) if load > 1.0 else 0.0
@@ -86,8 +86,8 @@ class PlaneMode(Px4Mode):
 
     def climb_to(self, down_m: float) -> float:
         """The climb rate towards a height (FW_T_ALT_TC, FW_T_CLMB_R_SP, FW_T_SINK_R_SP)."""
-        p = self.px4.parameters
-        error = self.px4.motion.down_m - down_m
+        p = self.vehicle.parameters
+        error = self.vehicle.motion.down_m - down_m
         most = within(p["FW_T_CLMB_R_SP"], 0.1, 20.0)
         least = within(p["FW_T_SINK_R_SP"], 0.1, 20.0)
         return min(max(error / within(p["FW_T_ALT_TC"], 0.5, 60.0), -least), most)
@@ -109,7 +109,7 @@ class PlaneMode(Px4Mode):
             full_throttle: push as hard as possible.
             bank: without a path, rad.
         """
-        plane = self.px4
+        plane = self.vehicle
         self.path = path
         if path is not None:
             push = path_guidance.sideways_m_s2(self.level(), self.course(), path, plane.law())
@@ -132,34 +132,34 @@ class PlaneMode(Px4Mode):
 
     def circle_path(self, centre: Point, radius_m: float) -> PathPoint:
         """A circle to follow; it is remembered as the one that is flown."""
-        self.px4.circling = (centre, radius_m)
+        self.vehicle.circling = (centre, radius_m)
         return path_guidance.circle(
             self.level(), centre, radius_m, path_guidance.unit(*self.course())
         )
 
     def circle(self, place: Vector, radius_m: float | None = None) -> None:
         """Fly round a place at its height."""
-        radius = self.px4.loiter_radius_m() if radius_m is None else radius_m
+        radius = self.vehicle.loiter_radius_m() if radius_m is None else radius_m
         self.place = place
         self.fly(self.circle_path(place[:2], radius), self.climb_to(place[2]))
 
     def follow_path(self, path: PathPoint, place: Vector) -> None:
         """Fly along a path, at the height of a place on it."""
-        self.px4.circling = None
+        self.vehicle.circling = None
         self.place = place
         self.fly(path, self.climb_to(place[2]))
 
     def level_off(self) -> None:
         """The climb rate starts from what it is."""
-        self._climb_m_s = -self.px4.motion.velocity_down_m_s
+        self._climb_m_s = -self.vehicle.motion.velocity_down_m_s
 
     def near_circle(self, centre: Point, radius_m: float) -> bool:
         """Whether it is on a circle, or inside, nearly."""
-        return math.dist(self.level(), centre) <= self.px4.accept_m() + abs(radius_m)
+        return math.dist(self.level(), centre) <= self.vehicle.accept_m() + abs(radius_m)
 
     def at_height(self, down_m: float) -> bool:
         """Whether a height counts as reached."""
-        return abs(self.px4.motion.down_m - down_m) <= self.px4.height_accept_m()
+        return abs(self.vehicle.motion.down_m - down_m) <= self.vehicle.height_accept_m()
 
 
 class Hold(PlaneMode, HoldMode):
@@ -173,23 +173,23 @@ class Hold(PlaneMode, HoldMode):
 
     def update(self) -> None:
         """Go round; on the ground rest."""
-        if self.px4.landed:
+        if self.vehicle.landed:
             self.target = None
             self.rest()
             return
         if self.target is None:
-            circling = self.px4.circling
+            circling = self.vehicle.circling
             centre = self.level()
             if circling is not None and self.near_circle(*circling):
                 centre = circling[0]
-            self.target = (*centre, self.px4.motion.down_m)
+            self.target = (*centre, self.vehicle.motion.down_m)
         self.circle(self.target)
 
     def go_to(
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> None:
         """Round another place, at another height; None keeps what is."""
-        navigator = self.px4.px4_navigator
+        navigator = self.vehicle.px4_navigator
         north, east, down = self.target or self.here()
         if point is not None:
             north, east, _ = navigator.place_ned_m(point)
@@ -212,8 +212,8 @@ class Manual(PlaneMode):
 
     def sticks(self) -> Vector:
         """Roll and pitch (forwards positive), -1..1, throttle 0..1; 0 when nobody holds them."""
-        sticks = self.px4.manual
-        if sticks is None or not self.px4.manual_alive():
+        sticks = self.vehicle.manual
+        if sticks is None or not self.vehicle.manual_alive():
             return 0.0, 0.0, 0.0
         return sticks.roll, sticks.pitch, sticks.throttle
 
@@ -224,9 +224,9 @@ class Manual(PlaneMode):
             motors=Motors.MANUAL,
             throttle=throttle,
             bank_rad=roll * self.bank_limit_rad(),
-            climb_m_s=-pitch * self.px4.parameters["FW_T_CLMB_MAX"],
+            climb_m_s=-pitch * self.vehicle.parameters["FW_T_CLMB_MAX"],
         )
-        if guidance != self.px4.wanted:
+        if guidance != self.vehicle.wanted:
             self.guide(guidance)
 
 
@@ -235,13 +235,13 @@ class Altitude(Manual):
 
     def enter(self) -> None:
         """Keep the height."""
-        self._down_m = self.px4.motion.down_m
+        self._down_m = self.vehicle.motion.down_m
         self._line: tuple[Point, Point] | None = None
         super().enter()
 
     def update(self) -> None:
         """Follow the sticks."""
-        plane, p = self.px4, self.px4.parameters
+        plane, p = self.vehicle, self.vehicle.parameters
         roll, pitch, throttle = self.sticks()
         if plane.landed and throttle < 0.1:
             self.rest()

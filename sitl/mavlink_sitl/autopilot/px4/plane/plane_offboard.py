@@ -28,7 +28,7 @@ class PlaneOffboard(PlaneMode, OffboardMode):
     def enter(self) -> None:
         """Follow the latest setpoint."""
         self.level_off()
-        self._down_m = self.px4.motion.down_m
+        self._down_m = self.vehicle.motion.down_m
         self._rising = False
         super().enter()
 
@@ -38,8 +38,8 @@ class PlaneOffboard(PlaneMode, OffboardMode):
 
     def stop(self) -> None:
         """Nobody says anything: fly on, level."""
-        self.px4.circling = None
-        if self.px4.landed:
+        self.vehicle.circling = None
+        if self.vehicle.landed:
             self.rest()
         else:
             self.fly(None, self.climb_to(self._down_m))
@@ -47,7 +47,7 @@ class PlaneOffboard(PlaneMode, OffboardMode):
     def update(self) -> None:
         """Follow the setpoint."""
         place, velocity = self.target.position_m, self.target.velocity_m_s
-        if not self.px4.stream_alive() or place is None or not whole(place):
+        if not self.vehicle.stream_alive() or place is None or not whole(place):
             self.stop()
             return
         self._down_m = place[2]
@@ -58,7 +58,7 @@ class PlaneOffboard(PlaneMode, OffboardMode):
             end = (place[0] + along[0], place[1] + along[1])
             self.follow_path(path_guidance.line(here, place[:2], end), place)
             return
-        near = math.dist(here, place[:2]) < self.px4.accept_m()
+        near = math.dist(here, place[:2]) < self.vehicle.accept_m()
         self._rising = not self.at_height(place[2]) and (near or self._rising)
         if self._rising:
             self.circle(place)

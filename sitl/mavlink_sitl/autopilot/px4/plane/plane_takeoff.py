@@ -30,7 +30,7 @@ class Climbout:
 
     def __init__(self, mode: PlaneMode, down_m: float, towards: Point | None = None) -> None:
         self._mode = mode
-        self._plane = mode.px4
+        self._vehicle = mode.vehicle
         self.down_m = down_m
         self._towards = towards
         self._began_s: float | None = None
@@ -39,11 +39,11 @@ class Climbout:
     @property
     def done(self) -> bool:
         """Whether the height is reached."""
-        return self._plane.motion.down_m <= self.down_m
+        return self._vehicle.motion.down_m <= self.down_m
 
     def update(self) -> None:
         """Run one step."""
-        plane, mode, p = self._plane, self._mode, self._plane.parameters
+        plane, mode, p = self._vehicle, self._mode, self._vehicle.parameters
         if not plane.armed:
             mode.rest()
             return
@@ -64,7 +64,7 @@ class Climbout:
         mode.fly(path, climb, plane.takeoff_m_s(), full_throttle=True)
 
     def _begin(self) -> None:
-        plane, mode = self._plane, self._mode
+        plane, mode = self._vehicle, self._mode
         self._began_s = plane.now_s
         self._rolling = plane.landed and int(plane.parameters["RWTO_TKOFF"]) != 0
         self._start = mode.level()
@@ -77,7 +77,7 @@ class Climbout:
         self._end = (self._start[0] + along[0], self._start[1] + along[1])
 
     def _rotate_m_s(self) -> float:
-        most, own = self._plane.takeoff_m_s(), self._plane.parameters["RWTO_ROT_AIRSPD"]
+        most, own = self._vehicle.takeoff_m_s(), self._vehicle.parameters["RWTO_ROT_AIRSPD"]
         return min(own, most) if own > 0.0 else ROTATE_SHARE * most
 
 
@@ -92,7 +92,7 @@ class Takeoff(PlaneMode, TakeoffMode):
 
     def _begin(self) -> Climbout | None:
         """Set the altitude; one below the vehicle is not flown to."""
-        plane, navigator = self.px4, self.px4.px4_navigator
+        plane, navigator = self.vehicle, self.vehicle.px4_navigator
         here, height = plane.motion.down_m, plane.parameters["MIS_TAKEOFF_ALT"]
         wanted = here - height
         if self.wanted_amsl_m is not None:
@@ -107,15 +107,15 @@ class Takeoff(PlaneMode, TakeoffMode):
 
     def update(self) -> None:
         """Climb; at the height circle where it is."""
-        if not self.px4.armed:
+        if not self.vehicle.armed:
             self.rest()
             return
         if self._climbout is None:
             self._climbout = self._begin()
         climbout = self._climbout
-        if climbout is None or (self.px4.in_flight and climbout.done):
-            down = self.px4.motion.down_m if climbout is None else climbout.down_m
+        if climbout is None or (self.vehicle.in_flight and climbout.done):
+            down = self.vehicle.motion.down_m if climbout is None else climbout.down_m
             target: Vector = (*self.level(), down)
-            self.px4.hold_at(target)
+            self.vehicle.hold_at(target)
         else:
             climbout.update()

@@ -76,7 +76,7 @@ class PurePursuit:
         arrival_m_s: float = 0.0,
         accept_m: float | None = None,
     ) -> None:
-        self._rover = rover
+        self._vehicle = rover
         self.target = target
         self._start = start
         self._arrival_m_s = arrival_m_s
@@ -86,7 +86,7 @@ class PurePursuit:
     @property
     def distance_m(self) -> float:
         """From the vehicle to the place."""
-        motion = self._rover.motion
+        motion = self._vehicle.motion
         return math.dist((motion.north_m, motion.east_m), self.target)
 
     def follow(self) -> DriveGuidance:
@@ -96,13 +96,13 @@ class PurePursuit:
             left -= self.accept_m
         if left > self.accept_m or self._arrival_m_s > 0.0:
             return self._go(left)
-        if not self._rested and self._rover.is_still():
+        if not self._rested and self._vehicle.is_still():
             self._rested = True
-            self.target = self._rover.motion[:2]
-        return self._rover.drive_guidance(0.0, None, self.target)
+            self.target = self._vehicle.motion[:2]
+        return self._vehicle.drive_guidance(0.0, None, self.target)
 
     def _go(self, left_m: float) -> DriveGuidance:
-        rover, p = self._rover, self._rover.parameters
+        rover, p = self._vehicle, self._vehicle.parameters
         cruise = rover.cruise_m_s()
         if p["RO_DECEL_LIM"] > 0.0 and p["RO_JERK_LIM"] > 0.0:
             jerk = within(p["RO_JERK_LIM"], 1e-3, _MOST)

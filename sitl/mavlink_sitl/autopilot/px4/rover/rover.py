@@ -59,7 +59,7 @@ class Px4Rover(Px4Vehicle):
     }
 
     def make_navigator(self, frame: LocalFrame) -> RoverNavigator:
-        """See `Copter`."""
+        """See `Commander`."""
         return RoverNavigator(frame, self.parameters)
 
     # What it knows.

@@ -37,6 +37,9 @@ class DriveTo(AutoTask):
         after: the place of the next item that is driven to, or None to stop here.
     """
 
+    auto: RoverMission
+    vehicle: Px4Rover
+
     def __init__(
         self,
         mission: RoverMission,
@@ -46,12 +49,11 @@ class DriveTo(AutoTask):
         after: Point | None,
     ) -> None:
         super().__init__(mission, item)
-        self._mission, self._rover = mission, mission.px4
         self.target = target
         wait = item.params[0] if item.command in _WAITING else 0.0
         self._wait_s = max(wait, 0.0) if math.isfinite(wait) else 0.0
         self._there_s: float | None = None
-        rover, arrival, accept = self._rover, 0.0, self._rover.accept_m()
+        rover, arrival, accept = self.vehicle, 0.0, self.vehicle.accept_m()
         if after is not None and self._wait_s == 0.0 and item.command not in _ENDLESS:
             angle = corner_rad(start, target, after)
             accept = corner_radius_m(rover, angle)
@@ -60,17 +62,17 @@ class DriveTo(AutoTask):
 
     def update(self) -> None:
         """Drive on."""
-        DriveMode.update(self._mission)
+        DriveMode.update(self.auto)
 
     def finished(self) -> bool:
         """There, for long enough."""
-        way = self._mission.way
-        if way is None or not self._rover.in_flight or self.item.command in _ENDLESS:
+        way = self.auto.way
+        if way is None or not self.vehicle.in_flight or self.item.command in _ENDLESS:
             return False
-        near = math.dist(self._rover.motion[:2], self.target) <= way.accept_m
+        near = math.dist(self.vehicle.motion[:2], self.target) <= way.accept_m
         if self._there_s is None and near:
-            self._there_s = self._rover.now_s
-        return self._there_s is not None and self._rover.now_s - self._there_s >= self._wait_s
+            self._there_s = self.vehicle.now_s
+        return self._there_s is not None and self.vehicle.now_s - self._there_s >= self._wait_s
 
 
 def corner_radius_m(rover: Px4Rover, angle_rad: float) -> float:
@@ -94,7 +96,7 @@ class RoverMission(DriveMode, Px4Mission):
     def update(self) -> None:
         """Run one step of the current item; after the last one, stay."""
         Px4Mission.update(self)
-        if self.px4.mode is self and self.task is None:
+        if self.vehicle.mode is self and self.task is None:
             DriveMode.update(self)
 
     @property
@@ -110,13 +112,13 @@ class RoverMission(DriveMode, Px4Mission):
     def last_place(self) -> Vector:
         """See `Px4Mission`."""
         if isinstance(self.task, DriveTo):
-            return (*self.task.target, self.px4.motion.down_m)
+            return (*self.task.target, self.vehicle.motion.down_m)
         return self.here()
 
     def _place(self, item: PlanItem, instead: Point) -> Point:
         if item.command == Cmd.DELAY:
             return instead
-        return self.place_of(item, (*instead, self.px4.motion.down_m))[:2]
+        return self.place_of(item, (*instead, self.vehicle.motion.down_m))[:2]
 
     def _begin(self, item: PlanItem) -> None:
         if item.command == Cmd.RTL:
@@ -124,7 +126,7 @@ class RoverMission(DriveMode, Px4Mission):
             return
         start = self.task.target if isinstance(self.task, DriveTo) else self.level()
         target = self._place(item, start)
-        plans = self.px4.plans
+        plans = self.vehicle.plans
         following = self._walk(plans.current + 1, dict(plans.jumps))
         places = (
             self._place(i, target) for _, i in following if i.command in self.moving - {Cmd.RTL}

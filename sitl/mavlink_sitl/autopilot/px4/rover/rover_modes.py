@@ -33,7 +33,7 @@ class DriveMode(Px4Mode):
         way: where it is driving by itself, or None.
     """
 
-    px4: Px4Rover
+    vehicle: Px4Rover
     way: PurePursuit | None = None
 
     def ground_motors(self) -> Motors:
@@ -42,11 +42,11 @@ class DriveMode(Px4Mode):
 
     def hold_guidance(self) -> DriveGuidance:
         """Brake."""
-        return self.px4.drive_guidance(0.0, None)
+        return self.vehicle.drive_guidance(0.0, None)
 
     def drive(self, guidance: DriveGuidance) -> None:
         """Hand new guidance to the controllers, if it is new."""
-        if guidance != self.px4.wanted:
+        if guidance != self.vehicle.wanted:
             self.guide(guidance)
 
     def stop(self) -> None:
@@ -56,11 +56,11 @@ class DriveMode(Px4Mode):
 
     def level(self) -> Point:
         """The estimated position, north and east."""
-        return self.px4.motion[:2]
+        return self.vehicle.motion[:2]
 
     def update(self) -> None:
         """Run one step along the path."""
-        if self.way is not None and self.px4.armed:
+        if self.way is not None and self.vehicle.armed:
             self.drive(self.way.follow())
 
 
@@ -73,10 +73,10 @@ class Hold(DriveMode, HoldMode):
 
     def update(self) -> None:
         """Keep the place."""
-        if not self.px4.armed:
+        if not self.vehicle.armed:
             self.way = None
         elif self.way is None:
-            self.way = PurePursuit(self.px4, self.level(), self.level())
+            self.way = PurePursuit(self.vehicle, self.level(), self.level())
         super().update()
 
     def go_to(
@@ -84,11 +84,11 @@ class Hold(DriveMode, HoldMode):
     ) -> None:
         """Go somewhere; the height and the yaw mean nothing."""
         if point is not None:
-            self.stay_at(self.px4.px4_navigator.place_ned_m(point))
+            self.stay_at(self.vehicle.px4_navigator.place_ned_m(point))
 
     def stay_at(self, target: Vector) -> None:
         """Go to a place and stay there."""
-        self.way = PurePursuit(self.px4, target[:2], self.level())
+        self.way = PurePursuit(self.vehicle, target[:2], self.level())
 
 
 class Takeoff(DriveMode, TakeoffMode):
@@ -101,8 +101,8 @@ class Takeoff(DriveMode, TakeoffMode):
 
     def update(self) -> None:
         """Reached where it stands."""
-        if self.px4.in_flight:
-            self.px4.hold_at(self.here())
+        if self.vehicle.in_flight:
+            self.vehicle.hold_at(self.here())
 
 
 class Land(DriveMode):
@@ -136,11 +136,11 @@ class Return(DriveMode):
     @property
     def at_rest(self) -> bool:
         """Within NAV_ACC_RAD of home."""
-        return self.way.distance_m < self.px4.accept_m()
+        return self.way.distance_m < self.vehicle.accept_m()
 
     def enter(self) -> None:
         """Set off."""
-        rover = self.px4
+        rover = self.vehicle
         place = destination_ned_m(rover)
         self.way = PurePursuit(rover, place[:2], self.level())
         if not rover.armed:
@@ -164,8 +164,8 @@ class Manual(DriveMode):
 
     def sticks(self) -> tuple[float, float]:
         """Throttle and steering, -1..1; centred when nobody holds them."""
-        sticks = self.px4.manual
-        if sticks is None or not self.px4.manual_alive():
+        sticks = self.vehicle.manual
+        if sticks is None or not self.vehicle.manual_alive():
             return 0.0, 0.0
         return 2.0 * sticks.throttle - 1.0, sticks.roll
 
@@ -185,7 +185,7 @@ class Position(Manual):
 
     def update(self) -> None:
         """Follow the sticks."""
-        rover = self.px4
+        rover = self.vehicle
         throttle, turn = self.sticks()
         speed = throttle * rover.cruise_m_s()
         if abs(turn) < STICK_DEADZONE and speed != 0.0:
@@ -214,14 +214,14 @@ class Offboard(DriveMode, OffboardMode):
         self.way = None
         if place is not None:
             if given(place)[0]:
-                self.way = PurePursuit(self.px4, place[:2])
+                self.way = PurePursuit(self.vehicle, place[:2])
                 self.update()
             else:
                 self.stop()
         elif velocity is not None and given(velocity)[0]:
             speed = math.hypot(velocity[0], velocity[1])
-            speed = min(speed, self.px4.cruise_m_s())
+            speed = min(speed, self.vehicle.cruise_m_s())
             course = math.atan2(velocity[1], velocity[0])
-            self.drive(self.px4.drive_guidance(speed, course))
+            self.drive(self.vehicle.drive_guidance(speed, course))
         else:
             self.stop()

@@ -1,0 +1,189 @@
+"""Modes, missions and commands: what people want of any firmware, and whether it may be."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
+from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
+from mavlink_sitl.autopilot.common.failsafe import Failsafes
+from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
+from mavlink_sitl.autopilot.personality import ModeSpec
+from mavlink_sitl.autopilot.plans.plans import PlanItem
+from mavlink_sitl.exchange import LandedState, ModeChanged, Observation, Result, Severity
+
+
+class Commander(Firmware):
+    """A firmware that people command; arguments and attributes as of `Firmware`.
+
+    Attributes:
+        behaviours: which class is which mode, by its behaviour.
+    """
+
+    behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Mode]]] = {}
+
+    def __init__(self, start: PowerUp) -> None:
+        super().__init__(start)
+        self.failsafe = Failsafes(self)
+
+    def make_mode(self, spec: ModeSpec) -> Mode:
+        """The mode that goes with an entry of the personality."""
+        return self.behaviours[spec.behaviour](self, spec)
+
+    def watch(self, observation: Observation) -> None:
+        """Look for what is wrong; once the power monitor has readings."""
+        if self.battery_known:
+            self.failsafe.update(observation)
+        self.fence.update()
+
+    @property
+    def landed_state(self) -> LandedState:
+        """For EXTENDED_SYS_STATE."""
+        if not self.armed or self.landed:
+            return LandedState.ON_GROUND
+        if self.mode.taking_off:
+            return LandedState.TAKEOFF
+        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
+
+    @property
+    def auto(self) -> Auto | None:
+        """The mode that flies missions, whether it flies or not."""
+        return next((mode for mode in self._modes.values() if isinstance(mode, Auto)), None)
+
+    @property
+    def has_mission(self) -> bool:
+        """Whether there is a mission to fly."""
+        return self.auto is not None and self.auto.has_mission
+
+    @property
+    def may_arm_in_mode(self) -> bool:
+        """Whether motors may be armed in this mode; AUTO_OPTIONS opens AUTO for it."""
+        auto = isinstance(self.mode, Auto) and "AUTO_OPTIONS" in self.parameters
+        if auto and int(self.parameters["AUTO_OPTIONS"]) & ALLOW_ARMING:
+            return True
+        return self.mode.spec.armable
+
+    def enter_mode(self, number: int) -> bool:
+        """Change the mode if it may be entered; says why not."""
+        mode = self._modes[number]
+        if mode is self.mode:
+            return True
+        if self.armed:
+            reason = None
+            if mode.spec.requires_position and not self.estimator.position_ok:
+                reason = "requires position"
+            elif not self.may_begin(mode):
+                reason = "init failed"
+            if reason is not None:
+                text = f"Mode change to {mode.spec.name} failed: {reason}"
+                self.say(Severity.WARNING, text)
+                return False
+        self.change_to(mode)
+        return True
+
+    def may_begin(self, mode: Mode) -> bool:
+        """Whether a mode has what it begins with; says what is missing."""
+        if not isinstance(mode, Auto) or not mode.has_mission:
+            return not isinstance(mode, Auto)
+        if self.landed and not mode.starts_with_takeoff:
+            self.say(Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
+            return False
+        return True
+
+    def change_to(self, mode: Mode) -> None:
+        """Let another mode fly."""
+        previous = self.mode
+        if isinstance(previous, Auto):
+            previous.leave()
+        self.mode = mode
+        self.forget_orders()
+        mode.enter()
+        self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
+        self._settle()
+
+    def forget_orders(self) -> None:
+        """What was asked for until the next mode no longer counts."""
+        self.navigator.forget_speeds()
+
+    def mission_changed(self) -> None:
+        """An item of the mission was replaced, or its end was cut off."""
+        if isinstance(self.mode, Auto):
+            self.mode.mission_changed()
+
+    def start_mission(self) -> Result:
+        """MISSION_START: AUTO, and no raised throttle needed to take off.
+
+        A mission that is not flown yet is begun twice, by the command and by the mode (read in
+        the firmware): its first item is told twice.
+        """
+        auto = self.auto
+        begins = auto is not None and auto is not self.mode
+        if auto is None or not auto.has_mission or not self.enter_mode(auto.spec.number):
+            if auto is not None and not auto.has_mission:
+                self.say(Severity.WARNING, f"Mode change to {auto.spec.name} failed: init failed")
+            return Result.FAILED
+        if begins:
+            auto.enter()
+        auto.may_take_off = True
+        return Result.ACCEPTED
+
+    def set_current_item(self, seq: int) -> Result:
+        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT."""
+        if not 0 <= seq < len(self.plans.mission.items):
+            return Result.DENIED
+        self.plans.current = seq
+        if isinstance(self.mode, Auto):
+            self.mode.jump_to(max(seq, int(self.personality.plan_rules.home_first)))
+        return Result.ACCEPTED
+
+    def fly_to_item(self, item: PlanItem) -> Result:
+        """A mission item that is a target for GUIDED: MISSION_ITEM with current = 2."""
+        guided = self.mode.spec.behaviour == "guided"
+        if not guided or self.auto is None or not self.armed:
+            return Result.FAILED
+        target = self.auto.place_of(item, self.motion[:3])
+        if not all(math.isfinite(value) for value in target):
+            return Result.FAILED
+        self.go_to(Setpoint(SetpointFrame.LOCAL, position_m=target))
+        return Result.ACCEPTED
+
+    def set_mode(self, number: int) -> Result:
+        """DO_SET_MODE and SET_MODE."""
+        if number not in self._modes:
+            self.say(Severity.WARNING, f"No such mode {number}")
+            return Result.FAILED
+        return Result.ACCEPTED if self.enter_mode(number) else Result.FAILED
+
+    def land_after_pause(self) -> None:
+        """In LAND: stay for a while before sinking, where the firmware does."""
+
+    def force_battery_voltage(self, voltage_v: float) -> None:
+        """Where the firmware simulates its battery itself: a voltage for it, or 0."""
+
+    def pause_or_go_on(self, go_on: bool) -> Result:
+        """DO_PAUSE_CONTINUE: ArduPilot has it for copters only."""
+        return Result.UNSUPPORTED
+
+    def take_off(self, altitude_above_home_m: float) -> Result:
+        """NAV_TAKEOFF, for those that lift off vertically."""
+        return Result.FAILED
+
+    @abstractmethod
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED or OFFBOARD."""
+
+    def attitude(self, target: AttitudeTarget) -> None:
+        """SET_ATTITUDE_TARGET: the same; for those that hover."""
+
+    def go_to(self, setpoint: Setpoint) -> None:
+        """DO_REPOSITION, once in GUIDED."""
+        self.setpoint(setpoint)
+
+    @abstractmethod
+    def change_speed(self, kind: int, speed_m_s: float) -> Result:
+        """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking."""
