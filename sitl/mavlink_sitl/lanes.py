@@ -10,7 +10,8 @@ else goes through an `Ops`.
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -19,107 +20,56 @@ Lane = Any
 with each other and with plain numbers."""
 
 
-class Ops(Protocol):
-    """The functions that differ between a float and an array."""
+class Ops:
+    """Arithmetic on lanes of one vehicle, which are floats.
 
-    count: int
+    Attributes:
+        count: how many vehicles.
+        sqrt: square root of x >= 0.
+        hypot: length of (x, y).
+        atan2: angle of (x, y), radians, given y and x.
+        sin: of an angle in radians.
+        cos: the same.
+    """
+
+    count = 1
+    sqrt: Callable[[Lane], Lane] = staticmethod(math.sqrt)
+    hypot: Callable[[Lane, Lane], Lane] = staticmethod(math.hypot)
+    atan2: Callable[[Lane, Lane], Lane] = staticmethod(math.atan2)
+    sin: Callable[[Lane], Lane] = staticmethod(math.sin)
+    cos: Callable[[Lane], Lane] = staticmethod(math.cos)
 
     def full(self, value: float) -> Lane:
         """The same number in every lane."""
-        ...
+        return float(value)
 
     def pack(self, values: list[float]) -> Lane:
         """A lane from one number per vehicle."""
-        ...
-
-    def unpack(self, lane: Lane) -> list[float]:
-        """One Python float per vehicle."""
-        ...
-
-    def sqrt(self, x: Lane) -> Lane:
-        """Square root of x >= 0."""
-        ...
-
-    def hypot(self, x: Lane, y: Lane) -> Lane:
-        """Length of (x, y)."""
-        ...
-
-    def atan2(self, y: Lane, x: Lane) -> Lane:
-        """Angle of (x, y), radians."""
-        ...
-
-    def sin(self, x: Lane) -> Lane:
-        """Sine of an angle in radians."""
-        ...
-
-    def cos(self, x: Lane) -> Lane:
-        """Cosine of an angle in radians."""
-        ...
-
-    def minimum(self, x: Lane, y: Lane) -> Lane:
-        """The smaller one, lane by lane."""
-        ...
-
-    def maximum(self, x: Lane, y: Lane) -> Lane:
-        """The larger one, lane by lane."""
-        ...
-
-    def clip(self, x: Lane, low: Lane, high: Lane) -> Lane:
-        """X limited to low..high; low <= high."""
-        ...
-
-    def where(self, condition: Lane, x: Lane, y: Lane) -> Lane:
-        """X where the condition holds, else y."""
-        ...
-
-    def wrap_pi(self, angle: Lane) -> Lane:
-        """An angle moved into -pi..pi."""
-        ...
-
-
-class ScalarOps:
-    """One vehicle: lanes are floats."""
-
-    count = 1
-    sqrt = staticmethod(math.sqrt)
-    hypot = staticmethod(math.hypot)
-    atan2 = staticmethod(math.atan2)
-    sin = staticmethod(math.sin)
-    cos = staticmethod(math.cos)
-
-    @staticmethod
-    def full(value: float) -> Lane:
-        """The number itself."""
-        return float(value)
-
-    @staticmethod
-    def pack(values: list[float]) -> Lane:
-        """The only number of the list."""
         return float(values[0])
 
     @staticmethod
     def unpack(lane: Lane) -> list[float]:
-        """A list of one."""
+        """One Python float per vehicle."""
         return [lane]
 
     @staticmethod
     def minimum(x: Lane, y: Lane) -> Lane:
-        """The smaller one."""
+        """The smaller one, lane by lane."""
         return x if x < y else y  # noqa: FURB136 - twice as fast as min()
 
     @staticmethod
     def maximum(x: Lane, y: Lane) -> Lane:
-        """The larger one."""
+        """The larger one, lane by lane."""
         return x if x > y else y  # noqa: FURB136 - twice as fast as max()
 
     @staticmethod
     def clip(x: Lane, low: Lane, high: Lane) -> Lane:
-        """X limited to low..high."""
+        """X limited to low..high; low <= high."""
         return low if x < low else (high if x > high else x)  # noqa: FURB136 - the same
 
     @staticmethod
     def where(condition: Lane, x: Lane, y: Lane) -> Lane:
-        """X if the condition holds, else y."""
+        """X where the condition holds, else y."""
         return x if condition else y
 
     @staticmethod
@@ -128,17 +78,20 @@ class ScalarOps:
         return math.remainder(angle, math.tau)
 
 
-class ArrayOps:
-    """N vehicles: lanes are arrays of shape (N,)."""
+ScalarOps = Ops
+
+
+class ArrayOps(Ops):
+    """The same on lanes of N vehicles, which are arrays of shape (N,)."""
 
     sqrt = staticmethod(np.sqrt)
     hypot = staticmethod(np.hypot)
     atan2 = staticmethod(np.arctan2)
     sin = staticmethod(np.sin)
     cos = staticmethod(np.cos)
-    minimum = staticmethod(np.minimum)
-    maximum = staticmethod(np.maximum)
-    where = staticmethod(np.where)
+    minimum: Any = staticmethod(np.minimum)
+    maximum: Any = staticmethod(np.maximum)
+    where: Any = staticmethod(np.where)
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -169,4 +122,4 @@ class ArrayOps:
 
 def ops_for(count: int) -> Ops:
     """The arithmetic for `count` vehicles (>= 1)."""
-    return ScalarOps() if count == 1 else ArrayOps(count)
+    return Ops() if count == 1 else ArrayOps(count)

@@ -6,8 +6,9 @@ import os
 import selectors
 import socket
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Protocol
+from typing import ClassVar
 
 from mavlink_sitl.links.addresses import LinkAddress
 from mavlink_sitl.mavlink.codec import Decoder
@@ -23,51 +24,72 @@ class LinkError(OSError):
     """A socket that cannot be opened; the message says which and why."""
 
 
-class OpenLink(Protocol):
-    """One open link."""
+class OpenLink(ABC):
+    """One open link.
 
-    def describe(self) -> str:
-        """The address, with the port that was really opened."""
-        ...
+    Args:
+        address: where to.
+        receive: called with each datagram, or with each frame of a stream.
 
-    def register(self, selector: selectors.BaseSelector) -> None:
-        """Have `ready` called when something arrives; the key's data is that function."""
-        ...
+    Raises:
+        LinkError: it cannot be opened.
+    """
 
-    def send(self, frame: bytes) -> None:
-        """Send a frame to whoever is there."""
-        ...
-
-    def close(self) -> None:
-        """Close all sockets."""
-        ...
-
-
-class UdpEndpoint:
-    """A UDP socket: sends to a fixed peer (udpout) or to those heard lately (udpin)."""
+    kind: ClassVar[socket.SocketKind]
+    _listener: socket.socket | None = None
 
     def __init__(self, address: LinkAddress, receive: Receive) -> None:
         self._address = address
         self._receive = receive
-        self._peers: dict[tuple[str, int], float] = {}
-        family, place = _resolve(address, socket.SOCK_DGRAM)
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        family, place = _resolve(address, self.kind)
         try:
-            if address.listens:
-                self._socket.bind(place)
-            else:
-                self._socket.connect(place)
+            self._open(family, place)
         except OSError as error:
-            self._socket.close()
-            raise _cannot_open(address, error) from error
-        self._socket.setblocking(False)
+            reason = os.strerror(error.errno) if error.errno else str(error)
+            raise LinkError(f"cannot open {address}: {reason}") from error
+
+    @abstractmethod
+    def _open(self, family: int, place: tuple[str, int]) -> None:
+        """Open it; where others come to, it is the listener."""
 
     def describe(self) -> str:
         """The address, with the port that was really opened."""
-        if not self._address.listens:
+        if self._listener is None:
             return str(self._address)
-        port = self._socket.getsockname()[1]
+        port = self._listener.getsockname()[1]
         return str(LinkAddress(self._address.kind, self._address.host, port))
+
+    @abstractmethod
+    def register(self, selector: selectors.BaseSelector) -> None:
+        """Have `ready` called when something arrives; the key's data is that function."""
+
+    @abstractmethod
+    def send(self, frame: bytes) -> None:
+        """Send a frame to whoever is there."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close all sockets."""
+
+
+class UdpEndpoint(OpenLink):
+    """A UDP socket: sends to a fixed peer (udpout) or to those heard lately (udpin)."""
+
+    kind = socket.SOCK_DGRAM
+
+    def _open(self, family: int, place: tuple[str, int]) -> None:
+        self._peers: dict[tuple[str, int], float] = {}
+        self._socket = socket.socket(family, self.kind)
+        self._socket.setblocking(False)
+        try:
+            if self._address.listens:
+                self._socket.bind(place)
+                self._listener = self._socket
+            else:
+                self._socket.connect(place)
+        except OSError:
+            self._socket.close()
+            raise
 
     def register(self, selector: selectors.BaseSelector) -> None:
         """See OpenLink."""
@@ -113,32 +135,19 @@ class UdpEndpoint:
         self._socket.close()
 
 
-class TcpEndpoint:
+class TcpEndpoint(OpenLink):
     """TCP: a listener with any number of clients (tcpin), or one connection (tcpout)."""
 
-    def __init__(self, address: LinkAddress, receive: Receive) -> None:
-        self._address = address
-        self._receive = receive
-        self._clients: dict[socket.socket, Decoder] = {}
-        self._selector: selectors.BaseSelector | None = None
-        self._listener: socket.socket | None = None
-        family, place = _resolve(address, socket.SOCK_STREAM)
-        try:
-            if address.listens:
-                self._listener = socket.create_server(place, family=family)
-                self._listener.setblocking(False)
-            else:
-                client = socket.create_connection((address.host, address.port), timeout=5.0)
-                self._add(client)
-        except OSError as error:
-            raise _cannot_open(address, error) from error
+    kind = socket.SOCK_STREAM
+    _selector: selectors.BaseSelector | None = None
 
-    def describe(self) -> str:
-        """See OpenLink."""
-        if self._listener is None:
-            return str(self._address)
-        port = self._listener.getsockname()[1]
-        return str(LinkAddress(self._address.kind, self._address.host, port))
+    def _open(self, family: int, place: tuple[str, int]) -> None:
+        self._clients: dict[socket.socket, Decoder] = {}
+        if self._address.listens:
+            self._listener = socket.create_server(place, family=family)
+            self._listener.setblocking(False)
+        else:
+            self._add(socket.create_connection((self._address.host, self._address.port), 5.0))
 
     def _add(self, client: socket.socket) -> None:
         client.setblocking(False)
@@ -203,11 +212,6 @@ class TcpEndpoint:
         self._clients.clear()
         if self._listener is not None:
             self._listener.close()
-
-
-def _cannot_open(address: LinkAddress, error: OSError) -> LinkError:
-    reason = os.strerror(error.errno) if error.errno else str(error)
-    return LinkError(f"cannot open {address}: {reason}")
 
 
 def _resolve(address: LinkAddress, kind: int) -> tuple[int, tuple[str, int]]:

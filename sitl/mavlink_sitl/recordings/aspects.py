@@ -121,17 +121,6 @@ def _name(enum: str, number: int) -> str:
     return name.removeprefix(prefixes[0]).removeprefix(prefixes[1])
 
 
-def command_differences(flight: Conversation) -> list[Difference]:
-    """Of each COMMAND_ACK's result."""
-    return _aligned("command", acknowledgements(flight.real), acknowledgements(flight.ours))
-
-
-def mission_differences(flight: Conversation) -> list[Difference]:
-    """Of each MISSION_ACK's type."""
-    real, ours = mission_acknowledgements(flight.real), mission_acknowledgements(flight.ours)
-    return _aligned("mission", real, ours)
-
-
 def mode_differences(flight: Conversation) -> list[Difference]:
     """Of the modes that the HEARTBEAT went through."""
     every_change_is_told = flight.recording.autopilot == "ardupilot"
@@ -146,9 +135,10 @@ def mode_differences(flight: Conversation) -> list[Difference]:
     return _aligned("mode", modes(flight.real), modes(flight.ours), shown)
 
 
-def landed_differences(flight: Conversation) -> list[Difference]:
-    """Of the order of landed states."""
-    return _aligned("landed", landed_states(flight.real), landed_states(flight.ours))
+def _sequence(
+    aspect: str, elements: Callable[[Timed], list[SequenceElement]]
+) -> Callable[[Conversation], list[Difference]]:
+    return lambda flight: _aligned(aspect, elements(flight.real), elements(flight.ours))
 
 
 def text_differences(flight: Conversation) -> list[Difference]:
@@ -196,10 +186,10 @@ def _difference(
 
 
 ASPECTS: dict[str, tuple[str, Callable[[Conversation], list[Difference]]]] = {
-    "command": ("result of each COMMAND_ACK", command_differences),
-    "mission": ("type of each MISSION_ACK", mission_differences),
+    "command": ("result of each COMMAND_ACK", _sequence("command", acknowledgements)),
+    "mission": ("type of each MISSION_ACK", _sequence("mission", mission_acknowledgements)),
     "mode": ("modes of the HEARTBEAT", mode_differences),
-    "landed": ("order of landed states", landed_differences),
+    "landed": ("order of landed states", _sequence("landed", landed_states)),
     "target": (
         "time to each target, within 10 %",
         lambda flight: [Difference("target", *d) for d in target_differences(flight)],

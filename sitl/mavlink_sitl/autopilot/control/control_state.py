@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from operator import attrgetter
+from typing import NamedTuple, TypeVar
 
-from mavlink_sitl.exchange import Guidance, Motors, YawMode
+from mavlink_sitl.exchange import Guidance, Limits, Motors, YawMode
 from mavlink_sitl.lanes import Lane, Ops
 
 GRAVITY_M_S2 = 9.80665
@@ -65,6 +67,7 @@ class Targets(NamedTuple):
 
     fly: Lane
     manual: Lane
+    yaw_mode: Lane
     throttle: Lane
     track_position_xy: Lane
     track_velocity_xy: Lane
@@ -83,7 +86,6 @@ class Targets(NamedTuple):
     acceleration_z_m_s2: Lane
     jerk_xy_m_s3: Lane
     jerk_z_m_s3: Lane
-    yaw_mode: Lane
     yaw_rate_rad_s: Lane
     straight: Lane
 
@@ -183,34 +185,25 @@ def initial(belief: Belief, o: Ops) -> ControllerState:
     )  # fmt: skip
 
 
+_LIMITS = {item.name for item in fields(Limits)}
+_STEADY = attrgetter(*(f"limits.{n}" if n in _LIMITS else n for n in Targets._fields[3:]))
+
+
 def targets_of(g: Guidance) -> Targets:
     """The steady part of what one vehicle is told; every field a float."""
-    limits = g.limits
-    return Targets(
-        fly=float(g.motors is Motors.FLY),
-        manual=float(g.motors is Motors.MANUAL),
-        throttle=g.throttle,
-        track_position_xy=g.track_position_xy,
-        track_velocity_xy=g.track_velocity_xy,
-        track_position_z=g.track_position_z,
-        track_velocity_z=g.track_velocity_z,
-        acceleration_north_m_s2=g.acceleration_north_m_s2,
-        acceleration_east_m_s2=g.acceleration_east_m_s2,
-        acceleration_down_m_s2=g.acceleration_down_m_s2,
-        direct_lean=g.direct_lean,
-        lean_north=g.lean_north,
-        lean_east=g.lean_east,
-        speed_xy_m_s=limits.speed_xy_m_s,
-        speed_up_m_s=limits.speed_up_m_s,
-        speed_down_m_s=limits.speed_down_m_s,
-        acceleration_xy_m_s2=limits.acceleration_xy_m_s2,
-        acceleration_z_m_s2=limits.acceleration_z_m_s2,
-        jerk_xy_m_s3=limits.jerk_xy_m_s3,
-        jerk_z_m_s3=limits.jerk_z_m_s3,
-        yaw_mode=float(g.yaw_mode),
-        yaw_rate_rad_s=g.yaw_rate_rad_s,
-        straight=g.straight,
-    )
+    fly, manual = float(g.motors is Motors.FLY), float(g.motors is Motors.MANUAL)
+    return Targets(fly, manual, float(g.yaw_mode), *_STEADY(g))
+
+
+T = TypeVar("T", bound=NamedTuple)
+
+
+def packed(
+    kind: type[T], steady: Callable[[Guidance], tuple[float, ...]], rows: Sequence[Guidance], o: Ops
+) -> T:
+    """Lanes of what vehicles are told: `fly`, `manual` and what `steady` takes of it."""
+    told = [(g.motors is Motors.FLY, g.motors is Motors.MANUAL, *steady(g)) for g in rows]
+    return kind._make(o.pack([float(v) for v in column]) for column in zip(*told, strict=True))
 
 
 def retargeted(

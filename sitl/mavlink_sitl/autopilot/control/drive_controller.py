@@ -14,9 +14,11 @@ A boat's rudder sets the rate of turn directly.
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 from typing import NamedTuple
 
-from mavlink_sitl.exchange import Motors, YawMode
+from mavlink_sitl.autopilot.control.control_state import packed
+from mavlink_sitl.exchange import YawMode
 from mavlink_sitl.guidance import DriveGuidance
 from mavlink_sitl.lanes import Lane, Ops
 
@@ -80,6 +82,11 @@ class DriveState(NamedTuple):
     steer_integrator: Lane
 
 
+_STEADY = attrgetter(
+    "throttle", "steering", "speed_m_s", "limits.acceleration_xy_m_s2", *DriveTargets._fields[6:]
+)
+
+
 def initial(o: Ops) -> DriveState:
     """Controllers at rest."""
     zero = o.full(0.0)
@@ -88,19 +95,7 @@ def initial(o: Ops) -> DriveState:
 
 def targets_of(guidance: list[DriveGuidance], o: Ops) -> DriveTargets:
     """The targets of each vehicle, one lane per field."""
-
-    def lane(name: str) -> Lane:
-        return o.pack([float(getattr(g, name)) for g in guidance])
-
-    return DriveTargets(
-        o.pack([float(g.motors is Motors.FLY) for g in guidance]),
-        o.pack([float(g.motors is Motors.MANUAL) for g in guidance]),
-        lane("throttle"),
-        lane("steering"),
-        lane("speed_m_s"),
-        o.pack([g.limits.acceleration_xy_m_s2 for g in guidance]),
-        *(lane(name) for name in DriveTargets._fields[6:]),
-    )
+    return packed(DriveTargets, _STEADY, guidance, o)
 
 
 def step(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import NamedTuple
 
-from mavlink_sitl.exchange import Motors
+from mavlink_sitl.autopilot.control.control_state import packed
 from mavlink_sitl.guidance import GlideGuidance
 from mavlink_sitl.lanes import Lane, Ops
 
@@ -49,6 +50,9 @@ class GlideState(NamedTuple):
     throttle: Lane
 
 
+_STEADY = attrgetter(*GlideTargets._fields[2:])
+
+
 def initial(o: Ops) -> GlideState:
     """Controllers at rest."""
     zero = o.full(0.0)
@@ -57,15 +61,7 @@ def initial(o: Ops) -> GlideState:
 
 def targets_of(guidance: list[GlideGuidance], o: Ops) -> GlideTargets:
     """The targets of each vehicle, one lane per field."""
-
-    def lane(name: str) -> Lane:
-        return o.pack([float(getattr(g, name)) for g in guidance])
-
-    return GlideTargets(
-        o.pack([float(g.motors is Motors.FLY) for g in guidance]),
-        o.pack([float(g.motors is Motors.MANUAL) for g in guidance]),
-        *(lane(name) for name in GlideTargets._fields[2:]),
-    )
+    return packed(GlideTargets, _STEADY, guidance, o)
 
 
 def step(

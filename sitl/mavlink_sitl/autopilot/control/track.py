@@ -25,20 +25,11 @@ and takes so long to change. Both fit the first leg of `copter_auto_cleared` to 
 
 
 class SmoothProfile:
-    """A `LineProfile` averaged over SNAP_S, which limits the change of its jerk.
+    """A `LineProfile` averaged over SNAP_S, which limits the change of its jerk."""
 
-    Args:
-        length_m: how far, >= 0.
-        speed_m_s: largest speed, > 0.
-        acceleration_m_s2: largest acceleration, > 0.
-        jerk_m_s3: jerk, > 0.
-    """
-
-    def __init__(
-        self, length_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
-    ) -> None:
-        self.length_m = length_m
-        self._line = LineProfile(length_m, speed_m_s, acceleration_m_s2, jerk_m_s3 * JERK_SHARE)
+    def __init__(self, line: LineProfile) -> None:
+        self.length_m = line.length_m
+        self._line = line
         self.duration_s = self._line.duration_s + SNAP_S
 
     def at(self, time_s: float) -> Vector:
@@ -81,7 +72,8 @@ class TrackLeg:
         )
         if length == 0.0:
             speed = acceleration = 1.0
-        self.profile = SmoothProfile(length, speed, acceleration, jerk_m_s3)
+        line = LineProfile(length, speed, acceleration, jerk_m_s3 * JERK_SHARE)
+        self.profile = SmoothProfile(line)
 
     def at(self, time_s: float) -> Motion3:
         """Position from `start`, velocity, acceleration."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.plans.plan_commands import CIRCLES, POLYGONS
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
@@ -74,13 +75,13 @@ def areas_of(items: list[PlanItem], frame: LocalFrame) -> list[Area]:
     while place < len(items):
         item = items[place]
         inclusion = item.command in (Cmd.POLYGON_INCLUSION, Cmd.CIRCLE_INCLUSION)
-        if item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION):
+        if item.command in POLYGONS:
             corners = max(int(item.params[0]), 1)
             group = items[place : place + corners]
             areas.append(Area(inclusion, tuple(_place(i, frame) for i in group)))
             place += corners
             continue
-        if item.command in (Cmd.CIRCLE_INCLUSION, Cmd.CIRCLE_EXCLUSION):
+        if item.command in CIRCLES:
             centre = _place(item, frame)
             areas.append(Area(inclusion, centre=centre, radius_m=item.params[0]))
         place += 1
@@ -188,19 +189,9 @@ class Fence:
         """Whether a setpoint for GUIDED leads out, so that it is ignored."""
         if not self.enabled:
             return False
-        if setpoint.position_m is not None:
-            north, east, down = setpoint.position_m
-            if setpoint.frame is not SetpointFrame.LOCAL:
-                motion = self._vehicle.motion
-                c, s = 1.0, 0.0
-                if setpoint.frame is SetpointFrame.BODY:
-                    c, s = math.cos(motion.yaw_rad), math.sin(motion.yaw_rad)
-                north, east, down = (
-                    motion.north_m + north * c - east * s,
-                    motion.east_m + north * s + east * c,
-                    motion.down_m + down,
-                )
-            return bool(self._broken((north, east, down)))
+        place = setpoint.place_ned_m(self._vehicle.motion)
+        if place is not None:
+            return bool(self._broken(place))
         if setpoint.velocity_m_s is None or setpoint.frame is SetpointFrame.BODY:
             return False
         return self._leads_out(setpoint.velocity_m_s)

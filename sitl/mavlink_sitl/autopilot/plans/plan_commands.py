@@ -63,3 +63,8 @@ UNTOLD = frozenset(
     )
 )
 """Done by ArduPilot's mission library itself, which tells nobody (seen in `plane_auto`)"""
+WITH_HEADING = MOVING - {Cmd.RTL, Cmd.DELAY} | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
+"""Items at a place, whose param4 is a heading: NaN is none"""
+POLYGONS = frozenset((Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION))
+CIRCLES = frozenset((Cmd.CIRCLE_INCLUSION, Cmd.CIRCLE_EXCLUSION))
+FENCE = POLYGONS | CIRCLES | {Cmd.FENCE_RETURN_POINT}

@@ -8,64 +8,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from mavlink_sitl.autopilot.plans.plan_commands import FENCE, WITH_HEADING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanType
 
-_FLOWN = frozenset(
+_PX4_DEVICES = frozenset(
     (
-        Cmd.WAYPOINT,
-        Cmd.LOITER_UNLIM,
-        Cmd.LOITER_TURNS,
-        Cmd.LOITER_TIME,
-        Cmd.RTL,
-        Cmd.LAND,
-        Cmd.TAKEOFF,
-        Cmd.DELAY,
-        Cmd.CONDITION_DELAY,
-        Cmd.JUMP,
-        Cmd.CHANGE_SPEED,
+        Cmd.MOUNT_CONFIGURE,
+        Cmd.CAMERA_INTERVAL,
+        Cmd.IMAGE_START,
+        Cmd.IMAGE_STOP,
+        Cmd.VIDEO_START,
+        Cmd.VIDEO_STOP,
+        Cmd.VTOL_TRANSITION,
     )
 )
-_DONE = frozenset(
-    (
-        Cmd.CONDITION_DISTANCE,
-        Cmd.SET_HOME,
-        Cmd.SET_SERVO,
-        Cmd.RETURN_PATH_START,
-        Cmd.LAND_START,
-        Cmd.SET_ROI_LOCATION,
-        Cmd.SET_ROI_NONE,
-        Cmd.SET_ROI,
-        Cmd.DIGICAM_CONTROL,
-        Cmd.MOUNT_CONTROL,
-        Cmd.CAMERA_DISTANCE,
-        Cmd.FENCE_ENABLE,
-        Cmd.JUMP_TAG,
-        Cmd.DO_JUMP_TAG,
-        Cmd.LOITER_TO_ALT,
-        Cmd.SPLINE,
-        Cmd.VTOL_TAKEOFF,
-        Cmd.VTOL_LAND,
-        Cmd.GUIDED_ENABLE,
-        Cmd.PAYLOAD_PLACE,
-        Cmd.CONDITION_YAW,
-        Cmd.PAUSE_CONTINUE,
-        Cmd.SET_REVERSE,
-        Cmd.GRIPPER,
-        Cmd.SET_YAW_SPEED,
-        Cmd.SEND_SCRIPT_MESSAGE,
-    )
-)
-"""What ArduPilot takes besides, whatever the vehicle: one that cannot do an item passes it over
+_ARDUPILOT = frozenset(Cmd) - FENCE - {Cmd.RALLY_POINT} - _PX4_DEVICES
+"""What ArduPilot takes, whatever the vehicle: one that cannot do an item passes it over
 (uploads in `copter_mission_misc` and `rover_mission`)"""
-_FENCE = frozenset(
-    (
-        Cmd.FENCE_RETURN_POINT,
-        Cmd.POLYGON_INCLUSION,
-        Cmd.POLYGON_EXCLUSION,
-        Cmd.CIRCLE_INCLUSION,
-        Cmd.CIRCLE_EXCLUSION,
-    )
-)
 
 
 @dataclass(frozen=True)
@@ -118,64 +77,40 @@ class PlanRules:
     not_in_list_text: str = ""
     commands: dict[PlanType, frozenset[Cmd]] = field(
         default_factory=lambda: {
-            PlanType.MISSION: _FLOWN,
-            PlanType.FENCE: _FENCE,
+            PlanType.MISSION: _ARDUPILOT,
+            PlanType.FENCE: FENCE,
             PlanType.RALLY: frozenset((Cmd.RALLY_POINT,)),
         }
     )
-    frames: frozenset[int] = frozenset((0, 2, 3, 5, 6))
+    frames: frozenset[int] = frozenset((0, 2, 3, 5, 6, 10, 11))
     by_frame: dict[int, frozenset[Cmd]] | None = None
-    stored_frames: dict[int, int] = field(default_factory=lambda: {5: 0, 6: 3})
+    stored_frames: dict[int, int] = field(default_factory=lambda: {5: 0, 6: 3, 11: 10})
     keeps_nan: bool = False
 
 
-ARDUPILOT_PLANS = PlanRules(
-    commands={**PlanRules().commands, PlanType.MISSION: _FLOWN | _DONE},
-    frames=frozenset((0, 2, 3, 5, 6, 10, 11)),
-    stored_frames={5: 0, 6: 3, 11: 10},
-)
+ARDUPILOT_PLANS = PlanRules()
 
-_PX4_PLACES = frozenset(
-    (
-        Cmd.WAYPOINT,
-        Cmd.LOITER_UNLIM,
-        Cmd.LOITER_TIME,
-        Cmd.LOITER_TO_ALT,
-        Cmd.LAND,
-        Cmd.TAKEOFF,
-        Cmd.VTOL_TAKEOFF,
-        Cmd.VTOL_LAND,
-        Cmd.SET_ROI,
-        Cmd.SET_ROI_LOCATION,
-        Cmd.RALLY_POINT,
-        *_FENCE,
-    )
+_PX4_PLACES = (
+    WITH_HEADING - {Cmd.SPLINE, Cmd.LOITER_TURNS}
+    | FENCE
+    | {Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.RALLY_POINT}
 )
-_PX4_DEEDS = frozenset(
-    (
-        Cmd.RTL,
-        Cmd.DELAY,
-        Cmd.CONDITION_DELAY,
-        Cmd.CONDITION_DISTANCE,
-        Cmd.JUMP,
-        Cmd.CHANGE_SPEED,
-        Cmd.SET_HOME,
-        Cmd.LAND_START,
-        Cmd.SET_ROI_NONE,
-        Cmd.SET_ROI,
-        Cmd.DIGICAM_CONTROL,
-        Cmd.MOUNT_CONFIGURE,
-        Cmd.MOUNT_CONTROL,
-        Cmd.CAMERA_DISTANCE,
-        Cmd.GRIPPER,
-        Cmd.CAMERA_INTERVAL,
-        Cmd.IMAGE_START,
-        Cmd.IMAGE_STOP,
-        Cmd.VIDEO_START,
-        Cmd.VIDEO_STOP,
-        Cmd.VTOL_TRANSITION,
-    )
-)
+_PX4_DEEDS = _PX4_DEVICES | {
+    Cmd.RTL,
+    Cmd.DELAY,
+    Cmd.CONDITION_DELAY,
+    Cmd.CONDITION_DISTANCE,
+    Cmd.JUMP,
+    Cmd.CHANGE_SPEED,
+    Cmd.SET_HOME,
+    Cmd.LAND_START,
+    Cmd.SET_ROI_NONE,
+    Cmd.SET_ROI,
+    Cmd.DIGICAM_CONTROL,
+    Cmd.MOUNT_CONTROL,
+    Cmd.CAMERA_DISTANCE,
+    Cmd.GRIPPER,
+}
 """PX4's items with a place, in a global frame, and those without, in the frame MISSION. An
 upload of each was seen; LOITER_TURNS, splines, CONDITION_YAW and DO_SET_SERVO are rejected."""
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, turned
 from mavlink_sitl.exchange import ZERO, Motors, Vector
 
 if TYPE_CHECKING:
@@ -39,9 +39,19 @@ class Px4Mode(Mode):
         motion = self.vehicle.motion
         return motion.north_m, motion.east_m, motion.down_m
 
+    def level(self) -> tuple[float, float]:
+        """The same, north and east."""
+        return self.vehicle.motion[:2]
+
 
 class HoldMode(Px4Mode):
-    """AUTO.LOITER: stays, or goes where DO_REPOSITION says."""
+    """AUTO.LOITER: stays, or goes where DO_REPOSITION says.
+
+    Attributes:
+        target: where it was told to stay, NED metres.
+    """
+
+    target: Vector | None = None
 
     def go_to(
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
@@ -49,9 +59,19 @@ class HoldMode(Px4Mode):
         """Go somewhere; None keeps what is."""
         raise NotImplementedError
 
+    def other_target(self, point: GeoPoint | None, altitude_amsl_m: float | None) -> Vector:
+        """The target with another place or height; None keeps what is."""
+        navigator = self.vehicle.px4_navigator
+        north, east, down = self.target or self.here()
+        if point is not None:
+            north, east, _ = navigator.place_ned_m(point)
+        if altitude_amsl_m is not None:
+            down = navigator.down_of_amsl(altitude_amsl_m)
+        return north, east, down
+
     def stay_at(self, target: Vector) -> None:
         """Stay at a place nearby, NED metres."""
-        raise NotImplementedError
+        self.target = target
 
     def limits_changed(self) -> None:
         """Another speed: go on with it."""
@@ -65,11 +85,7 @@ class TakeoffMode(Px4Mode):
     """
 
     wanted_amsl_m: float | None = None
-
-    @property
-    def taking_off(self) -> bool:
-        """Always."""
-        return True
+    taking_off = True
 
 
 class OffboardMode(Px4Mode):
@@ -108,11 +124,7 @@ class OffboardMode(Px4Mode):
         """A new setpoint, in LOCAL or BODY (velocity only)."""
         velocity = setpoint.velocity_m_s
         if setpoint.frame is SetpointFrame.BODY:
-            if velocity is not None:
-                c, s = math.cos(self.vehicle.motion.yaw_rad), math.sin(self.vehicle.motion.yaw_rad)
-                north = velocity[0] * c - velocity[1] * s
-                east = velocity[0] * s + velocity[1] * c
-                velocity = (north, east, velocity[2])
+            velocity = velocity and turned(velocity, self.vehicle.motion.yaw_rad)
             setpoint = replace(
                 setpoint, frame=SetpointFrame.LOCAL, position_m=None, velocity_m_s=velocity
             )

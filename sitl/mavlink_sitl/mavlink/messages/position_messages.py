@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import from_angles
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 from mavlink_sitl.exchange import GpsReading, Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
@@ -61,16 +62,7 @@ def attitude_quaternion(s: Snapshot) -> Message:
 
 def quaternion(m: Motion) -> list[float]:
     """The attitude, from body to NED."""
-    _, _, _, _, _, _, roll, pitch, yaw, _, _, _ = m
-    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
-    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return [
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    ]
+    return list(from_angles(*m[6:9]))
 
 
 def gps_raw_int(s: Snapshot) -> Message:

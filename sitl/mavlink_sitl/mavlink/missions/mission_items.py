@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import replace
 
+from mavlink_sitl.autopilot.plans.plan_commands import CIRCLES, FENCE, POLYGONS, WITH_HEADING
 from mavlink_sitl.autopilot.plans.plan_rules import PlanRules
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem, PlanType
 from mavlink_sitl.mavlink.codec import Message, dialect
@@ -16,43 +17,8 @@ INVALID_PARAM1, INVALID_X, INVALID_Y, INVALID_Z, INVALID_SEQUENCE = 6, 10, 11, 1
 DENIED = 14
 """MAV_MISSION_RESULT, as far as it is used"""
 
-_YAW_MAY_BE_NAN = frozenset(
-    (
-        Cmd.WAYPOINT,
-        Cmd.LOITER_TO_ALT,
-        Cmd.SPLINE,
-        Cmd.LAND,
-        Cmd.TAKEOFF,
-        Cmd.VTOL_TAKEOFF,
-        Cmd.VTOL_LAND,
-        Cmd.LOITER_UNLIM,
-        Cmd.LOITER_TIME,
-        Cmd.LOITER_TURNS,
-    )
-)
-_PLACES = frozenset(
-    (
-        *_YAW_MAY_BE_NAN,
-        Cmd.SET_HOME,
-        Cmd.SET_ROI,
-        Cmd.SET_ROI_LOCATION,
-        Cmd.RALLY_POINT,
-        Cmd.POLYGON_INCLUSION,
-        Cmd.POLYGON_EXCLUSION,
-        Cmd.CIRCLE_INCLUSION,
-        Cmd.CIRCLE_EXCLUSION,
-        Cmd.FENCE_RETURN_POINT,
-    )
-)
-_AREAS = frozenset(
-    (
-        Cmd.POLYGON_INCLUSION,
-        Cmd.POLYGON_EXCLUSION,
-        Cmd.CIRCLE_INCLUSION,
-        Cmd.CIRCLE_EXCLUSION,
-        Cmd.RALLY_POINT,
-    )
-)
+_AREAS = POLYGONS | CIRCLES | {Cmd.RALLY_POINT}
+_PLACES = WITH_HEADING | FENCE | _AREAS | {Cmd.SET_HOME, Cmd.SET_ROI, Cmd.SET_ROI_LOCATION}
 LEAST_CORNERS = 3
 HIGHEST_M = 1e6
 
@@ -82,7 +48,7 @@ def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
     if item.frame not in rules.frames:
         return UNSUPPORTED_FRAME
     for i, value in enumerate(item.params):
-        free = rules.keeps_nan or item.command in _YAW_MAY_BE_NAN
+        free = rules.keeps_nan or item.command in WITH_HEADING
         allowed = i == 3 and free and math.isnan(value)
         if not math.isfinite(value) and not allowed:
             return INVALID_PARAM1 + i
@@ -110,7 +76,7 @@ def _fault_by_frame(
         return UNSUPPORTED
     if plan_type is PlanType.MISSION and item.command in _AREAS:
         return ERROR
-    corner = item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION)
+    corner = item.command in POLYGONS
     few = not math.isfinite(item.params[0]) or item.params[0] < LEAST_CORNERS - 0.5
     return ERROR if plan_type is PlanType.FENCE and corner and few else OK
 
@@ -136,7 +102,7 @@ def fence_fault(items: list[PlanItem]) -> int:
     place = 0
     while place < len(items):
         item = items[place]
-        if item.command in (Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION):
+        if item.command in POLYGONS:
             corners = int(item.params[0])
             group = items[place : place + corners]
             same = all((i.command, i.params[0]) == (item.command, item.params[0]) for i in group)
@@ -144,7 +110,7 @@ def fence_fault(items: list[PlanItem]) -> int:
                 return ERROR
             place += corners
             continue
-        if item.command in (Cmd.CIRCLE_INCLUSION, Cmd.CIRCLE_EXCLUSION) and item.params[0] <= 0.0:
+        if item.command in CIRCLES and item.params[0] <= 0.0:
             return ERROR
         place += 1
     return OK

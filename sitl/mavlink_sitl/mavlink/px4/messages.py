@@ -110,7 +110,6 @@ def sys_status(s: Snapshot) -> Message:
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the pack's voltage in the first place, a current of -1 A, rounded charge."""
     battery = copter_of(s).battery
-    levels = (1, 2, 3, 4)
     return dialect.MAVLink_battery_status_message(
         0,
         1,
@@ -122,7 +121,7 @@ def battery_status(s: Snapshot) -> Message:
         -1,
         to_int(battery.remaining * 100.0, 0, 100),
         0,
-        levels[min(s.vehicle.failsafe.battery_level, 3)],
+        1 + min(s.vehicle.failsafe.battery_level, 3),
     )
 
 
@@ -324,16 +323,6 @@ def wind_cov(s: Snapshot) -> Message | None:
     )
 
 
-def local_position_ned(s: Snapshot) -> Message | None:
-    """LOCAL_POSITION_NED: while there is a position."""
-    return position.local_position_ned(s)
-
-
-def attitude_quaternion(s: Snapshot) -> Message:
-    """ATTITUDE_QUATERNION."""
-    return position.attitude_quaternion(s)
-
-
 def autopilot_version(s: Snapshot) -> Message:
     """AUTOPILOT_VERSION: v1.17.0; the git hash ends backwards in the custom version."""
     p = s.vehicle.personality
@@ -372,8 +361,8 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     24: gps_raw_int,
     29: scaled_pressure,
     30: position.attitude,
-    31: attitude_quaternion,
-    32: local_position_ned,
+    31: position.attitude_quaternion,
+    32: position.local_position_ned,
     33: position.global_position_int,
     36: servo_output_raw,
     42: status.mission_current,

@@ -145,10 +145,7 @@ class Throw(Mode):
 class Land(Mode):
     """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground."""
 
-    @property
-    def landing(self) -> bool:
-        """Always."""
-        return True
+    landing = True
 
     def enter(self) -> None:
         """Brake and sink."""

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
-from mavlink_sitl.exchange import ZERO, Guidance, Motors, Vector, YawMode
+from mavlink_sitl.exchange import ZERO, Guidance, Motion, Motors, Vector, YawMode
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
@@ -67,6 +67,22 @@ class Setpoint:
     yaw_rad: float | None = None
     yaw_rate_rad_s: float | None = None
     is_global: bool = False
+
+    def place_ned_m(self, motion: Motion) -> Vector | None:
+        """Its position in the local frame, of a vehicle that moves so."""
+        position = self.position_m
+        if position is None or self.frame is SetpointFrame.LOCAL:
+            return position
+        if self.frame is SetpointFrame.BODY:
+            position = turned(position, motion.yaw_rad)
+        north, east, down = position
+        return motion.north_m + north, motion.east_m + east, motion.down_m + down
+
+
+def turned(vector: Vector, yaw_rad: float) -> Vector:
+    """From forward-right-down to NED."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return (vector[0] * c - vector[1] * s, vector[0] * s + vector[1] * c, vector[2])
 
 
 class Submode(Enum):
@@ -185,22 +201,19 @@ class Guided(Mode):
         motion = self.vehicle.motion
         if setpoint.frame is SetpointFrame.LOCAL:
             return setpoint
-        position = setpoint.position_m
         velocity, acceleration = setpoint.velocity_m_s, setpoint.acceleration_m_s2
         yaw = setpoint.yaw_rad
         if setpoint.frame is SetpointFrame.BODY:
-            position = _turned(position, motion.yaw_rad)
-            velocity = _turned(velocity, motion.yaw_rad)
-            acceleration = _turned(acceleration, motion.yaw_rad)
+            velocity = velocity and turned(velocity, motion.yaw_rad)
+            acceleration = acceleration and turned(acceleration, motion.yaw_rad)
             yaw = None if yaw is None else yaw + motion.yaw_rad
-        if position is not None:
-            position = (
-                position[0] + motion.north_m,
-                position[1] + motion.east_m,
-                position[2] + motion.down_m,
-            )
         return Setpoint(
-            SetpointFrame.LOCAL, position, velocity, acceleration, yaw, setpoint.yaw_rate_rad_s
+            SetpointFrame.LOCAL,
+            setpoint.place_ned_m(motion),
+            velocity,
+            acceleration,
+            yaw,
+            setpoint.yaw_rate_rad_s,
         )
 
     def _take(self, submode: Submode, setpoint: Setpoint) -> None:
@@ -287,11 +300,3 @@ class Guided(Mode):
         if self.submode is Submode.ATTITUDE and self._attitude is not None:
             lifting = self._attitude.climb_rate_m_s(self.vehicle.navigator.limits()) > 0.0
         return Motors.FLY if lifting else Motors.IDLE
-
-
-def _turned(vector: Vector | None, yaw_rad: float) -> Vector | None:
-    """From forward-right-down to NED."""
-    if vector is None:
-        return None
-    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-    return (vector[0] * c - vector[1] * s, vector[0] * s + vector[1] * c, vector[2])

@@ -78,9 +78,9 @@ class AttitudeTarget:
 
 def from_angles(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
     """An attitude from Euler angles: yaw, then pitch, then roll."""
-    (cr, sr), (cp, sp), (cy, sy) = (
-        (math.cos(0.5 * angle), math.sin(0.5 * angle)) for angle in (roll_rad, pitch_rad, yaw_rad)
-    )
+    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
+    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
+    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
     return (
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,

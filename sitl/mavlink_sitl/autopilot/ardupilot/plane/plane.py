@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
@@ -216,10 +217,6 @@ class Plane(Traveller):
         """MISSION_START: AUTO, whatever is in the mission."""
         self.enter_mode(MODE_AUTO)
         return Result.ACCEPTED
-
-    def take_off(self, altitude_above_home_m: float) -> Result:
-        """NAV_TAKEOFF is for those that lift off vertically."""
-        return Result.FAILED
 
     def setpoint(self, setpoint: Setpoint) -> None:
         """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""

@@ -68,9 +68,6 @@ class GlideAuto(PlaneMode, Auto):
         """Wings level, until the first item says more."""
         return GlideGuidance()
 
-    def limits_changed(self) -> None:
-        """Another airspeed is taken up at once."""
-
     def _change_speed(self, kind: int, speed_m_s: float) -> None:
         self.vehicle.set_speed(kind, speed_m_s)
 

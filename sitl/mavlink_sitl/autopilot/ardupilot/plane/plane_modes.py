@@ -40,10 +40,6 @@ class PlaneMode(Mode):
     on_circle = False
     _climb_m_s = 0.0
 
-    def ground_motors(self) -> Motors:
-        """On the ground the throttle stays closed: only a take-off opens it."""
-        return Motors.IDLE
-
     def bank_limit_rad(self) -> float:
         """ROLL_LIMIT_DEG, less when it is slow: the load of the turn must stay below the stall."""
         plane = self.vehicle
@@ -72,17 +68,10 @@ class PlaneMode(Mode):
             limit_rad: bank no more than that.
             radius_m: negative against the clock; 0 for WP_LOITER_RAD.
         """
-        plane, m = self.vehicle, self.vehicle.motion
+        plane = self.vehicle
         radius = radius_m or plane.parameters["WP_LOITER_RAD"]
-        law = l1.circle(
-            (m.north_m, m.east_m),
-            (m.velocity_north_m_s, m.velocity_east_m_s),
-            m.yaw_rad,
-            centre[:2],
-            max(abs(radius) * plane.true_over_indicated, 1.0),
-            -1 if radius < 0.0 else 1,
-            *self._tuning(),
-        )
+        size = max(abs(radius) * plane.true_over_indicated, 1.0)
+        law = self._l1().circle(centre[:2], size, -1 if radius < 0.0 else 1)
         self.target = centre
         self.cross_track_m, self.on_circle = law.outside_m, law.on_circle
         limit = self.bank_limit_rad()
@@ -91,24 +80,16 @@ class PlaneMode(Mode):
 
     def bank_along(self, start: Point, end: Vector, limit_rad: float | None = None) -> float:
         """The bank that keeps a line from a place to another; NED metres."""
-        m = self.vehicle.motion
-        law = l1.line(
-            (m.north_m, m.east_m),
-            (m.velocity_north_m_s, m.velocity_east_m_s),
-            m.yaw_rad,
-            start,
-            end[:2],
-            *self._tuning(),
-        )
+        law = self._l1().line(start, end[:2])
         self.target = end
         self.cross_track_m, self.on_circle = law.beside_m, False
         limit = self.bank_limit_rad()
         return l1.bank_rad(law.sideways_m_s2, limit if limit_rad is None else min(limit, limit_rad))
 
-    def _tuning(self) -> tuple[float, float]:
-        """Period and damping of the guidance."""
-        p = self.vehicle.parameters
-        return max(p["NAVL1_PERIOD"], 1.0), max(p["NAVL1_DAMPING"], 0.1)
+    def _l1(self) -> l1.L1:
+        m, p = self.vehicle.motion, self.vehicle.parameters
+        period_s, damping = max(p["NAVL1_PERIOD"], 1.0), max(p["NAVL1_DAMPING"], 0.1)
+        return l1.L1(m[:2], m[3:5], m.yaw_rad, period_s, damping)
 
     def fly(
         self,

@@ -202,10 +202,6 @@ class Rover(Traveller):
         """Disarm the motor, also while it rolls: then it rolls on."""
         return super().disarm(True)
 
-    def take_off(self, altitude_above_home_m: float) -> Result:
-        """A rover does not."""
-        return Result.UNSUPPORTED
-
     def setpoint(self, setpoint: Setpoint) -> None:
         """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
         if isinstance(self.mode, Guided):

@@ -80,10 +80,6 @@ class DriveAuto(DriveMode, Auto):
 
     moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT}
 
-    def ground_motors(self) -> Motors:
-        """A rover never counts as landed."""
-        return Motors.FLY
-
     def hold_guidance(self) -> Guidance:
         """Brake."""
         return DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits())
@@ -98,11 +94,6 @@ class DriveAuto(DriveMode, Auto):
         """Run one step once armed."""
         if self.vehicle.armed and self.vehicle.now_s - self.vehicle.arming.armed_at_s >= START_S:
             Auto.update(self)
-
-    @property
-    def taking_off(self) -> bool:
-        """Never."""
-        return False
 
     def limits_changed(self) -> None:
         """Another speed: go on with it."""

@@ -188,8 +188,8 @@ class Guided(DriveMode):
         rover = self.vehicle
         if setpoint.acceleration_m_s2 is not None:
             rover.say(Severity.INFO, REFUSED)
-        elif setpoint.position_m is not None:
-            self.go_to(self._place(setpoint))
+        elif (place := setpoint.place_ned_m(rover.motion)) is not None:
+            self.go_to(place[:2])
         else:
             target = self._moving(setpoint)
             if target is not None:
@@ -203,17 +203,6 @@ class Guided(DriveMode):
         self.route = LegReference(self.vehicle, place, self.vehicle.cruise_m_s())
         self._expires_s = math.inf
         self._told = False
-
-    def _place(self, setpoint: Setpoint) -> Point:
-        assert setpoint.position_m is not None
-        north, east, _ = setpoint.position_m
-        m = self.vehicle.motion
-        if setpoint.frame is SetpointFrame.LOCAL:
-            return north, east
-        if setpoint.frame is SetpointFrame.BODY:
-            c, s = math.cos(m.yaw_rad), math.sin(m.yaw_rad)
-            north, east = north * c - east * s, north * s + east * c
-        return m.north_m + north, m.east_m + east
 
     def _moving(self, setpoint: Setpoint) -> DriveGuidance | None:
         """The target of a setpoint without a position; None for one that says nothing."""

@@ -45,26 +45,20 @@ class Hold(CopterMode, HoldMode):
 
     def enter(self) -> None:
         """Brake."""
-        self.target: Vector | None = None
+        self.target = None
         self.guide(self.brake_guidance())
 
     def go_to(
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> None:
         """Go somewhere; None keeps what is."""
-        navigator = self.vehicle.px4_navigator
-        north, east, down = self.target or self.here()
-        if point is not None:
-            north, east, _ = navigator.place_ned_m(point)
-        if altitude_amsl_m is not None:
-            down = navigator.down_of_amsl(altitude_amsl_m)
-        self.target = (north, east, down)
+        north, east, _ = self.target = self.other_target(point, altitude_amsl_m)
         if yaw_rad is None and point is not None:
             motion = self.vehicle.motion
             away = math.hypot(north - motion.north_m, east - motion.east_m)
             if away > 2.0:  # the nose looks where it goes
                 yaw_rad = math.atan2(east - motion.east_m, north - motion.north_m)
-        limits = navigator.line_limits(self.here(), self.target)
+        limits = self.vehicle.px4_navigator.line_limits(self.here(), self.target)
         self.guide(replace(self.hold_at(self.target, yaw_rad), limits=limits))
 
     def limits_changed(self) -> None:
@@ -120,11 +114,6 @@ class Takeoff(CopterMode, TakeoffMode):
             above_m = self.vehicle.parameters["MIS_TAKEOFF_ALT"]
             self.vehicle.say(Severity.INFO, f"Using default takeoff altitude: {above_m:.1f} m")
 
-    @property
-    def taking_off(self) -> bool:
-        """Always."""
-        return True
-
     def wants_to_lift(self) -> bool:
         """Unless the height asked for is not above."""
         return not self._too_low
@@ -139,10 +128,7 @@ class Takeoff(CopterMode, TakeoffMode):
 class Land(CopterMode):
     """AUTO.LAND: brake, then down, slower near the ground."""
 
-    @property
-    def landing(self) -> bool:
-        """Always."""
-        return True
+    landing = True
 
     def enter(self) -> None:
         """Brake and sink."""

@@ -93,10 +93,7 @@ class Descent:
 class Land(PlaneMode):
     """AUTO.LAND: circles down round where it was chosen, whatever is below."""
 
-    @property
-    def landing(self) -> bool:
-        """Always."""
-        return True
+    landing = True
 
     def enter(self) -> None:
         """Choose the place."""

@@ -43,23 +43,16 @@ class PlaneTask(AutoTask):
 class FlyOver(PlaneTask):
     """Along the line to a place; too high or too low there, round it until the height is right."""
 
-    _rising = False
-
     def update(self) -> None:
         """Run one step."""
         mission, target = self.auto, self.target
-        near = math.dist(mission.level(), target[:2]) < self.vehicle.accept_m()
-        self._rising = not mission.at_height(target[2]) and (near or self._rising)
-        if self._rising:
-            mission.circle(target)
-            return
         path = path_guidance.point(mission.level(), target[:2])
         if self.start is not None and math.dist(self.start[:2], target[:2]) > 1.0:
             line = path_guidance.line(mission.level(), self.start[:2], target[:2])
             ahead = path_guidance.unit(target[0] - line.nearest[0], target[1] - line.nearest[1])
             if ahead[0] * line.tangent[0] + ahead[1] * line.tangent[1] > 0.0:
                 path = line
-        mission.follow_path(path, target)
+        mission.fly_over(path, target)
 
     def finished(self) -> bool:
         """There, at the height."""
@@ -118,16 +111,13 @@ class ClimbOut(PlaneTask):
 class LandAt(PlaneTask):
     """LAND: straight in from the place before, or circling down without one."""
 
+    landing = True
+
     def __init__(
         self, mission: PlaneMission, item: PlanItem, target: Vector, start: Vector | None
     ) -> None:
         super().__init__(mission, item, target, start)
         self._descent = Descent(mission, target, start)
-
-    @property
-    def landing(self) -> bool:
-        """Always."""
-        return True
 
     def update(self) -> None:
         """Go down; on the ground rest."""
@@ -188,6 +178,7 @@ class PlaneMission(PlaneMode, Px4Mission):
         if item.command == Cmd.RTL:
             self.return_home()
             return
+        self.rising = False
         before = self.task.target if isinstance(self.task, PlaneTask) else None
         target = self.place_of(item, before or self.here())
         kinds: dict[int, type[PlaneTask]] = {Cmd.TAKEOFF: ClimbOut, Cmd.LAND: LandAt}

@@ -38,6 +38,7 @@ class PlaneMode(Px4Mode):
     vehicle: Px4Plane
     place: Vector = (0.0, 0.0, 0.0)
     path: PathPoint | None = None
+    rising = False
     _climb_m_s = 0.0
 
     def ground_motors(self) -> Motors:
@@ -54,10 +55,6 @@ class PlaneMode(Px4Mode):
             down_m=m.down_m,
             airspeed_m_s=self.vehicle.cruise_m_s() * TRUE_OVER_INDICATED,
         )
-
-    def level(self) -> Point:
-        """The estimated position, north and east."""
-        return self.vehicle.motion[:2]
 
     def course(self) -> Point:
         """Its velocity over ground; while it hardly moves along its nose."""
@@ -149,6 +146,15 @@ class PlaneMode(Px4Mode):
         self.place = place
         self.fly(path, self.climb_to(place[2]))
 
+    def fly_over(self, path: PathPoint, place: Vector) -> None:
+        """Along a path over a place; too high or too low there, round it until the height is."""
+        near = math.dist(self.level(), place[:2]) < self.vehicle.accept_m()
+        self.rising = not self.at_height(place[2]) and (near or self.rising)
+        if self.rising:
+            self.circle(place)
+        else:
+            self.follow_path(path, place)
+
     def level_off(self) -> None:
         """The climb rate starts from what it is."""
         self._climb_m_s = -self.vehicle.motion.velocity_down_m_s
@@ -167,7 +173,7 @@ class Hold(PlaneMode, HoldMode):
 
     def enter(self) -> None:
         """Choose the centre: that of the circle that is flown, if one is."""
-        self.target: Vector | None = None
+        self.target = None
         self.level_off()
         self.update()
 
@@ -189,17 +195,7 @@ class Hold(PlaneMode, HoldMode):
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> None:
         """Round another place, at another height; None keeps what is."""
-        navigator = self.vehicle.px4_navigator
-        north, east, down = self.target or self.here()
-        if point is not None:
-            north, east, _ = navigator.place_ned_m(point)
-        if altitude_amsl_m is not None:
-            down = navigator.down_of_amsl(altitude_amsl_m)
-        self.target = (north, east, down)
-
-    def stay_at(self, target: Vector) -> None:
-        """Round a place nearby."""
-        self.target = target
+        self.target = self.other_target(point, altitude_amsl_m)
 
 
 class Manual(PlaneMode):

@@ -29,7 +29,7 @@ class PlaneOffboard(PlaneMode, OffboardMode):
         """Follow the latest setpoint."""
         self.level_off()
         self._down_m = self.vehicle.motion.down_m
-        self._rising = False
+        self.rising = False
         super().enter()
 
     def follow(self, fresh: bool) -> None:
@@ -53,14 +53,9 @@ class PlaneOffboard(PlaneMode, OffboardMode):
         self._down_m = place[2]
         here = self.level()
         if velocity is not None and whole(velocity):
-            self._rising = False
+            self.rising = False
             along = path_guidance.unit(velocity[0], velocity[1])
             end = (place[0] + along[0], place[1] + along[1])
             self.follow_path(path_guidance.line(here, place[:2], end), place)
             return
-        near = math.dist(here, place[:2]) < self.vehicle.accept_m()
-        self._rising = not self.at_height(place[2]) and (near or self._rising)
-        if self._rising:
-            self.circle(place)
-        else:
-            self.follow_path(path_guidance.point(here, place[:2]), place)
+        self.fly_over(path_guidance.point(here, place[:2]), place)

@@ -13,7 +13,7 @@ from mavlink_sitl.autopilot.px4.mode import (
     TakeoffMode,
     given,
 )
-from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
+from mavlink_sitl.autopilot.px4.rover.pursuit import PurePursuit
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
 from mavlink_sitl.exchange import Motors, Severity, Vector, YawMode
 from mavlink_sitl.guidance import DriveGuidance
@@ -53,10 +53,6 @@ class DriveMode(Px4Mode):
         """Brake."""
         self.way = None
         self.drive(self.hold_guidance())
-
-    def level(self) -> Point:
-        """The estimated position, north and east."""
-        return self.vehicle.motion[:2]
 
     def update(self) -> None:
         """Run one step along the path."""
@@ -108,15 +104,8 @@ class Takeoff(DriveMode, TakeoffMode):
 class Land(DriveMode):
     """AUTO.LAND: it has landed, says the land detector, so it disarms."""
 
-    @property
-    def landing(self) -> bool:
-        """Always."""
-        return True
-
-    @property
-    def at_rest(self) -> bool:
-        """Always."""
-        return True
+    landing = True
+    at_rest = True
 
     def enter(self) -> None:
         """Stop."""
@@ -127,11 +116,8 @@ class Return(DriveMode):
     """AUTO.RTL: straight home, or where RTL_TYPE says; there it has landed and disarms."""
 
     way: PurePursuit
-
-    @property
-    def landing(self) -> bool:
-        """All the way: home is a landing setpoint from the beginning."""
-        return True
+    landing = True
+    """All the way: home is a landing setpoint from the beginning"""
 
     @property
     def at_rest(self) -> bool:
