@@ -6,12 +6,14 @@ share. No behaviour here beyond construction. Numbers are floats of one vehicle.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import NamedTuple, TypeAlias
 
 from mavlink_sitl.geodesy import GeoPoint
 
+GRAVITY_M_S2 = 9.80665
 Vector = tuple[float, float, float]
 """North, East and down, or forward, right and down"""
 ZERO: Vector = (0.0, 0.0, 0.0)
@@ -78,6 +80,11 @@ class Motion(NamedTuple):
     roll_rate_rad_s: float
     pitch_rate_rad_s: float
     yaw_rate_rad_s: float
+
+    @property
+    def speed_m_s(self) -> float:
+        """Over ground."""
+        return math.hypot(self.velocity_north_m_s, self.velocity_east_m_s)
 
 
 class GpsReading(NamedTuple):

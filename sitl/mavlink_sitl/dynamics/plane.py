@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.lanes import Lane, Ops
-
-GRAVITY_M_S2 = 9.80665
 
 
 class PlaneModel(NamedTuple):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mavlink_sitl.autopilot.control import control_state, controller
 from mavlink_sitl.dynamics import battery, quadrotor
-from mavlink_sitl.exchange import BatteryReading, Guidance, Motion, Vector
+from mavlink_sitl.exchange import GRAVITY_M_S2, BatteryReading, Guidance, Motion, Vector
 from mavlink_sitl.lanes import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
 
@@ -146,7 +146,7 @@ class Physics:
 
     def step_batteries(self, dt: float) -> None:
         """Draw current for dt seconds."""
-        load = self.body.thrust_m_s2 / quadrotor.GRAVITY_M_S2
+        load = self.body.thrust_m_s2 / GRAVITY_M_S2
         self.battery = battery.step(self.battery, load, dt, self.pack, self.o)
 
     def guide(self, index: int, guidance: Guidance) -> None:

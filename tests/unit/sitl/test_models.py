@@ -18,6 +18,7 @@ from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
+from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.lanes import ArrayOps, Ops, ScalarOps, ops_for
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
@@ -37,14 +38,14 @@ def flown(
     """A quadrotor that does one thing for a while, far above ground."""
     if state is None:
         state = quadrotor.at_rest(0.0, 0.0, -1000.0, 0.0, SCALAR)._replace(
-            on_ground=False, thrust_m_s2=quadrotor.GRAVITY_M_S2
+            on_ground=False, thrust_m_s2=GRAVITY_M_S2
         )
     for _ in range(round(seconds / DT_S)):
         state = quadrotor.step(state, command, wind, 0.0, DT_S, MODEL, SCALAR)
     return state
 
 
-def level(thrust: float = quadrotor.GRAVITY_M_S2) -> quadrotor.QuadrotorCommand:
+def level(thrust: float = GRAVITY_M_S2) -> quadrotor.QuadrotorCommand:
     return quadrotor.QuadrotorCommand(0.0, 0.0, thrust, 0.0)
 
 
@@ -60,14 +61,14 @@ def test_free_fall_ends_at_terminal_speed() -> None:
     state = flown(level(0.0), 60.0)
     v = state.velocity_down_m_s
     drag = MODEL.drag_linear_1_s * v + MODEL.drag_quadratic_1_m * v * v
-    assert drag == pytest.approx(quadrotor.GRAVITY_M_S2, rel=0.01)
+    assert drag == pytest.approx(GRAVITY_M_S2, rel=0.01)
 
 
 @pytest.mark.parametrize(("degrees", "speed_m_s"), [(3.8, 2.05), (22.5, 9.0)])
 def test_steady_speed_at_a_lean(degrees: float, speed_m_s: float) -> None:
     """3.8 degrees at 2.05 m/s were recorded."""
     lean = math.tan(math.radians(degrees))
-    thrust = quadrotor.GRAVITY_M_S2 * math.hypot(1.0, lean)
+    thrust = GRAVITY_M_S2 * math.hypot(1.0, lean)
     state = flown(quadrotor.QuadrotorCommand(lean, 0.0, thrust, 0.0), 40.0)
     assert state.velocity_north_m_s == pytest.approx(speed_m_s, rel=0.06)
     assert state.down_m == pytest.approx(-1000.0, abs=1.0)

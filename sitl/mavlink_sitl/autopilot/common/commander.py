@@ -42,9 +42,14 @@ class Commander(Firmware):
         self.fence.update()
 
     @property
+    def aloft(self) -> bool:
+        """Whether it is off the ground, as EXTENDED_SYS_STATE has it."""
+        return self.armed and not self.landed
+
+    @property
     def landed_state(self) -> LandedState:
         """For EXTENDED_SYS_STATE."""
-        if not self.armed or self.landed:
+        if not self.aloft:
             return LandedState.ON_GROUND
         if self.mode.taking_off:
             return LandedState.TAKEOFF

@@ -82,6 +82,7 @@ class Firmware(ABC):
     """
 
     failsafe: Failsafes
+    starting_status = SystemStatus.BOOT
 
     def __init__(self, start: PowerUp) -> None:
         personality, observation = start.personality, start.observation
@@ -195,10 +196,14 @@ class Firmware(ABC):
     def system_status(self) -> SystemStatus:
         """For HEARTBEAT."""
         if not self.started:
-            return SystemStatus.BOOT
+            return self.starting_status
         if self.failsafe.active:
             return SystemStatus.CRITICAL
-        return SystemStatus.STANDBY if self.landed else SystemStatus.ACTIVE
+        return SystemStatus.ACTIVE if self.is_active() else SystemStatus.STANDBY
+
+    def is_active(self) -> bool:
+        """Whether it does something."""
+        return not self.landed
 
     def pilot_throttle(self) -> float:
         """The throttle stick, 0..1."""

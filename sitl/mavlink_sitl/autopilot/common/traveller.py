@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import NamedTuple
 
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
 from mavlink_sitl.exchange import ModeChanged, Observation, SystemStatus, Vector
+
+
+class NavigationReport(NamedTuple):
+    """For NAV_CONTROLLER_OUTPUT; degrees clockwise from North, metres, m/s."""
+
+    roll_deg: float = 0.0
+    pitch_deg: float = 0.0
+    bearing_deg: float = 0.0
+    target_bearing_deg: float = 0.0
+    distance_m: float = 0.0
+    altitude_error_m: float = 0.0
+    airspeed_error_m_s: float = 0.0
+    cross_track_m: float = 0.0
 
 
 class Traveller(Commander):
     """A vehicle that cannot hover. Arguments and attributes as of `Commander`."""
+
+    starting_status = SystemStatus.CALIBRATING
 
     def update(self, observation: Observation) -> None:
         """See `Commander`; the end of starting is told at once."""
@@ -18,19 +33,6 @@ class Traveller(Commander):
         super().update(observation)
         if self.started and not was:
             self.events.append(ModeChanged(self.mode.spec.name, False))
-
-    @property
-    def system_status(self) -> SystemStatus:
-        """For HEARTBEAT."""
-        if not self.started:
-            return SystemStatus.CALIBRATING
-        if self.failsafe.active:
-            return SystemStatus.CRITICAL
-        return SystemStatus.ACTIVE if self.is_active() else SystemStatus.STANDBY
-
-    @abstractmethod
-    def is_active(self) -> bool:
-        """Whether it does something."""
 
     def sticks_us(self) -> list[int]:
         """The pilot's channels, microseconds."""

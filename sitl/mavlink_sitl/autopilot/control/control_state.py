@@ -7,10 +7,8 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import NamedTuple, TypeVar
 
-from mavlink_sitl.exchange import Guidance, Limits, Motors, YawMode
+from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, YawMode
 from mavlink_sitl.lanes import Lane, Ops
-
-GRAVITY_M_S2 = 9.80665
 
 
 class ControllerGains(NamedTuple):

@@ -14,7 +14,6 @@ import math
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.control.control_state import (
-    GRAVITY_M_S2,
     Belief,
     ControllerGains,
     ControllerState,
@@ -23,7 +22,7 @@ from mavlink_sitl.autopilot.control.control_state import (
     Targets,
     VerticalState,
 )
-from mavlink_sitl.exchange import YawMode
+from mavlink_sitl.exchange import GRAVITY_M_S2, YawMode
 from mavlink_sitl.lanes import Lane, Ops
 
 HorizontalLaw = Callable[

@@ -6,10 +6,9 @@ from operator import attrgetter
 from typing import NamedTuple
 
 from mavlink_sitl.autopilot.control.control_state import packed
+from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.guidance import GlideGuidance
 from mavlink_sitl.lanes import Lane, Ops
-
-GRAVITY_M_S2 = 9.80665
 
 
 class GlideGains(NamedTuple):

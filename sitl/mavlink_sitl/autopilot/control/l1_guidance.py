@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-GRAVITY_M_S2 = 9.80665
+from mavlink_sitl.exchange import GRAVITY_M_S2
+
 STEEPEST = math.sqrt(0.5)
 """Sine of the largest angle at which a line is approached: 45 degrees"""
 

@@ -114,7 +114,7 @@ class CopterNavigator(Px4Navigator):
         What the way over ground takes of the speed, the climb does not.
         """
         limits = self.limits()
-        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        speed = motion.speed_m_s
         acceleration, jerk = limits.acceleration_xy_m_s2, limits.jerk_xy_m_s3
         stop_s = speed / (2.0 * acceleration) + acceleration / (2.0 * jerk)
         away_m = speed * stop_s + min(speed, LAG_M)

@@ -26,7 +26,6 @@ from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.exchange import (
-    LandedState,
     Observation,
     Result,
     Severity,
@@ -118,13 +117,9 @@ class Px4Vehicle(Commander):
         return SystemStatus.STANDBY if self.can_arm() else SystemStatus.UNINIT
 
     @property
-    def landed_state(self) -> LandedState:
-        """On the ground until 'Takeoff detected', then what the mode says."""
-        if not self.armed or not self.in_flight:
-            return LandedState.ON_GROUND
-        if self.mode.taking_off:
-            return LandedState.TAKEOFF
-        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
+    def aloft(self) -> bool:
+        """From 'Takeoff detected' on."""
+        return self.armed and self.in_flight
 
     @property
     def flying_mode(self) -> Px4Mode:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
@@ -55,7 +54,7 @@ def servo_output_raw(s: Snapshot) -> Message:
 
 def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD with the airspeed of who has a sensor for it."""
-    speed = math.hypot(s.motion.velocity_north_m_s, s.motion.velocity_east_m_s)
+    speed = s.motion.speed_m_s
     airspeed = speed if s.airspeed_m_s is None else s.airspeed_m_s
     return position.hud(s, airspeed, s.throttle_fraction)
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import from_angles
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
-from mavlink_sitl.exchange import GpsReading, Motion, Motors
+from mavlink_sitl.exchange import GRAVITY_M_S2, GpsReading, Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
@@ -120,7 +120,7 @@ def gps_global_origin(s: Snapshot) -> Message | None:
 def vfr_hud(s: Snapshot) -> Message:
     """VFR_HUD: the airspeed of a copter is its speed."""
     m = s.motion
-    speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+    speed = m.speed_m_s
     return hud(s, math.hypot(speed, m.velocity_down_m_s), s.throttle_fraction)
 
 
@@ -130,7 +130,7 @@ def hud(s: Snapshot, airspeed_m_s: float, throttle: float, always: bool = False)
     known = always or s.vehicle.estimator.gps_started
     return dialect.MAVLink_vfr_hud_message(
         airspeed_m_s,
-        math.hypot(m.velocity_north_m_s, m.velocity_east_m_s),
+        m.speed_m_s,
         to_int(heading_deg(m.yaw_rad), 0, 359),
         to_int(throttle * 100.0, 0, 100),
         s.vehicle.navigator.here().altitude_amsl_m if known else 0.0,
@@ -187,7 +187,7 @@ def simstate(s: Snapshot) -> Message:
         *t[6:9],
         0.0,
         0.0,
-        -9.80665,
+        -GRAVITY_M_S2,
         *t[9:12],
         *place_e7(place),
     )

@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
-from mavlink_sitl.exchange import Vector
+from mavlink_sitl.exchange import GRAVITY_M_S2, Vector
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, place_e7, to_i16
 
-GRAVITY_M_S2 = 9.80665
 FIELD_NED_MGAUSS = (231.0, 53.0, -528.0)
 """Recorded with the nose to the North (`rover_guided`)"""
 BOARD_C = 28.0

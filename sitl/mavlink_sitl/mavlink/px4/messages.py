@@ -10,7 +10,7 @@ from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.exchange import Motors
+from mavlink_sitl.exchange import GRAVITY_M_S2, Motors
 from mavlink_sitl.mavlink.codec import Message, Raw, dialect
 from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages import status_messages as status
@@ -26,7 +26,6 @@ from mavlink_sitl.mavlink.messages.snapshot import (
 from mavlink_sitl.mavlink.px4 import remote_id
 
 NAN = math.nan
-GRAVITY_M_S2 = 9.80665
 HOVER_THRUST = 0.48
 """Thrust 0..1 in hover, of ATTITUDE_TARGET and VFR_HUD"""
 

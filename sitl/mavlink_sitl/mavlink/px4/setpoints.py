@@ -11,7 +11,7 @@ import math
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.exchange import Vector
+from mavlink_sitl.exchange import GRAVITY_M_S2, Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
 from mavlink_sitl.mavlink.setpoints import YAW_IGNORE, YAW_RATE_IGNORE, usable
@@ -20,7 +20,6 @@ FORCE = 0x200
 BODY_YAW_RATE_IGNORE, THRUST_IGNORE, ATTITUDE_IGNORE = 0x04, 0x40, 0x80
 """ATTITUDE_TARGET_TYPEMASK"""
 HOVER_THRUST = 0.5
-GRAVITY_M_S2 = 9.80665
 LEAST_QUATERNION = 1e-6
 LOCAL_FRAMES = {1: SetpointFrame.LOCAL, 8: SetpointFrame.BODY}
 """MAV_FRAME_LOCAL_NED; MAV_FRAME_BODY_NED, of which only velocity and acceleration count"""

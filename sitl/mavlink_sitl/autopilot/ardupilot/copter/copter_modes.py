@@ -32,7 +32,7 @@ class Mode:
 
     def enter(self) -> None:
         """Take over."""
-        raise NotImplementedError
+        self.update()
 
     def update(self) -> None:
         """Run one step; called at the autopilot's rate, armed or not."""
@@ -54,6 +54,11 @@ class Mode:
     def guide(self, guidance: Guidance) -> None:
         """Hand new guidance to the controllers."""
         self.vehicle.guide(guidance)
+
+    def drive(self, guidance: Guidance) -> None:
+        """The same, if it is new."""
+        if guidance != self.vehicle.wanted:
+            self.guide(guidance)
 
     def hold_guidance(self) -> Guidance:
         """Brake to a standstill and stay there, nose where it is."""

@@ -27,11 +27,10 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
 from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
-from mavlink_sitl.autopilot.common.traveller import Traveller
+from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.plans.plans import MissionState
 from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m
-from mavlink_sitl.exchange import LandedState, Observation, Result, Severity, Vector
+from mavlink_sitl.exchange import Observation, Result, Severity, Vector
 from mavlink_sitl.geodesy import LocalFrame
 from mavlink_sitl.guidance import GlideGuidance
 
@@ -84,7 +83,7 @@ class Plane(Traveller):
         """See `Commander`; learns whether it flies."""
         super().observe(observation)
         m = observation.motion
-        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        speed = m.speed_m_s
         self.airspeed_m_s = (
             speed / self.true_over_indicated
             if observation.airspeed_m_s is None
@@ -107,15 +106,7 @@ class Plane(Traveller):
         return not self._flying
 
     @property
-    def landed_state(self) -> LandedState:
-        """For EXTENDED_SYS_STATE."""
-        if not self._flying:
-            return LandedState.ON_GROUND
-        if self.mode.taking_off:
-            return LandedState.TAKEOFF
-        return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
-
-    def is_active(self) -> bool:
+    def aloft(self) -> bool:
         """While it flies."""
         return self._flying
 

@@ -47,10 +47,6 @@ class GlideAuto(PlaneMode, Auto):
         if was_flown and isinstance(self.task, Approach):
             self._go_back_before_landing()
 
-    def update(self) -> None:
-        """Run one step of the current item, or advance to the next."""
-        Auto.update(self)
-
     @property
     def taking_off(self) -> bool:
         """While a take-off climbs."""

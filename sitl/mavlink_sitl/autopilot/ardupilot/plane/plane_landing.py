@@ -58,7 +58,7 @@ class Approach(FlyLine):
         """The slope ends above and before the place, where the flare begins."""
         p, m = self.vehicle.parameters, self.vehicle.motion
         length = max(self.length_m, 1.0)
-        speed = max(math.hypot(m.velocity_north_m_s, m.velocity_east_m_s), 0.5)
+        speed = max(m.speed_m_s, 0.5)
         sink_m = self.target[2] - self.start[2]
         sink_m_s = sink_m * speed / length
         aim_m = p["LAND_FLARE_SEC"] * sink_m_s
@@ -103,7 +103,7 @@ class Approach(FlyLine):
         if not (self.height_m <= p["LAND_FLARE_ALT"] or soon or self.share() >= 1.0):
             return
         self.flaring = True
-        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        speed = m.speed_m_s
         distance = math.dist(self.here, self.target[:2])
         plane.say(
             Severity.INFO,

@@ -126,10 +126,6 @@ class Stick(PlaneMode):
         """The pilot's throttle counts on the ground, too."""
         return Motors.MANUAL
 
-    def enter(self) -> None:
-        """Take the sticks."""
-        self.update()
-
     def update(self) -> None:
         """Follow the sticks."""
         roll, pitch, throttle = self.vehicle.sticks()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.arming import Arming
@@ -51,7 +50,7 @@ class PlaneNavigator(Navigator):
     def observe(self, motion: Motion, lost: bool) -> None:
         """See `Navigator`; the speed over ground may have to be kept."""
         super().observe(motion, lost)
-        self._over_ground_m_s = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        self._over_ground_m_s = motion.speed_m_s
 
     def change_speed(self, kind: int, speed_m_s: float) -> bool:
         """Another airspeed (0) within the limits until the mode changes, or least speed (1)."""

@@ -153,7 +153,7 @@ class FlyLine(GlideTask):
         if self._beyond_m:
             return 0.0
         p, m = self.vehicle.parameters, self.vehicle.motion
-        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        speed = m.speed_m_s
         ahead = p["NAVL1_DAMPING"] * p["NAVL1_PERIOD"] * speed / math.pi
         radius = min(p["WP_RADIUS"] * self.vehicle.true_over_indicated**2, ahead)
         return radius * min(self._corner_rad() / (math.pi / 2), 1.0)

@@ -22,8 +22,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, 
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
-from mavlink_sitl.autopilot.common.navigation_report import NavigationReport
-from mavlink_sitl.autopilot.common.traveller import Traveller
+from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
 from mavlink_sitl.geodesy import LocalFrame
 
@@ -150,7 +149,7 @@ class Rover(Traveller):
     def stopping_point(self) -> Point:
         """The point at which it would stop if it braked now."""
         m = self.motion
-        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        speed = m.speed_m_s
         ahead = speed / (2.0 * self.navigator.limits().acceleration_xy_m_s2)
         return m.north_m + m.velocity_north_m_s * ahead, m.east_m + m.velocity_east_m_s * ahead
 

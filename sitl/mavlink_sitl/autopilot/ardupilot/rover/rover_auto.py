@@ -6,7 +6,6 @@ at the last one, and at those with a delay, the vehicle stands.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
@@ -108,7 +107,7 @@ class DriveAuto(DriveMode, Auto):
 
     def _speed(self) -> float:
         m = self.vehicle.motion
-        return math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        return m.speed_m_s
 
     def _say_reached(self, place: int, item: PlanItem) -> None:
         if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):

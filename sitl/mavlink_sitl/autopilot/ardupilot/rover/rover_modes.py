@@ -31,11 +31,6 @@ class DriveMode(Mode):
         """A rover never counts as landed."""
         return Motors.FLY
 
-    def drive(self, guidance: DriveGuidance) -> None:
-        """Hand new guidance to the controllers, if it is new."""
-        if guidance != self.vehicle.wanted:
-            self.guide(guidance)
-
     def stop(self) -> None:
         """Brake."""
         self.drive(DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits()))
@@ -69,10 +64,6 @@ class DriveMode(Mode):
 class Manual(DriveMode):
     """Sticks straight to motor and steering."""
 
-    def enter(self) -> None:
-        """Take the sticks."""
-        self.update()
-
     def update(self) -> None:
         """Follow the sticks."""
         steering, throttle = self.vehicle.sticks()
@@ -81,10 +72,6 @@ class Manual(DriveMode):
 
 class Acro(DriveMode):
     """ACRO and STEERING: the sticks ask for a speed and a rate of turn."""
-
-    def enter(self) -> None:
-        """Take the sticks."""
-        self.update()
 
     def update(self) -> None:
         """Follow the sticks."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference, Point
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
 from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
@@ -66,6 +64,6 @@ class SmartReturn(ReturnToLaunch):
         if rover.trail is None or not rover.trail.points or route is None:
             return False
         m = rover.motion
-        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        speed = m.speed_m_s
         self._next_leg(route.destination, speed)
         return True

@@ -77,7 +77,7 @@ class Hold(CopterMode, HoldMode):
         if self.target is not None or self.vehicle.landed:
             return
         motion = self.vehicle.motion
-        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        speed = motion.speed_m_s
         if speed < STOPPED_M_S and abs(motion.velocity_down_m_s) < STOPPED_M_S:
             self.stay_at(self.here())
 
@@ -141,7 +141,7 @@ class Land(CopterMode):
         motion = self.vehicle.motion
         first = self._speed < 0.0
         speed = descent_speed_m_s(self.vehicle)
-        stopped = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s) < STOPPED_M_S
+        stopped = motion.speed_m_s < STOPPED_M_S
         settled = self._at is None and stopped and self.vehicle.estimator.position_ok
         if settled:
             self._at = (motion.north_m, motion.east_m)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.control import controller
 from mavlink_sitl.autopilot.control.control_state import (
-    GRAVITY_M_S2,
     Belief,
     ControllerGains,
     HorizontalState,
     Targets,
 )
+from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.lanes import Lane, Ops
 
 UNSHAPED_M_S2 = 1e3

@@ -5,7 +5,6 @@ Rules read in the source of v1.17 (fw_mode_manager, FixedwingLandDetector, Comma
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import ClassVar
@@ -88,7 +87,7 @@ class Px4Plane(Px4Vehicle):
         """See `Firmware`; takes the airspeed."""
         super().observe(observation)
         m = observation.motion
-        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        speed = m.speed_m_s
         measured = observation.airspeed_m_s
         self.airspeed_m_s = speed / TRUE_OVER_INDICATED if measured is None else measured
 
@@ -100,7 +99,7 @@ class Px4Plane(Px4Vehicle):
     def _detect_ground(self, observation: Observation) -> None:
         """Flying at once when fast, also while it rolls; landed when slow for LNDFW_TRIG_TIME."""
         p, m = self.parameters, observation.motion
-        speed = math.hypot(m.velocity_north_m_s, m.velocity_east_m_s)
+        speed = m.speed_m_s
         fast = speed > p["LNDFW_VEL_XY_MAX"] or (
             self.airspeed_m_s > p["LNDFW_AIRSPD_MAX"] and not observation.touching_ground
         )
@@ -153,7 +152,7 @@ class Px4Plane(Px4Vehicle):
     def accept_m(self) -> float:
         """The acceptance radius of a waypoint: NAV_ACC_RAD, or where the next course begins."""
         motion, p = self.motion, self.parameters
-        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        speed = motion.speed_m_s
         switch = within(p["NPFG_SW_DST_MLT"], 0.0, 1.0) * self.law().bound_m(speed)
         return within(max(p["NAV_ACC_RAD"], min(switch, 500.0)), 1.0, 1e4)
 

@@ -84,7 +84,7 @@ class Descent:
         above = wanted - here.down_m
         if above <= 0.0:
             return 0.0  # below the slope it flies level until it meets it
-        speed = math.hypot(here.velocity_north_m_s, here.velocity_east_m_s)
+        speed = here.speed_m_s
         on_slope = speed * drop / length if left < length else 0.0
         steepest = max(on_slope, plane.parameters["FW_T_SINK_R_SP"]) + 1.0
         return -min(on_slope + SLOPE_GAIN_1_S * above, steepest)

@@ -59,16 +59,14 @@ class PlaneMode(Px4Mode):
     def course(self) -> Point:
         """Its velocity over ground; while it hardly moves along its nose."""
         m = self.vehicle.motion
-        if math.hypot(m.velocity_north_m_s, m.velocity_east_m_s) > 1.0:
+        if m.speed_m_s > 1.0:
             return m.velocity_north_m_s, m.velocity_east_m_s
         return math.cos(m.yaw_rad), math.sin(m.yaw_rad)
 
     def rest(self) -> None:
         """Motor off, as on the ground."""
         self.path = None
-        guidance = GlideGuidance(motors=Motors.IDLE)
-        if self.vehicle.wanted != guidance:
-            self.guide(guidance)
+        self.drive(GlideGuidance(motors=Motors.IDLE))
 
     def bank_limit_rad(self) -> float:
         """FW_R_LIM; less when slow, and when a wing could touch the ground."""
@@ -216,14 +214,14 @@ class Manual(PlaneMode):
     def update(self) -> None:
         """Follow the sticks."""
         roll, pitch, throttle = self.sticks()
-        guidance = GlideGuidance(
-            motors=Motors.MANUAL,
-            throttle=throttle,
-            bank_rad=roll * self.bank_limit_rad(),
-            climb_m_s=-pitch * self.vehicle.parameters["FW_T_CLMB_MAX"],
+        self.drive(
+            GlideGuidance(
+                motors=Motors.MANUAL,
+                throttle=throttle,
+                bank_rad=roll * self.bank_limit_rad(),
+                climb_m_s=-pitch * self.vehicle.parameters["FW_T_CLMB_MAX"],
+            )
         )
-        if guidance != self.vehicle.wanted:
-            self.guide(guidance)
 
 
 class Altitude(Manual):

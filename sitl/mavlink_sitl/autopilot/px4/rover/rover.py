@@ -98,7 +98,7 @@ class Px4Rover(Px4Vehicle):
     def is_still(self) -> bool:
         """Whether it stands, by RO_SPEED_TH."""
         motion = self.motion
-        speed = math.hypot(motion.velocity_north_m_s, motion.velocity_east_m_s)
+        speed = motion.speed_m_s
         return speed <= max(self.parameters["RO_SPEED_TH"], 0.01)
 
     def yaw_rate_limit_rad_s(self) -> float:

@@ -44,11 +44,6 @@ class DriveMode(Px4Mode):
         """Brake."""
         return self.vehicle.drive_guidance(0.0, None)
 
-    def drive(self, guidance: DriveGuidance) -> None:
-        """Hand new guidance to the controllers, if it is new."""
-        if guidance != self.vehicle.wanted:
-            self.guide(guidance)
-
     def stop(self) -> None:
         """Brake."""
         self.way = None
@@ -143,10 +138,6 @@ class Return(DriveMode):
 
 class Manual(DriveMode):
     """MANUAL: sticks straight to motor and steering."""
-
-    def enter(self) -> None:
-        """Take the sticks."""
-        self.update()
 
     def sticks(self) -> tuple[float, float]:
         """Throttle and steering, -1..1; centred when nobody holds them."""
