@@ -17,8 +17,8 @@ from mavlink_sitl.autopilot.common.parameters import (
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.dynamics import battery, quadrotor
-from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
 from mavlink_sitl.exchange import GRAVITY_M_S2
+from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
 from mavlink_sitl.lanes import ArrayOps, Ops, ScalarOps, ops_for
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.common.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,
@@ -13,6 +13,7 @@ from mavlink_sitl.autopilot.personality import (
     Sensors,
     shared,
 )
+from mavlink_sitl.autopilot.personality.parameters import table
 
 SET_ATTITUDE_TARGET = 0x0040
 """A capability that other vehicle types do not have here"""
@@ -36,41 +37,7 @@ _MODES = (
 )
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
-_PARAMETERS = (
-    *shared.COMMON,
-    *shared.HEIGHT_FENCE,
-    *shared.SIM_WIND,
-    ParameterSpec("AUTO_OPTIONS", 0.0, _INT32),
-    ParameterSpec("AVOID_ENABLE", 3.0, _INT8),
-    ParameterSpec("CIRCLE_RADIUS", 1000.0),
-    ParameterSpec("CIRCLE_RATE", 20.0),
-    ParameterSpec("DISARM_DELAY", 10.0, _INT8),
-    ParameterSpec("FENCE_TYPE", 7.0, _INT8),
-    ParameterSpec("FS_EKF_ACTION", 1.0, _INT8),
-    ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
-    ParameterSpec("FS_GCS_TIMEOUT", 5.0),
-    ParameterSpec("FS_THR_ENABLE", 1.0, _INT8),
-    ParameterSpec("GUID_TIMEOUT", 3.0),
-    ParameterSpec("LAND_ALT_LOW", 1000.0, _INT16),
-    ParameterSpec("LAND_SPEED", 50.0, _INT16),
-    ParameterSpec("LAND_SPEED_HIGH", 0.0, _INT16),
-    ParameterSpec("PILOT_ACCEL_Z", 250.0, _INT16),
-    ParameterSpec("PILOT_SPEED_DN", 0.0, _INT16),
-    ParameterSpec("PILOT_SPEED_UP", 250.0, _INT16),
-    ParameterSpec("PSC_JERK_XY", 5.0),
-    ParameterSpec("PSC_JERK_Z", 5.0),
-    ParameterSpec("RALLY_LIMIT_KM", 0.3),
-    ParameterSpec("RTL_ALT", 1500.0, _INT32),
-    ParameterSpec("RTL_LOIT_TIME", 5000.0, _INT32),
-    ParameterSpec("RTL_SPEED", 0.0, _INT16),
-    ParameterSpec("WPNAV_ACCEL", 250.0),
-    ParameterSpec("WPNAV_ACCEL_Z", 100.0),
-    ParameterSpec("WPNAV_JERK", 1.0),
-    ParameterSpec("WPNAV_RADIUS", 200.0),
-    ParameterSpec("WPNAV_SPEED", 1000.0),
-    ParameterSpec("WPNAV_SPEED_DN", 150.0),
-    ParameterSpec("WPNAV_SPEED_UP", 250.0),
-)
+_PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *shared.SIM_WIND, *table("arducopter"))
 
 _BOOT = (
     *shared.twice(1.93, "Barometer {} calibration complete", first=1),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.common.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,
@@ -14,6 +14,7 @@ from mavlink_sitl.autopilot.personality import (
     shared,
 )
 from mavlink_sitl.autopilot.personality.arducopter import TRAVELLER
+from mavlink_sitl.autopilot.personality.parameters import table
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16
@@ -41,45 +42,7 @@ _MODES = (
 )
 
 # Those of the recordings where they show, else the firmware's defaults.
-_PARAMETERS = (
-    *shared.COMMON,
-    *shared.HEIGHT_FENCE,
-    *shared.SIM_WIND,
-    ParameterSpec("AIRSPEED_CRUISE", 22.0),
-    ParameterSpec("AIRSPEED_MAX", 30.0, _INT16),
-    ParameterSpec("AIRSPEED_MIN", 17.0, _INT16),
-    ParameterSpec("FBWB_CLIMB_RATE", 2.0, _INT8),
-    ParameterSpec("FENCE_OPTIONS", 1.0, _INT16),
-    ParameterSpec("FENCE_RET_ALT", 0.0, _INT16),
-    ParameterSpec("FENCE_RET_RALLY", 0.0, _INT8),
-    ParameterSpec("FENCE_TYPE", 4.0, _INT8),
-    ParameterSpec("FS_GCS_ENABL", 0.0, _INT8),
-    ParameterSpec("FS_LONG_ACTN", 0.0, _INT8),
-    ParameterSpec("FS_LONG_TIMEOUT", 5.0),
-    ParameterSpec("FS_SHORT_ACTN", 0.0, _INT8),
-    ParameterSpec("FS_SHORT_TIMEOUT", 1.5),
-    ParameterSpec("LAND_DISARMDELAY", 20.0, _INT8),
-    ParameterSpec("LAND_FLARE_ALT", 3.0),
-    ParameterSpec("LAND_FLARE_SEC", 2.0),
-    ParameterSpec("MIN_GROUNDSPEED", 0.0),
-    ParameterSpec("NAVL1_DAMPING", 0.75),
-    ParameterSpec("NAVL1_PERIOD", 10.0),
-    ParameterSpec("RALLY_INCL_HOME", 0.0, _INT8),
-    ParameterSpec("RALLY_LIMIT_KM", 5.0),
-    ParameterSpec("ROLL_LIMIT_DEG", 65.0),
-    ParameterSpec("RTL_ALTITUDE", 100.0),
-    ParameterSpec("RTL_AUTOLAND", 0.0, _INT8),
-    ParameterSpec("RTL_RADIUS", 0.0, _INT16),
-    ParameterSpec("TECS_CLMB_MAX", 5.0),
-    ParameterSpec("TECS_LAND_ARSPD", -1.0),
-    ParameterSpec("TECS_LAND_SINK", 0.25),
-    ParameterSpec("TECS_SINK_MAX", 5.0),
-    ParameterSpec("THR_FAILSAFE", 1.0, _INT8),
-    ParameterSpec("TKOFF_ALT", 50.0, _INT16),
-    ParameterSpec("TKOFF_DIST", 200.0, _INT16),
-    ParameterSpec("WP_LOITER_RAD", 80.0, _INT16),
-    ParameterSpec("WP_RADIUS", 90.0, _INT16),
-)
+_PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *shared.SIM_WIND, *table("arduplane"))
 
 _BOOT = (
     *shared.twice(1.75, "Barometer {} calibration complete", first=1),

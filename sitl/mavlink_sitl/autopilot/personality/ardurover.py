@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.common.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,
@@ -14,6 +14,7 @@ from mavlink_sitl.autopilot.personality import (
     shared,
 )
 from mavlink_sitl.autopilot.personality.arducopter import TRAVELLER
+from mavlink_sitl.autopilot.personality.parameters import table
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16
@@ -44,34 +45,7 @@ _MODES = (
 )
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
-_PARAMETERS = (
-    *shared.COMMON,
-    ParameterSpec("ATC_ACCEL_MAX", 1.0),
-    ParameterSpec("ATC_STR_RAT_MAX", 120.0),
-    ParameterSpec("ATC_TURN_MAX_G", 0.6),
-    ParameterSpec("CIRC_RADIUS", 20.0),
-    ParameterSpec("CIRC_SPEED", 0.0),
-    ParameterSpec("CRUISE_SPEED", 5.0),
-    ParameterSpec("FENCE_TYPE", 6.0, _INT8),
-    ParameterSpec("FS_ACTION", 2.0, _INT8),
-    ParameterSpec("FS_EKF_ACTION", 1.0, _INT8),
-    ParameterSpec("FS_GCS_ENABLE", 0.0, _INT8),
-    ParameterSpec("FS_GCS_TIMEOUT", 5.0),
-    ParameterSpec("FS_THR_ENABLE", 1.0, _INT8),
-    ParameterSpec("FS_TIMEOUT", 1.5),
-    ParameterSpec("LOIT_RADIUS", 2.0),
-    ParameterSpec("PSC_POS_P", 0.2),
-    ParameterSpec("RALLY_INCL_HOME", 1.0, _INT8),
-    ParameterSpec("RALLY_LIMIT_KM", 0.5),
-    ParameterSpec("RTL_SPEED", 0.0),
-    ParameterSpec("SRTL_ACCURACY", 2.0),
-    ParameterSpec("SRTL_POINTS", 300.0, _INT16),
-    ParameterSpec("TURN_RADIUS", 0.9),
-    ParameterSpec("WP_ACCEL", 0.0),
-    ParameterSpec("WP_JERK", 0.0),
-    ParameterSpec("WP_RADIUS", 2.0),
-    ParameterSpec("WP_SPEED", 0.0),
-)
+_PARAMETERS = (*shared.COMMON, *table("ardurover"))
 
 _BOOT = (
     *shared.twice(1.73, "Barometer {} calibration complete", first=1),

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import ModeSpec
+from mavlink_sitl.autopilot.personality.parameters import table
 
 _INT32 = ParameterType.INT32
 
@@ -118,40 +119,7 @@ def available_modes(
     )
 
 
-COMMON_PARAMETERS = (
-    ParameterSpec("BAT1_N_CELLS", 4.0, _INT32),
-    ParameterSpec("BAT1_V_CHARGED", 4.05),
-    ParameterSpec("BAT1_V_EMPTY", 3.6),
-    ParameterSpec("BAT_CRIT_THR", 0.07),
-    ParameterSpec("BAT_EMERGEN_THR", 0.05),
-    ParameterSpec("BAT_LOW_THR", 0.15),
-    ParameterSpec("COM_DISARM_LAND", 2.0),
-    ParameterSpec("COM_DISARM_PRFLT", 10.0),
-    ParameterSpec("COM_DL_LOSS_T", 10.0, _INT32),
-    ParameterSpec("COM_FAIL_ACT_T", 5.0),
-    ParameterSpec("COM_LOW_BAT_ACT", 0.0, _INT32),
-    ParameterSpec("COM_OBL_RC_ACT", 0.0, _INT32),
-    ParameterSpec("COM_OF_LOSS_T", 1.0),
-    ParameterSpec("COM_RC_LOSS_T", 0.5),
-    ParameterSpec("COM_SPOOLUP_TIME", 1.0),
-    ParameterSpec("GF_ACTION", 2.0, _INT32),
-    ParameterSpec("GF_MAX_HOR_DIST", 0.0),
-    ParameterSpec("GF_MAX_VER_DIST", 0.0),
-    ParameterSpec("MIS_TKO_LAND_REQ", 0.0, _INT32, listed=False),
-    ParameterSpec("NAV_ACC_RAD", 2.0),
-    ParameterSpec("NAV_DLL_ACT", 0.0, _INT32),
-    ParameterSpec("NAV_RCL_ACT", 2.0, _INT32),
-    ParameterSpec("RTL_CONE_ANG", 45.0, _INT32),
-    ParameterSpec("RTL_DESCEND_ALT", 10.0),
-    ParameterSpec("RTL_LAND_DELAY", 0.0),
-    ParameterSpec("RTL_MIN_DIST", 10.0),
-    ParameterSpec("RTL_RETURN_ALT", 30.0),
-    ParameterSpec("RTL_TYPE", 0.0, _INT32),
-    ParameterSpec("SIM_BAT_DRAIN", 60.0),
-    ParameterSpec("SIM_BAT_MIN_PCT", 50.0),
-    ParameterSpec("SIM_GPS_USED", 10.0, _INT32),
-    ParameterSpec("SYS_FAILURE_EN", 0.0, _INT32),
-)
+COMMON_PARAMETERS = table("px4")
 """What all kinds have, with a multicopter's default values"""
 
 

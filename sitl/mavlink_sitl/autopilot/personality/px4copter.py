@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.common.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.personality.parameters import table
 from mavlink_sitl.autopilot.personality.px4 import (
     CAPABILITIES,
     COMMON_PARAMETERS,
@@ -16,29 +17,7 @@ from mavlink_sitl.geodesy import PX4
 
 _INT32 = ParameterType.INT32
 
-_PARAMETERS = (
-    *COMMON_PARAMETERS,
-    ParameterSpec("MIS_TAKEOFF_ALT", 2.5),
-    ParameterSpec("MPC_ACC_HOR", 3.0),
-    ParameterSpec("MPC_ACC_UP_MAX", 4.0),
-    ParameterSpec("MPC_JERK_AUTO", 4.0),
-    ParameterSpec("MPC_LAND_ALT1", 10.0),
-    ParameterSpec("MPC_LAND_ALT2", 5.0),
-    ParameterSpec("MPC_LAND_ALT3", 1.0),
-    ParameterSpec("MPC_LAND_CRWL", 0.3),
-    ParameterSpec("MPC_LAND_SPEED", 0.7),
-    ParameterSpec("MPC_TKO_RAMP_T", 3.0),
-    ParameterSpec("MPC_TKO_SPEED", 1.5),
-    ParameterSpec("MPC_VEL_MANUAL", 10.0),
-    ParameterSpec("MPC_XY_CRUISE", 5.0),
-    ParameterSpec("MPC_XY_P", 0.95),
-    ParameterSpec("MPC_XY_VEL_MAX", 12.0),
-    ParameterSpec("MPC_Z_P", 1.0),
-    ParameterSpec("MPC_Z_VEL_MAX_DN", 1.5),
-    ParameterSpec("MPC_Z_VEL_MAX_UP", 3.0),
-    ParameterSpec("MPC_Z_V_AUTO_DN", 1.5),
-    ParameterSpec("MPC_Z_V_AUTO_UP", 3.0),
-)
+_PARAMETERS = (*COMMON_PARAMETERS, *table("px4copter"))
 
 PX4COPTER = Personality(
     name="PX4 multicopter",

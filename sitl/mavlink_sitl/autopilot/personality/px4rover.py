@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec
+from mavlink_sitl.autopilot.personality.parameters import table
 from mavlink_sitl.autopilot.personality.px4 import (
     COMMON_PARAMETERS,
     available_modes,
@@ -19,27 +20,8 @@ from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
 
 
 def _parameters(accept_m: float, **others: float) -> tuple[ParameterSpec, ...]:
-    own = (
-        ParameterSpec("MIS_TAKEOFF_ALT", 2.5),
-        ParameterSpec("PP_LOOKAHD_GAIN", 1.0),
-        ParameterSpec("PP_LOOKAHD_MAX", 10.0),
-        ParameterSpec("PP_LOOKAHD_MIN", 1.0),
-        ParameterSpec("RA_ACC_RAD_GAIN", 2.0),
-        ParameterSpec("RA_ACC_RAD_MAX", 3.0),
-        ParameterSpec("RA_MAX_STR_ANG", 0.5236),
-        ParameterSpec("RA_WHEEL_BASE", 0.321),
-        ParameterSpec("RO_ACCEL_LIM", 3.0),
-        ParameterSpec("RO_DECEL_LIM", 3.0),
-        ParameterSpec("RO_JERK_LIM", 10.0),
-        ParameterSpec("RO_MAX_THR_SPEED", 3.2),
-        ParameterSpec("RO_SPEED_LIM", 3.0),
-        ParameterSpec("RO_SPEED_RED", 1.0),
-        ParameterSpec("RO_SPEED_TH", 0.1),
-        ParameterSpec("RO_YAW_P", 5.0),
-        ParameterSpec("RO_YAW_RATE_LIM", 180.0),
-    )
     return in_order(
-        (*COMMON_PARAMETERS, *own),
+        (*COMMON_PARAMETERS, *table("px4rover")),
         NAV_ACC_RAD=accept_m,
         RTL_DESCEND_ALT=30.0,
         RTL_RETURN_ALT=60.0,

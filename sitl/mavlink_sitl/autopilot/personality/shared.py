@@ -4,52 +4,23 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import BootStep, SavedStep
+from mavlink_sitl.autopilot.personality.parameters import table
 
 _INT8 = ParameterType.INT8
 _INT16 = ParameterType.INT16
 _INT32 = ParameterType.INT32
 
-BATTERY = (
-    ParameterSpec("BATT_CAPACITY", 3300.0, _INT32),
-    ParameterSpec("BATT_CRT_VOLT", 0.0),
-    ParameterSpec("BATT_FS_CRT_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_FS_LOW_ACT", 0.0, _INT8),
-    ParameterSpec("BATT_LOW_MAH", 0.0),
-    ParameterSpec("BATT_LOW_TIMER", 10.0, _INT8),
-    ParameterSpec("BATT_LOW_VOLT", 10.5),
-)
-FENCE = (
-    ParameterSpec("FENCE_ACTION", 1.0, _INT8),
-    ParameterSpec("FENCE_ENABLE", 0.0, _INT8),
-    ParameterSpec("FENCE_MARGIN", 2.0),
-    ParameterSpec("FENCE_RADIUS", 300.0),
-)
 HEIGHT_FENCE = (
     ParameterSpec("FENCE_ALT_MAX", 100.0),
     ParameterSpec("FENCE_ALT_MIN", -10.0),
 )
 """Of those that leave the ground"""
-LINK = (
-    ParameterSpec("MAV_GCS_SYSID", 255.0, _INT16),
-    ParameterSpec("RC_OVERRIDE_TIME", 3.0),
-)
-SIMULATION = (
-    ParameterSpec("SIM_BATT_VOLTAGE", 0.0),
-    ParameterSpec("SIM_ENGINE_FAIL", 0.0, _INT32),
-    ParameterSpec("SIM_ENGINE_MUL", 1.0),
-    ParameterSpec("SIM_GPS1_ENABLE", 1.0, _INT8),
-    ParameterSpec("SIM_GPS1_GLTCH_X", 0.0),
-    ParameterSpec("SIM_GPS1_GLTCH_Y", 0.0),
-    ParameterSpec("SIM_GPS1_GLTCH_Z", 0.0),
-    ParameterSpec("SIM_RC_FAIL", 0.0, _INT8),
-)
-"""Of the firmware's simulator, that break something"""
 SIM_WIND = (
     ParameterSpec("SIM_WIND_DIR", 180.0),
     ParameterSpec("SIM_WIND_SPD", 0.0),
 )
 """Of those that the wind moves"""
-COMMON = (*BATTERY, *FENCE, *LINK, *SIMULATION)
+COMMON = table("ardupilot")
 """Of every vehicle type"""
 
 

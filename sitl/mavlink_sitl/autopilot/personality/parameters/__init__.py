@@ -1,0 +1,23 @@
+"""The parameters of each personality: name, default value and type, in a file for each set.
+
+Types are those of MAV_PARAM_TYPE, REAL32 where none is given; `unlisted` is what the firmware
+leaves out of its list. Defaults are the firmware's where it has one and the recordings do not say
+otherwise.
+"""
+
+from __future__ import annotations
+
+from importlib import resources
+
+from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+
+
+def table(name: str) -> tuple[ParameterSpec, ...]:
+    """The parameters in `NAME.parm`."""
+    text = resources.files(__name__).joinpath(f"{name}.parm").read_text("utf-8")
+    rows = [line.split() for line in text.splitlines() if not line.startswith("#")]
+    return tuple(_spec(*row) for row in rows)
+
+
+def _spec(name: str, default: str, kind: str = "REAL32", listed: str = "") -> ParameterSpec:
+    return ParameterSpec(name, float(default), ParameterType[kind], listed != "unlisted")
