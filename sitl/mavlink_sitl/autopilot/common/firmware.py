@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.common.estimator import Estimator
@@ -82,13 +82,15 @@ class Firmware(ABC):
     """
 
     failsafe: Failsafes
+    navigator_class: ClassVar[type[Navigator]] = Navigator
     starting_status = SystemStatus.BOOT
 
     def __init__(self, start: PowerUp) -> None:
         personality, observation = start.personality, start.observation
         self.personality = personality
         self.parameters = start.parameters
-        self.navigator = self.make_navigator(LocalFrame(start.origin, personality.projection))
+        frame = LocalFrame(start.origin, personality.projection)
+        self.navigator = self.navigator_class(frame, start.parameters)
         self.observation = observation
         self.boot_s = observation.time_s
         self.estimator = Estimator(personality, self.boot_s, start.ready_after_s)
@@ -123,10 +125,6 @@ class Firmware(ABC):
         self.mode.enter()
 
     # What differs between firmwares.
-
-    def make_navigator(self, frame: LocalFrame) -> Navigator:
-        """Origin, home and limits."""
-        return Navigator(frame, self.parameters)
 
     @abstractmethod
     def make_mode(self, spec: ModeSpec) -> Mode:

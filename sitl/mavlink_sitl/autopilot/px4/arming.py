@@ -76,7 +76,7 @@ class Px4Arming(Arming):
         if not self.armed or math.isfinite(self.lift_began_s):
             return
         spooled = copter.now_s - self.armed_at_s >= copter.parameters["COM_SPOOLUP_TIME"]
-        if spooled and copter.flying_mode.wants_to_lift():
+        if spooled and copter.mode.wants_to_lift():
             self.lift_began_s = copter.now_s
             self.landed_at_s = math.inf
 

@@ -61,7 +61,7 @@ class HoldMode(Px4Mode):
 
     def other_target(self, point: GeoPoint | None, altitude_amsl_m: float | None) -> Vector:
         """The target with another place or height; None keeps what is."""
-        navigator = self.vehicle.px4_navigator
+        navigator = self.vehicle.navigator
         north, east, down = self.target or self.here()
         if point is not None:
             north, east, _ = navigator.place_ned_m(point)

@@ -32,7 +32,7 @@ def destination_ned_m(vehicle: Px4Vehicle) -> Place:
     """The destination of RTL: north, east and down of the ground there, in the local frame."""
     kind = int(vehicle.parameters["RTL_TYPE"])
     here = vehicle.motion[:3]
-    home = vehicle.px4_navigator.true_home_ned_m()
+    home = vehicle.navigator.true_home_ned_m()
     landing = _mission_landing(vehicle)
     best: Place | None = None
     least_m = math.inf
@@ -62,7 +62,7 @@ def _mission_landing(vehicle: Px4Vehicle) -> Place | None:
 
 
 def _place(vehicle: Px4Vehicle, item: PlanItem) -> Place:
-    navigator = vehicle.px4_navigator
+    navigator = vehicle.navigator
     north, east, _ = navigator.place_ned_m(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))
     if item.frame in AMSL_FRAMES:
         return north, east, navigator.down_of_amsl(item.z)

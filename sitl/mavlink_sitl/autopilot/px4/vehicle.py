@@ -33,7 +33,7 @@ from mavlink_sitl.exchange import (
     SystemStatus,
     Vector,
 )
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.geodesy import GeoPoint
 
 HOME_DRIFT_S = 120.0
 HOME_DRIFT_M = 1.2
@@ -78,6 +78,9 @@ class Px4Vehicle(Commander):
         after_disarming: the latest intention that may be armed in, which is wanted again then.
     """
 
+    navigator: Px4Navigator
+    mode: Px4Mode
+
     def __init__(self, start: PowerUp) -> None:
         self.intention = px4.LOITER
         self.setpoint_at_s = -math.inf
@@ -93,21 +96,11 @@ class Px4Vehicle(Commander):
         self.failsafe: Px4Failsafes = Px4Failsafes(self)
         self.fence: Px4Geofence = Px4Geofence(self)
 
-    def make_navigator(self, frame: LocalFrame) -> Px4Navigator:
-        """See `Commander`."""
-        raise NotImplementedError
-
     def first_mode(self) -> int:
         """AUTO.LOITER: what it starts in without a receiver."""
         return px4.LOITER
 
     # What it knows.
-
-    @property
-    def px4_navigator(self) -> Px4Navigator:
-        """The same navigator with its own limits."""
-        assert isinstance(self.navigator, Px4Navigator)
-        return self.navigator
 
     @property
     def system_status(self) -> SystemStatus:
@@ -121,15 +114,9 @@ class Px4Vehicle(Commander):
         """From 'Takeoff detected' on."""
         return self.armed and self.in_flight
 
-    @property
-    def flying_mode(self) -> Px4Mode:
-        """The mode that flies."""
-        assert isinstance(self.mode, Px4Mode)
-        return self.mode
-
     def height_above_ground_m(self) -> float:
         """Height above where it stood when home was set; the ground is taken to be flat."""
-        return self.px4_navigator.true_home_down_m() - self.motion.down_m
+        return self.navigator.true_home_down_m() - self.motion.down_m
 
     @property
     def base_flags(self) -> int:
@@ -224,7 +211,7 @@ class Px4Vehicle(Commander):
         """Home's altitude is corrected with the GNSS receiver's drift in the first 2 minutes."""
         flown_s = self.now_s - self.took_off_at_s
         if self.in_flight and flown_s < HOME_DRIFT_S:
-            self.px4_navigator.drift_home(-HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
+            self.navigator.drift_home(-HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
 
     def force_battery_voltage(self, voltage_v: float) -> None:
         """See `Commander`."""

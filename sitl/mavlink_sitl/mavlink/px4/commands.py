@@ -197,7 +197,7 @@ def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
     point = _place(command)
     if point is None or not usable(command.z):
         return Result.DENIED
-    copter.px4_navigator.set_home_at(point._replace(altitude_amsl_m=command.z))
+    copter.navigator.set_home_at(point._replace(altitude_amsl_m=command.z))
     return Result.ACCEPTED
 
 

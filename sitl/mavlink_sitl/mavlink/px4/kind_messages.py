@@ -34,14 +34,14 @@ def drive_outputs(s: Snapshot) -> Message:
 def drive_target(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: where an AUTO mode drives to; no velocities."""
     vehicle = messages.copter_of(s)
-    mode = vehicle.flying_mode
+    mode = vehicle.mode
     if not (isinstance(mode, DriveMode) and mode.way and vehicle.armed):
         return None
     return _global_target(s, (*mode.way.target, s.motion.down_m), 0.0)
 
 
 def _plane_mode(s: Snapshot) -> PlaneMode:
-    mode = messages.copter_of(s).flying_mode
+    mode = messages.copter_of(s).mode
     assert isinstance(mode, PlaneMode)
     return mode
 

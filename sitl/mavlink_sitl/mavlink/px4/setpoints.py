@@ -116,7 +116,7 @@ def from_global_int(message: Message, copter: Px4Vehicle) -> Setpoint:
         RefusedError: as above, or a place that is not on earth.
     """
     kind, frame = message.get_type(), message.coordinate_frame
-    navigator = copter.px4_navigator
+    navigator = copter.navigator
     if frame not in (AMSL, RELATIVE, TERRAIN):
         raise RefusedError(f"{kind} invalid coordinate frame {frame}")
     latitude, longitude = message.lat_int / 1e7, message.lon_int / 1e7

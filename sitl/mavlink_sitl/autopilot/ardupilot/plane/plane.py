@@ -31,7 +31,6 @@ from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.plans.plans import MissionState
 from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m
 from mavlink_sitl.exchange import Observation, Result, Severity, Vector
-from mavlink_sitl.geodesy import LocalFrame
 from mavlink_sitl.guidance import GlideGuidance
 
 MODE_MANUAL, MODE_AUTO, MODE_RTL, MODE_LOITER, MODE_GUIDED = 0, 10, 11, 12, 15
@@ -49,6 +48,8 @@ class Plane(Traveller):
         step_s: between two updates.
     """
 
+    navigator: PlaneNavigator
+    navigator_class = PlaneNavigator
     behaviours: ClassVar = {
         "stick": Stick,
         "hold_height": HoldHeight,
@@ -72,10 +73,6 @@ class Plane(Traveller):
         self.failsafe = PlaneFailsafes(self)
         self.fence = PlaneFence(self)
         self.arming = PlaneArming(self)
-
-    def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
-        """See `Commander`."""
-        return PlaneNavigator(frame, self.parameters)
 
     # What it knows.
 
@@ -112,7 +109,6 @@ class Plane(Traveller):
 
     def cruise_m_s(self) -> float:
         """The indicated airspeed it keeps."""
-        assert isinstance(self.navigator, PlaneNavigator)
         return self.navigator.cruise_m_s()
 
     def sticks(self) -> Vector:

@@ -24,7 +24,6 @@ from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
-from mavlink_sitl.geodesy import LocalFrame
 
 MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
 CENTRED_US = 1500
@@ -62,6 +61,8 @@ class Rover(Traveller):
         backwards: whether ways are driven tail first (DO_SET_REVERSE), until the mode changes.
     """
 
+    navigator: DriveNavigator
+    navigator_class = DriveNavigator
     behaviours: ClassVar = {
         "manual": Manual,
         "acro": Acro,
@@ -83,10 +84,6 @@ class Rover(Traveller):
         self._next_crumb_s = 0.0
         self.pilot.throttle_us = CENTRED_US
         self.mode.enter()
-
-    def make_navigator(self, frame: LocalFrame) -> DriveNavigator:
-        """See `Commander`."""
-        return DriveNavigator(frame, self.parameters)
 
     def watch(self, observation: Observation) -> None:
         """See `Commander`; remembers the way it has come."""
@@ -129,7 +126,6 @@ class Rover(Traveller):
 
     def cruise_m_s(self) -> float:
         """The cruise speed."""
-        assert isinstance(self.navigator, DriveNavigator)
         return self.navigator.cruise_m_s()
 
     def turn_limit_rad_s(self, speed_m_s: float) -> float:

@@ -10,7 +10,6 @@ from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
 from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
 from mavlink_sitl.autopilot.px4.navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.geodesy import LocalFrame
 
 TAKEOFF_DETECTED_S = 0.7
 """From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
@@ -26,6 +25,8 @@ UNLOADED_S, UNLOADED_IN_RTL_S = 0.7, 5.0
 class Px4Copter(Px4Vehicle):
     """A multicopter with PX4."""
 
+    navigator: CopterNavigator
+    navigator_class = CopterNavigator
     behaviours: ClassVar = {
         "px4_hold": modes.Hold,
         "px4_manual": modes.Manual,
@@ -38,16 +39,6 @@ class Px4Copter(Px4Vehicle):
         "px4_land": modes.Land,
     }
     _left_ground = False
-
-    def make_navigator(self, frame: LocalFrame) -> CopterNavigator:
-        """See `Commander`."""
-        return CopterNavigator(frame, self.parameters)
-
-    @property
-    def px4_navigator(self) -> CopterNavigator:
-        """The same navigator with its own limits."""
-        assert isinstance(self.navigator, CopterNavigator)
-        return self.navigator
 
     def takes_off(self) -> bool:
         """Some time after the thrust began to rise."""

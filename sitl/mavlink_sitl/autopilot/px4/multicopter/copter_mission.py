@@ -105,7 +105,7 @@ class GoTo(Px4Task):
             self.auto.guide(self.auto.hold_at(self.auto.here(), yaw))
             return
         self._turning_since_s = None
-        limits = self.vehicle.px4_navigator.line_limits(motion[:3], target)
+        limits = self.vehicle.navigator.line_limits(motion[:3], target)
         self.auto.guide(replace(self.auto.hold_at(target, yaw), limits=limits))
 
     def update(self) -> None:
@@ -143,7 +143,7 @@ class ClimbTo(GoTo):
 
     def begin(self) -> None:
         """Pass the guidance to the controllers."""
-        limits = self.vehicle.px4_navigator.takeoff_limits()
+        limits = self.vehicle.navigator.takeoff_limits()
         guidance = replace(self.auto.hold_at(self.target), restart_z=True, limits=limits)
         self.auto.guide(guidance)
 

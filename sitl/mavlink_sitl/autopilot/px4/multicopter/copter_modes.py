@@ -58,13 +58,13 @@ class Hold(CopterMode, HoldMode):
             away = math.hypot(north - motion.north_m, east - motion.east_m)
             if away > 2.0:  # the nose looks where it goes
                 yaw_rad = math.atan2(east - motion.east_m, north - motion.north_m)
-        limits = self.vehicle.px4_navigator.line_limits(self.here(), self.target)
+        limits = self.vehicle.navigator.line_limits(self.here(), self.target)
         self.guide(replace(self.hold_at(self.target, yaw_rad), limits=limits))
 
     def limits_changed(self) -> None:
         """Another speed: go on with it."""
         if self.target is not None:
-            limits = self.vehicle.px4_navigator.line_limits(self.here(), self.target)
+            limits = self.vehicle.navigator.line_limits(self.here(), self.target)
             self.guide(replace(self.hold_at(self.target), limits=limits))
 
     def stay_at(self, target: Vector) -> None:
@@ -90,7 +90,7 @@ class Takeoff(CopterMode, TakeoffMode):
 
     def enter(self) -> None:
         """Set the altitude; one below the vehicle is not flown to."""
-        navigator = self.vehicle.px4_navigator
+        navigator = self.vehicle.navigator
         north, east, down = self.here()
         self._by_default = self.wanted_amsl_m is None
         if self.wanted_amsl_m is not None:
@@ -204,7 +204,7 @@ class Return(CopterMode):
             )
         # To above where it was told, though at speed it stops further on and comes back.
         target = (motion.north_m, motion.east_m, self._down_m)
-        limits = copter.px4_navigator.climb_limits(motion, self._down_m)
+        limits = copter.navigator.climb_limits(motion, self._down_m)
         climb = self.hold_at(target)
         self.guide(replace(climb, restart_xy=True, restart_z=True, limits=limits))
 

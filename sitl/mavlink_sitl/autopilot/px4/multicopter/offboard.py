@@ -14,7 +14,7 @@ class Offboard(CopterMode, OffboardMode):
 
     def stop(self) -> None:
         """Brake as hard as the loops do."""
-        limits = self.vehicle.px4_navigator.direct_limits()
+        limits = self.vehicle.navigator.direct_limits()
         self.guide(replace(self.hold_guidance(), limits=limits))
 
     def follow(self, fresh: bool) -> None:
@@ -41,7 +41,7 @@ class Offboard(CopterMode, OffboardMode):
             yaw_mode=yaw_mode,
             yaw_rad=s.yaw_rad or 0.0,
             yaw_rate_rad_s=s.yaw_rate_rad_s or 0.0,
-            limits=self.vehicle.px4_navigator.direct_limits(),
+            limits=self.vehicle.navigator.direct_limits(),
             restart_xy=fresh,
             restart_z=fresh,
         )

@@ -20,7 +20,6 @@ from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED
 from mavlink_sitl.autopilot.px4.plane.plane_offboard import PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Limits, Observation
-from mavlink_sitl.geodesy import LocalFrame
 
 
 class PlaneNavigator(Px4Navigator):
@@ -45,6 +44,8 @@ class Px4Plane(Px4Vehicle):
         circling: the centre and the radius of the circle that it flies, if it flies one.
     """
 
+    navigator: PlaneNavigator
+    navigator_class = PlaneNavigator
     behaviours: ClassVar = {
         "px4_hold": plane_modes.Hold,
         "px4_manual": plane_modes.Manual,
@@ -63,10 +64,6 @@ class Px4Plane(Px4Vehicle):
         self._on_ground = True
         self._slow_since_s: float | None = None
         super().__init__(start)
-
-    def make_navigator(self, frame: LocalFrame) -> PlaneNavigator:
-        """See `Commander`."""
-        return PlaneNavigator(frame, self.parameters)
 
     # What it knows.
 
@@ -125,7 +122,6 @@ class Px4Plane(Px4Vehicle):
 
     def cruise_m_s(self) -> float:
         """The indicated airspeed it keeps."""
-        assert isinstance(self.navigator, PlaneNavigator)
         return self.navigator.cruise_m_s()
 
     def takeoff_m_s(self) -> float:

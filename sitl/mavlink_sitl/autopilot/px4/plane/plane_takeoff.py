@@ -92,7 +92,7 @@ class Takeoff(PlaneMode, TakeoffMode):
 
     def _begin(self) -> Climbout | None:
         """Set the altitude; one below the vehicle is not flown to."""
-        plane, navigator = self.vehicle, self.vehicle.px4_navigator
+        plane, navigator = self.vehicle, self.vehicle.navigator
         here, height = plane.motion.down_m, plane.parameters["MIS_TAKEOFF_ALT"]
         wanted = here - height
         if self.wanted_amsl_m is not None:

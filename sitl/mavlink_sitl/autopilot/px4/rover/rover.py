@@ -16,7 +16,6 @@ from mavlink_sitl.autopilot.px4.rover.pursuit import Point
 from mavlink_sitl.autopilot.px4.rover.rover_mission import RoverMission
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Limits, Motors, YawMode
-from mavlink_sitl.geodesy import LocalFrame
 from mavlink_sitl.guidance import DriveGuidance
 
 DRIVING_AFTER_S = 0.5
@@ -46,6 +45,8 @@ class RoverNavigator(Px4Navigator):
 class Px4Rover(Px4Vehicle):
     """A car or a boat with PX4."""
 
+    navigator: RoverNavigator
+    navigator_class = RoverNavigator
     behaviours: ClassVar = {
         "px4_hold": rover_modes.Hold,
         "px4_manual": rover_modes.Manual,
@@ -58,16 +59,12 @@ class Px4Rover(Px4Vehicle):
         "px4_land": rover_modes.Land,
     }
 
-    def make_navigator(self, frame: LocalFrame) -> RoverNavigator:
-        """See `Commander`."""
-        return RoverNavigator(frame, self.parameters)
-
     # What it knows.
 
     @property
     def landed(self) -> bool:
         """Disarmed, in AUTO.LAND, or at the end of AUTO.RTL."""
-        return not self.armed or self.flying_mode.at_rest
+        return not self.armed or self.mode.at_rest
 
     def takes_off(self) -> bool:
         """A moment after arming."""
@@ -88,7 +85,6 @@ class Px4Rover(Px4Vehicle):
 
     def cruise_m_s(self) -> float:
         """The cruise speed."""
-        assert isinstance(self.navigator, RoverNavigator)
         return self.navigator.cruise_m_s()
 
     def accept_m(self) -> float:

@@ -75,7 +75,7 @@ class Hold(DriveMode, HoldMode):
     ) -> None:
         """Go somewhere; the height and the yaw mean nothing."""
         if point is not None:
-            self.stay_at(self.vehicle.px4_navigator.place_ned_m(point))
+            self.stay_at(self.vehicle.navigator.place_ned_m(point))
 
     def stay_at(self, target: Vector) -> None:
         """Go to a place and stay there."""
