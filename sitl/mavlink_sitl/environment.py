@@ -55,14 +55,12 @@ class Environment:
     """The world as the vehicles of a simulation feel it.
 
     Args:
-        world: it.
         physics: the bodies of a fleet; wind and ground are given to them here.
         rows: the places of the fleet's vehicles in the simulation.
         frames: the local frames with which all vehicles of the simulation begin.
         seed: of gusts, noise and drop-outs.
 
     Attributes:
-        world: the same.
         collided: shape (N,), who has hit something.
     """
 

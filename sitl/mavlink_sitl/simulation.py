@@ -83,7 +83,6 @@ class Simulation:
 
     Attributes:
         vehicles: the vehicles, with their links.
-        world: what is around them.
     """
 
     def __init__(

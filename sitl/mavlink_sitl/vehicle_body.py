@@ -20,7 +20,6 @@ class VehicleBody:
 
     Args:
         index: its row in `Simulation.truth`.
-        config: what it is.
         fleet: whose lanes it is a part of.
 
     Attributes:

@@ -30,7 +30,6 @@ class Runner:
     """Runs a simulation against the wall clock.
 
     Args:
-        simulation: it.
         addresses: where the vehicle speaks: one for each of its links, or, for a vehicle with
             one link, any number, and it says the same on all of them.
         speedup: simulated seconds per second.

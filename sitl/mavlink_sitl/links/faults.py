@@ -42,7 +42,6 @@ class FaultyPipe:
     """One direction of a link: datagrams go in, and come out later, or not.
 
     Args:
-        faults: how bad it is.
         seed: two pipes with the same seed and input do the same.
     """
 

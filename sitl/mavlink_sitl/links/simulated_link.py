@@ -12,7 +12,6 @@ class SimulatedLink:
 
     Args:
         seed: of the faults.
-        faults: how bad the link is.
         receive: takes bytes that arrive at the vehicle, and whether they are a datagram.
         now_us: tells simulated time.
 

@@ -52,9 +52,7 @@ class MavlinkServer:
 
     Args:
         encoders: one for each link; they keep the sequence numbers, over reboots too.
-        system_id: the vehicle's.
         now_us: simulated time of power-up.
-        snapshot: gives the state of the vehicle at this moment.
 
     Attributes:
         outboxes: for each link frames to send, oldest first.

@@ -43,7 +43,6 @@ class Start:
     """A vehicle at the beginning of its recording.
 
     Attributes:
-        config: what it is.
         mode: its custom mode.
         armed: whether the motors were on.
         position_ned_m: from the local origin; None when it is not told at the beginning.

@@ -20,9 +20,7 @@ class Gusts:
     Up and down it is half as strong. Between two draws the wind goes over evenly.
 
     Args:
-        wind: steady wind and size of the gusts.
         seed: of the gusts.
-        o: float or array arithmetic.
         step_s: time between two draws.
         rows: the vehicles' places in the simulation.
     """
@@ -59,7 +57,6 @@ class Dropouts:
     """Random losses of the GPS fix.
 
     Args:
-        quality: how often and for how long.
         seed: of the times.
         rows: the vehicles' places in the simulation.
     """

@@ -49,7 +49,6 @@ class Obstacle:
     """A thing with a level top and upright sides.
 
     Attributes:
-        name: for people.
         at_m: its middle; of a moving one, at the start.
         radius_m: of a cylinder; 0 for a box.
         size_m: North and East before turning, of a box.

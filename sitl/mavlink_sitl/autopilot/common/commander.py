@@ -19,11 +19,7 @@ from mavlink_sitl.exchange import LandedState, ModeChanged, Observation, Result,
 
 
 class Commander(Firmware):
-    """A firmware that people command; arguments and attributes as of `Firmware`.
-
-    Attributes:
-        behaviours: which class is which mode, by its behaviour.
-    """
+    """A firmware that people command; arguments and attributes as of `Firmware`."""
 
     behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Mode]]] = {}
 

@@ -11,12 +11,7 @@ STILL_M_S = 0.3
 
 
 class LandDetector:
-    """Landed while motors push little and nothing moves, for a while.
-
-    Attributes:
-        landed: the verdict; true at start.
-        landed_since_s: when it last became true.
-    """
+    """Landed while motors push little and nothing moves, for a while."""
 
     def __init__(self) -> None:
         """On the ground."""

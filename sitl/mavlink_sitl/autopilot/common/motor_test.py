@@ -24,11 +24,7 @@ IDLE_US, FULL_US = 1000.0, 2000.0
 
 
 class MotorTest:
-    """One vehicle's motor test.
-
-    Attributes:
-        running: whether it is under way.
-    """
+    """One vehicle's motor test."""
 
     def __init__(self, copter: Copter) -> None:
         self._vehicle = copter

@@ -14,8 +14,6 @@ class Navigator:
     """Origin, home and limits of one vehicle.
 
     Attributes:
-        frame: the local frame.
-        origin: of it.
         home: where RTL goes, or None before the estimator has an origin.
     """
 

@@ -33,9 +33,6 @@ class Orbit:
         radius_m: of the circle.
         rate_rad_s: clockwise, as far as the limits of speed and acceleration allow.
         angle_rad: where on the circle it begins, from North.
-
-    Attributes:
-        turned_rad: how far it has gone round.
     """
 
     def __init__(

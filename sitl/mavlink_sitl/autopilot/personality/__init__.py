@@ -81,7 +81,6 @@ class Personality:
     """A firmware for a kind of vehicle, as far as it can be written down.
 
     Attributes:
-        name: for people.
         mav_type: HEARTBEAT.type.
         mav_autopilot: HEARTBEAT.autopilot.
         capabilities: AUTOPILOT_VERSION.capabilities.

@@ -56,11 +56,7 @@ class Action:
 
 
 class Px4Failsafes(Failsafes):
-    """Watches one vehicle.
-
-    Attributes:
-        acting: the mode a failsafe has chosen, or None.
-    """
+    """Watches one vehicle."""
 
     _vehicle: Px4Vehicle
 

@@ -6,11 +6,7 @@ NEVER_US = 2**62
 
 
 class StreamSchedule:
-    """Messages sent at intervals.
-
-    Attributes:
-        next_due_us: when the next one is due.
-    """
+    """Messages sent at intervals."""
 
     def __init__(self) -> None:
         """Nothing is sent."""

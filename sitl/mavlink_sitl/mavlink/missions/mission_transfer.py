@@ -55,7 +55,6 @@ class MissionServer(MissionSender):
     """Answers for one vehicle's lists.
 
     Args:
-        vehicle: the firmware, which holds them.
         send: takes messages to send.
         send_later: takes ids of telemetry to send after the answer.
     """

@@ -59,9 +59,7 @@ class Px4Server(MavlinkServer):
 
     Args:
         encoder: keeps the link's sequence numbers, over reboots too.
-        system_id: the vehicle's.
         now_us: simulated time of power-up.
-        snapshot: gives the state of the vehicle at this moment.
         role: "onboard" for a companion computer's link, "gcs" for a ground station's.
 
     Attributes:

@@ -85,11 +85,7 @@ def stopping_point(copter: Commander) -> Vector:
 
 
 class ReturnToLaunch(Mode):
-    """Goes home by itself.
-
-    Attributes:
-        stage: how far it has got.
-    """
+    """Goes home by itself."""
 
     def __init__(self, copter: Commander, spec: ModeSpec) -> None:
         super().__init__(copter, spec)

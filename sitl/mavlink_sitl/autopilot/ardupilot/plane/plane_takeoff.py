@@ -25,7 +25,6 @@ class Launch:
     """From arming into the air: what is said meanwhile, and how steeply it climbs.
 
     Args:
-        plane: the aircraft, armed.
         height_m: where it is to level off, above home.
         texts: what is said, and how many seconds after arming; besides what is always said.
     """
