@@ -14,6 +14,7 @@ from mavlink_sitl.autopilot.plans.plans import Plans
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
+    GRAVITY_M_S2,
     GpsReading,
     Guidance,
     Observation,
@@ -255,7 +256,7 @@ class SimulatedVehicle(VehicleBody):
             physics.battery_reading(index, self._capacity_mah()),
             touching,
             impact_m_s,
-            thrust_m_s2 / 9.80665,
+            thrust_m_s2 / GRAVITY_M_S2,
             physics.airspeed_m_s(index),
             self._gps_off_m(),
         )
@@ -285,7 +286,7 @@ class SimulatedVehicle(VehicleBody):
             vehicle=self.copter,
             motion=physics.motion(index),
             battery=physics.battery_reading(index, self._capacity_mah()),
-            thrust_over_hover=thrust / 9.80665,
+            thrust_over_hover=thrust / GRAVITY_M_S2,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
             airspeed_m_s=physics.airspeed_m_s(index),
             instruments=self,

@@ -24,8 +24,6 @@ class ControllerGains(NamedTuple):
     """PSC_VELXY_D"""
     filter_xy_hz: float = 5.0
     """PSC_VELXY_FLTE and PSC_VELXY_FLTD"""
-    integrator_xy_limit_m_s2: float = 10.0
-    """PSC_VELXY_IMAX"""
     position_z: float = 1.0
     """PSC_POSZ_P"""
     velocity_z: float = 5.0
