@@ -16,15 +16,15 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
+from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.exchange import ItemReached, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 AMSL_FRAMES = (0, 2, 5)
@@ -48,8 +48,8 @@ class Auto(Mode):
     moving = MOVING
     untold: frozenset[Cmd] = UNTOLD
 
-    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
-        super().__init__(copter, spec)
+    def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
+        super().__init__(vehicle, spec)
         self.task: AutoTask | None = None
         self.may_take_off = False
         self.paused = False
@@ -220,19 +220,19 @@ class Auto(Mode):
             item: the item; what needs a device that the vehicle does not have is passed over.
             begins: whether this is the first time.
         """
-        copter, command, value = self.vehicle, item.command, item.params[0]
+        vehicle, command, value = self.vehicle, item.command, item.params[0]
         if command == Cmd.CONDITION_DELAY:
-            return copter.now_s - (self._doing_since_s or 0.0) >= value
+            return vehicle.now_s - (self._doing_since_s or 0.0) >= value
         if command == Cmd.CONDITION_DISTANCE:
             return self.distance_left_m() <= value
         if command == Cmd.CHANGE_SPEED:
             self._change_speed(int(value), item.params[1])
         elif command == Cmd.SET_HOME:
-            copter.set_home(None if value == 1.0 else self._point_of(item))
+            vehicle.set_home(None if value == 1.0 else self._point_of(item))
         elif command == Cmd.SET_SERVO:
-            copter.set_servo(int(value), item.params[1])
+            vehicle.set_servo(int(value), item.params[1])
         elif command == Cmd.FENCE_ENABLE and value in (0.0, 1.0):
-            copter.fence.enable(value == 1.0)
+            vehicle.fence.enable(value == 1.0)
         return True
 
     def _change_speed(self, kind: int, speed_m_s: float) -> None:

@@ -40,8 +40,8 @@ from mavlink_sitl.exchange import (
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
     from mavlink_sitl.autopilot.common.failsafe import Failsafes
+    from mavlink_sitl.autopilot.common.mode import Mode
 
 OWN_OUTPUTS, OUTPUTS = 4, 16
 

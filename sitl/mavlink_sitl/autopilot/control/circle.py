@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
+from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.exchange import Guidance, Vector, YawMode
 
 if TYPE_CHECKING:

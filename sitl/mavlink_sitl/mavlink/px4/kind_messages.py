@@ -33,7 +33,7 @@ def drive_outputs(s: Snapshot) -> Message:
 
 def drive_target(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: where an AUTO mode drives to; no velocities."""
-    vehicle = messages.copter_of(s)
+    vehicle = messages.firmware_of(s)
     mode = vehicle.mode
     if not (isinstance(mode, DriveMode) and mode.way and vehicle.armed):
         return None
@@ -41,7 +41,7 @@ def drive_target(s: Snapshot) -> Message | None:
 
 
 def _plane_mode(s: Snapshot) -> PlaneMode:
-    mode = messages.copter_of(s).mode
+    mode = messages.firmware_of(s).mode
     assert isinstance(mode, PlaneMode)
     return mode
 

@@ -37,7 +37,7 @@ _FLAGS_GROUND, _FLAGS_FLYING, _FLAGS_NO_POSITION = 1023, 831, 0x0A7
 """ESTIMATOR_STATUS.flags on the ground, in flight, and without a position"""
 
 
-def copter_of(s: Snapshot) -> Px4Vehicle:
+def firmware_of(s: Snapshot) -> Px4Vehicle:
     """The firmware as what it is."""
     assert isinstance(s.vehicle, Px4Vehicle)
     return s.vehicle
@@ -45,27 +45,27 @@ def copter_of(s: Snapshot) -> Px4Vehicle:
 
 def heartbeat(s: Snapshot) -> Message:
     """HEARTBEAT."""
-    copter = copter_of(s)
-    base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | copter.base_flags
-    if copter.armed:
+    vehicle = firmware_of(s)
+    base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | vehicle.base_flags
+    if vehicle.armed:
         base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
-    personality = copter.personality
+    personality = vehicle.personality
     return dialect.MAVLink_heartbeat_message(
         personality.mav_type,
         personality.mav_autopilot,
         base_mode,
-        copter.mode.spec.number,
-        int(copter.system_status),
+        vehicle.mode.spec.number,
+        int(vehicle.system_status),
         3,
     )
 
 
 def current_mode(s: Snapshot) -> Message:
     """CURRENT_MODE: what flies, and what is wanted."""
-    copter = copter_of(s)
-    number = copter.mode.spec.number
-    standard = next(mode[1] for mode in copter.personality.available_modes if mode[0] == number)
-    return dialect.MAVLink_current_mode_message(standard, number, copter.intention)
+    vehicle = firmware_of(s)
+    number = vehicle.mode.spec.number
+    standard = next(mode[1] for mode in vehicle.personality.available_modes if mode[0] == number)
+    return dialect.MAVLink_current_mode_message(standard, number, vehicle.intention)
 
 
 def available_mode(vehicle: Px4Vehicle, place: int) -> Message:
@@ -83,17 +83,17 @@ def sys_status(s: Snapshot) -> Message:
     Sticks count as present only while they are heard, and a low battery as unhealthy; of a lost
     receiver only the fix tells (all seen on its own simulator).
     """
-    copter = copter_of(s)
+    vehicle = firmware_of(s)
     present, enabled, health = _PRESENT, _ENABLED, _HEALTHY
-    if not copter.estimator.gps_started:
+    if not vehicle.estimator.gps_started:
         present, enabled, health = _NOTHING_YET
-    if copter.can_arm():
+    if vehicle.can_arm():
         health |= _PREARM
-    if copter.manual_alive():
+    if vehicle.manual_alive():
         present, health = present | _RADIO, health | _RADIO
-    if copter.failsafe.battery_level:
+    if vehicle.failsafe.battery_level:
         health &= ~_BATTERY
-    battery = copter.battery
+    battery = vehicle.battery
     return dialect.MAVLink_sys_status_message(
         present,
         enabled,
@@ -108,7 +108,7 @@ def sys_status(s: Snapshot) -> Message:
 
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the pack's voltage in the first place, a current of -1 A, rounded charge."""
-    battery = copter_of(s).battery
+    battery = firmware_of(s).battery
     return dialect.MAVLink_battery_status_message(
         0,
         1,
@@ -131,15 +131,15 @@ def extended_sys_state(s: Snapshot) -> Message:
 
 def estimator_status(s: Snapshot) -> Message:
     """ESTIMATOR_STATUS."""
-    copter = copter_of(s)
-    if not copter.estimator.position_ok:
+    vehicle = firmware_of(s)
+    if not vehicle.estimator.position_ok:
         flags = _FLAGS_NO_POSITION
     else:
-        flags = _FLAGS_FLYING if copter.armed else _FLAGS_GROUND
+        flags = _FLAGS_FLYING if vehicle.armed else _FLAGS_GROUND
         flags |= 0x40  # absolute height is there in any case
-    if copter.estimator.glitching:
+    if vehicle.estimator.glitching:
         flags |= dialect.ESTIMATOR_GPS_GLITCH
-    ratio = 0.03 + min(copter.estimator.gps_test_ratio, 1.97)  # 2.00 is the most it was seen to say
+    ratio = 0.03 + min(vehicle.estimator.gps_test_ratio, 1.97)  # 2.00 is the most it said
     return dialect.MAVLink_estimator_status_message(
         s.time_boot_us, flags, 0.04, ratio, 0.02, 0.09, 0.003, NAN, 0.29, 0.1
     )
@@ -155,14 +155,14 @@ def attitude_target(s: Snapshot) -> Message:
 
 def position_target_local_ned(s: Snapshot) -> Message:
     """POSITION_TARGET_LOCAL_NED: what the loops follow; NaN on the ground."""
-    copter, yaw = copter_of(s), s.motion.yaw_rad
-    g = copter.guidance
+    vehicle, yaw = firmware_of(s), s.motion.yaw_rad
+    g = vehicle.guidance
     if g.motors is not Motors.FLY:
         nans = (NAN,) * 6
         return dialect.MAVLink_position_target_local_ned_message(
             boot_ms(s), 1, 63, *nans, 0.0, 0.0, 100.0, yaw, 0.0
         )
-    north, east, down = copter.moving_target()
+    north, east, down = vehicle.moving_target()
     m = s.motion
     limits = g.limits
     speed_n = g.velocity_north_m_s + g.track_position_xy * 0.95 * (north - m.north_m)
@@ -189,12 +189,12 @@ def position_target_local_ned(s: Snapshot) -> Message:
 
 def position_target_global_int(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: in the AUTO modes only; altitude 0, as recorded for LAND."""
-    copter = copter_of(s)
-    number = copter.mode.spec.number
-    if number >> 16 & 0xFF != px4.MAIN_AUTO or not copter.armed:
+    vehicle = firmware_of(s)
+    number = vehicle.mode.spec.number
+    if number >> 16 & 0xFF != px4.MAIN_AUTO or not vehicle.armed:
         return None
-    target = copter.moving_target()
-    point = copter.navigator.frame.to_geodetic(*target)
+    target = vehicle.moving_target()
+    point = vehicle.navigator.frame.to_geodetic(*target)
     altitude = 0.0 if number == px4.LAND else point.altitude_amsl_m
     local = position_target_local_ned(s)
     return dialect.MAVLink_position_target_global_int_message(

@@ -9,7 +9,6 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Brake,
     Land,
-    Mode,
     PilotHeight,
     Stabilize,
     Throw,
@@ -20,6 +19,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.autopilot.common.motor_test import MotorTest
 from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl

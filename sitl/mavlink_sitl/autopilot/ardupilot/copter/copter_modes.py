@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.exchange import Guidance, Motors
 from mavlink_sitl.lanes import ScalarOps
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
-    from mavlink_sitl.autopilot.personality import ModeSpec
+
 
 BRAKE_DECELERATION_M_S2 = 7.5
 """BRAKE_MODE_DECEL_RATE, 750 cm/s2"""
@@ -19,55 +20,6 @@ LAND_PAUSE_S = 4.0
 """From a failsafe's change to LAND until it sinks"""
 
 _SCALAR = ScalarOps()
-
-
-class Mode:
-    """A flight mode of one vehicle."""
-
-    vehicle: Commander
-
-    def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
-        self.vehicle = vehicle
-        self.spec = spec
-
-    def enter(self) -> None:
-        """Take over."""
-        self.update()
-
-    def update(self) -> None:
-        """Run one step; called at the autopilot's rate, armed or not."""
-
-    @property
-    def taking_off(self) -> bool:
-        """Whether EXTENDED_SYS_STATE says TAKEOFF."""
-        return False
-
-    @property
-    def landing(self) -> bool:
-        """Whether EXTENDED_SYS_STATE says LANDING, and landing ends in disarming."""
-        return False
-
-    def ground_motors(self) -> Motors:
-        """The permitted motor state while landed."""
-        return Motors.IDLE
-
-    def guide(self, guidance: Guidance) -> None:
-        """Hand new guidance to the controllers."""
-        self.vehicle.guide(guidance)
-
-    def drive(self, guidance: Guidance) -> None:
-        """The same, if it is new."""
-        if guidance != self.vehicle.wanted:
-            self.guide(guidance)
-
-    def hold_guidance(self) -> Guidance:
-        """Brake to a standstill and stay there, nose where it is."""
-        return Guidance(
-            motors=Motors.FLY,
-            restart_xy=True,
-            restart_z=True,
-            limits=self.vehicle.navigator.limits(),
-        )
 
 
 class Stabilize(Mode):

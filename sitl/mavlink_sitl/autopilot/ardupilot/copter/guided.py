@@ -22,8 +22,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Mode
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
+from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.exchange import ZERO, Guidance, Motion, Motors, Vector, YawMode
 
 if TYPE_CHECKING:
