@@ -163,7 +163,6 @@ class Px4Server(MavlinkServer):
             self.send(ping)
         if self._reached is not None and now_us >= self._reached[1]:
             self._repeat_reached()
-
         if self._gimbal is not None and now_us >= self._gimbal[1]:
             self._ask_for_gimbal(*self._gimbal)
 
