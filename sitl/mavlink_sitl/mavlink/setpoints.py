@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.common.commander import Commander
+from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
+from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.plans.fence import CIRCLE, HEIGHT, POLYGON, Area, Fence, areas_of
 from mavlink_sitl.exchange import Severity, Vector
 

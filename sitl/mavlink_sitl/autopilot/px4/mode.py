@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame, turned
 from mavlink_sitl.autopilot.common.mode import Mode
+from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame, turned
 from mavlink_sitl.exchange import ZERO, Motors, Vector
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming

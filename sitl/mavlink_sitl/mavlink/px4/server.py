@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
+from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
 from mavlink_sitl.exchange import (
     Event,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import GRAVITY_M_S2, Vector
 from mavlink_sitl.geodesy import GeoPoint

@@ -13,7 +13,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Stabilize,
     Throw,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, Setpoint
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.common.auto import Auto
@@ -21,6 +21,7 @@ from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.autopilot.common.motor_test import MotorTest
+from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plans import Cmd

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
     Circle,
@@ -27,6 +26,7 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
 from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.mode import Mode
+from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.plans.plans import MissionState
 from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.common.mode import Mode
+from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.control import l1_guidance as l1
 from mavlink_sitl.exchange import ItemReached, Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint
 from mavlink_sitl.autopilot.ardupilot.rover.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
 from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto
@@ -22,6 +21,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, 
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
+from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
 

@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import LegReference, Point
 from mavlink_sitl.autopilot.common.mode import Mode
+from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
