@@ -8,60 +8,20 @@ is UNSUPPORTED.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import kind_commands, setpoints
-from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages import known_messages
-
-if TYPE_CHECKING:
-    from mavlink_sitl.mavlink.server import MavlinkServer
+from mavlink_sitl.mavlink.received_command import RELATIVE_ALT, CommandServer, ReceivedCommand
 
 FORCE = 21196
 """The value of param2 that arms and disarms against all checks"""
-RELATIVE_ALT = 3
+
+Handler = Callable[[CommandServer, ReceivedCommand], Result]
 
 
-@dataclass(frozen=True)
-class ReceivedCommand:
-    """A command in its COMMAND_INT form.
-
-    Attributes:
-        id: MAV_CMD.
-        params: param1..param4.
-        x: latitude, 1e7 degrees, or param5.
-        y: longitude, 1e7 degrees, or param6.
-        z: altitude, metres, or param7.
-        frame: MAV_FRAME.
-        is_long: whether it came as a COMMAND_LONG.
-    """
-
-    id: int
-    params: tuple[float, float, float, float]
-    x: float
-    y: float
-    z: float
-    frame: int
-    is_long: bool
-
-
-def from_message(message: Message) -> ReceivedCommand:
-    """Either message as a command."""
-    params = (message.param1, message.param2, message.param3, message.param4)
-    if message.get_type() == "COMMAND_INT":
-        return ReceivedCommand(
-            message.command, params, message.x, message.y, message.z, message.frame, False
-        )
-    x, y = message.param5, message.param6
-    return ReceivedCommand(message.command, params, x, y, message.param7, RELATIVE_ALT, True)
-
-
-Handler = Callable[["MavlinkServer", ReceivedCommand], Result]
-
-
-def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def handle(server: CommandServer, command: ReceivedCommand) -> Result:
     """Carry out a command."""
     table = kind_commands.BY_KIND[server.vehicle.personality.kind]
     entry = table.get(command.id, _HANDLERS.get(command.id))
@@ -73,7 +33,7 @@ def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return handler(server, command)
 
 
-def _arm_disarm(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _arm_disarm(server: CommandServer, command: ReceivedCommand) -> Result:
     force = int(command.params[1]) == FORCE
     if command.params[0] == 1.0:
         return server.vehicle.arm(force)
@@ -82,14 +42,14 @@ def _arm_disarm(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.UNSUPPORTED
 
 
-def _set_mode(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _set_mode(server: CommandServer, command: ReceivedCommand) -> Result:
     base_mode, custom_mode = command.params[0], command.params[1]
     if not int(base_mode) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
         return Result.DENIED
     return server.vehicle.set_mode(int(custom_mode))
 
 
-def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _take_off(server: CommandServer, command: ReceivedCommand) -> Result:
     if command.frame != RELATIVE_ALT:
         return Result.DENIED
     if not setpoints.usable(command.z):
@@ -97,16 +57,16 @@ def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.vehicle.take_off(command.z)
 
 
-def change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_CHANGE_SPEED."""
     return server.vehicle.change_speed(int(command.params[0]), command.params[1])
 
 
-def _known(server: MavlinkServer, message_id: int) -> bool:
+def _known(server: CommandServer, message_id: int) -> bool:
     return message_id in known_messages.BY_KIND[server.vehicle.personality.kind]
 
 
-def _set_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _set_interval(server: CommandServer, command: ReceivedCommand) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
     if not _known(server, message_id):
         server.vehicle.say(Severity.INFO, f"No ap_message for mavlink id ({message_id})")
@@ -122,7 +82,7 @@ def _set_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _get_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _get_interval(server: CommandServer, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if not _known(server, message_id):
         server.send(dialect.MAVLink_message_interval_message(message_id & 0xFFFF, 0))
@@ -135,7 +95,7 @@ def _get_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
 AVAILABLE_MODES = 435
 
 
-def _request_message(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _request_message(server: CommandServer, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if message_id == AVAILABLE_MODES:
         place = command.params[1] if setpoints.usable(command.params[1]) else 0.0
@@ -149,21 +109,21 @@ def _request_message(server: MavlinkServer, command: ReceivedCommand) -> Result:
 def request(message_id: int) -> Handler:
     """Of a message by itself: it follows the answer."""
 
-    def handler(server: MavlinkServer, _: ReceivedCommand) -> Result:
+    def handler(server: CommandServer, _: ReceivedCommand) -> Result:
         server.send_later(message_id)
         return Result.ACCEPTED
 
     return handler
 
 
-def _capabilities(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _capabilities(server: CommandServer, command: ReceivedCommand) -> Result:
     """REQUEST_AUTOPILOT_CAPABILITIES: with param1 = 1 (`copter_ground_cmds`)."""
     if command.params[0] != 1.0:
         return Result.FAILED
     return request(148)(server, command)
 
 
-def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _set_home(server: CommandServer, command: ReceivedCommand) -> Result:
     """Home is here, with param1 = 1 or without a place; else there."""
     copter = server.vehicle
     if not copter.estimator.position_ok or command.params[0] not in (0.0, 1.0):
@@ -178,34 +138,34 @@ def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _reboot(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _reboot(server: CommandServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (1.0, 3.0):
         # Asked first whether it is armed, also by a test of the motors (`copter_ground_cmds`).
         return Result.FAILED if server.vehicle.soft_armed else Result.UNSUPPORTED
     return server.vehicle.reboot()
 
 
-def _mission_start(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _mission_start(server: CommandServer, command: ReceivedCommand) -> Result:
     """MISSION_START: of the whole mission only (`copter_mission_misc`)."""
     if command.params[0] or command.params[1]:
         return Result.DENIED
     return server.vehicle.start_mission()
 
 
-def _set_current_item(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _set_current_item(server: CommandServer, command: ReceivedCommand) -> Result:
     result = server.vehicle.set_current_item(int(command.params[0]))
     if result is Result.ACCEPTED:
         server.send_later(42)
     return result
 
 
-def _pause_or_go_on(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _pause_or_go_on(server: CommandServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (0.0, 1.0):
         return Result.DENIED
     return server.vehicle.pause_or_go_on(command.params[0] == 1.0)
 
 
-def _enable_fence(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _enable_fence(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_FENCE_ENABLE; 2 puts only the floor out of force, which counts by itself here."""
     if command.params[0] not in (0.0, 1.0, 2.0) or "FENCE_ENABLE" not in server.vehicle.parameters:
         return Result.FAILED
@@ -214,13 +174,13 @@ def _enable_fence(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _terminate(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _terminate(server: CommandServer, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.FAILED
     return server.vehicle.disarm(force=True)
 
 
-def inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def inject_failure(server: CommandServer, command: ReceivedCommand) -> Result:
     """INJECT_FAILURE."""
     unit, kind, instance = (int(value) for value in command.params[:3])
     return server.vehicle.inject_failure(unit, kind, instance)

@@ -5,32 +5,27 @@ What `copter_acks` shows is answered as there; the rest follows ArduCopter's sou
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from mavlink_sitl.mavlink.commands import ReceivedCommand
-    from mavlink_sitl.mavlink.server import MavlinkServer
-
-    Handler = Callable[[MavlinkServer, ReceivedCommand], Result]
+Handler = Callable[[CommandServer, ReceivedCommand], Result]
 
 FORCE_SAVE = 76
 SIMPLE, TRIM = 4, 2
 """PREFLIGHT_CALIBRATION's param5: accelerometers on the level, and their trim"""
 
 
-def _copter(server: MavlinkServer) -> Copter:
+def _copter(server: CommandServer) -> Copter:
     assert isinstance(server.vehicle, Copter)
     return server.vehicle
 
 
-def condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def condition_yaw(server: CommandServer, command: ReceivedCommand) -> Result:
     """CONDITION_YAW: turn the nose, in the modes that fly by themselves."""
     angle_deg, rate_deg_s, direction, relative = command.params
     if not 0.0 <= angle_deg <= 360.0 or relative not in (0.0, 1.0):
@@ -40,7 +35,7 @@ def condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def look_at(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI and DO_SET_ROI_LOCATION: keep the nose towards a place; zeros end that."""
     copter = _copter(server)
     if not (command.x or command.y or command.z):
@@ -52,13 +47,13 @@ def look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def look_at_nothing(server: MavlinkServer, _: ReceivedCommand) -> Result:
+def look_at_nothing(server: CommandServer, _: ReceivedCommand) -> Result:
     """DO_SET_ROI_NONE."""
     _copter(server).yaw.look_at(None)
     return Result.ACCEPTED
 
 
-def motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def motor_test(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_MOTOR_TEST; param5 is how many motors."""
     place, kind, value, each_s = command.params
     if not setpoints.usable(command.x):
@@ -67,7 +62,7 @@ def motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return test.start(int(place), int(kind), value, each_s, int(command.x))
 
 
-def calibrate(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def calibrate(server: CommandServer, command: ReceivedCommand) -> Result:
     """PREFLIGHT_CALIBRATION: what needs no hands on the vehicle is done at once."""
     copter = server.vehicle
     if copter.soft_armed:
@@ -88,11 +83,11 @@ def _always(result: Result) -> Handler:
     return lambda *_: result
 
 
-def _source_set(_: MavlinkServer, command: ReceivedCommand) -> Result:
+def _source_set(_: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
 
 
-def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _set_servo(server: CommandServer, command: ReceivedCommand) -> Result:
     return server.vehicle.set_servo(int(command.params[0]), command.params[1])
 
 

@@ -6,22 +6,18 @@ Seen in `rover_guided` and `plane_guided`. None stands for UNSUPPORTED.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane import plane
 from mavlink_sitl.autopilot.ardupilot.rover import rover
+from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
+from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
 
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.commander import Commander
-    from mavlink_sitl.mavlink.commands import ReceivedCommand
-    from mavlink_sitl.mavlink.server import MavlinkServer
-
-Handler = Callable[["MavlinkServer", "ReceivedCommand"], Result]
+Handler = Callable[[CommandServer, ReceivedCommand], Result]
 
 
 def _mode(number: int) -> Handler:
@@ -36,7 +32,7 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     (`plane_guided_repo`).
     """
 
-    def handler(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    def handler(server: CommandServer, command: ReceivedCommand) -> Result:
         copter = server.vehicle
         if command.is_long:
             return Result.UNSUPPORTED
@@ -79,28 +75,28 @@ def _go_to(copter: Commander, command: ReceivedCommand, position: Vector) -> Res
     return Result.ACCEPTED
 
 
-def _as_plane(server: MavlinkServer) -> plane.Plane:
+def _as_plane(server: CommandServer) -> plane.Plane:
     assert isinstance(server.vehicle, plane.Plane)
     return server.vehicle
 
 
-def _start_landing(server: MavlinkServer, _: ReceivedCommand) -> Result:
+def _start_landing(server: CommandServer, _: ReceivedCommand) -> Result:
     """DO_LAND_START: to the nearest one in the mission."""
     return Result.ACCEPTED if _as_plane(server).start_landing() else Result.FAILED
 
 
-def _look_at(_: MavlinkServer, command: ReceivedCommand) -> Result:
+def _look_at(_: CommandServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI_LOCATION: taken for a camera that is not there."""
     given = all(map(setpoints.usable, (command.x, command.y, command.z)))
     return Result.ACCEPTED if given else Result.DENIED
 
 
-def _go_around(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _go_around(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_GO_AROUND: only while landing."""
     return Result.ACCEPTED if _as_plane(server).go_around(command.params[0]) else Result.FAILED
 
 
-def _set_reverse(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _set_reverse(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_SET_REVERSE."""
     assert isinstance(server.vehicle, rover.Rover)
     if command.params[0] not in (0.0, 1.0):
@@ -109,7 +105,7 @@ def _set_reverse(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _guided_change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _guided_change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_SPEED: an airspeed (0), in GUIDED (`plane_guided_repo`)."""
     copter = _as_plane(server)
     if copter.mode.spec.number != plane.MODE_GUIDED:
@@ -120,7 +116,7 @@ def _guided_change_speed(server: MavlinkServer, command: ReceivedCommand) -> Res
     return copter.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
 
 
-def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
+def _change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_CHANGE_SPEED: without a speed, param3 may be a throttle, which changes nothing here.
 
     Seen in `plane_guided_repo`.

@@ -32,6 +32,7 @@ from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import StreamSchedule
 from mavlink_sitl.mavlink.missions.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer, saved_parameter
+from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.routes import Routes
 
 T = TypeVar("T")
@@ -259,7 +260,7 @@ class MavlinkServer:
             self.send(dialect.MAVLink_timesync_message(self._boot_ns(), message.ts1))
 
     def _on_command(self, message: Message) -> None:
-        result = commands.handle(self, commands.from_message(message))
+        result = commands.handle(self, from_message(message))
         self.send(
             dialect.MAVLink_command_ack_message(
                 message.command,

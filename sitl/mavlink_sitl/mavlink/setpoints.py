@@ -7,7 +7,6 @@ ignores the whole group. What is left must make sense (`Guided.setpoint` decides
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.common.commander import Commander
@@ -15,9 +14,7 @@ from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
-
-if TYPE_CHECKING:
-    from mavlink_sitl.mavlink.commands import ReceivedCommand
+from mavlink_sitl.mavlink.received_command import ReceivedCommand
 
 POSITION_IGNORE = 0x007
 VELOCITY_IGNORE = 0x038

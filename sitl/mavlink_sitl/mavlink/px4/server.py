@@ -23,12 +23,12 @@ from mavlink_sitl.exchange import (
     StatusText,
 )
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
-from mavlink_sitl.mavlink.commands import from_message
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import commands, kind_messages, messages, rates, setpoints
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
+from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
 
 GCS_TIMEOUT_US = 2_500_000
