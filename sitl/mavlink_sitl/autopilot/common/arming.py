@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Motors, Result, Severity
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
@@ -34,7 +30,7 @@ ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 act
 """What is said when the attitude is known, and when it is that of the estimator"""
 
 
-def prearm_failures(copter: Firmware) -> list[str]:
+def prearm_failures(copter: VehicleView) -> list[str]:
     """The failed pre-arm checks; empty if it can arm.
 
     Those of the first half minute were seen of the real copter and rover, armed once a second
@@ -62,7 +58,7 @@ def prearm_failures(copter: Firmware) -> list[str]:
     return reasons
 
 
-def _inertial_failures(copter: Firmware) -> list[str]:
+def _inertial_failures(copter: VehicleView) -> list[str]:
     started_s = copter.personality.standby_s
     for name, after_s in (("Accels", ACCELS_AGREE_S), ("Gyros", GYROS_AGREE_S)):
         if copter.now_s < copter.estimator.scaled(started_s + after_s):
@@ -70,14 +66,14 @@ def _inertial_failures(copter: Firmware) -> list[str]:
     return []
 
 
-def _attitude_failures(copter: Firmware) -> list[str]:
+def _attitude_failures(copter: VehicleView) -> list[str]:
     """Of modes that need no position."""
     if not copter.said_at_boot(ESTIMATOR_ACTIVE):
         return ["AHRS: not using configured AHRS type"]
     return [] if copter.said_at_boot(ALIGNED) else ["AHRS: EKF3 still initialising"]
 
 
-def _position_failures(copter: Firmware) -> list[str]:
+def _position_failures(copter: VehicleView) -> list[str]:
     estimator = copter.estimator
     if estimator.gps_started and not estimator.gps_fix:
         return ["GPS 1: Bad fix"]
@@ -97,7 +93,7 @@ class Arming:
         checks_passed: what the latest look at the checks gave.
     """
 
-    def __init__(self, copter: Firmware) -> None:
+    def __init__(self, copter: VehicleView) -> None:
         self._vehicle = copter
         self.armed = False
         self.armed_at_s = copter.boot_s

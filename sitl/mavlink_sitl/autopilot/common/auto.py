@@ -14,17 +14,16 @@ From the recordings `copter_auto_cleared` and `rover_auto`, and from the firmwar
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.common.mode import Mode
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.exchange import ItemReached, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 AMSL_FRAMES = (0, 2, 5)
@@ -33,6 +32,22 @@ MOST_STEPS = 200
 """A mission of nothing but jumps ends after so many"""
 ALLOW_ARMING = 1
 """Bit of AUTO_OPTIONS"""
+
+
+class TaskView(Protocol):
+    """An item in flight; see `auto_tasks.AutoTask`."""
+
+    item: PlanItem
+
+    @property
+    def landing(self) -> bool:
+        """Whether it sinks to land."""
+
+    def update(self) -> None:
+        """Run one step."""
+
+    def finished(self) -> bool:
+        """Whether the next item's turn has come."""
 
 
 class Auto(Mode):
@@ -48,9 +63,9 @@ class Auto(Mode):
     moving = MOVING
     untold: frozenset[Cmd] = UNTOLD
 
-    def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: VehicleView, spec: ModeSpec) -> None:
         super().__init__(vehicle, spec)
-        self.task: AutoTask | None = None
+        self.task: TaskView | None = None
         self.may_take_off = False
         self.paused = False
         self._waiting: list[tuple[int, PlanItem]] = []
@@ -122,7 +137,7 @@ class Auto(Mode):
 
     # The items.
 
-    def _finish(self, task: AutoTask) -> None:
+    def _finish(self, task: TaskView) -> None:
         place = self.vehicle.plans.current
         told = ItemReached(place)
         self.vehicle.events.append(told)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.plans.plans import PlanItem
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.auto import Auto
 
 
 class AutoTask:

@@ -160,9 +160,6 @@ class Commander(Firmware):
             return Result.FAILED
         return Result.ACCEPTED if self.enter_mode(number) else Result.FAILED
 
-    def land_after_pause(self) -> None:
-        """In LAND: stay for a while before sinking, where the firmware does."""
-
     def force_battery_voltage(self, voltage_v: float) -> None:
         """Where the firmware simulates its battery itself: a voltage for it, or 0."""
 

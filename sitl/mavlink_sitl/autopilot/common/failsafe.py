@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Observation, Severity
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.commander import Commander
 
 MODE_ALT_HOLD = 2
 MODE_LAND = 9
@@ -36,7 +33,7 @@ class Failsafes:
         radio_lost: the pilot's radio has been silent too long.
     """
 
-    def __init__(self, vehicle: Commander) -> None:
+    def __init__(self, vehicle: VehicleView) -> None:
         self._vehicle = vehicle
         self.battery_level = 0
         self.gcs_lost = False

@@ -148,6 +148,10 @@ class Firmware(ABC):
             if self.mode.spec.number == number or self.enter_mode(number):
                 return
 
+    def land_after_pause(self) -> None:
+        """In LAND: stay for a while before sinking, where the firmware does."""
+        return
+
     @property
     @abstractmethod
     def has_mission(self) -> bool:

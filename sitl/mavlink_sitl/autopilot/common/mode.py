@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Motors
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 
 class Mode:
     """A flight mode of one vehicle."""
 
-    vehicle: Commander
+    vehicle: VehicleView
 
-    def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: VehicleView, spec: ModeSpec) -> None:
         self.vehicle = vehicle
         self.spec = spec
 

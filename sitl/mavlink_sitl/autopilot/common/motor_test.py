@@ -5,12 +5,8 @@ While it runs the vehicle counts as armed for HEARTBEAT and for what wants it di
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Result, Severity
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 
 PERCENT, PULSE, PILOT = 0, 1, 2
 """MOTOR_TEST_THROTTLE_TYPE"""
@@ -26,7 +22,7 @@ IDLE_US, FULL_US = 1000.0, 2000.0
 class MotorTest:
     """One vehicle's motor test."""
 
-    def __init__(self, copter: Copter) -> None:
+    def __init__(self, copter: VehicleView) -> None:
         self._vehicle = copter
         self.running = False
         self._place = self._left = 0

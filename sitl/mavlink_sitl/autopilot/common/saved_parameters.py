@@ -7,13 +7,9 @@ disarming. They are told, not offered: PARAM_REQUEST_READ does not find them her
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from mavlink_sitl.autopilot.common.parameters import ParameterType
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ParameterSaved
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 STATISTICS_S = 30.0
 """How often AP_Stats saves"""
@@ -26,7 +22,7 @@ class Saved:
         firmware: the vehicle. One whose personality saves nothing while starting never does.
     """
 
-    def __init__(self, firmware: Firmware) -> None:
+    def __init__(self, firmware: VehicleView) -> None:
         self._vehicle = firmware
         self._told = 0
         self._items = 0

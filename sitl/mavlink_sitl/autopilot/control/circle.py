@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.mode import Mode
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Vector, YawMode
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.commander import Commander
 
 LEAST_RADIUS_M = 0.1
 
 
-def circle_rate_rad_s(copter: Commander) -> float:
+def circle_rate_rad_s(copter: VehicleView) -> float:
     """CIRCLE_RATE: how fast it goes round; negative is against the clock."""
     return math.radians(copter.parameters["CIRCLE_RATE"])
 
 
-def circle_radius_m(copter: Commander) -> float:
+def circle_radius_m(copter: VehicleView) -> float:
     """CIRCLE_RADIUS."""
     return max(copter.parameters["CIRCLE_RADIUS"] / 100.0, LEAST_RADIUS_M)
 
@@ -37,7 +34,7 @@ class Orbit:
 
     def __init__(
         self,
-        copter: Commander,
+        copter: VehicleView,
         centre: Vector,
         radius_m: float,
         rate_rad_s: float,

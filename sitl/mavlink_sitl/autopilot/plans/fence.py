@@ -9,17 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
 from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.plans.plan_commands import CIRCLES, POLYGONS
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 HEIGHT, CIRCLE, POLYGON, FLOOR = 1, 2, 4, 8
 """Bits of FENCE_TYPE"""
@@ -113,7 +110,7 @@ class Fence:
 
     again_m = 20.0
 
-    def __init__(self, copter: Firmware) -> None:
+    def __init__(self, copter: VehicleView) -> None:
         self._vehicle = copter
         self.breached = 0
         self.last_breached = 0

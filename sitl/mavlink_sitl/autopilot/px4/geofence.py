@@ -9,14 +9,11 @@ is no FENCE_STATUS with PX4.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.plans.fence import CIRCLE, HEIGHT, POLYGON, Area, Fence, areas_of
+from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.exchange import Severity, Vector
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 TEXTS = {
     CIRCLE: "Geofence: exceeding maximum distance to Home",
@@ -30,7 +27,7 @@ NOT_HERE = "Geofence invalid, doesn't contain current vehicle position"
 class Px4Geofence(Fence):
     """The geofence of one vehicle."""
 
-    _vehicle: Px4Vehicle
+    _vehicle: Px4View
 
     @property
     def enabled(self) -> bool:

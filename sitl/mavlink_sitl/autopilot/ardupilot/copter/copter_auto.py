@@ -6,7 +6,7 @@ item it hovers.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
     CircleTask,
@@ -16,26 +16,36 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
 from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
     FlyTo,
     LandAt,
+    LegAuto,
     ReturnHome,
     TakeOffTask,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
-from mavlink_sitl.autopilot.common.auto import TAKE_OFFS, Auto
+from mavlink_sitl.autopilot.common.auto import TAKE_OFFS
 from mavlink_sitl.autopilot.common.auto_tasks import Delay
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
+from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.exchange import Motors, Result, Vector
 
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-
 ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
 
 
-class CopterAuto(Auto):
+class CopterView(VehicleView, Protocol):
+    """A copter, as its mission sees it.
+
+    Attributes:
+        yaw: where somebody wants the nose to point.
+    """
+
+    yaw: YawControl
+
+
+class CopterAuto(LegAuto):
     """Flies the uploaded mission."""
 
-    vehicle: Copter
+    vehicle: CopterView
 
     moving = MOVING | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
 

@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import CopterTask, FlyTo
+from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import CopterTask, FlyTo, LegAuto
 from mavlink_sitl.autopilot.control.circle import Orbit, circle_radius_m, circle_rate_rad_s
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Vector
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 
 HEIGHT_REACHED_M = 0.05
 MOVING_M_S = 0.5
@@ -36,7 +32,7 @@ class CircleTask(CopterTask):
         centre: NED metres.
     """
 
-    def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, centre: Vector) -> None:
+    def __init__(self, auto: LegAuto, item: PlanItem, start: Vector, centre: Vector) -> None:
         super().__init__(auto, item)
         rate = math.copysign(abs(circle_rate_rad_s(self.vehicle)), item.params[2])
         radius_m = abs(item.params[2]) or circle_radius_m(self.vehicle)
@@ -65,7 +61,7 @@ class LoiterToAltitude(FlyTo):
 
     _above: bool | None = None
 
-    def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector) -> None:
+    def __init__(self, auto: LegAuto, item: PlanItem, start: Vector, target: Vector) -> None:
         super().__init__(auto, item, start, target)
         self.stay_s = math.inf
 
@@ -94,7 +90,7 @@ class Spline(CopterTask):
 
     def __init__(
         self,
-        auto: CopterAuto,
+        auto: LegAuto,
         item: PlanItem,
         start: Vector,
         target: Vector,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Land
 from mavlink_sitl.autopilot.ardupilot.copter.guided import (
@@ -13,25 +13,29 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import (
     TAKEOFF_SPEED_M_S,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_point
+from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Vector, YawMode
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-    from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 
 THROTTLE_RAISED = 0.05
 ALLOW_TAKEOFF = 2
 """Bit of AUTO_OPTIONS: no raised throttle needed for the take-off"""
 
 
+class LegAuto(Auto):
+    """AUTO that knows the leg after the one that is flown."""
+
+    @abstractmethod
+    def following_leg(self) -> FlyTo | None:
+        """The leg to the next item, if that is flown straight and without stopping here."""
+
+
 class CopterTask(AutoTask):
     """An item in flight."""
 
-    auto: CopterAuto
-    vehicle: Copter
+    auto: LegAuto
 
     def follow(self, place: Vector, velocity: Vector, acceleration: Vector, begins: bool) -> None:
         """Hand on a moving reference, NED; the nose looks where it goes."""
@@ -48,7 +52,7 @@ class TakeOffTask(CopterTask):
         down_m: how high, NED.
     """
 
-    def __init__(self, auto: CopterAuto, item: PlanItem, down_m: float) -> None:
+    def __init__(self, auto: LegAuto, item: PlanItem, down_m: float) -> None:
         super().__init__(auto, item)
         motion = self.vehicle.motion
         self.target: Vector = (motion.north_m, motion.east_m, down_m)
@@ -88,7 +92,7 @@ class FlyTo(CopterTask):
         target: where it ends.
     """
 
-    def __init__(self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector) -> None:
+    def __init__(self, auto: LegAuto, item: PlanItem, start: Vector, target: Vector) -> None:
         super().__init__(auto, item)
         self.target = target
         jerk = max(self.vehicle.parameters["WPNAV_JERK"], 0.1)
@@ -160,7 +164,7 @@ class FlyTo(CopterTask):
 class ReturnHome(CopterTask):
     """Home, and down; ends in disarming, which is not AUTO's business."""
 
-    def __init__(self, auto: CopterAuto, item: PlanItem) -> None:
+    def __init__(self, auto: LegAuto, item: PlanItem) -> None:
         super().__init__(auto, item)
         self._way = ReturnToLaunch(self.vehicle, auto.spec)
         self._way.enter()
@@ -179,7 +183,7 @@ class LandAt(CopterTask):
     """Down, at a place or here."""
 
     def __init__(
-        self, auto: CopterAuto, item: PlanItem, start: Vector, target: Vector, moves: bool
+        self, auto: LegAuto, item: PlanItem, start: Vector, target: Vector, moves: bool
     ) -> None:
         super().__init__(auto, item)
         self._sink = Land(self.vehicle, auto.spec)

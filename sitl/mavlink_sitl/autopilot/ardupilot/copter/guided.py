@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame, turned
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ZERO, Guidance, Motors, YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 
@@ -58,7 +58,7 @@ class Guided(Mode):
         target: the setpoint in force, in LOCAL, for POSITION_TARGET_LOCAL_NED.
     """
 
-    def __init__(self, copter: Copter, spec: ModeSpec) -> None:
+    def __init__(self, copter: VehicleView, spec: ModeSpec) -> None:
         super().__init__(copter, spec)
         self.submode = Submode.VELOCITY
         self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import landing_speed_m_s
 from mavlink_sitl.autopilot.common.mode import Mode
+from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
 from mavlink_sitl.exchange import Guidance, Vector
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 CONE_SLOPE = 3.0
@@ -75,7 +75,7 @@ def stopping_distance(speed_m_s: float, acceleration_m_s2: float) -> float:
     return 0.5 * acceleration_m_s2 + speed * speed / (2.0 * acceleration_m_s2)
 
 
-def stopping_point(copter: Commander) -> Vector:
+def stopping_point(copter: VehicleView) -> Vector:
     """The point at which the vehicle would stop if it braked now, NED metres."""
     motion, limits = copter.motion, copter.navigator.limits()
     v_n, v_e, v_d = motion[3:6]
@@ -88,7 +88,7 @@ def stopping_point(copter: Commander) -> Vector:
 class ReturnToLaunch(Mode):
     """Goes home by itself."""
 
-    def __init__(self, copter: Commander, spec: ModeSpec) -> None:
+    def __init__(self, copter: VehicleView, spec: ModeSpec) -> None:
         super().__init__(copter, spec)
         self.stage = ReturnStage.CLIMB
 

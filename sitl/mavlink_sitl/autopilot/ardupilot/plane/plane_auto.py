@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_landing import Approach
-from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import (
     Climb,
     FlyLine,
     GlideTask,
     GoRound,
     GroundDelay,
+    ItemAuto,
 )
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
@@ -26,7 +26,7 @@ GO_AROUND_M = 30.0
 """How high a go-around climbs when nobody says it"""
 
 
-class GlideAuto(PlaneMode, Auto):
+class GlideAuto(ItemAuto):
     """Flies the uploaded mission; at its end it returns to launch."""
 
     moving = MOVING - {Cmd.SPLINE}

@@ -7,15 +7,16 @@ the place, so that the flare, which begins LAND_FLARE_SEC before the ground, end
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import LEVEL_BANK_RAD, Climb, FlyLine
+from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import (
+    LEVEL_BANK_RAD,
+    Climb,
+    FlyLine,
+    ItemAuto,
+)
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.exchange import Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 
 FLARE_1_S = 0.5
 """In the flare it sinks by this share of its height a second"""
@@ -31,7 +32,7 @@ class Approach(FlyLine):
         target: where to touch the ground.
     """
 
-    def __init__(self, auto: GlideAuto, item: PlanItem, start: Vector, target: Vector) -> None:
+    def __init__(self, auto: ItemAuto, item: PlanItem, start: Vector, target: Vector) -> None:
         super().__init__(auto, item, start, target)
         self.flaring = False
         self._said_place = False

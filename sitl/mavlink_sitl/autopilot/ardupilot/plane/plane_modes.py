@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.control import l1_guidance as l1
 from mavlink_sitl.exchange import ItemReached, Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 Point = tuple[float, float]
 
@@ -33,7 +30,7 @@ STALL_MARGIN_BANK_RAD = math.radians(25.0)
 class PlaneMode(Mode):
     """A mode of one plane."""
 
-    vehicle: Plane
+    vehicle: PlaneView
     target: Vector | None = None
     """What it circles or flies to, and how high, NED metres"""
     cross_track_m = 0.0

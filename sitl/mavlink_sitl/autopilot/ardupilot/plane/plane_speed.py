@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.exchange import Limits, Motion, Result, Severity
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 NO_CHANGE = -2.0
 """A speed in DO_CHANGE_SPEED: what the parameters say again"""
@@ -18,7 +14,7 @@ NO_CHANGE = -2.0
 class PlaneArming(Arming):
     """An armed plane on the ground stays armed, unless a mission has landed it."""
 
-    _vehicle: Plane
+    _vehicle: PlaneView
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """LAND_DISARMDELAY after a landing in AUTO."""

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import TAKEOFF_CLIMB_SINE, PlaneMode
+from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.exchange import Motors, Severity
 from mavlink_sitl.guidance import GlideGuidance
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 LEVEL_WINGS_M = 10.0
 """TKOFF_LVL_ALT's place: below it a take-off flies straight"""
@@ -30,7 +27,7 @@ class Launch:
     """
 
     def __init__(
-        self, plane: Plane, height_m: float, texts: Sequence[tuple[float, str]] = ()
+        self, plane: PlaneView, height_m: float, texts: Sequence[tuple[float, str]] = ()
     ) -> None:
         self._vehicle = plane
         self._height_m = height_m

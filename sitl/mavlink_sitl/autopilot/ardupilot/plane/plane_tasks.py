@@ -6,17 +6,15 @@ After ArduPlane's documentation of mission commands. Landing is `plane_landing`'
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from abc import abstractmethod
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Point
+from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import PlaneMode, Point
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import Launch
+from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
+from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity, Vector
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
-    from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 
 LEVEL_BANK_RAD = math.radians(5.0)
 """LEVEL_ROLL_LIMIT: close to the ground"""
@@ -33,13 +31,21 @@ COMPLETE_TEXTS = {
 }
 
 
+class ItemAuto(PlaneMode, Auto):
+    """AUTO of a plane, as its items see it."""
+
+    @abstractmethod
+    def restart_landing(self) -> None:
+        """Begin the landing again."""
+
+
 class GlideTask(AutoTask):
     """An item in flight."""
 
     taking_off = False
 
-    auto: GlideAuto
-    vehicle: Plane
+    auto: ItemAuto
+    vehicle: PlaneView
 
     @property
     def here(self) -> Point:
@@ -56,7 +62,7 @@ class Climb(GlideTask):
 
     taking_off = True
 
-    def __init__(self, auto: GlideAuto, item: PlanItem, down_m: float) -> None:
+    def __init__(self, auto: ItemAuto, item: PlanItem, down_m: float) -> None:
         super().__init__(auto, item)
         self.height_m = self.vehicle.navigator.home_ned_m()[2] - down_m
         self._launch: Launch | None = None
@@ -103,7 +109,7 @@ class FlyLine(GlideTask):
 
     def __init__(
         self,
-        auto: GlideAuto,
+        auto: ItemAuto,
         item: PlanItem,
         start: Vector,
         target: Vector,
@@ -188,7 +194,7 @@ class GoRound(GlideTask):
     """
 
     def __init__(
-        self, auto: GlideAuto, item: PlanItem, centre: Vector, following: Vector | None
+        self, auto: ItemAuto, item: PlanItem, centre: Vector, following: Vector | None
     ) -> None:
         super().__init__(auto, item)
         self._centre, self._following = centre, following
@@ -251,7 +257,7 @@ class GoRound(GlideTask):
 class GroundDelay(GlideTask):
     """NAV_DELAY: only on the ground and disarmed; in the air it has nothing to fly by."""
 
-    def __init__(self, auto: GlideAuto, item: PlanItem) -> None:
+    def __init__(self, auto: ItemAuto, item: PlanItem) -> None:
         super().__init__(auto, item)
         self._until_s = self.vehicle.now_s + max(item.params[0], 0.0)
         self.vehicle.say(Severity.INFO, f"Delaying {int(max(item.params[0], 0.0))} sec")

@@ -9,15 +9,12 @@ metre at the end (`rover_guided`).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.exchange import Motors, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 from mavlink_sitl.lanes import ScalarOps
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 Point = tuple[float, float]
 
@@ -49,7 +46,7 @@ class LegReference:
 
     def __init__(
         self,
-        rover: Rover,
+        rover: RoverView,
         destination: Point,
         speed_m_s: float,
         start: Point | None = None,

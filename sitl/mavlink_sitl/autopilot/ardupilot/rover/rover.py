@@ -19,6 +19,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
 )
 from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
+from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RestingMode
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.common.setpoint import Setpoint
@@ -149,7 +150,7 @@ class Rover(Traveller):
         ahead = speed / (2.0 * self.navigator.limits().acceleration_xy_m_s2)
         return m.north_m + m.velocity_north_m_s * ahead, m.east_m + m.velocity_east_m_s * ahead
 
-    def rest_at(self, mode: DriveMode, place: Point) -> None:
+    def rest_at(self, mode: RestingMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""
         if self.is_boat:
             mode.stay_at(place)

@@ -6,19 +6,15 @@ at the last one, and at those with a delay, the vehicle stands.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
+from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector
 from mavlink_sitl.guidance import DriveGuidance
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 START_S = 0.9
 """From arming until a mission moves"""
@@ -34,7 +30,7 @@ class DriveTo(AutoTask):
     """
 
     auto: DriveAuto
-    vehicle: Rover
+    vehicle: RoverView
 
     def __init__(
         self, auto: DriveAuto, item: PlanItem, target: Vector, last: bool, speed_m_s: float

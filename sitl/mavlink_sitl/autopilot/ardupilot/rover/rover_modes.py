@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import LegReference, Point
+from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.common.mode import Mode
 from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 TARGET_TIMEOUT_S = 3.0
 STOPPING = "target not received last 3secs, stopping"
@@ -24,7 +21,7 @@ STICK_DEADZONE = 0.03
 class DriveMode(Mode):
     """A mode of one rover or boat."""
 
-    vehicle: Rover
+    vehicle: RoverView
     route: LegReference | None = None
 
     def ground_motors(self) -> Motors:

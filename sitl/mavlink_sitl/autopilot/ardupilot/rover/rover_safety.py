@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.plans.fence import CIRCLE, Fence
 from mavlink_sitl.exchange import Severity
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 HOLD, AUTO, RTL, SMART_RTL = 4, 10, 11, 12
 """Modes"""
@@ -34,9 +31,9 @@ GIVE_UP_M = 100.0
 class RoverFailsafes(Failsafes):
     """Battery, ground station, radio and estimator."""
 
-    _vehicle: Rover
+    _vehicle: RoverView
 
-    def __init__(self, rover: Rover) -> None:
+    def __init__(self, rover: RoverView) -> None:
         super().__init__(rover)
         self._gone_s: dict[str, float] = {}
 
@@ -106,7 +103,7 @@ class RoverFailsafes(Failsafes):
 class RoverFence(Fence):
     """The same actions as of failsafes; far outside it only stops."""
 
-    _vehicle: Rover
+    _vehicle: RoverView
 
     def _act(self, action: int) -> None:
         rover = self._vehicle

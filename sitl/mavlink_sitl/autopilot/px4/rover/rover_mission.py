@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
@@ -11,10 +10,8 @@ from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
+from mavlink_sitl.autopilot.px4.rover.rover_view import Px4RoverView
 from mavlink_sitl.exchange import Vector
-
-if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
 
 _WAITING = (Cmd.WAYPOINT, Cmd.LOITER_TIME, Cmd.DELAY)
 _ENDLESS = (Cmd.LOITER_UNLIM, Cmd.LAND)
@@ -38,7 +35,7 @@ class DriveTo(AutoTask):
     """
 
     auto: RoverMission
-    vehicle: Px4Rover
+    vehicle: Px4RoverView
 
     def __init__(
         self,
@@ -75,7 +72,7 @@ class DriveTo(AutoTask):
         return self._there_s is not None and self.vehicle.now_s - self._there_s >= self._wait_s
 
 
-def corner_radius_m(rover: Px4Rover, angle_rad: float) -> float:
+def corner_radius_m(rover: Px4RoverView, angle_rad: float) -> float:
     """The acceptance radius of a corner (RA_ACC_RAD_MAX, RA_ACC_RAD_GAIN)."""
     p, least = rover.parameters, rover.accept_m()
     if p["RA_ACC_RAD_MAX"] < least:
