@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
-from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.exchange import Result, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NoReturn
 
-from mavlink_sitl.autopilot.common.parameters import Parameters, UnknownParameterError
+from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
 from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,

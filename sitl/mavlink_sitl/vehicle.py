@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.environment import Environment

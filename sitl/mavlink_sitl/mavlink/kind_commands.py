@@ -10,7 +10,7 @@ from collections.abc import Callable
 from mavlink_sitl.autopilot.ardupilot.plane import plane
 from mavlink_sitl.autopilot.ardupilot.rover import rover
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.exchange import ParameterSaved
 from mavlink_sitl.mavlink.codec import Message, dialect
 

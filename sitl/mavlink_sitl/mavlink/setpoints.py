@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message

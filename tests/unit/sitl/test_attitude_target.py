@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import from_angles
+from mavlink_sitl.autopilot.state.attitude_target import from_angles
 from tests.support.ground_station import GUIDED, LOITER, GroundStation, copter, flying
 
 NO_RATES = 0x07

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.autopilot.plans.fence import Area
+from mavlink_sitl.autopilot.safety.fence import Area
 from tests.support.ground_station import (
     GUIDED,
     LAND,

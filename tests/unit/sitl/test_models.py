@@ -8,14 +8,14 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from mavlink_sitl.autopilot.common.parameters import (
+from mavlink_sitl.autopilot.control.controller import sqrt_approach
+from mavlink_sitl.autopilot.control.straight_profile import LineProfile
+from mavlink_sitl.autopilot.parameters import (
     Parameters,
     ParameterSpec,
     ParameterType,
     UnknownParameterError,
 )
-from mavlink_sitl.autopilot.control.controller import sqrt_approach
-from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection

@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Protocol
 
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ItemReached, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 

@@ -7,14 +7,14 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
-from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import PlanItem
+from mavlink_sitl.autopilot.safety.failsafe import Failsafes
+from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import LandedState, ModeChanged, Observation, Result, Severity
 
 

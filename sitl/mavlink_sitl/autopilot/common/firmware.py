@@ -13,16 +13,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from mavlink_sitl.autopilot.common.arming import Arming
-from mavlink_sitl.autopilot.common.estimator import Estimator
-from mavlink_sitl.autopilot.common.landing import LandDetector
-from mavlink_sitl.autopilot.common.navigation import Navigator
-from mavlink_sitl.autopilot.common.parameters import Parameters
-from mavlink_sitl.autopilot.common.pilot import Pilot
-from mavlink_sitl.autopilot.common.saved_parameters import Saved
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
-from mavlink_sitl.autopilot.plans.fence import Fence
 from mavlink_sitl.autopilot.plans.plans import Plans
+from mavlink_sitl.autopilot.safety.arming import Arming
+from mavlink_sitl.autopilot.safety.fence import Fence
+from mavlink_sitl.autopilot.safety.saved_parameters import Saved
+from mavlink_sitl.autopilot.state.estimator import Estimator
+from mavlink_sitl.autopilot.state.landing import LandDetector
+from mavlink_sitl.autopilot.state.navigation import Navigator
+from mavlink_sitl.autopilot.state.pilot import Pilot
 from mavlink_sitl.exchange import (
     Event,
     Guidance,
@@ -40,8 +40,8 @@ from mavlink_sitl.exchange import (
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.failsafe import Failsafes
-    from mavlink_sitl.autopilot.common.mode import Mode
+    from mavlink_sitl.autopilot.safety.failsafe import Failsafes
+    from mavlink_sitl.autopilot.state.mode import Mode
 
 OWN_OUTPUTS, OUTPUTS = 4, 16
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Vector, YawMode
 
 LEAST_RADIUS_M = 0.1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.parameters import ParameterType
+from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.personality.parameters import table
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.parameters import ParameterType
+from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.parameters import table
 from mavlink_sitl.autopilot.personality.px4 import (

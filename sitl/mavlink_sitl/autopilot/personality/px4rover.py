@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec
+from mavlink_sitl.autopilot.parameters import ParameterSpec
 from mavlink_sitl.autopilot.personality.parameters import table
 from mavlink_sitl.autopilot.personality.px4 import (
     COMMON_PARAMETERS,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import BootStep, SavedStep
 from mavlink_sitl.autopilot.personality.parameters import table
 

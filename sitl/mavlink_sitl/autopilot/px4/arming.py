@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.px4.px4_view import Px4View
+from mavlink_sitl.autopilot.safety.arming import Arming
 from mavlink_sitl.exchange import Result, Severity
 
 RAMP_SHARE = 0.75

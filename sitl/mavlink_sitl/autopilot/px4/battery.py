@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.parameters import Parameters
 
 REFILL_1_S = 0.4
 """Full again within 2 to 3 s after disarming"""

@@ -12,9 +12,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from mavlink_sitl.autopilot.common.failsafe import Failsafes
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.px4_view import Px4View
+from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.exchange import Observation, Severity
 
 WARN, TERMINATE = -1, -2

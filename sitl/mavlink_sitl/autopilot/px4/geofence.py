@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.common.setpoint import Setpoint
-from mavlink_sitl.autopilot.plans.fence import CIRCLE, HEIGHT, POLYGON, Area, Fence, areas_of
 from mavlink_sitl.autopilot.px4.px4_view import Px4View
+from mavlink_sitl.autopilot.safety.fence import CIRCLE, HEIGHT, POLYGON, Area, Fence, areas_of
+from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import Severity, Vector
 
 TEXTS = {

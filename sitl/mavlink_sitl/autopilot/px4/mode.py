@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame, turned
 from mavlink_sitl.autopilot.px4.px4_view import Px4View
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame, turned
 from mavlink_sitl.exchange import ZERO, Motors, Vector
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from mavlink_sitl.autopilot.common.vehicle_view import ArmingView, ModeView, VehicleView
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
+from mavlink_sitl.autopilot.state.vehicle_view import ArmingView, ModeView, VehicleView
 from mavlink_sitl.exchange import Result, Vector
 
 

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
@@ -25,6 +24,7 @@ from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.autopilot.px4.px4_view import ManualControl
+from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
     Observation,
     Result,

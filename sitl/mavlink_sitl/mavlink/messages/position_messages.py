@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import from_angles
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+from mavlink_sitl.autopilot.state.attitude_target import from_angles
 from mavlink_sitl.exchange import GRAVITY_M_S2, GpsReading, Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import (

@@ -10,7 +10,7 @@ import math
 import struct
 import zlib
 
-from mavlink_sitl.autopilot.common.parameters import Parameters, ParameterType
+from mavlink_sitl.autopilot.parameters import Parameters, ParameterType
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.parameters import ECHO_INDEX, ParameterServer
 

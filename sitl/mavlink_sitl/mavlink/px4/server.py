@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.px4.px4_view import ManualControl
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
     Event,
     HomeChanged,

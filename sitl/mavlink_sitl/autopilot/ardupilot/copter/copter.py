@@ -14,17 +14,17 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Throw,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
-from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.motor_test import MotorTest
-from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plans import Cmd
+from mavlink_sitl.autopilot.safety.motor_test import MotorTest
+from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import Guidance, Observation, Result, Severity, YawMode
 
 ALOFT_M = 2.5

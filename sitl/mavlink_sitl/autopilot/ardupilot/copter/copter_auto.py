@@ -23,10 +23,10 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
 from mavlink_sitl.autopilot.common.auto import TAKE_OFFS
 from mavlink_sitl.autopilot.common.auto_tasks import Delay
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Motors, Result, Vector
 
 ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))

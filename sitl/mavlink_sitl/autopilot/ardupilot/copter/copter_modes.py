@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Motors
 from mavlink_sitl.lanes import ScalarOps
 

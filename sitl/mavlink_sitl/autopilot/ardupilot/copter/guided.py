@@ -22,11 +22,11 @@ from dataclasses import replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided_attitude import AttitudeTarget
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame, turned
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
-from mavlink_sitl.exchange import ZERO, Guidance, Motors, YawMode
+from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame, turned
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from mavlink_sitl.exchange import ZERO, Guidance, Motors, Vector, YawMode
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
@@ -68,6 +68,11 @@ class Guided(Mode):
         self._turned_s = 0.0
         self._paused = False
         self._took_off = False
+
+    @property
+    def wanted_velocity_m_s(self) -> Vector | None:
+        """The velocity of the setpoint, NED."""
+        return self.target.velocity_m_s
 
     def enter(self) -> None:
         """Stop and hold; no old setpoint is taken up again, and no pause lasts."""

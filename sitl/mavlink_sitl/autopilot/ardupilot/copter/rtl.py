@@ -8,10 +8,10 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import landing_speed_m_s
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
-from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
+from mavlink_sitl.autopilot.safety.rally import return_point_ned_m
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Vector
 
 if TYPE_CHECKING:

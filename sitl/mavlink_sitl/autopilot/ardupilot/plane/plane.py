@@ -23,13 +23,13 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
     PlaneNavigator,
 )
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
-from mavlink_sitl.autopilot.common.arming import Arming
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.plans.plans import MissionState
-from mavlink_sitl.autopilot.plans.rally import nearest_rally_ned_m
+from mavlink_sitl.autopilot.safety.arming import Arming
+from mavlink_sitl.autopilot.safety.rally import nearest_rally_ned_m
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import Observation, Result, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.autopilot.control import l1_guidance as l1
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import ItemReached, Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Guided
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
-from mavlink_sitl.autopilot.common.failsafe import Failsafes
-from mavlink_sitl.autopilot.plans.fence import Fence, areas_of
 from mavlink_sitl.autopilot.plans.plans import Cmd
+from mavlink_sitl.autopilot.safety.failsafe import Failsafes
+from mavlink_sitl.autopilot.safety.fence import Fence, areas_of
 from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
-from mavlink_sitl.autopilot.common.arming import Arming
-from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
+from mavlink_sitl.autopilot.safety.arming import Arming
+from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.exchange import Limits, Motion, Result, Severity
 
 NO_CHANGE = -2.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from mavlink_sitl.autopilot.common.vehicle_view import ModeView, VehicleView
+from mavlink_sitl.autopilot.state.vehicle_view import ModeView, VehicleView
 from mavlink_sitl.exchange import Vector
 
 

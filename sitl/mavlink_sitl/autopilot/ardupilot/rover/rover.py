@@ -21,9 +21,9 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, 
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RestingMode
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT, Navigator
-from mavlink_sitl.autopilot.common.setpoint import Setpoint
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
+from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
+from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
 
 MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15

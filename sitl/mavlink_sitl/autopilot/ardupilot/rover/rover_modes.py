@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import LegReference, Point
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
-from mavlink_sitl.autopilot.common.mode import Mode
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 

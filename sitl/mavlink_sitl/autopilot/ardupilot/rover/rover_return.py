@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference, Point
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
-from mavlink_sitl.autopilot.plans.rally import return_point_ned_m
+from mavlink_sitl.autopilot.safety.rally import return_point_ned_m
 from mavlink_sitl.exchange import Severity
 
 

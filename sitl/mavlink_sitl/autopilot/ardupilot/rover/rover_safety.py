@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
-from mavlink_sitl.autopilot.common.failsafe import Failsafes
-from mavlink_sitl.autopilot.plans.fence import CIRCLE, Fence
+from mavlink_sitl.autopilot.safety.failsafe import Failsafes
+from mavlink_sitl.autopilot.safety.fence import CIRCLE, Fence
 from mavlink_sitl.exchange import Severity
 
 HOLD, AUTO, RTL, SMART_RTL = 4, 10, 11, 12

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from mavlink_sitl.autopilot.ardupilot.rover.breadcrumbs import Breadcrumbs
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 
 Point = tuple[float, float]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from importlib import resources
 
-from mavlink_sitl.autopilot.common.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 
 
 def table(name: str) -> tuple[ParameterSpec, ...]:

@@ -7,8 +7,8 @@ from typing import ClassVar
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
 from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
+from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
-from mavlink_sitl.autopilot.px4.navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 TAKEOFF_DETECTED_S = 0.7

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from mavlink_sitl.autopilot.px4.navigation import CopterNavigator
+from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.px4_view import Px4View
 
 

@@ -10,7 +10,6 @@ from itertools import pairwise
 from typing import ClassVar
 
 from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
@@ -19,6 +18,7 @@ from mavlink_sitl.autopilot.px4.plane.plane_mission import PlaneMission, approac
 from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED
 from mavlink_sitl.autopilot.px4.plane.plane_offboard import PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Observation
 
 

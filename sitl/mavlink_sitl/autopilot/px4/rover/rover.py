@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from mavlink_sitl.autopilot.common.navigation import LEAST_LIMIT
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.rover import rover_modes
 from mavlink_sitl.autopilot.px4.rover.pursuit import Point
 from mavlink_sitl.autopilot.px4.rover.rover_mission import RoverMission
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Motors, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 

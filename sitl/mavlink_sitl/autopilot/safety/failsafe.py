@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Observation, Severity
 
 MODE_ALT_HOLD = 2

@@ -7,8 +7,8 @@ disarming. They are told, not offered: PARAM_REQUEST_READ does not find them her
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.parameters import ParameterType
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
+from mavlink_sitl.autopilot.parameters import ParameterType
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ParameterSaved
 
 STATISTICS_S = 30.0

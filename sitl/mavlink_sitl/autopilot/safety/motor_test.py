@@ -5,7 +5,7 @@ While it runs the vehicle counts as armed for HEARTBEAT and for what wants it di
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Result, Severity
 
 PERCENT, PULSE, PILOT = 0, 1, 2

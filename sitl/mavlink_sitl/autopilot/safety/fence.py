@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
-from mavlink_sitl.autopilot.common.setpoint import Setpoint, SetpointFrame
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
 from mavlink_sitl.autopilot.plans.plan_commands import CIRCLES, POLYGONS
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
@@ -220,10 +219,9 @@ class Fence:
             self.breached = 0
             self._above_floor = False
             return
-        if isinstance(copter.mode, Guided):
-            velocity = copter.mode.target.velocity_m_s
-            if velocity is not None and self._leads_out(velocity):
-                copter.mode.enter()
+        velocity = copter.mode.wanted_velocity_m_s
+        if velocity is not None and self._leads_out(velocity):
+            copter.mode.enter()
         broken = self._broken(copter.motion[:3])
         if not self._counts_floor():
             broken &= ~FLOOR

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Motors, Result, Severity
 
 CHECK_INTERVAL_S = 1.0

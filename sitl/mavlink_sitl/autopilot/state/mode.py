@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.common.vehicle_view import VehicleView
-from mavlink_sitl.exchange import Guidance, Motors
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from mavlink_sitl.exchange import Guidance, Motors, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
@@ -36,6 +36,11 @@ class Mode:
     def landing(self) -> bool:
         """Whether EXTENDED_SYS_STATE says LANDING, and landing ends in disarming."""
         return False
+
+    @property
+    def wanted_velocity_m_s(self) -> Vector | None:
+        """The velocity, NED, that somebody has it fly at; None where there is none."""
+        return None
 
     def ground_motors(self) -> Motors:
         """The permitted motor state while landed."""

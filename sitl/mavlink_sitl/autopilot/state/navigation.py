@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.parameters import Parameters
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.exchange import Limits, Motion, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from typing import Protocol
 
-from mavlink_sitl.autopilot.common.estimator import Estimator
-from mavlink_sitl.autopilot.common.navigation import Navigator
-from mavlink_sitl.autopilot.common.parameters import Parameters
-from mavlink_sitl.autopilot.common.pilot import Pilot
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.plans.plans import Plans
+from mavlink_sitl.autopilot.state.estimator import Estimator
+from mavlink_sitl.autopilot.state.navigation import Navigator
+from mavlink_sitl.autopilot.state.pilot import Pilot
 from mavlink_sitl.exchange import Event, Guidance, Motion, Motors, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
@@ -23,6 +23,13 @@ class ModeView(Protocol):
     @property
     def landing(self) -> bool:
         """Whether it sinks to land."""
+
+    @property
+    def wanted_velocity_m_s(self) -> Vector | None:
+        """The velocity, NED, that somebody has it fly at."""
+
+    def enter(self) -> None:
+        """Take over, or begin again."""
 
     def ground_motors(self) -> Motors:
         """The permitted motor state while landed."""

@@ -1,0 +1,1 @@
+"""What keeps a vehicle safe: arming checks, failsafes, fence, rally points."""
