@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from navigation_core.mapping.obstacle_outlines import in_boxes, outside
 from navigation_core.mapping.obstacles import Array, Obstacles
 
 __all__ = ["is_walled_in"]
@@ -61,7 +62,7 @@ def _is_enclosed(end: Array, other: Array, walls: Obstacles, clearance_m: float)
     count = round(_HALF_M / _CELL_M)
     steps = _CELL_M * np.arange(-count, count + 1)
     middles = np.stack(np.meshgrid(end[0] + steps, end[1] + steps, indexing="ij"), axis=-1)
-    shut = _shut(middles.reshape(-1, 2), end[2], near, limit_m)
+    shut = _shut(middles.reshape(-1, 2), near, limit_m)
     open_ = ~shut.reshape(len(steps), -1)
     patches, _ = scipy.ndimage.label(open_, _EIGHT_NEIGHBOURS)
     patch = patches[count, count]
@@ -84,10 +85,16 @@ def _spanning(obstacles: Obstacles, low_m: float, high_m: float) -> Obstacles:
     )
 
 
-def _shut(points: Array, height_m: float, walls: Obstacles, limit_m: float) -> NDArray[np.bool_]:
-    """Whether points are surely nearer to a wall than a limit."""
-    level = np.column_stack([points, np.full(len(points), height_m)])
-    shut = np.asarray(Obstacles(None, walls.boxes).clearance_m(level) < limit_m)
+def _shut(points: Array, walls: Obstacles, limit_m: float) -> NDArray[np.bool_]:
+    """Whether points at a height that all walls span are surely nearer to one than a limit."""
+    shut = np.zeros(len(points), dtype=np.bool_)
+    for box in walls.boxes:
+        offsets = points - box[:2]
+        # A cell more than the reach, as the sum may be rounded.
+        reach_m = math.hypot(box[2], box[3]) + limit_m + _CELL_M
+        near = np.flatnonzero(np.abs(offsets).max(axis=1) < reach_m)
+        turned = np.stack(in_boxes(offsets[near], box[None]), axis=-1)
+        shut[near] |= outside(turned, box[2:4]) < limit_m
     sizes = np.floor(walls.posts[:, 2] / _SIZES_M)
     for size in np.unique(sizes):
         alike = walls.posts[sizes == size]
