@@ -8,7 +8,7 @@ import pytest
 from _pytest.nodeid import coerce_node_id
 from hypothesis import settings
 
-from tests.wide import is_wide
+from tests.wide import is_left_out, is_wide
 
 # How long an example takes says how busy the machine is, and nothing about the code.
 settings.register_profile("untimed", deadline=None)
@@ -22,6 +22,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="keep what tests/replay/test_golden.py finds now, instead of comparing it",
     )
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out the files of which the run needs nothing."""
+    if not collection_path.name.startswith("test_"):
+        return None
+    file = collection_path.relative_to(Path(__file__).parent).as_posix()
+    return is_left_out(file, config.option.markexpr) or None
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -59,6 +59,20 @@ PARAMETERS = {"replay/test_golden.py": ("ardupilot/", "px4/", "real/")}
 """Of these, the tests whose parameters begin so: the large recordings."""
 
 
+def is_left_out(file: str, marks: str) -> bool:
+    """Tell whether a run of the tests with these marks needs nothing of a file.
+
+    Importing it would cost each worker time.
+
+    Args:
+        file: from the folder of the tests on.
+        marks: the expression that was given as ``-m``.
+    """
+    if marks == "not wide":
+        return file in FILES
+    return marks == "wide" and file not in FILES and file not in PARAMETERS
+
+
 def is_wide(file: str, name: str) -> bool:
     """Tell whether a test is one of them.
 

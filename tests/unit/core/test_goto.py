@@ -1025,7 +1025,6 @@ def test_every_phase_leads_to_the_end_and_none_leads_on_from_it() -> None:
     for phase in Phase:
         for event in PhaseEvent:
             if (phase, event) in TRANSITIONS:
-                assert next_phase(phase, event) is TRANSITIONS[phase, event]
                 assert phase is not Phase.ENDED
             else:
                 with pytest.raises(PhaseError, match=f"{event.name} cannot happen"):

@@ -28,7 +28,12 @@ from navigation_core.tasks.base import (
 from navigation_core.tasks.flying.goto_phases import PhaseError
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.watching.mission import FlyMission
-from navigation_core.tasks.watching.mission_phases import FOLLOWING, MissionPhase, check_change
+from navigation_core.tasks.watching.mission_phases import (
+    FOLLOWING,
+    STOPPING,
+    MissionPhase,
+    check_change,
+)
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 CONFIG = GotoConfig(may_arm=True)
@@ -434,11 +439,27 @@ def test_one_that_cannot_hover_circles_the_last_waypoint() -> None:
     assert vehicle.plan.circle_at_end
 
 
-@pytest.mark.parametrize("before", list(MissionPhase))
-@pytest.mark.parametrize("after", list(MissionPhase))
-def test_only_what_the_table_holds_may_follow(before: MissionPhase, after: MissionPhase) -> None:
-    if after in FOLLOWING[before]:
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (MissionPhase.ARMING, MissionPhase.FLYING),
+        (MissionPhase.UPLOADING, MissionPhase.ARMING),
+        (MissionPhase.STARTING, MissionPhase.ENDED),
+        (MissionPhase.PAUSED, MissionPhase.FLYING),
+        (MissionPhase.CLEARING, MissionPhase.STARTING),
+    ],
+)
+def test_a_phase_that_may_not_follow_is_an_error(before: MissionPhase, after: MissionPhase) -> None:
+    with pytest.raises(PhaseError, match=f"{after.name} cannot follow {before.name}"):
         check_change(before, after)
-    else:
-        with pytest.raises(PhaseError, match=f"{after.name} cannot follow {before.name}"):
-            check_change(before, after)
+
+
+def test_no_phase_follows_the_end_and_stopping_leads_nowhere_else() -> None:
+    for after in MissionPhase:
+        with pytest.raises(PhaseError):
+            check_change(MissionPhase.ENDED, after)
+    reached, new = set(), {MissionPhase.STOPPING}
+    while new:
+        reached |= new
+        new = set().union(*(FOLLOWING[phase] for phase in new)) - reached
+    assert reached == STOPPING
