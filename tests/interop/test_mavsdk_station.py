@@ -53,18 +53,16 @@ class Watched:
 
     def cancelled(self, record: GoalRecord, how: str) -> str:
         """The goal's message, once it has ended CANCELED by what the station did."""
-        result = self.flight.wait_for_result(record)
-        assert record.status == GoalStatus.STATUS_CANCELED, result.message
-        assert result.message.startswith("CANCELED: "), result.message
-        assert STATION in result.message
-        assert how in result.message
-        return str(result.message)
+        return self._ended(record, GoalStatus.STATUS_CANCELED, "CANCELED", how)
 
     def taken_over(self, record: GoalRecord, how: str) -> str:
         """The goal's message, once it has ended because the station flies."""
+        return self._ended(record, GoalStatus.STATUS_ABORTED, "PILOT_OVERRIDE", how)
+
+    def _ended(self, record: GoalRecord, status: int, code: str, how: str) -> str:
         result = self.flight.wait_for_result(record)
-        assert record.status == GoalStatus.STATUS_ABORTED, result.message
-        assert result.message.startswith("PILOT_OVERRIDE: "), result.message
+        assert record.status == status, result.message
+        assert result.message.startswith(f"{code}: "), result.message
         assert STATION in result.message
         assert how in result.message
         return str(result.message)

@@ -11,6 +11,7 @@ import pytest
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor, World
+from tests.support.enclosures import PEN
 from tests.support.simulated_flight import SimulatedFlight
 
 RADIUS_M = 0.5
@@ -34,16 +35,6 @@ CART = (
     ),
     Obstacle("crate", (7.0, 3.0), size_m=(1.0, 1.0), top_m=1.0),
 )
-PEN = tuple(
-    Obstacle(
-        f"stake {k}",
-        (5.0 * math.cos(math.tau * k / 12), 5.0 * math.sin(math.tau * k / 12)),
-        radius_m=0.4,
-        top_m=50.0,
-    )
-    for k in range(12)
-)
-"""Gaps of 1.8 m, where 3 m are needed"""
 
 
 def closest(flight: SimulatedFlight) -> float:

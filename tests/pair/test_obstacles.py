@@ -12,7 +12,7 @@ from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 from mavlink_sitl.world.shapes import Shapes
-from navigation_bridge.goals.goal import LogLine
+from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.obstacles.obstacle_feed import SensorScan
 from navigation_core.outcomes import OutcomeCode
@@ -89,18 +89,24 @@ def test_a_goal_flies_around_what_only_the_sensor_knows() -> None:
     assert not flight.ground_truth.hits
 
 
-def test_a_goal_flies_around_what_is_known_and_says_that_no_sensor_is_heard(
-    tmp_path: Path,
-) -> None:
-    flight = knowing(tmp_path, TREE)
-    flight.fly_up()
-    goal = flight.start(flight.request(20.0, 0.0, 3.0, avoid=True))
+def past_tree(flight: SimulatedFlight, goal: str) -> tuple[GoalFinished, float]:
+    """Go on to a goal's end; return it, and how near to the tree the vehicle came."""
     nearest_m = math.inf
     while not flight.ends(goal):
         flight.run_for(0.1)
         (x, y, _), _ = flight.truth()
         nearest_m = min(nearest_m, math.hypot(x - 10.0, y) - 1.0)
     (end,) = flight.ends(goal)
+    return end, nearest_m
+
+
+def test_a_goal_flies_around_what_is_known_and_says_that_no_sensor_is_heard(
+    tmp_path: Path,
+) -> None:
+    flight = knowing(tmp_path, TREE)
+    flight.fly_up()
+    goal = flight.start(flight.request(20.0, 0.0, 3.0, avoid=True))
+    end, nearest_m = past_tree(flight, goal)
     assert end.code is OutcomeCode.SUCCESS, end.message
     assert NO_SENSOR in end.message
     assert NO_SENSOR in log(flight)
@@ -209,12 +215,7 @@ def test_what_the_autopilot_flies_by_itself_avoids_nothing_and_says_so(
 def test_a_rover_drives_around_what_is_known_however_high_its_gps_puts_it(tmp_path: Path) -> None:
     flight = knowing(tmp_path, TREE.replace("height_m: 30", "height_m: 0.5"), "rover")
     goal = flight.start(flight.request(20.0, 0.0, 0.0, avoid=True))
-    nearest_m = math.inf
-    while not flight.ends(goal):
-        flight.run_for(0.1)
-        (x, y, _), _ = flight.truth()
-        nearest_m = min(nearest_m, math.hypot(x - 10.0, y) - 1.0)
-    (end,) = flight.ends(goal)
+    end, nearest_m = past_tree(flight, goal)
     assert end.code is OutcomeCode.SUCCESS, end.message
     assert nearest_m > 0.5
 

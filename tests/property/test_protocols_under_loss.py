@@ -20,7 +20,6 @@ from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.operations.command import (
     Address,
     CommandExchange,
-    CommandFinished,
     CommandRequest,
     CommandTiming,
 )
@@ -118,28 +117,11 @@ def the_one_end(pair: Pair, limit_s: float) -> OperationFinished:
 @given(up=FATES, down=FATES, results=RESULTS)
 def test_a_command_ends_once(up: list[Fate], down: list[Fate], results: tuple[int, ...]) -> None:
     model = ModelAutopilot(answers={SET_MODE: results})
-    to_model: LossyChannel[bytes] = LossyChannel(up)
-    to_us: LossyChannel[bytes] = LossyChannel(down)
-    ours, now = Codec(1, 191), 0.0
     command = CommandExchange(CommandRequest(SET_MODE, (1.0, GUIDED)), ADDRESS, TIMING)
-    command.start(now)
-    ends: list[CommandFinished] = []
-    while now < 20.0:
-        for message in command.messages_to_send():
-            to_model.push(ours.encode(message), now)
-        for data in to_model.pop(now):
-            model.receive(data)
-        for data in model.outbox:
-            to_us.push(data, now)
-        model.outbox.clear()
-        for data in to_us.pop(now):
-            for message in ours.decode(data):
-                command.receive(message, now)
-        command.handle_timer(now)
-        while (end := command.next_event()) is not None:
-            ends.append(end)
-        now += TICK_S
-    (end,) = ends
+    _drive(command, lambda: command.start(0.0), model, up, down, 20.0)
+    end = command.next_event()
+    assert end is not None
+    assert command.next_event() is None
     assert end.attempts <= TIMING.retries + 1 + TIMING.limit_s / TIMING.progress_timeout_s
     assert command.next_deadline() is None
     final = [result for result in results if result != IN_PROGRESS]
@@ -193,18 +175,19 @@ Asking = MessageRates | MessageRequests
 
 
 def _drive(
-    asking: Asking,
-    resume: Callable[[], None],
+    asking: Asking | CommandExchange,
+    begin: Callable[[], None],
     model: ModelAutopilot,
     up: list[Fate],
     down: list[Fate],
+    seconds: float = 40.0,
 ) -> tuple[float, list[Message]]:
     to_model: LossyChannel[bytes] = LossyChannel(up)
     to_us: LossyChannel[bytes] = LossyChannel(down)
     codec, now = Codec(1, 191), 0.0
     sent: list[Message] = []
-    resume()
-    while now < 40.0:
+    begin()
+    while now < seconds:
         for message in asking.messages_to_send():
             sent.append(message)
             to_model.push(codec.encode(message), now)

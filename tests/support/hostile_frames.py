@@ -89,7 +89,7 @@ def extreme_payloads(kind: Any) -> Iterator[bytes]:
         (0.0, b"\0"),
     ):
         parts = []
-        for count, code in _fields(kind.unpacker.format):
+        for count, code in fields(kind.unpacker.format):
             if code in "fd":
                 parts.append(struct.pack(f"<{count}{code}", *[number] * count))
             elif code in "sc":
@@ -112,7 +112,7 @@ def payload_of(kind: Any, rng: random.Random) -> bytes:
     if rng.random() < 0.5:
         return rng.randbytes(kind.unpacker.size)
     parts = []
-    for count, code in _fields(kind.unpacker.format):
+    for count, code in fields(kind.unpacker.format):
         if code in "fd":
             parts += [struct.pack(f"<{code}", rng.choice(FLOATS)) for _ in range(count)]
         else:
@@ -121,17 +121,18 @@ def payload_of(kind: Any, rng: random.Random) -> bytes:
     return b"".join(parts)
 
 
-def _fields(layout: str) -> list[tuple[int, str]]:
-    fields, digits = [], ""
+def fields(layout: str) -> list[tuple[int, str]]:
+    """Return the fields of a struct format: how many, of which type."""
+    found, digits = [], ""
     for letter in layout.lstrip("<"):
         if letter.isdigit():
             digits += letter
         else:
-            fields.append((int(digits or 1), letter))
+            found.append((int(digits or 1), letter))
             digits = ""
-    return fields
+    return found
 
 
 def _offset(kind: Any, name: str) -> int:
-    sizes = [count * struct.calcsize(code) for count, code in _fields(kind.unpacker.format)]
+    sizes = [count * struct.calcsize(code) for count, code in fields(kind.unpacker.format)]
     return sum(sizes[: list(kind.ordered_fieldnames).index(name)])

@@ -8,7 +8,6 @@ anew only when what is recorded has changed, and look at what `--update-golden` 
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -16,11 +15,12 @@ from pathlib import Path
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.vehicle import SimulatedVehicle
-from mavlink_sitl.world.model import Obstacle, RangeSensor, World
+from mavlink_sitl.world.model import RangeSensor, World
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.requests import LandRequest, WaypointRequest, WaypointsRequest
+from tests.support.enclosures import PEN
 from tests.support.recorded_flight import Recorder
 from tests.support.simulated_flight import SimulatedFlight
 
@@ -29,16 +29,6 @@ _BULK_HZ = 2.0
 _LOW_BATTERY = {"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 2.0, "BATT_LOW_TIMER": 3.0}
 _FENCE = {"FENCE_TYPE": 3.0, "FENCE_RADIUS": 200.0, "AVOID_ENABLE": 0.0}
 _GCS_LOSS = {"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 3.0}
-_PEN = tuple(
-    Obstacle(
-        f"stake {k}",
-        (5.0 * math.cos(math.tau * k / 12), 5.0 * math.sin(math.tau * k / 12)),
-        radius_m=0.4,
-        top_m=50.0,
-    )
-    for k in range(12)
-)
-"""Gaps of 1.8 m, where 3 m are needed"""
 
 Course = Callable[["MadeFlight"], None]
 
@@ -221,7 +211,7 @@ RECIPES: dict[str, Recipe] = {
     "station_cancel": Recipe(partial(_ends, _station_pauses)),
     "no_path": Recipe(
         _walled_in,
-        world=World(obstacles=_PEN, range_sensor=RangeSensor(reach_m=8.0, noise_m=0.03)),
+        world=World(obstacles=PEN, range_sensor=RangeSensor(reach_m=8.0, noise_m=0.03)),
         blocked_timeout_s=2.0,
         volume_altitude_max_m=6.0,
     ),

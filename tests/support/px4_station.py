@@ -44,6 +44,16 @@ class Px4Station(GroundStation):
     def stream_to(self, seconds: float, north: float, east: float, down: float) -> None:
         self.stream(seconds, 20.0, lambda: self.go_to(north, east, down))
 
+    def returns_without_setpoints(self) -> None:
+        """See the failsafe a second after the last setpoint in OFFBOARD, and the return."""
+        took_s = self.run_until(lambda: self.custom_mode == px4.RTL)
+        assert abs(took_s - 1.0) <= 0.15
+        assert "Failsafe activated\t" in self.texts()
+        self.run(2.1)
+        beat, mode = self.last("HEARTBEAT"), self.last("CURRENT_MODE")
+        assert (beat.custom_mode, beat.base_mode, beat.system_status) == (px4.RTL, 157, 5)
+        assert (mode.custom_mode, mode.intended_custom_mode) == (px4.RTL, px4.OFFBOARD)
+
     def quiet(self, interval_us: float = -1.0) -> Px4Station:
         """Fast streams off: what moves is looked at in the truth, and tests get faster."""
         for message_id in FAST_STREAMS:

@@ -245,6 +245,14 @@ class SimulatedFlight:
         velocity = self.simulation.truth.velocity_ned_m_s[0]
         return (east, north, -down), float((velocity**2).sum() ** 0.5)
 
+    def slowest_m_s(self, seconds: float) -> float:
+        """Go on for a while; return the least true speed in it (m/s)."""
+        end_s, slowest = self.now + seconds, self.truth()[1]
+        while self.now < end_s:
+            self.run_for(0.1)
+            slowest = min(slowest, self.truth()[1])
+        return slowest
+
     def set_mode_as_pilot(self, mode: str) -> None:
         """Change the mode as a pilot's switch does."""
         assert self.simulation.vehicles[0].pilot_mode_change(mode), f"the vehicle refused {mode}"

@@ -34,6 +34,16 @@ def put(station: GroundStation, name: str, value: float) -> None:
     station.send(mav.MAVLink_param_set_message(1, 1, name.encode(), value, 9))
 
 
+def fail(
+    station: GroundStation, way: str, unit: int, kind: int, parameter: tuple[str, float]
+) -> None:
+    """Let a unit fail, by the command or by a parameter that does the same."""
+    if way == "command":
+        assert inject(station, unit, kind) == ACCEPTED
+    else:
+        put(station, *parameter)
+
+
 def error_m(station: GroundStation) -> float:
     """How far the estimate is from the truth, horizontally."""
     told = station.last("LOCAL_POSITION_NED")
@@ -163,16 +173,10 @@ def test_a_px4_says_at_once_that_it_does_not_believe_and_gives_in_after_seven_se
 @pytest.mark.parametrize("way", ["command", "parameter"])
 def test_weak_motors_are_made_up_for_and_dead_ones_are_not(way: str) -> None:
     station = flying()
-    if way == "command":
-        assert inject(station, MOTOR, SLOW) == ACCEPTED
-    else:
-        put(station, "SIM_ENGINE_MUL", 0.8)
+    fail(station, way, MOTOR, SLOW, ("SIM_ENGINE_MUL", 0.8))
     station.run(5.0)
     assert station.position[2] == pytest.approx(-10.0, abs=1.0)
-    if way == "command":
-        assert inject(station, MOTOR, OFF) == ACCEPTED
-    else:
-        put(station, "SIM_ENGINE_FAIL", 15)
+    fail(station, way, MOTOR, OFF, ("SIM_ENGINE_FAIL", 15))
     station.run(3.0)
     assert station.simulation.truth.on_ground[0]
     assert any(text.startswith("SIM Hit ground at") for text in station.texts())
@@ -205,10 +209,7 @@ def test_an_empty_battery_and_a_good_one_again() -> None:
 def test_radio_loss_returns_within_a_second_even_from_guided(way: str) -> None:
     """Observed: RTL in 1 s even from GUIDED ('Radio Failsafe'); GUIDED may be chosen again."""
     station = flying()
-    if way == "command":
-        assert inject(station, RADIO, OFF) == ACCEPTED
-    else:
-        put(station, "SIM_RC_FAIL", 1)
+    fail(station, way, RADIO, OFF, ("SIM_RC_FAIL", 1))
     station.run(1.0)
     assert "Radio Failsafe" in station.texts()
     assert station.last("HEARTBEAT").custom_mode == RTL

@@ -15,6 +15,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.mavlink.codec import Decoder
 from tests.support.ground_station import GUIDED, GroundStation, copter, flying
+from tests.support.hostile_frames import fields
 
 
 def alive(station: GroundStation) -> None:
@@ -121,7 +122,7 @@ def extreme_payload(message: type, rng: random.Random) -> bytes:
     """The largest payload of a message with extreme numbers in it."""
     unpacker: struct.Struct = message.unpacker  # type: ignore[attr-defined]
     values: list[object] = []
-    for count, code in _fields(unpacker.format):
+    for count, code in fields(unpacker.format):
         if code == "s":
             values.append(rng.randbytes(count))
             continue
@@ -136,17 +137,6 @@ def extreme_payload(message: type, rng: random.Random) -> bytes:
                 low = 0 if code.isupper() else -(2 ** (bits - 1))
                 values.append(rng.choice([low, low + 2**bits - 1, 0, 1, 42]))
     return unpacker.pack(*values)
-
-
-def _fields(layout: str) -> list[tuple[int, str]]:
-    fields, digits = [], ""
-    for letter in layout.lstrip("<"):
-        if letter.isdigit():
-            digits += letter
-        else:
-            fields.append((int(digits or 1), letter))
-            digits = ""
-    return fields
 
 
 MESSAGES = [
@@ -186,7 +176,7 @@ def test_every_message_of_the_dialect_with_extreme_fields(airborne: bool) -> Non
 
 def _offset(kind: type, name: str) -> int:
     names = list(kind.ordered_fieldnames)  # type: ignore[attr-defined]
-    layout = _fields(kind.unpacker.format)  # type: ignore[attr-defined]
+    layout = fields(kind.unpacker.format)  # type: ignore[attr-defined]
     sizes = [count * struct.calcsize(code) for count, code in layout]
     return sum(sizes[: names.index(name)])
 

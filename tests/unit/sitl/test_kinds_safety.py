@@ -205,11 +205,16 @@ def test_a_lost_radio_means_nothing_when_its_failsafe_is_off() -> None:
         assert mode_of(station) == name
 
 
-def test_a_plane_circles_for_a_short_loss_and_goes_back_to_its_mode() -> None:
+def plane_without_radio_for(seconds: float) -> GroundStation:
     station = plane()
     station.mode(FBWA)
     station.vehicle.lose_radio(True)
-    station.run(2.0)
+    station.run(seconds)
+    return station
+
+
+def test_a_plane_circles_for_a_short_loss_and_goes_back_to_its_mode() -> None:
+    station = plane_without_radio_for(2.0)
     assert mode_of(station) == CIRCLE
     assert "RC Short Failsafe: switched to CIRCLE" in station.texts()
     station.vehicle.lose_radio(False)
@@ -219,10 +224,7 @@ def test_a_plane_circles_for_a_short_loss_and_goes_back_to_its_mode() -> None:
 
 
 def test_a_plane_returns_from_a_long_loss() -> None:
-    station = plane()
-    station.mode(FBWA)
-    station.vehicle.lose_radio(True)
-    station.run(8.0)
+    station = plane_without_radio_for(8.0)
     assert mode_of(station) == PLANE_RTL
     assert "RC Long Failsafe On: RTL" in station.texts()
     station.vehicle.lose_radio(False)

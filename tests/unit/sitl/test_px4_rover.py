@@ -287,13 +287,7 @@ def test_a_lost_stream_returns_home_and_a_resumed_one_takes_control_again(
 ) -> None:
     offboard(rover)
     rover.stream_to(4.0, 60.0, 0.0, 0.0)
-    took_s = rover.run_until(lambda: rover.custom_mode == px4.RTL)
-    assert took_s == pytest.approx(1.0, abs=0.15)
-    assert "Failsafe activated\t" in rover.texts()
-    rover.run(2.1)
-    beat, mode = rover.last("HEARTBEAT"), rover.last("CURRENT_MODE")
-    assert (beat.custom_mode, beat.base_mode, beat.system_status) == (px4.RTL, 157, 5)
-    assert (mode.custom_mode, mode.intended_custom_mode) == (px4.RTL, px4.OFFBOARD)
+    rover.returns_without_setpoints()
     rover.stream_to(0.3, 60.0, 0.0, 0.0)
     assert rover.custom_mode == px4.OFFBOARD
 

@@ -222,21 +222,14 @@ def test_the_first_of_two_answers_is_a_lie_where_the_profile_says_so() -> None:
     assert "DO_SET_MODE was answered TEMPORARILY_REJECTED" in end.reason
 
 
-def test_elsewhere_a_rejection_after_an_acceptance_is_of_a_repetition() -> None:
+@pytest.mark.parametrize(
+    "answers", [(ACCEPTED, FAILED), (FAILED, ACCEPTED)], ids=["rejected last", "accepted last"]
+)
+def test_elsewhere_an_acceptance_beside_a_rejection_is_waited_on(answers: tuple[int, int]) -> None:
     script = Script()
-    script.say(script.autopilot.ack(SET_MODE, ACCEPTED))
-    script.say(script.autopilot.ack(SET_MODE, FAILED))
-    script.wait(1.0)
-    assert script.running()
-    script.say(script.autopilot.heartbeat(mode=GUIDED))
-    assert script.end().result is ACHIEVED
-
-
-def test_acceptance_after_a_rejection_is_waited_on() -> None:
-    script = Script()
-    script.say(script.autopilot.ack(SET_MODE, FAILED))
-    script.say(script.autopilot.ack(SET_MODE, ACCEPTED))
-    script.wait(2.0)
+    for answer in answers:
+        script.say(script.autopilot.ack(SET_MODE, answer))
+    script.wait(1.0 if answers[1] == FAILED else 2.0)
     assert script.running()
     script.say(script.autopilot.heartbeat(mode=GUIDED))
     assert script.end().result is ACHIEVED

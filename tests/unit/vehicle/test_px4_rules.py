@@ -23,6 +23,7 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.told_vehicle import ToldVehicle
 
 LOITER, TAKEOFF, LAND, RTL = 0x03040000, 0x02040000, 0x06040000, 0x05040000
 OFFBOARD, MISSION, POSCTL = 0x00060000, 0x04040000, 0x00030000
@@ -32,15 +33,12 @@ SPEED = SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0))
 GROUND_M = 488.0
 
 
-class Px4:
+class Px4(ToldVehicle):
     """A vehicle that is told what a PX4 says."""
 
     def __init__(self, mode: int = LOITER, armed: bool = True, status: int = 4) -> None:
-        self.vehicle = Vehicle(VehicleConfig(message_rates_hz={}))
+        super().__init__(VehicleConfig(message_rates_hz={}), now=100.0)
         self.say = AutopilotMessages()
-        self.now = 100.0
-        self.sent: list[Message] = []
-        self.vehicle.start(self.now)
         self.tell(self.beat(LOITER, False, 3), self.landed(LandedState.ON_GROUND), *self.at(0.0))
         self.tell(self.beat(mode, armed, status))
         self.sent.clear()
@@ -69,30 +67,6 @@ class Px4:
             ),
             self.say("LOCAL_POSITION_NED", time_boot_ms=boot_ms, z=0.4 - height_m),
         ]  # fmt: skip
-
-    def tell(self, *messages: Message) -> list[VehicleEvent]:
-        for message in messages:
-            self.vehicle.receive(message, self.now)
-        return self.events()
-
-    def wait(self, seconds: float) -> list[VehicleEvent]:
-        end_s = self.now + seconds
-        while (deadline := self.vehicle.next_deadline()) is not None and deadline <= end_s:
-            self.now = max(self.now, deadline)
-            self.vehicle.handle_timer(self.now)
-            self.sent += self.vehicle.messages_to_send()
-        self.now = end_s
-        return self.events()
-
-    def events(self) -> list[VehicleEvent]:
-        self.sent += self.vehicle.messages_to_send()
-        events = []
-        while (event := self.vehicle.next_event()) is not None:
-            events.append(event)
-        return events
-
-    def commands(self, command: int) -> list[Message]:
-        return [m for m in self.sent if m.get_type() == "COMMAND_LONG" and m.command == command]
 
 
 def ends(events: list[VehicleEvent]) -> list[OperationResult]:
