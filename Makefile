@@ -34,12 +34,16 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 	@test -n "$(LOG)" || { echo "Name the log: make report LOG=my.tlog" >&2; exit 2; }
 	@$(ENTER) python -m flight_reports.navigation_report "$(LOG)"
 
+# The ROS tests mostly wait, so there are more processes than cores. Each compiled all sources anew
+# if it could not keep the result.
+PYTEST := unset PYTHONDONTWRITEBYTECODE && python -m pytest -n 4 --dist loadgroup
+
 test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
-	@$(ENTER) python -m pytest -n 5 --dist loadgroup -m "not wide" tests
+	@$(ENTER) $(PYTEST) -m "not wide" tests
 
 test-all: test ## Run the tests, and the slow and broad ones, too (20 minutes on two cores)
-	@$(ENTER) python -m pytest -n 5 --dist loadgroup -m wide tests
+	@$(ENTER) $(PYTEST) -m wide tests
 
 bench: setup ## Run the benchmarks; prints a table and writes out/bench.json
 	@$(ENTER) python tests/bench/run.py

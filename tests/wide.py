@@ -55,8 +55,61 @@ FILES = frozenset(
 )
 """Of these, all tests."""
 
-PARAMETERS = {"replay/test_golden.py": ("ardupilot/", "px4/", "real/")}
-"""Of these, the tests whose parameters begin so: the large recordings."""
+PARTS = {
+    "pair/test_driving.py": (
+        "test_nor_by_a_rover_that_may_only_turn_slowly[target0-45.0",
+        "test_nor_by_a_rover_that_may_only_turn_slowly[target1-30.0",
+        "test_nor_by_a_rover_that_may_only_turn_slowly[target2",
+        "test_nor_by_a_rover_that_may_only_turn_slowly[target3",
+        "test_a_stop_ends_without_a_turn[ardupilot-boat",
+        "test_a_stop_ends_without_a_turn[px4-rover",
+        "test_a_route_that_missed_a_waypoint_does_not_succeed[px4",
+        "test_it_turns_back_for_a_waypoint_if_it_is_to[px4",
+        "test_corners_are_met_within_half_a_metre[px4",
+    ),
+    "pair/test_goal_life_cycle.py": (
+        "test_ground_speed_stays_within_the_goal[0.5",
+        "test_ground_speed_stays_within_the_goal[3.0",
+    ),
+    "pair/test_missions.py": (
+        "test_a_plane_takes_off_flies_its_mission_and_circles_its_end[px4",
+        "test_a_pause_holds_and_goes_on_with_the_same_item[px4",
+        "test_a_mission_on_a_bad_link_is_flown_to_its_end[bad",
+        "test_a_mission_on_a_bad_link_is_flown_to_its_end[loss-px4",
+        "test_a_silence_of_three_seconds_ends_no_mission[UPLOADING-px4",
+        "test_a_silence_of_three_seconds_ends_no_mission[ARMING",
+        "test_a_silence_of_three_seconds_ends_no_mission[NAVIGATING-ardupilot",
+    ),
+    "pair/test_obstacle_flights.py": ("[copter through a gap", "[PX4 copter out of a pocket"),
+    "pair/test_obstacles.py": (
+        "_while_the_vehicle_flies_and_turns[copter-px4",
+        "_while_the_vehicle_flies_and_turns[rover",
+    ),
+    "pair/test_position_doubt.py": (
+        "test_a_glitch_that_passes_is_waited_for[copter-px4",
+        "test_a_glitch_that_passes_is_waited_for[rover",
+        "_ends_the_goal_where_the_vehicle_stopped[copter-0.0",
+        "_ends_the_goal_where_the_vehicle_stopped[copter-9.0-ardupilot",
+        "_ends_the_goal_where_the_vehicle_stopped[rover",
+        "test_a_jump_without_a_word_before_it_is_seen_at_once[px4",
+        "test_a_glitch_at_the_target_is_no_success_beside_it[px4",
+        "test_no_goal_begins_while_the_position_is_in_doubt[px4",
+        "test_a_landing_and_a_return_go_on_and_say_it[land-px4",
+        "test_a_landing_and_a_return_go_on_and_say_it[return-px4",
+        "test_a_mission_is_held_and_goes_on[px4",
+        "test_a_plane_circles_meanwhile[px4",
+        "test_a_flight_without_a_glitch_is_never_in_doubt[rover",
+        "test_a_flight_without_a_glitch_is_never_in_doubt[boat",
+        "test_a_flight_without_a_glitch_is_never_in_doubt[plane",
+    ),
+    "replay/test_golden.py": ("[ardupilot/", "[px4/", "[real/"),
+    "unit/sitl/test_fuzz.py": ("test_a_million_hostile_frames_do_no_harm",),
+}
+"""Of these, the tests whose names, with parameters, hold one of these.
+
+A kind of vehicle, a speed or a link of each remains quick. The large recordings are those of
+`replay/test_golden.py`.
+"""
 
 
 def is_left_out(file: str, marks: str) -> bool:
@@ -70,7 +123,7 @@ def is_left_out(file: str, marks: str) -> bool:
     """
     if marks == "not wide":
         return file in FILES
-    return marks == "wide" and file not in FILES and file not in PARAMETERS
+    return marks == "wide" and file not in FILES and file not in PARTS
 
 
 def is_wide(file: str, name: str) -> bool:
@@ -82,4 +135,4 @@ def is_wide(file: str, name: str) -> bool:
     """
     if file in FILES:
         return True
-    return any(f"[{begin}" in name for begin in PARAMETERS.get(file, ()))
+    return any(part in name for part in PARTS.get(file, ()))

@@ -409,19 +409,19 @@ def test_wind_with_gusts_pushes_a_hovering_copter_about() -> None:
 
 
 def test_gusts_are_as_strong_as_the_world_says_and_seeded() -> None:
-    def winds(seed: int) -> np.ndarray:
+    def winds(seed: int, count: int = 60) -> np.ndarray:
         simulation = Simulation(seed=seed, world=World(wind=wind_from(5.0, 180.0, gust_m_s=1.5)))
         found = []
-        for _ in range(600):
+        for _ in range(count):
             simulation.run_for(0.5)
             found.append(simulation.vehicles[0].wind_ned_m_s)
         return np.array(found)
 
-    first = winds(1)
+    first = winds(1, 600)
     assert first[:, 0].mean() == pytest.approx(5.0, abs=0.5)
     assert first[:, 0].std() == pytest.approx(1.5, rel=0.25)
-    assert np.array_equal(first, winds(1))
-    assert not np.array_equal(first, winds(2))
+    assert np.array_equal(first[:60], winds(1))
+    assert not np.array_equal(first[:60], winds(2))
 
 
 def test_another_vehicle_changes_nothing_for_the_first() -> None:
