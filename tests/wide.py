@@ -103,12 +103,41 @@ PARTS = {
         "test_a_flight_without_a_glitch_is_never_in_doubt[plane",
     ),
     "replay/test_golden.py": ("[ardupilot/", "[px4/", "[real/"),
+    "replay/test_recorded_rules.py": ("_acknowledged_in_the_same_order[mission_clear",),
+    "unit/core/test_bounded.py": (
+        "test_every_task_ends_whatever_the_vehicle_does[goto of a rover",
+        "test_a_pause_that_is_lifted_does_not_take_the_bounds_away[goto of a rover",
+        "test_a_pause_that_is_lifted_does_not_take_the_bounds_away[goto of a PX4",
+    ),
+    "unit/core/test_late_searches.py": (
+        "_joined_without_a_jump[0.0",
+        "_joined_without_a_jump[0.1",
+    ),
+    "unit/core/test_movers.py": (
+        "test_the_velocity_of_what_moves_is_found[begin1",
+        "test_the_velocity_of_what_moves_is_found[begin2-velocity2-0.5-0.0",
+        "test_the_velocity_of_what_moves_is_found[begin0-velocity0-0.5-2.0",
+    ),
+    "unit/navigation/test_flight_pictures.py": (
+        "test_any_tlog_is_drawn[rover",
+        "test_any_tlog_is_drawn[offboard",
+    ),
     "unit/sitl/test_fuzz.py": ("test_a_million_hostile_frames_do_no_harm",),
+    "unit/sitl/test_parameters_matter.py": (
+        *("[AUTO_", "[AVOID_", "[CIRCLE_", "[LAND_", "[MAV_", "[PILOT_", "[PSC_", "[RALLY_"),
+        *("[RC_", "[RTL_", "[SIM_", "[WPNAV_"),
+    ),
+    "unit/sitl/test_px4_hostile.py": (
+        "_do_not_stop_other_kinds[boat",
+        "test_absurd_parameters_do_not_stop_other_kinds",
+        "test_absurd_parameters_do_not_stop_a_flight[1e",
+        "test_absurd_parameters_do_not_stop_a_flight[0",
+    ),
 }
 """Of these, the tests whose names, with parameters, hold one of these.
 
-A kind of vehicle, a speed or a link of each remains quick. The large recordings are those of
-`replay/test_golden.py`.
+A kind of vehicle, a speed, a link or a recording of each remains quick; of the parameters of the
+simulator those of its failsafes do. That hostile frames do no harm is held by 20,000 of them, too.
 """
 
 

@@ -18,7 +18,7 @@ from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.ros_flight import Flight
 
-pytestmark = pytest.mark.xdist_group("ros_obstacles")
+pytestmark = pytest.mark.xdist_group("ros_actions")
 
 ROOT = Path(__file__).resolve().parents[2]
 PARAMETERS = {

@@ -350,7 +350,7 @@ def test_gps_noise_of_the_world() -> None:
     simulation = Simulation(
         [VehicleConfig(ready_after_s=0.5)] * 40, world=World(gps=GpsQuality(noise_m=0.6))
     )
-    simulation.run_for(90.0)
+    simulation.run_for(60.0)
     stations = [GroundStation(simulation, i) for i in range(40)]
     errors = []
     for station in stations:
