@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.planning.planar_shapes import PlanarShapes
 from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
-from tests.support.other_planners import ompl_way, table_checks
-from tests.support.random_worlds import CLEARANCE_M, World, random_world
+from tests.support.worlds.other_planners import ompl_way, table_checks
+from tests.support.worlds.random_worlds import CLEARANCE_M, World, random_world
 
 WORLDS = 100
 CROWDED_WORLDS = 140

@@ -20,7 +20,7 @@ from pymavlink.dialects.v20 import all as dialect
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
 from navigation_bridge import notes
 from tests.bench.rows import row
-from tests.support.hosts import Host, Network, NoNamespacesError, networked
+from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
 
 # A radio of 57,600 baud: ten bits to a byte (8N1).
 RADIO_BYTES_S = 5760.0

@@ -24,7 +24,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from tests.bench.rows import row
-from tests.support.hostile_frames import frames
+from tests.support.messages.hostile_frames import frames
 
 ROOT = Path(__file__).resolve().parents[2]
 PLOT = ROOT / "out" / "sitl_growth.png"

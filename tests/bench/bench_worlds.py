@@ -7,9 +7,9 @@ are flown as a minute allows.
 
 A hit is to be nearer to an obstacle than the vehicle's radius. It could have been avoided
 unless the obstacle came to a vehicle that had been standing for more than a second and had no
-free way out (`tests/support/ground_truth.py`). There is a way to the goal if one is found that
-keeps clear throughout with everything known; if none is found, a fine grid over the true world
-has the last word. The reference of a flown way's length is that
+free way out (`tests/support/worlds/ground_truth.py`). There is a way to the goal if one is found
+that keeps clear throughout with everything known; if none is found, a fine grid over the true
+world has the last word. The reference of a flown way's length is that
 of the way that is planned with everything that stands still known from the start.
 """
 
@@ -36,8 +36,8 @@ from mavlink_sitl.dynamics.battery import BatteryModel
 from navigation_core.planning import planner
 from navigation_core.planning.planner import PlanLimits
 from tests.bench.rows import row
-from tests.support.random_worlds import CLEARANCE_M, World, random_world
-from tests.support.world_flights import Flown, fly
+from tests.support.flights.world_flights import Flown, fly
+from tests.support.worlds.random_worlds import CLEARANCE_M, World, random_world
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORT = ROOT / "out" / "bench_worlds.json"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.sitl_process import environment, simulator
+from tests.support.links.sitl_process import environment, simulator
 
 WAIT_S = 80.0
 MISSION = """QGC WPL 110

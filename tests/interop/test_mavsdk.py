@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.sitl_process import simulator
+from tests.support.links.sitl_process import simulator
 
 pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
@@ -29,7 +29,7 @@ from mavsdk.plugins.mission import MissionPlan
 from mavsdk.plugins.offboard import PositionNedYaw
 from mavsdk.plugins.telemetry import FlightMode
 
-from tests.support.mavsdk_station import (
+from tests.support.stations.mavsdk_station import (
     TAKE_OFF,
     WAYPOINT,
     Station,

@@ -15,11 +15,11 @@ from action_msgs.msg import GoalStatus
 from custom_interfaces.action import Navigate, NavigateWaypoints
 from custom_interfaces.msg import Waypoint
 from drone_navigation.processes import free_udp_port
-from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
+from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
 pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
-from tests.support.mavsdk_station import Station, listening, wait
+from tests.support.stations.mavsdk_station import Station, listening, wait
 
 pytestmark = [pytest.mark.xdist_group("mavsdk_station"), pytest.mark.timeout(120)]
 STATION = "Ground station 245/190"

@@ -15,7 +15,7 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.tasks.registry import TASKS, task_of
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 PAGE = Path(__file__).parents[2] / "docs" / "tasks.md"
 LINES_MAX = 40

@@ -18,7 +18,7 @@ from navigation_bridge.goals.requests import (
 )
 from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 TARGET = (60.0, 0.0, 40.0)
 REQUESTS: dict[str, Request] = {

@@ -14,8 +14,8 @@ from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.vehicle.driving import driving_of
 from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.tasks.base import Status
-from tests.support.kinematics import driven_way_m, least_time_s
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.models.kinematics import driven_way_m, least_time_s
 
 AUTOPILOTS = ["ardupilot", "px4"]
 # As near to the least time that the limits allow.

@@ -11,7 +11,7 @@ from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_bridge.goals.requests import LandRequest, ReturnRequest
 from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 MOVING = {"SET_POSITION_TARGET_LOCAL_NED", "COMMAND_LONG", "COMMAND_INT", "SET_MODE"}
 RTL, LAND = {"RTL", "AUTO.RTL"}, {"LAND", "AUTO.LAND"}

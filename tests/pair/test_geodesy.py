@@ -20,7 +20,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 FIRMWARES = ("ardupilot", "px4")
 ALTITUDE_M = 488.0

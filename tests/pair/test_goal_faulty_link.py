@@ -12,7 +12,7 @@ from mavlink_sitl.links.faults import LinkFaults
 from navigation_bridge.goals.goal import GoalHappened
 from navigation_bridge.goals.lifecycle import TERMINAL_STATES
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 FAULTS = {
     "loss 20 %": LinkFaults(loss=0.2),

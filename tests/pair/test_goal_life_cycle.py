@@ -9,7 +9,7 @@ import pytest
 
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_core.outcomes import OutcomeCode
-from tests.support.missions import item
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.stations.missions import item
 
 FENCES = {
     "ardupilot": {

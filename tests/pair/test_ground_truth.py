@@ -8,9 +8,9 @@ import pytest
 from mavlink_sitl.world.model import MoverPath, Obstacle, World
 from mavlink_sitl.world.shapes import Shapes
 from navigation_bridge.goals.goal import GoalFinished
-from tests.support.random_worlds import KINDS, random_world
-from tests.support.simulated_flight import SimulatedFlight
-from tests.support.world_flights import simulated
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.flights.world_flights import simulated
+from tests.support.worlds.random_worlds import KINDS, random_world
 
 
 @pytest.mark.parametrize("kind", KINDS)

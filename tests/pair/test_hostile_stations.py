@@ -20,9 +20,9 @@ from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.protocols.stations.overheard import HEARD
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_core.outcomes import OutcomeCode
-from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
-from tests.support.simulated_flight import SimulatedFlight
-from tests.support.udp_flight import HostileStation, UdpFlight, udp_flight
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.flights.udp_flight import HostileStation, UdpFlight, udp_flight
+from tests.support.messages.random_messages import CLASSES, STRANGE_FLOATS, random_message
 
 FIRMWARES = {
     "ardupilot": (),

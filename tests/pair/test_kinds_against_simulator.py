@@ -16,7 +16,7 @@ from mavlink_vehicle.events import (
     StatusTextReceived,
 )
 from mavlink_vehicle.vehicle import SetpointNed
-from tests.support.vehicle_pair import VehiclePair
+from tests.support.flights.vehicle_pair import VehiclePair
 
 ACHIEVED, REFUSED = OperationResult.ACHIEVED, OperationResult.REFUSED
 

@@ -15,7 +15,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 RADIUS_M = 0.5
 SPEED_M_S = 3.0

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.support.loss_matrix import (
+from tests.support.flights.loss_matrix import (
     ACTIONS,
     DISTURBANCES,
     FIRMWARES,

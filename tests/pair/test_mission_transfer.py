@@ -16,7 +16,7 @@ from mavlink_vehicle.mission_items import (
     RELATIVE_ALT,
     MissionItem,
 )
-from tests.support.vehicle_pair import BAD_RADIO, WORSE_RADIO, VehiclePair
+from tests.support.flights.vehicle_pair import BAD_RADIO, WORSE_RADIO, VehiclePair
 
 HOME_1E7 = (-353632610, 1491652300)
 METRE_1E7 = 1e7 / 111_319.0

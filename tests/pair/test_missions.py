@@ -10,8 +10,8 @@ from mavlink_sitl import LinkFaults
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
-from tests.support.simulated_flight import SimulatedFlight
-from tests.support.vehicle_pair import BAD_RADIO
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.flights.vehicle_pair import BAD_RADIO
 
 Place = tuple[float, float, float]
 SQUARE = [(12.0, 0.0, 3.0), (12.0, 12.0, 4.0), (0.0, 12.0, 3.0)]

@@ -11,8 +11,8 @@ import pytest
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor, World
-from tests.support.enclosures import PEN
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.worlds.enclosures import PEN
 
 RADIUS_M = 0.5
 COPTER = VehicleConfig(ready_after_s=1.0, heading_deg=0.0)

@@ -16,9 +16,9 @@ from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.obstacles.obstacle_feed import SensorScan
 from navigation_core.outcomes import OutcomeCode
-from tests.support.autopilot_messages import AutopilotMessages
-from tests.support.missions import item
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.messages.autopilot_messages import AutopilotMessages
+from tests.support.stations.missions import item
 
 REACH_M = 10.0
 THINGS = (

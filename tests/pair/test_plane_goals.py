@@ -16,7 +16,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_bridge.services import Service
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 # ArduPlane's WP_LOITER_RAD is 60 m, PX4's NAV_LOITER_RAD 80 m; both fly wider than that.
 CIRCLE_M = 120.0

@@ -18,7 +18,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 AUTOPILOTS = ["ardupilot", "px4"]
 GLITCH_M = 20.0

@@ -23,7 +23,7 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.profiles.px4 import COPTER
 from mavlink_vehicle.vehicle import SetpointNed, VehicleConfig
-from tests.support.vehicle_pair import BAD_RADIO, VehiclePair
+from tests.support.flights.vehicle_pair import BAD_RADIO, VehiclePair
 
 ACHIEVED, REFUSED = OperationResult.ACHIEVED, OperationResult.REFUSED
 HOME = GeoPoint(47.397743, 8.545594, 488.0)

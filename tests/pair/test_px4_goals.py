@@ -16,7 +16,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_bridge.services import Service
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from mavlink_sitl import VehicleConfig as SimulatedVehicleConfig
 from mavlink_vehicle.events import FailsafeBegan, FailsafeKind, ModeChanged, OperationResult
 from mavlink_vehicle.vehicle import SetpointNed
-from tests.support.vehicle_pair import VehiclePair
+from tests.support.flights.vehicle_pair import VehiclePair
 
 EAST = SetpointNed((900.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.1, 0.0, 0.0), yaw_ned_rad=0.0)
 

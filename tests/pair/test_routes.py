@@ -8,7 +8,7 @@ import math
 import pytest
 
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from mavlink_sitl import VehicleConfig
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.configuration.parameter_file import read_parameter_file
 from navigation_bridge.goals.requests import NavigateRequest, Request, TakeoffRequest
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 FLEET = {"copter": "ardupilot_copter", "px4": "px4_copter", "rover": "ardupilot_rover"}

@@ -13,8 +13,8 @@ from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.signing import Signing
 from navigation_core.outcomes import OutcomeCode
-from tests.support.simulated_flight import SimulatedFlight
-from tests.support.udp_flight import HostileStation
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.flights.udp_flight import HostileStation
 
 KEY = hashlib.sha256(b"hangar 7").digest()
 NOW_UNIX_S = 1_800_000_000.0

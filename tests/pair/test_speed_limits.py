@@ -8,7 +8,7 @@ import statistics
 import pytest
 
 from mavlink_sitl.config import VehicleConfig
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 MEDIAN, PEAK = 1.03, 1.08
 # East, north and up in metres, and max_speed in m/s; 0 is the server's usual speed.

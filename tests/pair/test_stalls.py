@@ -14,8 +14,8 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationResult, StoodStill
 from navigation_bridge.services import Service
-from tests.support.simulated_flight import SimulatedFlight
-from tests.support.vehicle_pair import VehiclePair
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.flights.vehicle_pair import VehiclePair
 
 SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
 TICK_S = 0.01

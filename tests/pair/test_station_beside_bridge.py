@@ -12,8 +12,8 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from navigation_core.outcomes import OutcomeCode
-from tests.support.pymavlink_station import PymavlinkStation
-from tests.support.udp_flight import UdpFlight, udp_flight
+from tests.support.flights.udp_flight import UdpFlight, udp_flight
+from tests.support.stations.pymavlink_station import PymavlinkStation
 
 SYSTEM, COMPONENT = 254, 190
 A_PARAMETER = {"ardupilot": b"WPNAV_SPEED", "px4": b"MIS_TAKEOFF_ALT"}

@@ -9,7 +9,7 @@ import pytest
 from navigation_bridge.goals.goal import CancelWanted
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import LandRequest, ReturnRequest
-from tests.support.station_flight import StationFlight
+from tests.support.flights.station_flight import StationFlight
 
 VEHICLES = [
     (autopilot, vehicle)

@@ -6,7 +6,7 @@ import pytest
 
 from navigation_bridge.goals.requests import LandRequest, Request, ReturnRequest, TakeoffRequest
 from navigation_bridge.services import Service
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 
 @pytest.fixture

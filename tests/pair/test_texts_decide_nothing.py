@@ -12,7 +12,7 @@ from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import VehicleEvent
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.goals.goal import Annotation, GoalFeedback, GoalFinished, LogLine
-from tests.support.station_flight import StationFlight
+from tests.support.flights.station_flight import StationFlight
 
 TEXTS = {"how", "text"}
 """The fields of the event classes that are for people."""

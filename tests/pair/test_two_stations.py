@@ -23,7 +23,7 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from tests.support.vehicle_pair import TICK_S
+from tests.support.flights.vehicle_pair import TICK_S
 
 FAULTS = LinkFaults(loss=0.1, duplicate=0.1, delay_s=0.05, jitter_s=0.2)
 ON_BOARD, ON_GROUND = (1, 191), (255, 190)

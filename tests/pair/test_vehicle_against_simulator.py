@@ -24,7 +24,7 @@ from mavlink_vehicle.events import (
     VehicleRebooted,
 )
 from mavlink_vehicle.vehicle import DEFAULT_RATES_HZ, SetpointNed, VehicleConfig
-from tests.support.vehicle_pair import BAD_RADIO, WORSE_RADIO, VehiclePair
+from tests.support.flights.vehicle_pair import BAD_RADIO, WORSE_RADIO, VehiclePair
 
 ACHIEVED, REFUSED = OperationResult.ACHIEVED, OperationResult.REFUSED
 CANCELLED, LINK_LOST = OperationResult.CANCELLED, OperationResult.LINK_LOST

@@ -17,7 +17,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationFinished, OperationResult, VehicleEvent
 from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 OURS = (1, 191)
 OTHERS = [(255, 190), (255, 191), (1, 190), (1, 192), (2, 191)]

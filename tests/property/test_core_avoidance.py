@@ -19,7 +19,7 @@ from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.waypoint import RouteWaypoint
-from tests.support.point_mass import PointMass, fly
+from tests.support.models.point_mass import PointMass, fly
 
 CONFIG = GotoConfig()
 AVOIDANCE = AvoidanceConfig(heights_m=(1.0, 12.0), blocked_timeout_s=10.0)

@@ -12,8 +12,8 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Fly, OperationKind, OperationStatus, Outcome
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
-from tests.support.core_strategies import limits
-from tests.support.point_mass import Flight, PointMass, fly
+from tests.support.models.core_strategies import limits
+from tests.support.models.point_mass import Flight, PointMass, fly
 
 _TIME_MAX_S = 600.0
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
 from navigation_core.mapping.obstacles import NOTHING, Box, Cylinder, Obstacles
-from tests.support.range_scanner import level_ring, pitched, sectors
+from tests.support.worlds.range_scanner import level_ring, pitched, sectors
 
 _SIZE_M = 30.0
 

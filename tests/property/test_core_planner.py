@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
-from tests.support.random_worlds import (
+from tests.support.worlds.random_worlds import (
     CLEARANCE_M,
     KINDS,
     World,

@@ -18,7 +18,7 @@ from navigation_core.geometry import (
     unit_between,
 )
 from navigation_core.trajectories.trajectory import Limits, Trajectory, plan_stop, plan_to
-from tests.support.core_strategies import fractions, limits, points, states
+from tests.support.models.core_strategies import fractions, limits, points, states
 
 # Examples cost half a millisecond to some milliseconds each.
 quickly = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -18,8 +18,14 @@ from flight_logs.errors import LogError
 from flight_logs.pieces import pieces
 from flight_logs.tlog import Counts, Tlog, iterate_tlog, read_tlog
 from mavlink_vehicle.codec import mavlink
-from tests.support.made_logs import random_packets, tlog_of
-from tests.support.read_logs import OWN_LOGS, Packet, assert_same_contents, by_name, mavutil_packets
+from tests.support.logs.made_logs import random_packets, tlog_of
+from tests.support.logs.read_logs import (
+    OWN_LOGS,
+    Packet,
+    assert_same_contents,
+    by_name,
+    mavutil_packets,
+)
 
 PACKETS = 60
 REAL_BYTES = 4000

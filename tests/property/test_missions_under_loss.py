@@ -19,7 +19,7 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.state.reducer import VehicleState
-from tests.support.lossy_channel import FATES, Fate, LossyChannel
+from tests.support.links.lossy_channel import FATES, Fate, LossyChannel
 
 TICK_S = 0.05
 LIMIT_S = 40.0

@@ -21,7 +21,7 @@ from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_bridge.recording.replay import LONGEST_SILENCE_S, USUAL_GAP_S, Player, RecordedTime
 from navigation_bridge.recording.shadow_file import ShadowGoal
 from navigation_bridge.recording.shadow_goals import OPEN, REJECTED, work_shadow_goals
-from tests.support.made_flights import FOLDER
+from tests.support.flights.made_flights import FOLDER
 
 YEAR_S = 365.25 * 86_400
 LOGS = ("battery_failsafe", "link_gap", "px4_reboot", "station_cancel", "no_path")

@@ -21,7 +21,7 @@ from mavlink_vehicle.positions.projections import (
     true_to_scale,
 )
 from mavlink_vehicle.profiles import Profile, ardupilot, px4
-from tests.support import ellipsoid
+from tests.support.models import ellipsoid
 
 FIRMWARES = [(ardupilot.PROJECTION, simulated.ARDUPILOT), (px4.PROJECTION, simulated.PX4)]
 BY_NAME: dict[str, Projection] = {"ArduPilot": ardupilot.PROJECTION, "PX4": px4.PROJECTION}

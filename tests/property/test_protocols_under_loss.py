@@ -24,8 +24,8 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandTiming,
 )
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from tests.support.lossy_channel import FATES, Fate, LossyChannel
-from tests.support.model_autopilot import (
+from tests.support.links.lossy_channel import FATES, Fate, LossyChannel
+from tests.support.models.model_autopilot import (
     ACCEPTED,
     ARM,
     FAILED,

@@ -13,8 +13,8 @@ from mavlink_vehicle.codec import Codec, mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.protocols.stations.overheard import ANSWERS, HEARD
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
-from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
+from tests.support.messages.autopilot_messages import AutopilotMessages
+from tests.support.messages.random_messages import CLASSES, STRANGE_FLOATS, random_message
 
 KNOWN = [
     cls

@@ -13,7 +13,7 @@ from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.recordings.recording import read
 from mavlink_sitl.recordings.start import start_of
 from tests.replay.flights import DATA
-from tests.support.recordings import recording
+from tests.support.logs.recordings import recording
 
 
 def cut(tmp_path: Path, name: str, from_s: float, to_s: float = 1e9) -> Path:

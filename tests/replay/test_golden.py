@@ -1,7 +1,7 @@
 """Each recording gives the same again and again: events, states and feedback as they are kept.
 
 `pytest tests/replay/test_golden.py --update-golden` keeps what is found now; look at what
-changes. What may differ is listed in `tests/support/golden.py`.
+changes. What may differ is listed in `tests/support/logs/golden.py`.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.recording.replay import play
-from tests.support.golden import (
+from tests.support.flights.made_flights import FOLDER as MADE
+from tests.support.flights.made_flights import RECIPES
+from tests.support.logs.golden import (
     MAY_DIFFER,
     differences,
     golden_of,
     systems_of,
     write_golden,
 )
-from tests.support.made_flights import FOLDER as MADE
-from tests.support.made_flights import RECIPES
-from tests.support.recordings import NAMES, recording
+from tests.support.logs.recordings import NAMES, recording
 
 ROOT = Path(__file__).resolve().parents[2]
 GOLDEN = Path(__file__).parent / "golden"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flight_logs.tlog import iterate_tlog, read_tlog
-from tests.support.read_logs import (
+from tests.support.logs.read_logs import (
     LARGE_LOGS,
     OWN_LOGS,
     assert_the_same,

@@ -26,7 +26,7 @@ from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_bridge.recording.replay import Player, ReplayError, open_recording, play
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from tests.support.made_flights import FOLDER, RECIPES, MadeFlight
+from tests.support.flights.made_flights import FOLDER, RECIPES, MadeFlight
 
 
 def bridge() -> Bridge:

@@ -17,8 +17,8 @@ from navigation_bridge.goals.requests import LandRequest, NavigateRequest
 from navigation_bridge.recording.shadow_file import ShadowGoal, read_shadow_goals, schema
 from navigation_bridge.recording.shadow_goals import ShadowResult, work_shadow_goals
 from tests.replay.flights import DATA
-from tests.support.recorded_flight import Recorder
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.recorded_flight import Recorder
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 ROOT = Path(__file__).resolve().parents[2]
 

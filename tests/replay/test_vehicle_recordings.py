@@ -26,7 +26,7 @@ from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.state.health import estimator_faults
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from tests.support.recordings import NAMES, recording
+from tests.support.logs.recordings import NAMES, recording
 
 
 def oracle(frames: list[bytes]) -> list[Any]:

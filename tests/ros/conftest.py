@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.ros_flight import Flight
+from tests.support.ros.ros_flight import Flight
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from action_msgs.msg import GoalStatus
 
 from custom_interfaces.action import Land, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import GoalCode
-from tests.support.ros_flight import Flight, navigate_goal
+from tests.support.ros.ros_flight import Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_actions")
 

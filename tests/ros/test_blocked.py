@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from drone_navigation.processes import Process
-from tests.support.ros_flight import Flight
+from tests.support.ros.ros_flight import Flight
 
 WALLS = """
 obstacles:

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from drone_navigation.processes import Process
-from tests.support.ros_flight import Flight, navigate_goal
-from tests.support.terminal import Terminal
+from tests.support.ros.ros_flight import Flight, navigate_goal
+from tests.support.ros.terminal import Terminal
 
 pytestmark = pytest.mark.xdist_group("ros_client")
 CLIENT = ["-m", "drone_navigation.navigation_client"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drone_navigation.processes import Process, free_udp_port, ros_environment
-from tests.support.ros_flight import Flight, new_domain
+from tests.support.ros.ros_flight import Flight, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_command_line")
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]

@@ -30,7 +30,7 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.names import ACTION_NAME
 from navigation_core.outcomes import OutcomeCode
-from tests.support.ros_flight import navigate_goal, new_domain
+from tests.support.ros.ros_flight import navigate_goal, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_demo")
 

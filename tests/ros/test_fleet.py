@@ -15,8 +15,8 @@ from rcl_interfaces.srv import GetParameters, SetParameters
 from drone_navigation.processes import free_udp_port
 from flight_reports.flight_recording import read_recording
 from mavlink_vehicle.codec import Codec, make
-from tests.support.ros_fleet import FleetFlight, FleetVehicle, Flood, two_ports
-from tests.support.ros_flight import FLIGHT_TIMEOUT_S, GoalRecord, navigate_goal
+from tests.support.ros.ros_fleet import FleetFlight, FleetVehicle, Flood, two_ports
+from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, GoalRecord, navigate_goal
 
 pytestmark = [pytest.mark.xdist_group("ros_fleet"), pytest.mark.timeout(180)]
 

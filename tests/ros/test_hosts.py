@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from drone_navigation.processes import Process, ros_environment
-from tests.support.hosts import Host, Network, NoNamespacesError, networked
+from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
 
 # What is cut off must stay so for longer than DDS remembers it: 20 s.
 pytestmark = [pytest.mark.xdist_group("ros_hosts"), pytest.mark.timeout(180)]

@@ -8,7 +8,7 @@ import signal
 import pytest
 from action_msgs.msg import GoalStatus
 
-from tests.support.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
+from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_link")
 

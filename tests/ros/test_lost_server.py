@@ -7,7 +7,7 @@ import signal
 import pytest
 
 from drone_navigation.processes import Process
-from tests.support.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
+from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
 # Each waits for a take-off and then for a silence, which busy machines draw out.
 pytestmark = [pytest.mark.xdist_group("ros_client"), pytest.mark.timeout(150)]

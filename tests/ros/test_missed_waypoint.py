@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point
 
 from custom_interfaces.action import NavigateWaypoints
 from custom_interfaces.msg import GoalCode, Waypoint
-from tests.support.ros_flight import Flight
+from tests.support.ros.ros_flight import Flight
 
 pytestmark = pytest.mark.xdist_group("ros_missed_waypoint")
 

@@ -10,7 +10,7 @@ from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 
 from custom_interfaces.action import Navigate
-from tests.support.ros_flight import Flight, navigate_goal
+from tests.support.ros.ros_flight import Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_navigate")
 

@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
-from tests.support.ros_flight import Flight
+from tests.support.ros.ros_flight import Flight
 
 pytestmark = pytest.mark.xdist_group("ros_actions")
 

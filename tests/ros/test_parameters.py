@@ -23,7 +23,7 @@ from navigation_bridge.configuration.make_config import (
     make_config,
 )
 from navigation_bridge.configuration.parameter_table import FIXED, PARAMETERS
-from tests.support.ros_flight import new_domain
+from tests.support.ros.ros_flight import new_domain
 
 MakeNode = Callable[..., Node]
 

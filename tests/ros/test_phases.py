@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from action_msgs.msg import GoalStatus
 
-from tests.support.ros_flight import Flight, navigate_goal
+from tests.support.ros.ros_flight import Flight, navigate_goal
 
 # Landing by the pilot can come before what a test is about.
 pytestmark = [pytest.mark.xdist_group("ros_phases"), pytest.mark.timeout(150)]

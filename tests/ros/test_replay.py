@@ -32,7 +32,7 @@ from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge.configuration.make_config import ConfigurationError, make_config
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
-from tests.support.ros_flight import Flight, navigate_goal, new_domain
+from tests.support.ros.ros_flight import Flight, navigate_goal, new_domain
 
 pytestmark = [pytest.mark.xdist_group("ros_replay"), pytest.mark.timeout(180)]
 

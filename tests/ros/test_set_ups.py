@@ -17,7 +17,7 @@ from drone_navigation.navigation_server import main
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from drone_navigation.server.parameters import declare_parameters
 from navigation_bridge.configuration.make_config import make_config
-from tests.support.ros_flight import new_domain
+from tests.support.ros.ros_flight import new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_set_ups")
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"

@@ -12,8 +12,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from drone_navigation.processes import Process, free_udp_port
 from mavlink_vehicle.codec import Message, make
-from tests.support.pymavlink_station import PymavlinkStation
-from tests.support.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
+from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
+from tests.support.stations.pymavlink_station import PymavlinkStation
 
 pytestmark = pytest.mark.xdist_group("ros_signing")
 

@@ -13,8 +13,8 @@ from custom_interfaces.msg import GoalEvent
 from drone_navigation.processes import free_udp_port
 from mavlink_vehicle.codec import make
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
-from tests.support.pymavlink_station import PymavlinkStation
-from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
+from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
+from tests.support.stations.pymavlink_station import PymavlinkStation
 
 pytestmark = pytest.mark.xdist_group("ros_stations")
 PAUSE_CONTINUE = 193

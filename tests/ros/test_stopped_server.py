@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.stopped_demo import fly
+from tests.support.ros.stopped_demo import fly
 
 MOVING = ("excavator", "lift")
 
@@ -19,5 +19,5 @@ def test_a_demo_whose_server_is_stopped_again_and_again_hits_nothing(
     flown = fly(tmp_path / "demo", autopilot, seed=3)
     assert flown.stops >= 3, flown.text
     # Who is stopped cannot give way to what drives at it. How near that comes depends on the
-    # moment; ten runs of tests.support.stopped_demo judge it.
+    # moment; ten runs of tests.support.ros.stopped_demo judge it.
     assert flown.is_sound or flown.obstacle in MOVING, flown

@@ -17,8 +17,8 @@ from sensor_msgs.msg import BatteryState, NavSatFix
 from custom_interfaces.msg import GoalEvent, VehicleStatus
 from drone_navigation.tlog2mcap import convert
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
-from tests.support.bags import ReadBag, holds, plain, read_bag
-from tests.support.ros_flight import Flight, GoalRecord, navigate_goal
+from tests.support.logs.bags import ReadBag, holds, plain, read_bag
+from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
 pytestmark = [pytest.mark.xdist_group("ros_tlog2mcap"), pytest.mark.timeout(150)]
 

@@ -14,7 +14,7 @@ from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 from custom_interfaces.msg import GoalEvent, VehicleStatus
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
-from tests.support.ros_flight import Flight, navigate_goal
+from tests.support.ros.ros_flight import Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_actions")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drone_navigation.processes import Process, free_udp_port
-from tests.support.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
+from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
 pytestmark = [pytest.mark.xdist_group("ros_client"), pytest.mark.timeout(150)]
 

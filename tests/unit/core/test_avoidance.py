@@ -30,7 +30,7 @@ from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.waypoint import RouteWaypoint
-from tests.support.point_mass import Flight, PointMass, fly
+from tests.support.models.point_mass import Flight, PointMass, fly
 
 CONFIG = GotoConfig(may_arm=True)
 AVOIDANCE = AvoidanceConfig(heights_m=(1.0, 20.0), blocked_timeout_s=10.0)

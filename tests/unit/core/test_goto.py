@@ -34,7 +34,7 @@ from navigation_core.tasks.flying.goto_phases import (
     PhaseEvent,
     next_phase,
 )
-from tests.support.point_mass import Flight, PointMass, fly
+from tests.support.models.point_mass import Flight, PointMass, fly
 
 TARGET = (10.0, 5.0, 2.0)
 CONFIG = GotoConfig(may_arm=True)

@@ -15,8 +15,8 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Progress, Status
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
-from tests.support.late_searches import LateSearcher
-from tests.support.point_mass import Flight, PointMass, fly
+from tests.support.flights.late_searches import LateSearcher
+from tests.support.models.point_mass import Flight, PointMass, fly
 
 CONFIG = GotoConfig(may_arm=True)
 AVOIDANCE = AvoidanceConfig(heights_m=(1.0, 20.0), blocked_timeout_s=10.0)

@@ -10,7 +10,7 @@ from navigation_core.tasks.measurement import (
     measured_speed,
     measured_state,
 )
-from tests.support.point_mass import PointMass
+from tests.support.models.point_mass import PointMass
 
 
 def test_an_old_position_is_carried_on_at_the_measured_velocity() -> None:

@@ -13,7 +13,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle, Obstacles
-from tests.support.range_scanner import sectors
+from tests.support.worlds.range_scanner import sectors
 
 PERIOD_S, NOISE_M = 0.1, 0.02
 STANDING: tuple[KnownObstacle, ...] = (

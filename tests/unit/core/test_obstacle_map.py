@@ -18,7 +18,7 @@ from navigation_core.mapping.obstacles import (
     KnownObstacle,
     Obstacles,
 )
-from tests.support.range_scanner import level_ring, pitched, ranges_m, sectors
+from tests.support.worlds.range_scanner import level_ring, pitched, ranges_m, sectors
 
 UP: Vector3 = (0.0, 0.0, 5.0)
 POST = Cylinder("post", (10.0, 0.0), 0.3)

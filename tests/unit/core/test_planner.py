@@ -11,7 +11,7 @@ import pytest
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import NOTHING, Box, Cylinder, KnownObstacle, Obstacles
 from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
-from tests.support.random_worlds import random_world
+from tests.support.worlds.random_worlds import random_world
 
 CLEARANCE_M = 1.5
 IN_AIR = PlanLimits(CLEARANCE_M, (1.0, 30.0))

@@ -12,7 +12,7 @@ from navigation_core.tasks.base import RouteProgress, Status
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.route import RouteError, RouteWaypoint, fly_route
 from navigation_core.tasks.goto_config import GotoConfig
-from tests.support.point_mass import PointMass, fly
+from tests.support.models.point_mass import PointMass, fly
 
 PLACES = ((8.0, 0.0, 3.0), (16.0, 0.0, 3.0), (24.0, 0.0, 3.0))
 GUST_M_S = 1.8

@@ -13,7 +13,7 @@ from mavlink_vehicle.io.tlog import TlogReader
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.base import Observation
 from navigation_core.tasks.standstill import Standstill
-from tests.support.point_mass import PointMass
+from tests.support.models.point_mass import PointMass
 
 PX4_HOLD = Path(__file__).resolve().parents[2] / "replay/data/px4_mission_clear.tlog"
 STALE_S = 1.0

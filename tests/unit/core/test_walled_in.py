@@ -9,7 +9,7 @@ import pytest
 
 from navigation_core.mapping.obstacles import Box, Cylinder, Obstacles
 from navigation_core.planning.enclosure_proof import is_walled_in
-from tests.support.random_worlds import CLEARANCE_M, random_world
+from tests.support.worlds.random_worlds import CLEARANCE_M, random_world
 
 START, GOAL = np.array([-30.0, 0.0, 3.0]), np.array([0.0, 0.0, 3.0])
 

@@ -19,7 +19,7 @@ from flight_logs.errors import (
 )
 from flight_logs.tlog import iterate_tlog, read_tlog
 from mavlink_vehicle.codec import Codec, make
-from tests.support.made_logs import START_US, STEP_US, random_packets, tlog_of, unknown_packet
+from tests.support.logs.made_logs import START_US, STEP_US, random_packets, tlog_of, unknown_packet
 
 GIB = 1 << 30
 

@@ -15,7 +15,7 @@ from flight_logs.export import FIELDS_FILE, Format, export_tlog
 from flight_logs.export_command import main
 from flight_logs.tlog import Tlog, read_tlog
 from mavlink_vehicle.codec import Codec, make
-from tests.support.made_logs import random_packets, tlog_of
+from tests.support.logs.made_logs import random_packets, tlog_of
 
 RECORDING = Path(__file__).resolve().parents[2] / "data/copter_lowbatt.tlog"
 

@@ -13,9 +13,9 @@ from flight_logs.dialect import HEADER_FIELDS, enum_entries, messages
 from flight_logs.errors import LogError
 from flight_logs.tlog import Counts, iterate_tlog, read_tlog
 from mavlink_vehicle.codec import mavlink
-from tests.support.made_logs import packet_of_length, random_packets, tlog_of
-from tests.support.random_messages import CLASSES
-from tests.support.read_logs import assert_same_contents
+from tests.support.logs.made_logs import packet_of_length, random_packets, tlog_of
+from tests.support.logs.read_logs import assert_same_contents
+from tests.support.messages.random_messages import CLASSES
 
 RECORDING = Path(__file__).resolve().parents[2] / "data/copter_lowbatt.tlog"
 

@@ -11,7 +11,7 @@ from flight_logs.errors import NotATlogError
 from flight_logs.packets import iterate_packets
 from flight_logs.tlog import read_tlog
 from mavlink_vehicle.codec import Codec
-from tests.support.read_logs import OWN_LOGS
+from tests.support.logs.read_logs import OWN_LOGS
 
 LOG = OWN_LOGS[0]
 

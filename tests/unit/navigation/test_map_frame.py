@@ -16,7 +16,7 @@ from mavlink_vehicle.state.telemetry import GlobalPosition, LocalPosition, Origi
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.recording.recorded_frames import FromFirstPosition
 from navigation_bridge.vehicle.map_frame import MapFrame
-from tests.support import ellipsoid
+from tests.support.models import ellipsoid
 
 ORIGIN = (60.0, 8.5, 500.0)
 FIRMWARES = [

@@ -26,7 +26,7 @@ from drone_navigation.bag.message_definitions import (
     type_name,
 )
 from drone_navigation.server.actions import ACTIONS
-from tests.support.bags import Decoders, plain
+from tests.support.logs.bags import Decoders, plain
 
 FEEDBACKS = [kind.type.Impl.FeedbackMessage for kind in ACTIONS]
 TYPES = [

@@ -17,8 +17,8 @@ from navigation_bridge.goals.requests import LandRequest
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.base import Progress, RouteProgress, Status
-from tests.support.recorded_flight import EPOCH_S, Recorder
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.recorded_flight import EPOCH_S, Recorder
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 GOAL = "0123456789abcdef0123456789abcdef"
 

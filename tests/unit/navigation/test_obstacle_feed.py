@@ -22,7 +22,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.safety.fences import CircleArea, Fence, PolygonArea
 from navigation_core.safety.target_checks import FlightVolume
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 UNKNOWN = 65535
 HEIGHT_M = 10.0

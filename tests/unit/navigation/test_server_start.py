@@ -37,7 +37,7 @@ def test_search_thread_loads_beforehand_all_that_searches_and_tracking_use() -> 
     warm_up = """
 from navigation_bridge.search_thread import SearchThread
 import navigation_core.tasks.flying.goto
-import tests.support.random_worlds
+import tests.support.worlds.random_worlds
 searches = SearchThread()
 searches.warm_up()
 searches.begin(lambda is_wanted: None)
@@ -47,7 +47,7 @@ searches._pool.shutdown()
 import numpy as np
 from navigation_core.mapping.moving_obstacles import _things
 from navigation_core.planning.planner import PlanLimits, plan
-from tests.support.random_worlds import CLEARANCE_M, random_world
+from tests.support.worlds.random_worlds import CLEARANCE_M, random_world
 for seed in range(6):
     world = random_world(seed, 60, top_m=20.0)
     limits = PlanLimits(CLEARANCE_M, (1.0, 30.0))

@@ -22,9 +22,9 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from tests.support.bags import ReadBag, read_bag
-from tests.support.recorded_flight import EPOCH_S, Recorder
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.recorded_flight import EPOCH_S, Recorder
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.logs.bags import ReadBag, read_bag
 
 SERVER = "/navigation_server"
 REPLAYS = Path(__file__).parents[2] / "replay/data"

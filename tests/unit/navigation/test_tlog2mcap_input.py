@@ -14,8 +14,8 @@ from drone_navigation.bag.topics import BagClock, BagNode
 from drone_navigation.tlog2mcap import main
 from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.recording.replay import LONGEST_SILENCE_S
-from tests.support.bags import read_bag
-from tests.support.made_logs import START_US, tlog_of
+from tests.support.logs.bags import read_bag
+from tests.support.logs.made_logs import START_US, tlog_of
 
 SERVER = "/navigation_server"
 REPLAYS = Path(__file__).parents[2] / "replay/data"

@@ -15,8 +15,8 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.config import PERSONALITIES
 from mavlink_sitl.mavlink.codec import Decoder
-from tests.support.ground_station import GroundStation
-from tests.support.hostile_frames import UNSIGNED, extreme_payloads, frame_of, frames
+from tests.support.messages.hostile_frames import UNSIGNED, extreme_payloads, frame_of, frames
+from tests.support.stations.ground_station import GroundStation
 
 TOTAL = 1_000_000
 TOGETHER = 8

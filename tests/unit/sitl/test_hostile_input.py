@@ -14,8 +14,8 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.mavlink.codec import Decoder
-from tests.support.ground_station import GUIDED, GroundStation, copter, flying
-from tests.support.hostile_frames import fields
+from tests.support.messages.hostile_frames import fields
+from tests.support.stations.ground_station import GUIDED, GroundStation, copter, flying
 
 
 def alive(station: GroundStation) -> None:

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import all as mav
 import mavlink_sitl
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
 from mavlink_sitl.config import PERSONALITIES
-from tests.support.ground_station import (
+from tests.support.stations.ground_station import (
     AUTO,
     LOITER,
     POSITION,
@@ -22,7 +22,7 @@ from tests.support.ground_station import (
     GroundStation,
     copter,
 )
-from tests.support.missions import home, item, take_off, upload, waypoint
+from tests.support.stations.missions import home, item, take_off, upload, waypoint
 
 CODE = Path(mavlink_sitl.__file__).parent
 Seen = list[object]

@@ -8,8 +8,14 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.ground_station import ACCEPTED, DENIED, FAILED, UNSUPPORTED, GroundStation
-from tests.support.missions import Message, home, item, take_off, upload
+from tests.support.stations.ground_station import (
+    ACCEPTED,
+    DENIED,
+    FAILED,
+    UNSUPPORTED,
+    GroundStation,
+)
+from tests.support.stations.missions import Message, home, item, take_off, upload
 
 MANUAL, AUTO, RTL, GUIDED = 0, 10, 11, 15
 ON_GROUND, IN_AIR, TAKING_OFF, LANDING = 1, 2, 3, 4

@@ -11,14 +11,14 @@ from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.options import parse
-from tests.support.ground_station import (
+from tests.support.stations.ground_station import (
     ACCEPTED,
     DENIED,
     FAILED,
     TEMPORARILY_REJECTED,
     UNSUPPORTED,
 )
-from tests.support.px4_station import (
+from tests.support.stations.px4_station import (
     HOME,
     NAN,
     Px4Station,

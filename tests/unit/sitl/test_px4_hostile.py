@@ -12,9 +12,9 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.mavlink.px4 import kind_messages
 from mavlink_sitl.mavlink.px4.commands import HANDLERS
-from tests.support.hostile_frames import frames
-from tests.support.missions import upload
-from tests.support.px4_station import Px4Station, flying_px4, plan_item, ready_px4
+from tests.support.messages.hostile_frames import frames
+from tests.support.stations.missions import upload
+from tests.support.stations.px4_station import Px4Station, flying_px4, plan_item, ready_px4
 
 EXTREMES = (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e-45, 0.0, 1.0, -1.0, 5.0, 33.0, 1e9)
 REBOOT = 246

@@ -14,8 +14,8 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.config import PERSONALITIES
-from tests.support.ground_station import GroundStation, copter
-from tests.support.missions import home, take_off, upload, waypoint
+from tests.support.stations.ground_station import GroundStation, copter
+from tests.support.stations.missions import home, take_off, upload, waypoint
 
 REAL = Path(__file__).resolve().parents[2] / "data" / "real_parameters.tsv"
 AS_IN_FIRMWARE_S = 41.64

@@ -9,7 +9,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.ground_station import (
+from tests.support.stations.ground_station import (
     ACCELERATION,
     ACCEPTED,
     FAILED,

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import ConfigurationError, GeoPoint, LinkFaults, Simulation, VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.links.tlog import read_records
-from tests.support.ground_station import GUIDED, POSITION, GroundStation, copter
+from tests.support.stations.ground_station import GUIDED, POSITION, GroundStation, copter
 
 Script = list[tuple[float, bytes]]
 

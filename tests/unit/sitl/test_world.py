@@ -34,7 +34,14 @@ from mavlink_sitl.world.model import (
     wind_from,
 )
 from mavlink_sitl.world.shapes import Shapes, cast_on_ground, ground_height_m
-from tests.support.ground_station import ACCEPTED, FAILED, GUIDED, POSITION, GroundStation, Message
+from tests.support.stations.ground_station import (
+    ACCEPTED,
+    FAILED,
+    GUIDED,
+    POSITION,
+    GroundStation,
+    Message,
+)
 
 WORLDS = sorted((Path(__file__).parents[3] / "bridge_config/worlds").glob("*.yaml"))
 WALL = Obstacle("wall", (10.0, 0.0), size_m=(1.0, 20.0), top_m=8.0)

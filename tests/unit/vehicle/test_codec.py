@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, make, mavlink, message_id, with_source
 from mavlink_vehicle.errors import MessageError
-from tests.support.random_messages import CLASSES, random_message
+from tests.support.messages.random_messages import CLASSES, random_message
 
 
 def pack(message: Any, *, version: int = 2, system: int = 1) -> bytes:

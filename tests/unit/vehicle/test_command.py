@@ -15,7 +15,7 @@ from mavlink_vehicle.protocols.operations.command import (
     command_name,
     result_name,
 )
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 ACCEPTED, FAILED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_FAILED

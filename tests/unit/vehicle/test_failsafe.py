@@ -10,7 +10,7 @@ from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.state.failsafe import failsafe_words
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.state.warning_signs import Failsafe
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 GUIDED, RTL = 4, 6
 OFFBOARD, PX4_RTL = 0x00060000, 0x05040000

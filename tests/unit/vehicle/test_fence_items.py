@@ -7,7 +7,7 @@ from mavlink_vehicle.mission_items import MissionType
 from mavlink_vehicle.protocols.mission.fence_items import FenceItems
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 ADDRESS = Address(1, 191, 1, 1)
 FENCE = int(MissionType.FENCE)

@@ -7,7 +7,7 @@ import pytest
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.state.health import arming_faults, battery_is_low, estimator_faults
 from mavlink_vehicle.state.reducer import VehicleState, reduce
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 say = AutopilotMessages()
 PX4 = mavlink.MAV_AUTOPILOT_PX4

@@ -5,7 +5,7 @@ import pytest
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
 from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 
 def test_ours_goes_out_at_its_rate_as_an_onboard_computer() -> None:

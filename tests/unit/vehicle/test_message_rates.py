@@ -7,7 +7,7 @@ from mavlink_vehicle.errors import MessageError
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 SET_INTERVAL = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
 ACCEPTED, DENIED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED

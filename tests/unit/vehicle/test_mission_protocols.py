@@ -30,7 +30,7 @@ from mavlink_vehicle.protocols.mission.transfer import (
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 ADDRESS = Address(1, 191, 1, 1)
 TIMING = TransferTiming(timeout_s=0.5, retries=2)

@@ -18,7 +18,7 @@ from mavlink_vehicle.protocols.operations.operation_parts import (
 from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.operations.takeoff_goal import TakeoffGoal
 from mavlink_vehicle.state.reducer import VehicleState, reduce
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 GUIDED, LOITER = 4, 5
 SET_MODE, ARM = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM

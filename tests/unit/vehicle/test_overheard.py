@@ -12,7 +12,7 @@ from mavlink_vehicle.events import StationAct, StationActed
 from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem
 from mavlink_vehicle.protocols.stations.overheard import CROSSED_S, REPEAT_S, UPLOAD_S
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 QGC = (255, 190)
 AUTO, GUIDED, LOITER, BRAKE, RTL = 3, 4, 5, 17, 6

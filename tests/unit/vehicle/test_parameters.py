@@ -9,7 +9,7 @@ import pytest
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.parameters import ParameterReader, decode_value
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 ADDRESS = Address(1, 191, 1, 1)
 INT32, INT8, REAL32 = (

@@ -9,7 +9,7 @@ import pytest
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.state.reducer import VehicleState, reduce
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 PX4 = mavlink.MAV_AUTOPILOT_PX4
 ARDUPILOT = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA

@@ -19,7 +19,7 @@ from mavlink_vehicle.codec import Codec, Message, mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import LandedState, OperationFinished, OperationResult
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
 QUAD, ROVER, PLANE = (

@@ -14,7 +14,7 @@ from mavlink_vehicle.profiles import GENERIC, ardupilot, px4
 from mavlink_vehicle.protocols.operations.command import command_name
 from mavlink_vehicle.protocols.stations.station_acts import COMMANDS
 from mavlink_vehicle.vehicle import VehicleConfig
-from tests.support import ellipsoid
+from tests.support.models import ellipsoid
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 PROTOCOLS = (DOCS / "protocols.md").read_text("utf-8")

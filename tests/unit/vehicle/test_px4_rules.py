@@ -22,8 +22,8 @@ from mavlink_vehicle.events import (
     VehicleEvent,
 )
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
-from tests.support.told_vehicle import ToldVehicle
+from tests.support.messages.autopilot_messages import AutopilotMessages
+from tests.support.models.told_vehicle import ToldVehicle
 
 LOITER, TAKEOFF, LAND, RTL = 0x03040000, 0x02040000, 0x06040000, 0x05040000
 OFFBOARD, MISSION, POSCTL = 0x00060000, 0x04040000, 0x00030000

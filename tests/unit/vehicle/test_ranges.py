@@ -17,7 +17,7 @@ from mavlink_vehicle.ranges import (
     RangesRefused,
 )
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 UNKNOWN = 65535
 autopilot = AutopilotMessages()

@@ -15,7 +15,7 @@ from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_EXPIRY_S
 from mavlink_vehicle.io.ports import NEIGHBOUR_BURST, STATION_BURST
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.signing import Signing
-from tests.support.router_bench import (
+from tests.support.links.router_bench import (
     LOOPBACK,
     Party,
     Server,

@@ -13,7 +13,7 @@ from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.signing_key import read_signing_key
 from mavlink_vehicle.signing import Signing
-from tests.support.random_messages import CLASSES, random_message
+from tests.support.messages.random_messages import CLASSES, random_message
 
 KEY = hashlib.sha256(b"correct horse battery staple").digest()
 EPOCH_UNIX_S = 1_420_070_400

@@ -8,7 +8,7 @@ import pytest
 from mavlink_vehicle.codec import Message, mavlink, with_source
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.reducer import VehicleState, reduce
-from tests.support.autopilot_messages import AutopilotMessages
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 BOTH_UNKNOWN = 65535
 

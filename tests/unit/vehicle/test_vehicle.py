@@ -25,8 +25,8 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.profiles.ardupilot import COPTER
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
-from tests.support.autopilot_messages import AutopilotMessages
-from tests.support.told_vehicle import ToldVehicle
+from tests.support.messages.autopilot_messages import AutopilotMessages
+from tests.support.models.told_vehicle import ToldVehicle
 
 GUIDED, LOITER, BRAKE, RTL = 4, 5, 17, 6
 SET_MODE, ARM = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM

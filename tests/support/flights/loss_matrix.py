@@ -1,6 +1,6 @@
 """Every action over every bad link, flown on one simulated clock; and the page that shows it.
 
-``python -m tests.support.loss_matrix`` flies all cells and writes the tables of
+``python -m tests.support.flights.loss_matrix`` flies all cells and writes the tables of
 docs/loss_matrix.md. A cell is one action of one firmware under one disturbance; what must
 come of it is :func:`expected`, which the tests hold the flights and the page to.
 """
@@ -24,9 +24,9 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
-PAGE = Path(__file__).parents[2] / "docs" / "loss_matrix.md"
+PAGE = Path(__file__).parents[3] / "docs" / "loss_matrix.md"
 FIRMWARES = {"ardupilot": "ArduCopter", "px4": "PX4"}
 HEIGHT_M = 3.0
 # The bound on a cell, from acceptance to the end, or to rest after the bridge was killed: a

@@ -1,6 +1,6 @@
 """The demo, whose server is stopped and continued at random times: SIGSTOP, SIGCONT.
 
-`python -m tests.support.stopped_demo --runs 10 --autopilot px4` flies it ten times and says, of
+`python -m tests.support.ros.stopped_demo --runs 10 --autopilot px4` flies it ten times and says, of
 each, how near the vehicle truly came to an obstacle. It ends with 1 if one was hit, or approached
 nearer than the vehicle's radius. Whether the goals succeed is another matter: a PX4 gives OFFBOARD
 up when no setpoint has come for a second, and that ends a goal.

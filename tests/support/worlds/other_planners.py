@@ -19,7 +19,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from navigation_core.planning.shortcuts import pulled_tight
-from tests.support.random_worlds import CLEARANCE_M, World, free_grid
+from tests.support.worlds.random_worlds import CLEARANCE_M, World, free_grid
 
 OMPL_PLANNERS = {
     "RRT-Connect": og.RRTConnect,

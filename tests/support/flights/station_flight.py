@@ -10,7 +10,7 @@ from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import ModePacking
 from navigation_bridge.goals.requests import Request, WaypointRequest, WaypointsRequest
 from navigation_core.geometry import Vector3
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 STATION = (255, 190)
 TARGET = {"target_system": 1, "target_component": 1}

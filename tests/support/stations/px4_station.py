@@ -12,7 +12,7 @@ from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.config import DEFAULT_HOME
 from mavlink_sitl.geodesy import PX4, GeoPoint
-from tests.support.ground_station import GroundStation, Message
+from tests.support.stations.ground_station import GroundStation, Message
 
 HOME = GeoPoint(47.397743, 8.545594, 488.0)
 NAN = math.nan
@@ -162,7 +162,7 @@ def flying_px4(height_m: float = 10.0, parameters: dict[str, float] | None = Non
 
 
 def near_home(items: list[Message]) -> list[Message]:
-    """Items of `tests.support.missions`, which are near another home, at the same offsets here."""
+    """Items of `missions.py`, which are near another home, at the same offsets here."""
     wider = math.cos(math.radians(DEFAULT_HOME.latitude_deg)) / math.cos(
         math.radians(HOME.latitude_deg)
     )

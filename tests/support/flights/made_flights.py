@@ -1,6 +1,6 @@
 """Small recordings of flights in the simulator: every kind of vehicle, and what can go wrong.
 
-    python -m tests.support.made_flights [NAME ...]
+    python -m tests.support.flights.made_flights [NAME ...]
 
 writes them to `tests/replay/data/made`, the same each time. They are read as they are; make them
 anew only when what is recorded has changed, and look at what `--update-golden` then changes.
@@ -20,11 +20,11 @@ from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.requests import LandRequest, WaypointRequest, WaypointsRequest
-from tests.support.enclosures import PEN
-from tests.support.recorded_flight import Recorder
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.recorded_flight import Recorder
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.worlds.enclosures import PEN
 
-FOLDER = Path(__file__).resolve().parents[1] / "replay/data/made"
+FOLDER = Path(__file__).resolve().parents[2] / "replay/data/made"
 _BULK_HZ = 2.0
 _LOW_BATTERY = {"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 2.0, "BATT_LOW_TIMER": 3.0}
 _FENCE = {"FENCE_TYPE": 3.0, "FENCE_RADIUS": 200.0, "AVOID_ENABLE": 0.0}

@@ -13,9 +13,9 @@ from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.tasks.registry import TASKS
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Cylinder, KnownObstacle
-from tests.support.ground_truth import Encounter
-from tests.support.random_worlds import Mover, World
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.worlds.ground_truth import Encounter
+from tests.support.worlds.random_worlds import Mover, World
 
 TOP_M = 100.0
 """What has no end upwards ends there in the simulator"""

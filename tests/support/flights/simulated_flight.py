@@ -27,7 +27,7 @@ from navigation_bridge.tasks.registry import TASKS
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import Vector3
 from navigation_core.safety.target_checks import Rejection
-from tests.support.ground_truth import GroundTruth
+from tests.support.worlds.ground_truth import GroundTruth
 
 _TICK_S = 0.01
 _RADIUS_M = 0.5

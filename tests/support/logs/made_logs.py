@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from mavlink_vehicle.codec import mavlink
-from tests.support.random_messages import CLASSES, STRANGE_FLOATS, random_message
+from tests.support.messages.random_messages import CLASSES, STRANGE_FLOATS, random_message
 
 START_US = 1_700_000_000_000_000
 STEP_US = 20_000

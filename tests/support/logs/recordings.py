@@ -10,7 +10,7 @@ import lzma
 import os
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PACKED = ROOT / "tests/data/recordings"
 UNPACKED = ROOT / "out/recordings"
 NAMES = sorted(

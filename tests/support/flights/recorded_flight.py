@@ -9,7 +9,7 @@ from mavlink_vehicle.codec import Codec, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
 from navigation_bridge import notes
 from navigation_bridge.goals.goal import Annotation
-from tests.support.simulated_flight import SimulatedFlight
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 EPOCH_S = 1_700_000_000.0
 """When the simulated recorder's clock began."""

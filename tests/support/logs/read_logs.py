@@ -16,9 +16,9 @@ from pymavlink import mavutil
 from flight_logs.records import Records
 from mavlink_vehicle.codec import Codec, mavlink
 from mavlink_vehicle.io.tlog import TlogReader
-from tests.support.recordings import NAMES, recording
+from tests.support.logs.recordings import NAMES, recording
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 OWN_LOGS = sorted([*ROOT.glob("tests/data/*.tlog"), *ROOT.glob("tests/replay/data/*.tlog")])
 LARGE_LOGS = [recording(name) for name in NAMES]
 

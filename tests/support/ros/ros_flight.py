@@ -25,7 +25,7 @@ from drone_navigation.processes import Process, free_domain, free_udp_port, ros_
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.server.actions import ACTIONS
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
-from tests.support.relay import Relay
+from tests.support.links.relay import Relay
 
 READY_TIMEOUT_S = 30.0
 FLIGHT_TIMEOUT_S = 60.0

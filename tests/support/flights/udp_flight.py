@@ -29,7 +29,7 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from tests.support.sitl_process import simulator
+from tests.support.links.sitl_process import simulator
 
 ResultT = TypeVar("ResultT")
 SPEEDUP = 2.0

@@ -21,7 +21,7 @@ from rclpy.task import Future
 from custom_interfaces.action import Navigate
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from navigation_bridge.names import ACTION_NAME
-from tests.support.ros_flight import READY_TIMEOUT_S, GoalRecord, new_domain
+from tests.support.ros.ros_flight import READY_TIMEOUT_S, GoalRecord, new_domain
 
 
 @dataclass(frozen=True)

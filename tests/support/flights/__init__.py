@@ -1,0 +1,1 @@
+"""Bridge, simulated vehicle and what is between them, flown on one simulated clock."""

@@ -1,0 +1,1 @@
+"""Sockets, hosts and channels that a test can cut."""

@@ -1,0 +1,1 @@
+"""Recordings: made, large or of others, how to read them, and what they give."""

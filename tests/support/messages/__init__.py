@@ -1,0 +1,1 @@
+"""Messages and frames: as an autopilot sends them, random, hostile."""

@@ -1,0 +1,1 @@
+"""Servers, clients, demos and terminals as processes."""

@@ -1,0 +1,1 @@
+"""Ground stations, and the missions and vehicles that they are tried on."""

@@ -1,0 +1,1 @@
+"""Obstacles, what a sensor sees of them, how near a vehicle truly came, and other planners."""
