@@ -48,31 +48,25 @@ def measures() -> list[dict[str, Any]]:
     """Measure each number of vehicles."""
     costs = {count: measure(count) for count in COUNTS}
     one = costs[1]
+    alone, asked = "one vehicle", "what is asked for"
+    few, small, often = f"< {GOAL_CORES:g} core", f"< {GOAL_MB:g} MB", f"> {GOAL_HZ:g} Hz"
     rows = []
     for count, cost in costs.items():
         bound = count == GOAL_COUNT
+        cores, memory_mb, hz = cost.cores, cost.memory_mb, cost.feedback_hz
         rows += [
             row(
-                f"server with {count} vehicles in flight, processor",
-                (cost.cores, "cores"),
-                ("one vehicle", one.cores),
-                f"< {GOAL_CORES:g} core" if bound else "-",
-                cost.cores < GOAL_CORES or not bound,
-            ),
-            row(
-                f"server with {count} vehicles in flight, memory",
-                (cost.memory_mb, "MB"),
-                ("one vehicle", one.memory_mb),
-                f"< {GOAL_MB:g} MB" if bound else "-",
-                cost.memory_mb < GOAL_MB or not bound,
-            ),
-            row(
-                f"server with {count} vehicles in flight, feedback",
-                (cost.feedback_hz, "Hz"),
-                ("what is asked for", FEEDBACK_HZ),
-                f"> {GOAL_HZ:g} Hz" if bound else "-",
-                cost.feedback_hz > GOAL_HZ or not bound,
-            ),
+                f"server with {count} vehicles in flight, {what}",
+                value,
+                reference,
+                goal if bound else "-",
+                met or not bound,
+            )
+            for what, value, reference, goal, met in (
+                ("processor", (cores, "cores"), (alone, one.cores), few, cores < GOAL_CORES),
+                ("memory", (memory_mb, "MB"), (alone, one.memory_mb), small, memory_mb < GOAL_MB),
+                ("feedback", (hz, "Hz"), (asked, FEEDBACK_HZ), often, hz > GOAL_HZ),
+            )
         ]
     return rows
 

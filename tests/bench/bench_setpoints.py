@@ -73,19 +73,12 @@ def measures() -> list[dict[str, Any]]:
     name = "Interval of setpoints while planning around obstacles"
     share, reference = avoiding.core_share, "avoid_obstacles false"
     return [
-        row(
-            f"{name}, longest",
-            (avoiding.longest_ms, "ms"),
-            (reference, straight.longest_ms),
-            f"< {longest_ms:.0f} ms",
-            avoiding.longest_ms < longest_ms,
-        ),
-        row(
-            f"{name}, 99th percentile",
-            (avoiding.late_ms, "ms"),
-            (reference, straight.late_ms),
-            f"< {LATE_MS:g} ms",
-            avoiding.late_ms < LATE_MS,
+        *(
+            row(f"{name}, {what}", (ms, "ms"), (reference, other_ms), f"< {most:.0f} ms", ms < most)
+            for what, ms, other_ms, most in (
+                ("longest", avoiding.longest_ms, straight.longest_ms, longest_ms),
+                ("99th percentile", avoiding.late_ms, straight.late_ms, LATE_MS),
+            )
         ),
         row(
             f"{name}, median",

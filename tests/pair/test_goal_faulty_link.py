@@ -23,12 +23,17 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("faults", FAULTS.values(), ids=FAULTS.keys())
-def test_a_goal_is_flown_over_a_bad_link(faults: LinkFaults) -> None:
+def ready_over(faults: LinkFaults) -> SimulatedFlight:
     flight = SimulatedFlight()
     flight.simulation.link.set_faults(faults)
     flight.ready()
     flight.run_for(5.0)
+    return flight
+
+
+@pytest.mark.parametrize("faults", FAULTS.values(), ids=FAULTS.keys())
+def test_a_goal_is_flown_over_a_bad_link(faults: LinkFaults) -> None:
+    flight = ready_over(faults)
     end = flight.run_to_end(flight.send(10.0, 5.0, 2.0), 180.0)
     assert end.code is OutcomeCode.SUCCESS, end.message
     assert math.dist(flight.truth()[0], (10.0, 5.0, 2.0)) < 1.0
@@ -36,10 +41,7 @@ def test_a_goal_is_flown_over_a_bad_link(faults: LinkFaults) -> None:
 
 @pytest.mark.parametrize("faults", FAULTS.values(), ids=FAULTS.keys())
 def test_a_cancel_over_a_bad_link_stops_the_vehicle(faults: LinkFaults) -> None:
-    flight = SimulatedFlight()
-    flight.simulation.link.set_faults(faults)
-    flight.ready()
-    flight.run_for(5.0)
+    flight = ready_over(faults)
     goal = flight.send(60.0, 0.0, 3.0)
     flight.run_to_status(goal, "NAVIGATING")
     flight.run_for(3.0)

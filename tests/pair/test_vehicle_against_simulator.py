@@ -54,6 +54,12 @@ def height_m(pair: VehiclePair) -> float:
     return -float(pair.simulation.truth.position_ned_m[0][2])
 
 
+def taking_off(pair: VehiclePair, height_above_home_m: float) -> int:
+    pair.finish(pair.vehicle.change_mode("GUIDED", pair.now))
+    pair.finish(pair.vehicle.arm(pair.now))
+    return pair.vehicle.take_off(height_above_home_m, pair.now)
+
+
 def test_discovery_brings_the_telemetry_at_its_rates() -> None:
     pair = VehiclePair().ready()
     (found,) = pair.all(VehicleDiscovered)
@@ -223,10 +229,7 @@ def test_the_pilot_switching_back_is_not_ours() -> None:
 
 def test_a_take_off_that_the_pilot_cuts_short_ends_and_is_not_repeated() -> None:
     pair = VehiclePair().ready()
-    vehicle = pair.vehicle
-    pair.finish(vehicle.change_mode("GUIDED", pair.now))
-    pair.finish(vehicle.arm(pair.now))
-    operation = vehicle.take_off(20.0, pair.now)
+    operation = taking_off(pair, 20.0)
     pair.run_until(lambda: height_m(pair) > 2.0)
     pair.copter.pilot_mode_change("LAND")
     end = pair.finish(operation)
@@ -360,10 +363,7 @@ def test_an_operation_into_silence_ends_as_a_lost_link() -> None:
 
 def test_a_take_off_survives_a_short_silence() -> None:
     pair = VehiclePair().ready()
-    vehicle = pair.vehicle
-    pair.finish(vehicle.change_mode("GUIDED", pair.now))
-    pair.finish(vehicle.arm(pair.now))
-    operation = vehicle.take_off(10.0, pair.now)
+    operation = taking_off(pair, 10.0)
     pair.run_for(1.0)
     pair.simulation.link.silent = True
     pair.run_for(6.0)

@@ -56,13 +56,17 @@ def fly_all(
     return records
 
 
-def test_three_vehicles_fly_goals_at_the_same_time_each_in_its_own_map(fleet: FleetFlight) -> None:
-    records = fly_all(fleet, GOALS)
+def wait_for_results(fleet: FleetFlight, records: dict[str, GoalRecord]) -> None:
     fleet.wait(
         lambda: all(record.result is not None for record in records.values()),
         FLIGHT_TIMEOUT_S,
         "the end of all goals",
     )
+
+
+def test_three_vehicles_fly_goals_at_the_same_time_each_in_its_own_map(fleet: FleetFlight) -> None:
+    records = fly_all(fleet, GOALS)
+    wait_for_results(fleet, records)
     for name, record in records.items():
         assert record.result.message.startswith("SUCCESS"), (name, record.result.message)
         assert record.result.final_pose.header.frame_id == f"{name}/map"
@@ -87,11 +91,7 @@ def test_one_restarts_among_garbage_and_floods_and_the_others_arrive(fleet: Flee
         fleet.wait(lambda: flood.sent > 2000, 20.0, "a flood")
         begun = {name: len(record.feedback) for name, record in records.items()}
         fleet.start_simulator("px4")
-        fleet.wait(
-            lambda: all(record.result is not None for record in records.values()),
-            FLIGHT_TIMEOUT_S,
-            "the end of all goals",
-        )
+        wait_for_results(fleet, records)
     for name in ("copter", "rover"):
         record = records[name]
         assert record.result.message.startswith("SUCCESS"), (name, record.result.message)
@@ -176,11 +176,7 @@ def test_a_server_that_is_stopped_ends_the_goals_of_all_and_then_itself(
         lambda: all(record.feedback for record in records.values()), FLIGHT_TIMEOUT_S, "feedback"
     )
     fleet.server.signal(signal.SIGINT)
-    fleet.wait(
-        lambda: all(record.result is not None for record in records.values()),
-        FLIGHT_TIMEOUT_S,
-        "the end of all goals",
-    )
+    wait_for_results(fleet, records)
     for name, record in records.items():
         assert record.result.message.startswith("SHUTTING_DOWN"), (name, record.result.message)
     assert fleet.server.wait(30.0) == 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from action_msgs.msg import GoalStatus
 
-from tests.support.ros.ros_flight import Flight, navigate_goal
+from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
 # Landing by the pilot can come before what a test is about.
 pytestmark = [pytest.mark.xdist_group("ros_phases"), pytest.mark.timeout(150)]
@@ -37,15 +37,21 @@ def test_a_cancel_on_the_ground_leaves_a_disarmed_vehicle(flight: Flight, delay_
     flight.wait(lambda: not _armed(flight), 5.0, "disarming")
 
 
-def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
-    _ground(flight)
-    record = flight.send(navigate_goal(10.0, 0.0, 5.0))
+def _climbing(flight: Flight, x: float, y: float, z: float, height_mm: int) -> GoalRecord:
+    """Send a goal from the ground; return it above a height."""
+    record = flight.send(navigate_goal(x, y, z))
     flight.wait_for_status(record, "TAKING_OFF")
     flight.wait(
-        lambda: flight.relay.from_vehicle("GLOBAL_POSITION_INT")[-1].relative_alt > 800,
+        lambda: flight.relay.from_vehicle("GLOBAL_POSITION_INT")[-1].relative_alt > height_mm,
         20.0,
-        "lifting off",
+        "climbing",
     )
+    return record
+
+
+def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
+    _ground(flight)
+    record = _climbing(flight, 10.0, 0.0, 5.0, 800)
     flight.cancel(record)
     result = flight.wait_for_result(record)
     assert record.status == GoalStatus.STATUS_CANCELED, result.message
@@ -59,13 +65,7 @@ def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
 def test_no_setpoint_is_sent_during_a_take_off(flight: Flight) -> None:
     _ground(flight)
     before = len(flight.relay.from_server("SET_POSITION_TARGET_LOCAL_NED"))
-    record = flight.send(navigate_goal(4.0, 0.0, 2.0))
-    flight.wait_for_status(record, "TAKING_OFF")
-    flight.wait(
-        lambda: flight.relay.from_vehicle("GLOBAL_POSITION_INT")[-1].relative_alt > 1000,
-        20.0,
-        "climbing",
-    )
+    record = _climbing(flight, 4.0, 0.0, 2.0, 1000)
     assert record.feedback[-1].current_status == "TAKING_OFF"
     assert len(flight.relay.from_server("SET_POSITION_TARGET_LOCAL_NED")) == before
     result = flight.wait_for_result(record)
