@@ -205,23 +205,25 @@ def test_silence_is_told_then_ends_the_goal_and_is_not_revived(flight: Simulated
     assert flight.run_to_end(flight.send(0.0, 0.0, 3.0)).code is OutcomeCode.SUCCESS
 
 
-def test_a_short_silence_is_flown_through(flight: SimulatedFlight) -> None:
+def fallen_silent(flight: SimulatedFlight, east_m: float, seconds: float) -> str:
+    """Let the link fall silent for a while on the flight to a goal; return the goal."""
     flight.fly_up()
-    goal = flight.send(40.0, 0.0, 3.0)
+    goal = flight.send(east_m, 0.0, 3.0)
     flight.run_for(4.0)
     flight.link_up = False
-    flight.run_for(5.0)
+    flight.run_for(seconds)
+    return goal
+
+
+def test_a_short_silence_is_flown_through(flight: SimulatedFlight) -> None:
+    goal = fallen_silent(flight, 40.0, 5.0)
     assert flight.status(goal) == "LINK_LOST"
     flight.link_up = True
     assert flight.run_to_end(goal).code is OutcomeCode.SUCCESS
 
 
 def test_a_cancel_without_link_ends_in_bounded_time_and_says_so(flight: SimulatedFlight) -> None:
-    flight.fly_up()
-    goal = flight.send(60.0, 0.0, 3.0)
-    flight.run_for(4.0)
-    flight.link_up = False
-    flight.run_for(1.0)
+    goal = fallen_silent(flight, 60.0, 1.0)
     assert flight.bridge.cancel_goal(goal, flight.now)
     end = flight.run_to_end(goal, 15.0)
     assert end.code in (OutcomeCode.CANCELED, OutcomeCode.LINK_LOST)

@@ -5,6 +5,7 @@ It uses pymavlink itself, not the simulator's codec, so that a mistake there sho
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -222,6 +223,16 @@ class GroundStation:
         assert self.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height_m) == ACCEPTED
         self.run_until(lambda: self.vehicle.copter.landed_state.name == "IN_AIR")
         return self
+
+
+def alive(station: GroundStation, seconds: float = 1.5) -> None:
+    """See a vehicle think, move and answer after all that it has received."""
+    station.vehicle.link.read()
+    station.log.clear()
+    station.run(seconds)
+    assert station.messages("HEARTBEAT")
+    assert all(math.isfinite(x) for x in (*station.position, *station.velocity))
+    assert station.command(31999) == UNSUPPORTED
 
 
 def copter(

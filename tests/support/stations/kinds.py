@@ -23,6 +23,16 @@ def kind(
     return station
 
 
+def starting(vehicle: str, ready_after_s: float, seconds: float) -> tuple[int, int, int]:
+    """Return a starting vehicle's mode, base mode and system status after some seconds."""
+    station = GroundStation(
+        Simulation([VehicleConfig(vehicle=vehicle, ready_after_s=ready_after_s)])
+    )
+    station.run(seconds)
+    beat = station.last("HEARTBEAT")
+    return beat.custom_mode, beat.base_mode, beat.system_status
+
+
 def rover(parameters: dict[str, float] | None = None, vehicle: str = "rover") -> GroundStation:
     """A rover or boat in GUIDED, armed."""
     station = kind(vehicle, parameters)

@@ -15,17 +15,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.mavlink.codec import Decoder
 from tests.support.messages.hostile_frames import fields
-from tests.support.stations.ground_station import GUIDED, GroundStation, copter, flying
-
-
-def alive(station: GroundStation) -> None:
-    """It still thinks, flies and answers."""
-    station.vehicle.link.read()
-    station.log.clear()
-    station.run(1.5)
-    assert station.messages("HEARTBEAT")
-    assert all(math.isfinite(x) for x in (*station.position, *station.velocity))
-    assert station.command(31999) == 3
+from tests.support.stations.ground_station import GUIDED, GroundStation, alive, copter, flying
 
 
 @settings(max_examples=200, deadline=None)

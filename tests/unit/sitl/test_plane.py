@@ -7,7 +7,6 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import Simulation, VehicleConfig
 from tests.support.stations.ground_station import (
     ACCEPTED,
     FAILED,
@@ -16,6 +15,7 @@ from tests.support.stations.ground_station import (
     VELOCITY,
     GroundStation,
 )
+from tests.support.stations.kinds import kind, starting
 
 MANUAL, CIRCLE, FBWA, FBWB, CRUISE, AUTO, RTL = 0, 1, 5, 6, 7, 10, 11
 LOITER, TAKEOFF, GUIDED = 12, 13, 15
@@ -27,12 +27,7 @@ def plane(
     parameters: dict[str, float] | None = None, wind: tuple[float, float, float] | None = None
 ) -> GroundStation:
     """A plane on the ground that knows its position, nose to the North."""
-    config = VehicleConfig(
-        vehicle="plane", ready_after_s=1.0, heading_deg=0.0, parameters=parameters or {}
-    )
-    station = GroundStation(Simulation([config], seed=1, wind_ned_m_s=wind)).ready()
-    station.run(1.0)
-    return station
+    return kind("plane", parameters, wind)
 
 
 def flying(wind: tuple[float, float, float] | None = None) -> GroundStation:
@@ -77,10 +72,7 @@ def test_it_is_a_fixed_wing_with_its_own_capabilities() -> None:
 
 
 def test_while_starting_it_is_calibrating_in_mode_16() -> None:
-    station = GroundStation(Simulation([VehicleConfig(vehicle="plane", ready_after_s=20.0)]))
-    station.run(1.5)
-    beat = station.last("HEARTBEAT")
-    assert (beat.custom_mode, beat.base_mode, beat.system_status) == (16, 0x11, 2)
+    assert starting("plane", 20.0, 1.5) == (16, 0x11, 2)
 
 
 def test_takeoff_mode_and_arming_take_off() -> None:

@@ -13,21 +13,12 @@ from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.mavlink.px4 import kind_messages
 from mavlink_sitl.mavlink.px4.commands import HANDLERS
 from tests.support.messages.hostile_frames import frames
+from tests.support.stations.ground_station import alive
 from tests.support.stations.missions import upload
 from tests.support.stations.px4_station import Px4Station, flying_px4, plan_item, ready_px4
 
 EXTREMES = (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e-45, 0.0, 1.0, -1.0, 5.0, 33.0, 1e9)
 REBOOT = 246
-
-
-def alive(station: Px4Station) -> None:
-    """It still thinks, flies and answers."""
-    station.vehicle.link.read()
-    station.log.clear()
-    station.run(1.5)
-    assert station.messages("HEARTBEAT")
-    assert all(math.isfinite(x) for x in (*station.position, *station.velocity))
-    assert station.command(31999) == 3
 
 
 def test_20_000_hostile_frames_in_flight() -> None:

@@ -8,7 +8,6 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import Simulation, VehicleConfig
 from tests.support.stations.ground_station import (
     ACCELERATION,
     ACCEPTED,
@@ -20,6 +19,7 @@ from tests.support.stations.ground_station import (
     YAW_RATE,
     GroundStation,
 )
+from tests.support.stations.kinds import kind, starting
 
 MANUAL, HOLD, LOITER, CIRCLE, AUTO, RTL, GUIDED = 0, 4, 5, 9, 10, 11, 15
 STANDBY, ACTIVE = 3, 4
@@ -28,12 +28,7 @@ STOPPING = "target not received last 3secs, stopping"
 
 def rover(parameters: dict[str, float] | None = None) -> GroundStation:
     """A rover that knows its position, in MANUAL, disarmed, nose to the North."""
-    config = VehicleConfig(
-        vehicle="rover", ready_after_s=1.0, heading_deg=0.0, parameters=parameters or {}
-    )
-    station = GroundStation(Simulation([config], seed=1)).ready()
-    station.run(1.0)
-    return station
+    return kind("rover", parameters)
 
 
 def driving() -> GroundStation:
@@ -63,10 +58,7 @@ def test_it_is_a_ground_rover_with_its_own_capabilities() -> None:
 
 
 def test_while_starting_it_is_calibrating_in_mode_16() -> None:
-    station = GroundStation(Simulation([VehicleConfig(vehicle="rover", ready_after_s=42.0)]))
-    station.run(2.0)
-    beat = station.last("HEARTBEAT")
-    assert (beat.custom_mode, beat.base_mode, beat.system_status) == (16, 0x41, 2)
+    assert starting("rover", 42.0, 2.0) == (16, 0x41, 2)
 
 
 @pytest.mark.parametrize(
