@@ -53,7 +53,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep the tests of a group in one process.
+    """Keep the tests of a group in one process, and those of a file that share a fixture.
 
     pytest-xdist 3.8 writes the group to where pytest 9.2 no longer looks for a test's name, and
     `--dist loadgroup` does nothing.
@@ -62,5 +62,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         return
     for item in items:
         mark = item.get_closest_marker("xdist_group")
-        if mark is not None and "@" not in item.nodeid:
-            item._id = coerce_node_id(f"{item.nodeid}@{mark.args[0]}")
+        group = mark.args[0] if mark is not None else _shared(item)
+        if group and "@" not in item.nodeid:
+            item._id = coerce_node_id(f"{item.nodeid}@{group}")
+
+
+def _shared(item: pytest.Item) -> str:
+    """Return the file of a test that uses a fixture of the whole file, or nothing."""
+    fixtures = getattr(item, "_fixtureinfo", None)
+    if fixtures is None:
+        return ""
+    scopes = {each.scope for same in fixtures.name2fixturedefs.values() for each in same}
+    return item.path.stem if "module" in scopes else ""

@@ -11,6 +11,8 @@ from mavlink_sitl.recordings.motion import track
 from mavlink_sitl.recordings.recording import Timed
 from tests.replay.flights import each, flight, of, texts, values
 
+pytestmark = pytest.mark.xdist_group("recordings")  # each is played once
+
 
 def sides(name: str) -> tuple[Timed, Timed]:
     """What the real vehicle said, and the simulated one."""

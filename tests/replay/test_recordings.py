@@ -23,6 +23,8 @@ from tests.replay.flights import (
     verdicts,
 )
 
+pytestmark = pytest.mark.xdist_group("recordings")  # each is played once
+
 
 @pytest.mark.parametrize("name", each(*PATHS))
 def test_nothing_differs_but_what_is_listed_with_its_reason(name: str) -> None:
