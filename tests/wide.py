@@ -102,6 +102,7 @@ PARTS = {
         "test_a_flight_without_a_glitch_is_never_in_doubt[boat",
         "test_a_flight_without_a_glitch_is_never_in_doubt[plane",
     ),
+    "property/test_core_avoidance.py": ("test_a_route_hits_nothing_and_ends",),
     "replay/test_golden.py": ("[ardupilot/", "[px4/", "[real/"),
     "replay/test_recorded_rules.py": ("_acknowledged_in_the_same_order[mission_clear",),
     "unit/core/test_bounded.py": (
