@@ -13,7 +13,7 @@ from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.vehicle.driving import driving_of
 from navigation_bridge.vehicle.traits import limits_of, traits_of
-from navigation_core.tasks.base import Status
+from navigation_core.tasks.progress import Status
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.models.kinematics import driven_way_m, least_time_s
 

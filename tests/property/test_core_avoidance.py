@@ -13,10 +13,10 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder, KnownObstacle
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Fly
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
+from navigation_core.tasks.intents import Fly
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.waypoint import RouteWaypoint
 from tests.support.models.point_mass import PointMass, fly

@@ -9,9 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Fly, OperationKind, OperationStatus, Outcome
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.intents import Fly, Outcome
+from navigation_core.tasks.observation import OperationKind, OperationStatus
 from tests.support.models.core_strategies import limits
 from tests.support.models.point_mass import Flight, PointMass, fly
 

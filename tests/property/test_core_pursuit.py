@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from navigation_core.limits import Limits
-from navigation_core.tasks.base import Fly, Observation, Outcome, Perform, Traits
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.intents import Fly, Outcome, Perform
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import Traits
 
 _DT_S = 0.05
 CAR = Traits(name="rover", flies=False, turning_radius_m=0.9)

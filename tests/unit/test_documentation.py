@@ -34,7 +34,7 @@ from mavlink_vehicle import protocols
 from mavlink_vehicle.protocols.machine import Machine
 from navigation_bridge.configuration.parameter_table import PARAMETERS
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Status
+from navigation_core.tasks.progress import Status
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")])

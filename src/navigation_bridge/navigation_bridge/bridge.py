@@ -56,18 +56,14 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.lateness import TOO_LATE_S, Lateness
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import AT_ONCE, Searcher
-from navigation_core.tasks.base import (
-    Fly,
-    Handover,
+from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform
+from navigation_core.tasks.observation import (
     Observation,
     OperationKind,
     OperationReport,
     OperationStatus,
-    Outcome,
-    Perform,
-    Progress,
-    Status,
 )
+from navigation_core.tasks.progress import Progress, Status
 
 __all__ = ["Bridge", "BridgeConfig"]
 

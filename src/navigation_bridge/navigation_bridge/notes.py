@@ -17,7 +17,7 @@ from mavlink_vehicle.codec import Message
 from mavlink_vehicle.state.status_text import CHUNK_SIZE
 from navigation_bridge.goals.goal import GoalFinished, GoalHappened
 from navigation_core.geometry import Vector3
-from navigation_core.tasks.base import Progress
+from navigation_core.tasks.progress import Progress
 
 # MAV_COMP_ID_ONBOARD_COMPUTER4 (common.xml): the recorder's own component id.
 COMPONENT_ID = 194

@@ -40,7 +40,8 @@ from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.base import Outcome, Progress
+from navigation_core.tasks.intents import Outcome
+from navigation_core.tasks.progress import Progress
 
 _MAV_SEVERITY_WARNING = 4
 

@@ -9,7 +9,8 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.goals.operations import begin_operation
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.tasks.base import OperationKind, Perform
+from navigation_core.tasks.intents import Perform
+from navigation_core.tasks.observation import OperationKind
 
 
 class Service(Enum):

@@ -13,17 +13,14 @@ from dataclasses import dataclass, field
 
 from navigation_core.geometry import Vector3, add, limit_norm, norm, scale, subtract
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
-from navigation_core.tasks.base import (
-    Fly,
-    Intent,
+from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform
+from navigation_core.tasks.observation import (
     Observation,
     OperationKind,
     OperationReport,
     OperationStatus,
-    Outcome,
-    Perform,
-    Task,
 )
+from navigation_core.tasks.task import Task
 
 _FINAL = {
     OperationStatus.REFUSED,

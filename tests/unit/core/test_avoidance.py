@@ -14,21 +14,15 @@ from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    COPTER,
-    NOTHING_SENT,
-    Fly,
-    Handover,
-    Progress,
-    Status,
-    Traits,
-)
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.goto_phases import Phase
 from navigation_core.tasks.flying.route import fly_route
+from navigation_core.tasks.intents import NOTHING_SENT, Fly, Handover
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.waypoint import RouteWaypoint
 from tests.support.models.point_mass import Flight, PointMass, fly
 

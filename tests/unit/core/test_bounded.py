@@ -13,22 +13,19 @@ from dataclasses import dataclass, field
 import pytest
 
 from navigation_core.geometry import Vector3
-from navigation_core.tasks.base import (
-    COPTER,
-    Intent,
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
+from navigation_core.tasks.intents import Intent, Outcome, Perform
+from navigation_core.tasks.observation import (
     MissionReport,
     Observation,
     OperationKind,
     OperationReport,
     OperationStatus,
-    Outcome,
-    Perform,
-    Task,
-    Traits,
     VehicleMode,
 )
-from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
-from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
+from navigation_core.tasks.task import Task
+from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed

@@ -10,11 +10,13 @@ from navigation_core.limits import Limits
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_shapes import Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
-from navigation_core.tasks.base import Observation, Setpoint, Traits
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.caution import Caution
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.trajectory import plan_to
 
 LIMITS = Limits()

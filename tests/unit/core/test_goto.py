@@ -12,19 +12,6 @@ import pytest
 from navigation_core.geometry import KinematicState, distance, horizontal_norm, norm
 from navigation_core.limits import Limits
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    Fly,
-    Handover,
-    Observation,
-    OperationKind,
-    OperationStatus,
-    Outcome,
-    Perform,
-    Requirement,
-    Status,
-    Wait,
-    check_requirements,
-)
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoConfigError, GotoGoal, fly_to
 from navigation_core.tasks.flying.goto_phases import (
@@ -34,6 +21,10 @@ from navigation_core.tasks.flying.goto_phases import (
     PhaseEvent,
     next_phase,
 )
+from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform, Wait
+from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
+from navigation_core.tasks.progress import Status
+from navigation_core.tasks.task import Requirement, check_requirements
 from tests.support.models.point_mass import Flight, PointMass, fly
 
 TARGET = (10.0, 5.0, 2.0)

@@ -11,22 +11,19 @@ import pytest
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    COPTER,
-    Intent,
+from navigation_core.tasks.flying.goto_phases import PhaseError
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Intent, Outcome, Perform
+from navigation_core.tasks.observation import (
     MissionReport,
     Observation,
     OperationKind,
     OperationReport,
     OperationStatus,
-    Outcome,
-    Perform,
-    Status,
-    Traits,
     VehicleMode,
 )
-from navigation_core.tasks.flying.goto_phases import PhaseError
-from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.progress import Status
+from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.mission_phases import (
     FOLLOWING,

@@ -6,19 +6,17 @@ import math
 
 import pytest
 
-from navigation_core.tasks.base import (
+from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Outcome, Perform, Wait
+from navigation_core.tasks.observation import (
     Observation,
     OperationKind,
     OperationReport,
     OperationStatus,
-    Outcome,
-    Perform,
-    Traits,
     VehicleMode,
-    Wait,
 )
-from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
-from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 

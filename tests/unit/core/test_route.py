@@ -8,10 +8,10 @@ import pytest
 
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import RouteProgress, Status
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.route import RouteError, RouteWaypoint, fly_route
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.progress import RouteProgress, Status
 from tests.support.models.point_mass import PointMass, fly
 
 PLACES = ((8.0, 0.0, 3.0), (16.0, 0.0, 3.0), (24.0, 0.0, 3.0))

@@ -11,7 +11,7 @@ import pytest
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
 from navigation_core.geometry import Vector3
-from navigation_core.tasks.base import Observation
+from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.standstill import Standstill
 from tests.support.models.point_mass import PointMass
 

@@ -8,20 +8,17 @@ from dataclasses import replace
 import pytest
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    COPTER,
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Outcome, Perform, Wait
+from navigation_core.tasks.observation import (
     Observation,
     OperationKind,
     OperationReport,
     OperationStatus,
-    Outcome,
-    Perform,
-    Status,
-    Traits,
     VehicleMode,
-    Wait,
 )
-from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.progress import Status
+from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.watching.vehicle_led import (
     LAND,
     RETURN_TO_LAUNCH,

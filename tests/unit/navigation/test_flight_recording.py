@@ -14,7 +14,7 @@ from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from navigation_bridge import notes
 from navigation_core.geometry import Vector3
-from navigation_core.tasks.base import Progress, Status
+from navigation_core.tasks.progress import Progress, Status
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 NOTES = (1, notes.COMPONENT_ID)

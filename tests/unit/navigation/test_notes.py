@@ -16,7 +16,7 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import LandRequest
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Progress, RouteProgress, Status
+from navigation_core.tasks.progress import Progress, RouteProgress, Status
 from tests.support.flights.recorded_flight import EPOCH_S, Recorder
 from tests.support.flights.simulated_flight import SimulatedFlight
 

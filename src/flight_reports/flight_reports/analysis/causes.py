@@ -12,7 +12,7 @@ from flight_reports.recorded_events import EventSeverity, Moment, Source
 from flight_reports.timeline import Timeline
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.recording.recorded_notes import RecordedGoal
-from navigation_core.tasks.base import Status
+from navigation_core.tasks.progress import Status
 
 # A setpoint is late after this, or after so many of the usual periods. A PX4 leaves OFFBOARD after
 # one second without (COM_OF_LOSS_T), an ArduPilot flies on at its last velocity for three.

@@ -14,7 +14,7 @@ from flight_reports.flight_recording import FlightRecording
 from flight_reports.pictures import scene
 from flight_reports.timeline import Timeline
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Status
+from navigation_core.tasks.progress import Status
 
 _FRAME = (0.605, 0.115, 0.38, 0.52)
 _WIDTH = 1.0

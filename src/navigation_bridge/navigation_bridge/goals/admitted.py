@@ -18,8 +18,10 @@ from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import Searcher
-from navigation_core.tasks.base import Handover, Task, Traits
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Handover
+from navigation_core.tasks.task import Task
+from navigation_core.tasks.traits import Traits
 
 __all__ = ["Admitted", "Situation"]
 

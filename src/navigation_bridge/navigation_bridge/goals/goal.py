@@ -22,16 +22,11 @@ from navigation_bridge.vehicle.takeover import Takeover
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.base import (
-    OperationReport,
-    Outcome,
-    Perform,
-    Progress,
-    RouteProgress,
-    Status,
-    Task,
-)
+from navigation_core.tasks.intents import Outcome, Perform
+from navigation_core.tasks.observation import OperationReport
+from navigation_core.tasks.progress import Progress, RouteProgress, Status
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.task import Task
 
 
 class LogLevel(Enum):

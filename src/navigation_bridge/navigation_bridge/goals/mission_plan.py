@@ -20,7 +20,7 @@ from mavlink_vehicle.profiles import AltitudeReference, Profile, VehicleKind
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
-from navigation_core.tasks.base import MissionReport
+from navigation_core.tasks.observation import MissionReport
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 _GROUND_SPEED = 1.0

@@ -12,7 +12,8 @@ from navigation_bridge.goals.mission_plan import MissionTracker
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_bridge.vehicle.traits import traits_of
-from navigation_core.tasks.base import Observation, OperationReport, Setpoint, VehicleMode
+from navigation_core.tasks.intents import Setpoint
+from navigation_core.tasks.observation import Observation, OperationReport, VehicleMode
 
 _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.UNDEFINED: None,

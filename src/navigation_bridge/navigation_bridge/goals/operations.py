@@ -5,7 +5,8 @@ from __future__ import annotations
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.goals.mission_plan import MissionTracker, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.tasks.base import OperationKind, Perform
+from navigation_core.tasks.intents import Perform
+from navigation_core.tasks.observation import OperationKind
 
 # Operations during which the stream continues, where the vehicle needs one.
 STREAMED = frozenset(

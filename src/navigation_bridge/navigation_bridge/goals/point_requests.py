@@ -13,8 +13,8 @@ from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import FlightVolume, Rejection, check_target
-from navigation_core.tasks.base import COPTER, Traits
 from navigation_core.tasks.flying.goto import GotoGoal
+from navigation_core.tasks.traits import COPTER, Traits
 
 # A norm this close to 1 is explained by rounding (float32, YAML typed by hand); any other is not an
 # orientation.

@@ -19,7 +19,7 @@ from navigation_bridge.notes import NotedEvent
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.base import RouteProgress, Status
+from navigation_core.tasks.progress import RouteProgress, Status
 
 
 class NotedOutputs:

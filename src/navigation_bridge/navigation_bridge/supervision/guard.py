@@ -27,7 +27,7 @@ from navigation_bridge.vehicle.traits import circle_radius_m
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.fences import Area, Fence, check_route, check_targets
-from navigation_core.tasks.base import Outcome
+from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.watching.plane_route import circle_max_m
 
 _PERIOD_S = 0.5

@@ -12,7 +12,7 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel
 from navigation_bridge.reporting import Reporter
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.tasks.base import Outcome
+from navigation_core.tasks.intents import Outcome
 
 # A client that repeats a goal at once after a jump has not checked the position.
 _JUMP_RECENT_S = 60.0

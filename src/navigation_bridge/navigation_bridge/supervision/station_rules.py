@@ -11,7 +11,7 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import StationPause
 from navigation_bridge.goals.goal import ActiveGoal
 from navigation_bridge.vehicle.traits import traits_of
-from navigation_core.tasks.base import VehicleMode
+from navigation_core.tasks.observation import VehicleMode
 
 STOPS = frozenset({StationAct.CLEARED_MISSION, StationAct.REPLACED_MISSION, StationAct.PAUSED})
 """Acts that stop a vehicle."""

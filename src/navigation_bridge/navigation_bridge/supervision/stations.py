@@ -35,9 +35,10 @@ from navigation_bridge.supervision.station_rules import (
 from navigation_bridge.vehicle.takeover import Takeover
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Observation, Outcome, VehicleMode
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.measurement import is_airborne
+from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.standstill import Standstill
 
 # Maximum time between a command and the mode change that it causes: HEARTBEAT comes once a second,

@@ -11,9 +11,10 @@ from navigation_bridge.names import ACTION_NAME
 from navigation_bridge.tasks.navigate_waypoints import admit_plane
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.base import Handover, Task
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import RouteWaypoint
+from navigation_core.tasks.intents import Handover
+from navigation_core.tasks.task import Task
 
 __all__ = ["NAVIGATE", "admit_point", "resolve_point"]
 

@@ -13,8 +13,9 @@ from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import horizontal_norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.base import Handover, Task
 from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
+from navigation_core.tasks.intents import Handover
+from navigation_core.tasks.task import Task
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import circle_max_m

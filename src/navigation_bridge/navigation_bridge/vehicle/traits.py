@@ -10,7 +10,7 @@ from types import MappingProxyType
 from mavlink_vehicle.profiles import Profile, SetpointField, VehicleKind
 from navigation_bridge.vehicle.driving import driving_of
 from navigation_core.limits import Limits
-from navigation_core.tasks.base import Traits
+from navigation_core.tasks.traits import Traits
 
 _NONE: Mapping[str, float] = MappingProxyType({})
 # Minimum safe height of a plane's circle, and default height of its take-off.

@@ -6,18 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    Intent,
-    Observation,
-    OperationKind,
-    OperationStatus,
-    Outcome,
-    Perform,
-    Rejection,
-    Traits,
-)
+from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Intent, Outcome, Perform
+from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
+from navigation_core.tasks.traits import Traits
 
 _WHAT = {
     OperationKind.TAKE_CONTROL: "enter the mode in which it follows setpoints",

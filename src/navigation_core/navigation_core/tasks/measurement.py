@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from navigation_core.geometry import KinematicState, Vector3, add, norm, scale
-from navigation_core.tasks.base import Observation, Requirement, Traits, check_requirements
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.task import Requirement, check_requirements
+from navigation_core.tasks.traits import Traits
 
 _LOCATED = Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
 

@@ -9,16 +9,12 @@ from typing import Generic, TypeAlias, TypeVar
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import Rejection
-from navigation_core.tasks.base import (
-    Intent,
-    Observation,
-    Outcome,
-    Progress,
-    Requirement,
-    VehicleMode,
-)
 from navigation_core.tasks.conditions import Requester
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Intent, Outcome
+from navigation_core.tasks.observation import Observation, VehicleMode
+from navigation_core.tasks.progress import Progress
+from navigation_core.tasks.task import Requirement
 
 Answer: TypeAlias = Intent | Outcome | None
 """The answer of a phase; None to ask the phase that it has changed to."""
@@ -30,7 +26,7 @@ _PHASE_CHANGES_MAX = 8
 
 
 class PhasedTask(ABC, Generic[PhaseT]):
-    """A :class:`~navigation_core.tasks.base.Task` whose phases answer for it.
+    """A :class:`~navigation_core.tasks.task.Task` whose phases answer for it.
 
     What it does not override is that of a vehicle that flies by itself: no setpoint is sent, no
     mode is accepted, and nothing has to be taken up after a pause.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 
 from navigation_core.geometry import Vector3, distance
-from navigation_core.tasks.base import Observation
 from navigation_core.tasks.measurement import measured_speed
+from navigation_core.tasks.observation import Observation
 
 # A PX4 v1.17 that held reported 0.2 to 0.7 m/s for half a minute, while its position, and the
 # vehicle, moved by less than 0.25 m in a second (observed on its own simulator).

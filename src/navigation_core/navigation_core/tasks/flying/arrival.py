@@ -6,12 +6,14 @@ import math
 
 from navigation_core.geometry import distance, wrap_angle
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Observation, Outcome, Traits
 from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flying.itinerary import Section
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
+from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.measurement import measured_speed
+from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.traits import Traits
 
 # Two full turns at 1 m/s, per metre of their radius.
 _TURNS_S_M = 4.0 * math.pi

@@ -5,22 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    Intent,
-    Observation,
-    OperationKind,
-    OperationStatus,
-    Outcome,
-    Perform,
-    Traits,
-)
 from navigation_core.tasks.conditions import Requester, check_departure
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Intent, Outcome, Perform
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import can_move
+from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
+from navigation_core.tasks.traits import Traits
 
 
 @dataclass(frozen=True)

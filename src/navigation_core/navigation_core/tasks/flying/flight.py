@@ -14,23 +14,6 @@ from dataclasses import replace
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
-from navigation_core.tasks.base import (
-    COPTER,
-    NOTHING_SENT,
-    Fly,
-    Handover,
-    Intent,
-    Observation,
-    OperationKind,
-    Outcome,
-    Progress,
-    Requirement,
-    Setpoint,
-    Status,
-    Traits,
-    VehicleMode,
-    Wait,
-)
 from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.flying.departure import (
@@ -45,6 +28,15 @@ from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary
 from navigation_core.tasks.flying.stopping import Stopping
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import (
+    NOTHING_SENT,
+    Fly,
+    Handover,
+    Intent,
+    Outcome,
+    Setpoint,
+    Wait,
+)
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.carrot import Carrot
@@ -54,7 +46,11 @@ from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.task import Requirement
+from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.trajectories.trajectory import TrajectoryError
 
 _PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
@@ -67,7 +63,10 @@ _NEARER_M = 1.0
 
 
 class SetpointFlight(PhasedTask[Phase]):
-    """The task of a flight through the stops of an itinerary. See :class:`~.base.Task`."""
+    """The task of a flight through the stops of an itinerary.
+
+    See :class:`~navigation_core.tasks.task.Task`.
+    """
 
     def __init__(
         self,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from navigation_core.tasks.base import COPTER, NOTHING_SENT, Handover, Traits
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.itinerary import SingleStop
 from navigation_core.tasks.goto_config import GotoConfig, GotoConfigError, GotoGoal
+from navigation_core.tasks.intents import NOTHING_SENT, Handover
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.traits import COPTER, Traits
 
 __all__ = ["GotoConfig", "GotoConfigError", "GotoGoal", "fly_to"]
 

@@ -6,13 +6,15 @@ from navigation_core.geometry import KinematicState, Vector3, distance, is_finit
 from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.searches import Search
-from navigation_core.tasks.base import Observation, Progress, Status, Traits
 from navigation_core.tasks.flying.goto_phases import Phase
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import is_airborne
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.trajectory import TrajectoryError, plan_to
 
 _STATUS = {

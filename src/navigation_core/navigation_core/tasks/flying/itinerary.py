@@ -7,8 +7,9 @@ from typing import Protocol
 
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import Outcome, Progress
 from navigation_core.tasks.goto_config import GotoGoal
+from navigation_core.tasks.intents import Outcome
+from navigation_core.tasks.progress import Progress
 from navigation_core.trajectories.route_trajectory import RoutePoint
 
 

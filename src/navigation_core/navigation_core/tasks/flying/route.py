@@ -18,20 +18,14 @@ from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    COPTER,
-    NOTHING_SENT,
-    Handover,
-    Outcome,
-    Progress,
-    RouteProgress,
-    Traits,
-)
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.itinerary import Section
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
+from navigation_core.tasks.intents import NOTHING_SENT, Handover, Outcome
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import cruise_limits
+from navigation_core.tasks.progress import Progress, RouteProgress
+from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.waypoint import RouteWaypoint
 from navigation_core.trajectories.route_trajectory import RoutePoint
 

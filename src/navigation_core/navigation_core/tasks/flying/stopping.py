@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from navigation_core.geometry import norm
-from navigation_core.tasks.base import (
-    Fly,
-    Intent,
-    Observation,
-    OperationKind,
-    Outcome,
-    Perform,
-    Wait,
-)
 from navigation_core.tasks.flying.departure import FlightParts, Step
 from navigation_core.tasks.flying.goto_phases import PhaseEvent
+from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
+from navigation_core.tasks.observation import Observation, OperationKind
 from navigation_core.tasks.standstill import Standstill
 
 # A setpoint slower than this has come to its end.

@@ -15,12 +15,12 @@ from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, fi
 from navigation_core.planning.planner import NoPath
 from navigation_core.planning.replanner import Decision, Replanner, ReplanRules, State
 from navigation_core.safety.braking import must_brake
-from navigation_core.tasks.base import Observation
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
+from navigation_core.tasks.observation import Observation
 
 # Time until a long path is tried to be planned on once more, how far from the next point that is
 # done, and for how long a good moment is waited for.

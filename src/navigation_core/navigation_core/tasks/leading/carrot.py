@@ -19,8 +19,8 @@ from navigation_core.geometry import (
     unit_between,
     wrap_angle,
 )
-from navigation_core.tasks.base import Setpoint
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.trajectories.trajectory import Trajectory
 

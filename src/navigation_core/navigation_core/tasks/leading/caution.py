@@ -21,10 +21,12 @@ from navigation_core.safety.run_out import (
     safe_speed_beside_m_s,
     safe_speed_m_s,
 )
-from navigation_core.tasks.base import Observation, Setpoint, Traits
+from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.measurement import measured_state
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import Traits
 
 __all__ = ["Caution"]
 

@@ -11,9 +11,9 @@ from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.conflicts import MotionSamples, first_conflict
-from navigation_core.tasks.base import Traits
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.checked_path import CheckedPath
+from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.trajectory import plan_stop, plan_to
 
 # Directions and steps in which a clear place is looked for, how many are tried, and what is kept

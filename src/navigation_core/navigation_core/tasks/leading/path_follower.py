@@ -21,14 +21,16 @@ from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.searches import Search
-from navigation_core.tasks.base import COPTER, NOTHING_SENT, Handover, Observation, Traits
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
+from navigation_core.tasks.intents import NOTHING_SENT, Handover
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, PathPlanner
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.evasion import Evasion
 from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import plan_stop, plan_to
 

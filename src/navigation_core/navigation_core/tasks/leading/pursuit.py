@@ -30,9 +30,11 @@ from navigation_core.geometry import (
     wrap_angle,
 )
 from navigation_core.limits import Limits
-from navigation_core.tasks.base import Observation, Setpoint, Traits
+from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.turning_circle import Pursuer, TurningCircle
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import Traits
 
 __all__ = ["Pursuer", "Pursuit", "without_turn"]
 

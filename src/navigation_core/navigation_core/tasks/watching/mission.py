@@ -13,22 +13,14 @@ from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    Intent,
-    Observation,
-    OperationKind,
-    Outcome,
-    Perform,
-    Progress,
-    Status,
-    Traits,
-    VehicleMode,
-    Wait,
-)
 from navigation_core.tasks.conditions import Dwell, Headway, check_departure
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.mission_measures import MissionMeasures
 from navigation_core.tasks.watching.mission_phases import (
     STATUS,
@@ -54,7 +46,7 @@ _PASSING_M, _PASSING_CIRCLES = 4.0, 2.0
 
 
 class FlyMission(PhasedTask[MissionPhase]):
-    """The task of one mission. See :class:`navigation_core.tasks.base.Task`."""
+    """The task of one mission. See :class:`navigation_core.tasks.task.Task`."""
 
     def __init__(
         self,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from navigation_core.geometry import distance, horizontal_norm, subtract
-from navigation_core.tasks.base import MissionReport, Observation, Traits
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.observation import MissionReport, Observation
+from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.waypoint import RouteWaypoint
 
 _CIRCLE_SHARE = 1.5

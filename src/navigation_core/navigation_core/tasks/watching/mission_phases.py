@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import Enum, auto
 
-from navigation_core.tasks.base import Status
 from navigation_core.tasks.flying.goto_phases import PhaseError
+from navigation_core.tasks.progress import Status
 
 
 class MissionPhase(Enum):

@@ -6,7 +6,8 @@ import itertools
 import math
 
 from navigation_core.geometry import Vector3, distance
-from navigation_core.tasks.base import MissionReport, Observation, RouteProgress
+from navigation_core.tasks.observation import MissionReport, Observation
+from navigation_core.tasks.progress import RouteProgress
 from navigation_core.tasks.waypoint import RouteWaypoint
 
 

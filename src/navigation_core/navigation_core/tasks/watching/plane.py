@@ -15,28 +15,20 @@ from enum import Enum, auto
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.base import (
-    Intent,
-    Observation,
-    OperationKind,
-    Outcome,
-    Perform,
-    Progress,
-    Status,
-    Traits,
-    VehicleMode,
-    Wait,
-)
 from navigation_core.tasks.conditions import Dwell, check_departure
 from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import (
     is_airborne,
     is_located,
     measured_speed,
     measured_state,
 )
+from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 
 # Usual speeds of small planes, for estimates before it flies: ArduPlane's AIRSPEED_CRUISE is
@@ -79,7 +71,7 @@ _IN_FLIGHT = frozenset({_Phase.FLYING, _Phase.CIRCLING, _Phase.PAUSED})
 
 
 class FlyPlane(PhasedTask[_Phase]):
-    """The task of a plane's goal or route. See :class:`navigation_core.tasks.base.Task`."""
+    """The task of a plane's goal or route. See :class:`navigation_core.tasks.task.Task`."""
 
     def __init__(
         self,

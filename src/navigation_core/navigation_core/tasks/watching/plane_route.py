@@ -14,8 +14,8 @@ from navigation_core.geometry import (
     subtract,
     wrap_angle,
 )
-from navigation_core.tasks.base import RouteProgress
 from navigation_core.tasks.flying.route import RouteWaypoint
+from navigation_core.tasks.progress import RouteProgress
 
 # A plane turns into its circle before it is over the point, and sways about the circle.
 _NEAR_CIRCLES = 1.25

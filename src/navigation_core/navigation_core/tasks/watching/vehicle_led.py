@@ -13,24 +13,16 @@ from enum import Enum, auto
 
 from navigation_core.geometry import Vector3, distance, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.tasks.base import (
-    Intent,
-    Observation,
-    OperationKind,
-    Outcome,
-    Perform,
-    Progress,
-    Requirement,
-    Status,
-    Traits,
-    VehicleMode,
-    Wait,
-)
 from navigation_core.tasks.conditions import Dwell, Headway
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.task import Requirement
+from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane_route import Circling
 
 # A vehicle that has not moved this far for this long is stuck. ArduCopter waits 5 s above
@@ -83,7 +75,7 @@ RETURN_TO_LAUNCH = VehicleLedGoal(OperationKind.RETURN, VehicleMode.RETURN, "ret
 
 
 class VehicleLed(PhasedTask[_Phase]):
-    """Landing or return. See :class:`navigation_core.tasks.base.Task`."""
+    """Landing or return. See :class:`navigation_core.tasks.task.Task`."""
 
     def __init__(self, goal: VehicleLedGoal, config: GotoConfig, traits: Traits) -> None:
         """Prepare.

@@ -1,0 +1,104 @@
+"""What a task answers at each step: an intent, or the outcome."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.observation import OperationKind
+from navigation_core.tasks.waypoint import MissionPlan
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """The setpoint for the present moment.
+
+    Attributes:
+        position_enu_m: position in the map frame.
+        velocity_enu_m_s: velocity feed-forward.
+        acceleration_enu_m_s2: acceleration feed-forward.
+        yaw_enu_rad: yaw.
+    """
+
+    position_enu_m: Vector3
+    velocity_enu_m_s: Vector3
+    acceleration_enu_m_s2: Vector3
+    yaw_enu_rad: float
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Send nothing that moves the vehicle."""
+
+
+@dataclass(frozen=True)
+class Perform:
+    """Have an operation done.
+
+    Returned at every step until the report says that the operation has finished; it is to
+    be started once.
+
+    Attributes:
+        kind: which operation.
+        height_m: for TAKE_OFF, the height above the ground to climb to.
+        target_enu_m: for REPOSITION, where to go.
+        speed_m_s: for CHANGE_SPEED.
+        mission: for UPLOAD_MISSION, what is to be flown.
+    """
+
+    kind: OperationKind
+    height_m: float | None = None
+    target_enu_m: Vector3 | None = None
+    speed_m_s: float | None = None
+    mission: MissionPlan | None = None
+
+
+@dataclass(frozen=True)
+class Fly:
+    """Send this setpoint now. A pending operation is to be given up for it.
+
+    Attributes:
+        setpoint: what to send.
+        by_velocity: only its velocity and yaw are to be followed: an estimate that jumps would
+            make the vehicle fly the jump back.
+    """
+
+    setpoint: Setpoint
+    by_velocity: bool = False
+
+
+Intent = Wait | Perform | Fly
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The one end of a task.
+
+    Attributes:
+        code: stable reason.
+        message: one sentence for display.
+        final_error_m: measured distance to the target, or None if it was not measured.
+    """
+
+    code: OutcomeCode
+    message: str
+    final_error_m: float | None
+
+
+class Handover(NamedTuple):
+    """The setpoint that a replaced task sent last, from which its successor goes on.
+
+    Attributes:
+        commanded: its state in the map frame; None to begin at the measured state.
+        yaw_enu_rad: its yaw.
+        time_s: when it was sent; None for the time of the start.
+    """
+
+    commanded: KinematicState | None = None
+    yaw_enu_rad: float | None = None
+    time_s: float | None = None
+
+
+NOTHING_SENT = Handover()

@@ -1,0 +1,64 @@
+"""The progress of a task, for feedback."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Status(str, Enum):
+    """The status of a goal in its feedback."""
+
+    PREPARING = "PREPARING"
+    ARMING = "ARMING"
+    TAKING_OFF = "TAKING_OFF"
+    NAVIGATING = "NAVIGATING"
+    SETTLING = "SETTLING"
+    HOLDING = "HOLDING"
+    PAUSED = "PAUSED"
+    BLOCKED = "BLOCKED"
+    UPLOADING = "UPLOADING"
+    RETURNING = "RETURNING"
+    LANDING = "LANDING"
+    CANCELLING = "CANCELLING"
+    LINK_LOST = "LINK_LOST"
+
+
+@dataclass(frozen=True)
+class RouteProgress:
+    """Progress along a route.
+
+    Attributes:
+        current: the waypoint that the vehicle is on its way to, from 0.
+        lap: the lap, from 0.
+        remaining: waypoints that are left, the current one and all laps included.
+        reached: waypoints that were reached, all laps counted.
+        missed: those that were passed outside their radius, from 0 over all laps.
+    """
+
+    current: int
+    lap: int
+    remaining: int
+    reached: int
+    missed: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Progress of a task. Both numbers are always finite and not negative.
+
+    Attributes:
+        status: what is happening.
+        distance_remaining_m: length of the path that is left.
+        time_remaining_s: estimated time to the end.
+        route: how far the route is flown, for a task that has one.
+        replans: how often the path was replanned because of obstacles.
+        blocked: why obstacles leave no way to go on; empty while they do.
+    """
+
+    status: Status
+    distance_remaining_m: float
+    time_remaining_s: float
+    route: RouteProgress | None = None
+    replans: int = 0
+    blocked: str = ""

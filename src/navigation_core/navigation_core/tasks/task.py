@@ -1,0 +1,125 @@
+"""The interface of tasks: observations, intents and outcomes.
+
+A task is a pure state machine. Its owner calls :meth:`Task.step` at the setpoint rate with
+what is known about the vehicle, carries out the intent that comes back, and stops calling
+once the answer is an outcome. Positions are in the ENU map frame, times are seconds of
+whatever clock the owner uses.
+"""
+
+from __future__ import annotations
+
+from enum import Flag, auto
+from typing import Protocol
+
+from navigation_core.geometry import KinematicState, Vector3, is_finite
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.intents import Intent, Outcome
+from navigation_core.tasks.observation import Observation, VehicleMode
+from navigation_core.tasks.progress import Progress
+
+
+class Requirement(Flag):
+    """A precondition of starting a task."""
+
+    NONE = 0
+    CONNECTION = auto()
+    POSITION = auto()
+    VELOCITY = auto()
+    YAW = auto()
+
+
+class Task(Protocol):
+    """Something that flies the vehicle towards an aim."""
+
+    @property
+    def requires(self) -> Requirement:
+        """The preconditions of :meth:`start`."""
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """State of the setpoint sent last, for a successor; None before the first."""
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """Yaw of the setpoint sent last; None before the first."""
+
+    @property
+    def path_enu_m(self) -> tuple[Vector3, ...]:
+        """The path that is planned, in the map frame; the same object until it is replanned."""
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Return what to do now, or how it ended."""
+
+    def think(self, observation: Observation, now: float) -> None:
+        """Do what takes long, once the setpoint of the step before is out; steps show what came."""
+
+    def cancel(self, now: float) -> None:
+        """Ask for an early end; the steps that follow bring the vehicle to a stop."""
+
+    def pause(self, now: float) -> Rejection | None:
+        """Stop and hold until :meth:`unpause`; says why if this cannot be paused."""
+
+    def unpause(self, now: float) -> None:
+        """Resume after a pause."""
+
+    def take_up(self, now: float) -> None:
+        """Resume with a vehicle that another station had stopped in another mode.
+
+        Called before the next step; where the task was, and what it commanded, is past.
+        """
+
+    def accepts_mode(self, mode: VehicleMode) -> bool:
+        """Whether the vehicle may get into this mode by itself at this point of the task.
+
+        Any other change of mode that nobody here asked for is somebody taking over.
+        """
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Resume after a time without steps."""
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Return the progress."""
+
+
+def check_requirements(
+    requires: Requirement, observation: Observation, position_timeout_s: float
+) -> Rejection | None:
+    """Return what a task lacks.
+
+    Args:
+        requires: what the task needs.
+        observation: what is known now.
+        position_timeout_s: age from which a position is no position.
+
+    Returns:
+        The first thing that is missing, or None.
+    """
+    if Requirement.CONNECTION in requires and not observation.connected:
+        return Rejection(OutcomeCode.NO_VEHICLE, "No vehicle is detected on the link.")
+    lacking = []
+    if Requirement.POSITION in requires and not _known(observation.position_enu_m):
+        lacking.append("position")
+    if Requirement.VELOCITY in requires and not _known(observation.velocity_enu_m_s):
+        lacking.append("velocity")
+    if Requirement.YAW in requires and not _known(observation.yaw_enu_rad):
+        lacking.append("yaw")
+    if lacking:
+        return Rejection(
+            OutcomeCode.NO_POSITION, f"The vehicle reports no valid {' and no '.join(lacking)} yet."
+        )
+    if Requirement.POSITION in requires and not observation.position_age_s <= position_timeout_s:
+        return Rejection(
+            OutcomeCode.NO_POSITION,
+            f"The last position is {observation.position_age_s:.1f} s old; at most "
+            f"{position_timeout_s:g} s is allowed.",
+        )
+    return None
+
+
+def _known(value: Vector3 | float | None) -> bool:
+    if value is None:
+        return False
+    return is_finite(value) if isinstance(value, tuple) else is_finite((value, 0.0, 0.0))

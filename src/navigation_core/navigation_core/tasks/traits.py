@@ -1,0 +1,54 @@
+"""The capabilities of a vehicle type, as tasks see them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Traits:
+    """The capabilities of a vehicle type.
+
+    Attributes:
+        name: for sentences: "copter", "rover".
+        flies: whether it leaves the ground.
+        hovers: whether it can stand still away from the ground, or on it. A plane cannot.
+        control_before_takeoff: whether it must be in the mode in which it follows setpoints
+            before it takes off (ArduCopter), or must not (PX4).
+        lands_itself: whether it can be told to land where it is.
+        circle_radius_m: radius of the circle that it flies instead of standing still.
+        turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
+        turn_rate_rad_s: fastest turn on the ground, at any speed.
+        arrival_radius_m: how near to a point it can be expected to stop at all.
+        speed_max_m_s: how fast its autopilot drives at most.
+        acceleration_m_s2: how fast its autopilot speeds up at most.
+        braking_m_s2: how hard it is meant to brake on the ground.
+        brake_lag_s: by which time its speed is late then.
+        height_min_m: least height above the ground that it is sent to.
+        takeoff_height_m: height above the ground of a take-off when none is asked for.
+        setpoint_timeout_s: for how long it goes on with the velocity and the acceleration of the
+            last setpoint when none follows; 0 if it does not.
+        accelerates_on: whether it gathers speed by the last setpoint's acceleration in that time.
+    """
+
+    name: str = "copter"
+    flies: bool = True
+    hovers: bool = True
+    control_before_takeoff: bool = True
+    lands_itself: bool = True
+    circle_radius_m: float = 0.0
+    turning_radius_m: float = 0.0
+    turn_rate_rad_s: float = 1.0
+    arrival_radius_m: float = 0.0
+    speed_max_m_s: float = math.inf
+    acceleration_m_s2: float = math.inf
+    braking_m_s2: float = 0.6
+    brake_lag_s: float = 0.3
+    height_min_m: float = 0.0
+    takeoff_height_m: float = 0.0
+    setpoint_timeout_s: float = 0.0
+    accelerates_on: bool = False
+
+
+COPTER = Traits()
