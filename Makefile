@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo demo-rover demo-video plot report test test-all bench lint lock clean distclean
+.PHONY: help setup build demo demo-rover demo-video console plot report test test-all bench lint lock clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -25,6 +25,9 @@ demo-rover: setup ## The same with a rover; leaves out/demo-rover/
 
 demo-video: setup ## Make out/demo/flight.mp4 and .gif from the demo's recording (LOG=other.tlog)
 	@$(ENTER) python -m flight_reports.flight_video $(LOG)
+
+console: setup ## Fly a simulated copter from a page in the browser (ARGS="--no-browser --port 8800")
+	@$(ENTER) python -m drone_navigation.simulated_console $(ARGS)
 
 plot: setup ## Draw the flight in any tlog: make plot LOG=my.tlog (draws my.png)
 	@test -n "$(LOG)" || { echo "Name the log: make plot LOG=my.tlog" >&2; exit 2; }

@@ -72,7 +72,13 @@ def test_installed_packages_are_those_of_the_lock() -> None:
     [
         (
             "drone_navigation",
-            {"navigation_server", "navigation_client", "navigation_report", "tlog2mcap"},
+            {
+                "navigation_server",
+                "navigation_client",
+                "navigation_console",
+                "navigation_report",
+                "tlog2mcap",
+            },
         ),
         ("flight_logs", {"tlog_export"}),
     ],

@@ -13,6 +13,7 @@ import shtab
 
 from drone_navigation import tlog2mcap
 from drone_navigation.client import options as client_options
+from drone_navigation.console import options as console_options
 from drone_navigation.server import options as server_options
 from flight_logs import export_command
 from flight_reports import navigation_report
@@ -33,6 +34,7 @@ def completion() -> str:
     parsers = (
         make_client_parser(),
         server_options.make_parser(),
+        console_options.make_parser(),
         navigation_report.make_parser(),
         tlog2mcap.make_parser(),
         export_command.make_parser(),

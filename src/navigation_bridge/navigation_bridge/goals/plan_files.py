@@ -110,13 +110,26 @@ def _read(path: Path, reader: _Reader) -> PlannedRoute:
     except UnicodeDecodeError:
         raise PlanError(f"{path}: not a text file.") from None
     try:
-        items, notes, zero_is_north = reader(text)
-        maker = _RouteMaker(zero_is_north)
-        for place, item in enumerate(items):
-            maker.take(item, items[place + 1 :])
-        maker.finish()
+        return _parse(text, reader)
     except PlanError as error:
         raise PlanError(f"{path}: {error}") from None
+
+
+def parse_plan(text: str) -> PlannedRoute:
+    """Return the route of a `.plan` file's text.
+
+    Raises:
+        PlanError: it is not one, or holds what a route does not have.
+    """
+    return _parse(text, _plan_items)
+
+
+def _parse(text: str, reader: _Reader) -> PlannedRoute:
+    items, notes, zero_is_north = reader(text)
+    maker = _RouteMaker(zero_is_north)
+    for place, item in enumerate(items):
+        maker.take(item, items[place + 1 :])
+    maker.finish()
     return PlannedRoute(tuple(maker.waypoints), (*notes, *maker.notes))
 
 

@@ -1,0 +1,164 @@
+"""ROS messages as values for the page. Unknown is None; lengths are metres in `map`, ENU."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Quaternion, Vector3
+from nav_msgs.msg import Odometry, Path
+from sensor_msgs.msg import BatteryState, NavSatFix
+from visualization_msgs.msg import Marker, MarkerArray
+
+from custom_interfaces.msg import HomePosition, VehicleStatus
+
+_LANDED = {
+    VehicleStatus.LANDED_ON_GROUND: "on the ground",
+    VehicleStatus.LANDED_IN_AIR: "in the air",
+    VehicleStatus.LANDED_TAKEOFF: "taking off",
+    VehicleStatus.LANDED_LANDING: "landing",
+}
+_LEVELS = ("ok", "warn", "error", "stale")
+OBSTACLES_MAX = 4000
+"""Of each kind; a page is not sent more."""
+
+
+def known(value: float, digits: int = 2) -> float | None:
+    """Return a number rounded, None for NaN and infinity, which JSON has not."""
+    return round(value, digits) if math.isfinite(value) else None
+
+
+def point(place: Any) -> list[float] | None:
+    """Return the three numbers of a point, None unless all are known."""
+    values = (place.x, place.y, place.z)
+    return [round(value, 2) for value in values] if all(map(math.isfinite, values)) else None
+
+
+def status(message: VehicleStatus) -> dict[str, Any]:
+    """Return mode, armed and so on."""
+    return {
+        "connected": message.connected,
+        "autopilot": message.autopilot,
+        "firmware": message.firmware_version,
+        "mode": message.mode,
+        "armed": message.armed,
+        "in_control": message.in_control,
+        "landed": _LANDED.get(message.landed_state),
+        "position_valid": message.position_valid,
+        "failsafe": message.failsafe,
+        "other_server": message.other_server,
+    }
+
+
+def motion(message: Odometry) -> dict[str, Any] | None:
+    """Return position, yaw (rad, from east), ground speed and climb rate (m/s)."""
+    pose = message.pose.pose
+    place = point(pose.position)
+    if place is None:
+        return None
+    east, north, up = _turned(message.twist.twist.linear, pose.orientation)
+    q = pose.orientation
+    yaw_rad = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    return {
+        "at": place,
+        "yaw": known(yaw_rad, 3),
+        "speed": known(math.hypot(east, north), 1),
+        "climb": known(up, 1),
+    }
+
+
+def _turned(v: Vector3, q: Quaternion) -> tuple[float, float, float]:
+    """Turn a vector of the body into the map."""
+    tx = 2.0 * (q.y * v.z - q.z * v.y)
+    ty = 2.0 * (q.z * v.x - q.x * v.z)
+    tz = 2.0 * (q.x * v.y - q.y * v.x)
+    return (
+        v.x + q.w * tx + q.y * tz - q.z * ty,
+        v.y + q.w * ty + q.z * tx - q.x * tz,
+        v.z + q.w * tz + q.x * ty - q.y * tx,
+    )
+
+
+def battery(message: BatteryState) -> dict[str, Any]:
+    """Return charge (%) and voltage."""
+    return {"percent": known(100.0 * message.percentage, 0), "voltage": known(message.voltage, 1)}
+
+
+def fix(message: NavSatFix) -> dict[str, Any]:
+    """Return whether there is a fix, and the standard deviation of the position, m."""
+    variance = message.position_covariance[0]
+    return {
+        "fixed": message.status.status >= 0,
+        "accuracy": known(math.sqrt(variance), 1) if variance > 0.0 else None,
+    }
+
+
+def path(message: Path) -> list[list[float]]:
+    """Return the points of a path."""
+    places = (point(pose.pose.position) for pose in message.poses)
+    return [place for place in places if place is not None]
+
+
+def home(message: HomePosition) -> dict[str, Any]:
+    """Return the launch point: geodetic, and in the map."""
+    return {
+        "latitude": known(message.latitude, 8),
+        "longitude": known(message.longitude, 8),
+        "altitude": known(message.altitude_amsl, 3),
+        "at": point(message.position),
+    }
+
+
+def diagnostic(message: DiagnosticStatus) -> dict[str, Any]:
+    """Return level and message of one part."""
+    level = int.from_bytes(message.level, "little")
+    values = {value.key: value.value for value in message.values}
+    return {
+        "level": _LEVELS[min(level, 3)],
+        "message": message.message,
+        "satellites": values.get("satellites"),
+    }
+
+
+def feedback(action: str, message: Any) -> dict[str, Any]:
+    """Return the feedback of any action; distance in m, time in s."""
+    return {
+        "action": action,
+        "status": message.current_status,
+        "distance": known(message.distance_remaining, 1),
+        "time": known(message.estimated_time_remaining, 0),
+        "replans": getattr(message, "replans", None),
+        "waypoint": getattr(message, "current_waypoint", None),
+        "waypoints_left": getattr(message, "waypoints_remaining", None),
+        "lap": getattr(message, "current_lap", None),
+    }
+
+
+def obstacles(message: MarkerArray) -> dict[str, list[list[float]]]:
+    """Return obstacles as rows of numbers.
+
+    Returns:
+        posts: x, y, radius, bottom, top. boxes: x, y, half length, half width, yaw, bottom, top.
+        seen: x, y, half width, bottom, top.
+    """
+    found: dict[str, list[list[float]]] = {"posts": [], "boxes": [], "seen": []}
+    for marker in message.markers:
+        if marker.action != Marker.ADD:
+            continue
+        place, size = marker.pose.position, marker.scale
+        low_m, high_m = place.z - 0.5 * size.z, place.z + 0.5 * size.z
+        if marker.type == Marker.CYLINDER:
+            found["posts"].append([place.x, place.y, 0.5 * size.x, low_m, high_m])
+        elif marker.type == Marker.CUBE:
+            yaw_rad = 2.0 * math.atan2(marker.pose.orientation.z, marker.pose.orientation.w)
+            half = (0.5 * size.x, 0.5 * size.y)
+            found["boxes"].append([place.x, place.y, *half, yaw_rad, low_m, high_m])
+        elif marker.type == Marker.CUBE_LIST:
+            for spot in marker.points:
+                row = [spot.x, spot.y, 0.5 * size.x, spot.z - 0.5 * size.z, spot.z + 0.5 * size.z]
+                found["seen"].append(row)
+    return {
+        kind: [[round(value, 2) for value in row] for row in rows[:OBSTACLES_MAX]]
+        for kind, rows in found.items()
+    }

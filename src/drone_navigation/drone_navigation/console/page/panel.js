@@ -1,0 +1,115 @@
+// The texts of the page: facts about the vehicle, progress, messages.
+
+const $ = (id) => document.getElementById(id);
+
+export function setText(element, text, bad = false) {
+  if (element.textContent !== text) element.textContent = text;
+  element.classList.toggle("bad", bad);
+}
+
+// Without a minus before zero.
+const fixed = (value, digits) => (Math.round(value * 10 ** digits) / 10 ** digits + 0).toFixed(digits);
+const number = (value, digits, unit) => (value === null || value === undefined ? "unknown" : `${fixed(value, digits)} ${unit}`);
+
+function facts(v) {
+  const status = v.status ?? {};
+  const at = v.motion?.at;
+  const home = v.home;
+  const rows = [];
+  const add = (name, text, bad = false) => rows.push([name, text, bad]);
+  add("Autopilot", [status.autopilot, status.firmware].filter(Boolean).join(" ") || "unknown");
+  add("Mode", `${status.mode || "unknown"}${status.in_control ? ", follows the server" : ""}`);
+  add("Motors", [status.armed ? "armed" : "disarmed", status.landed].filter(Boolean).join(", "));
+  if (status.failsafe) add("Failsafe", status.failsafe, true);
+  const link = v["vehicle link"];
+  add("Link", status.connected ? link?.message ?? "connected" : "no link to the vehicle", !status.connected || link?.level === "error");
+  const gps = v.GPS;
+  const satellites = gps?.satellites && gps.satellites !== "unknown" ? `, ${gps.satellites} satellites` : "";
+  add("GPS", gps ? gps.message + satellites : "unknown", gps?.level === "error");
+  const reserve = v.volume ? ` (reserve ${Math.round(100 * v.volume.reserve)} %)` : "";
+  const percent = v.battery?.percent;
+  const volts = v.battery?.voltage ? `, ${v.battery.voltage} V` : "";
+  add("Battery", (percent === null || percent === undefined ? "unknown" : `${percent} %`) + volts + reserve,
+    percent !== null && percent !== undefined && v.volume !== undefined && percent < 100 * v.volume.reserve);
+  add("Speed", at ? `${number(v.motion.speed, 1, "m/s")}, climb ${number(v.motion.climb, 1, "m/s")}` : "unknown");
+  if (at) add("Position", `east ${fixed(at[0], 1)}, north ${fixed(at[1], 1)} m`, !status.position_valid);
+  else add("Position", "unknown", true);
+  if (at && home?.at) {
+    const above = at[2] - home.at[2];
+    add("Altitude", `${fixed(above, 1)} m above home, ${fixed(home.altitude + above, 1)} m AMSL`);
+  } else if (at) add("Altitude", `${at[2].toFixed(1)} m above the map's origin`);
+  const sensors = v["obstacle sensors"];
+  if (sensors) add("Obstacles", sensors.message, sensors.level === "error");
+  const loop = v["control loop"];
+  if (loop && loop.level !== "ok") add("Server", loop.message, true);
+  return rows;
+}
+
+function showFacts(v) {
+  const list = $("facts");
+  const rows = facts(v);
+  while (list.children.length < 2 * rows.length) {
+    list.append(document.createElement("dt"), document.createElement("dd"));
+  }
+  while (list.children.length > 2 * rows.length) list.lastChild.remove();
+  rows.forEach(([name, text, bad], i) => {
+    setText(list.children[2 * i], name);
+    setText(list.children[2 * i + 1], text, bad);
+  });
+}
+
+function progress(v) {
+  if (!v.goal) return "No goal.";
+  const f = v.feedback;
+  const by = v.route?.by ? ` by ${v.route.by}` : " by another client";
+  if (!f) return `A goal${by} is active.`;
+  const parts = [`${f.action}${by}: ${f.status}`];
+  if (f.waypoint !== null) parts.push(`waypoint ${f.waypoint + 1}, ${f.waypoints_left} to go`);
+  if (f.distance !== null) parts.push(`${f.distance.toFixed(1)} m left`);
+  if (f.time !== null) parts.push(`${f.time} s left`);
+  if (f.replans) parts.push(`replanned ${f.replans} ${f.replans === 1 ? "time" : "times"}`);
+  return parts.join(" · ");
+}
+
+function showEvents(v) {
+  const list = $("events");
+  const events = [...(v.events ?? [])].reverse();
+  const key = `${events[0]?.number ?? 0} ${events.length}`;
+  if (list.dataset.key === key) return;
+  list.dataset.key = key;
+  list.replaceChildren(...events.map((event) => {
+    const item = document.createElement("li");
+    const time = document.createElement("time");
+    time.textContent = new Date(event.time * 1000).toLocaleTimeString([], { hour12: false });
+    const text = document.createElement("span");
+    text.textContent = event.kind === "vehicle" ? `Vehicle: ${event.text}` : event.text;
+    if (event.kind === "rejected") text.className = "bad";
+    item.append(time, text);
+    return item;
+  }));
+}
+
+export function banner(link, v) {
+  if (!link.open) return "The console has ended, or its token is old. Trying again.";
+  if (!v) return "Waiting for a navigation server.";
+  if (v.replay) return "A recording: nothing is flown.";
+  if (!v.alive) return "The navigation server is silent. What is shown is old; waiting for it.";
+  if (v.status?.other_server) return "Two servers offer the same actions: stop one of them.";
+  if (!v.status?.connected) return "The server has no link to the vehicle.";
+  return "";
+}
+
+export function showPanel(link, v) {
+  const text = banner(link, v);
+  $("banner").hidden = !text;
+  setText($("banner"), text);
+  showFacts(v ?? {});
+  setText($("progress"), v ? progress(v) : "");
+  $("progress").dataset.status = v?.feedback?.status ?? "";
+  setText($("end"), v?.end ? `Last: ${v.end.text}` : "", Boolean(v?.end) && v.end.code !== "SUCCESS");
+  $("end").dataset.number = v?.end?.number ?? 0;
+  $("end").dataset.code = v?.end?.code ?? "";
+  showEvents(v ?? {});
+  const rejected = Object.values(link.rejected).reduce((sum, count) => sum + count, 0);
+  setText($("look"), `Page ${link.page} of ${link.pages} open${rejected ? ` · ${rejected} requests rejected` : ""}`);
+}

@@ -1,0 +1,123 @@
+"""QGroundControl `.plan` files and waypoints of a vehicle's map. No ROS."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+from drone_navigation.console.messages import PageWaypoint
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.positions.projections import LocalFrame, Projection
+from mavlink_vehicle.profiles import profile_for
+from navigation_bridge.goals.plan_files import PlanError, parse_plan
+from navigation_bridge.goals.requests import AltitudeReference
+
+__all__ = ["PlanError", "make_plan", "map_waypoints"]
+
+_FIRMWARES = (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4)
+
+
+@cache
+def _projections() -> dict[str, Projection]:
+    """Return how each autopilot, by the name in VehicleStatus, lays its map over the earth."""
+    profiles = (
+        profile_for(firmware, kind) for firmware in _FIRMWARES for kind in mavlink.enums["MAV_TYPE"]
+    )
+    return {profile.name: profile.projection for profile in profiles if profile.projection}
+
+
+def _frame(autopilot: str, home: dict[str, Any] | None) -> LocalFrame:
+    projection = _projections().get(autopilot)
+    if projection is None:
+        raise PlanError("The vehicle's firmware is not known, and so not how its map lies.")
+    if home is None or home["at"] is None or None in home.values():
+        raise PlanError("The vehicle's home is not known yet.")
+    east_m, north_m, up_m = home["at"]
+    place = (home["latitude"], home["longitude"], home["altitude"])
+    return LocalFrame.through(place, (north_m, east_m, -up_m), projection)
+
+
+def map_waypoints(
+    text: str, autopilot: str, home: dict[str, Any] | None
+) -> tuple[list[dict[str, float]], tuple[str, ...]]:
+    """Return the waypoints of a plan in the vehicle's map, and notes on what was left out.
+
+    Args:
+        text: of the file.
+        autopilot: as in VehicleStatus.
+        home: as of `facts.home`.
+
+    Raises:
+        PlanError: it cannot be flown, or nobody knows where that is.
+    """
+    frame = _frame(autopilot, home)
+    assert home is not None
+    route = parse_plan(text)
+    notes = list(route.notes)
+    found = []
+    for number, waypoint in enumerate(route.waypoints, start=1):
+        latitude_deg, longitude_deg, altitude_m = waypoint.position
+        if waypoint.altitude_reference is AltitudeReference.GROUND:
+            raise PlanError(
+                f"Waypoint {number} has a height above the ground below it, which the map does "
+                "not know; fly this plan with navigation_client."
+            )
+        if waypoint.altitude_reference is AltitudeReference.HOME:
+            altitude_m += home["altitude"]
+        north_m, east_m, down_m = frame.ned_m((latitude_deg, longitude_deg, altitude_m))
+        place = {"x": round(east_m, 2), "y": round(north_m, 2), "z": round(-down_m, 2)}
+        found.append({**place, "hold": waypoint.hold_time_s})
+    if any(w.yaw_enu_rad is not None or w.max_speed_m_s for w in route.waypoints):
+        notes.append("Headings and speeds of single waypoints are left out.")
+    return found, tuple(notes)
+
+
+def make_plan(
+    waypoints: Sequence[PageWaypoint], autopilot: str, home: dict[str, Any] | None
+) -> str:
+    """Return the text of a plan with heights above home.
+
+    Raises:
+        PlanError: nobody knows where the waypoints are.
+    """
+    frame = _frame(autopilot, home)
+    assert home is not None
+    items = []
+    for number, waypoint in enumerate(waypoints, start=1):
+        east_m, north_m, up_m = waypoint.position_enu_m
+        latitude_deg, longitude_deg, altitude_m = frame.geodetic((north_m, east_m, -up_m))
+        place = [round(latitude_deg, 8), round(longitude_deg, 8)]
+        height_m = round(altitude_m - home["altitude"], 2)
+        items.append(
+            {
+                "type": "SimpleItem",
+                "autoContinue": True,
+                "command": mavlink.MAV_CMD_NAV_WAYPOINT,
+                "frame": mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+                "doJumpId": number,
+                "params": [waypoint.hold_time_s, 0, 0, None, *place, height_m],
+            }
+        )
+    home_place = [home["latitude"], home["longitude"], home["altitude"]]
+    px4 = autopilot in {
+        profile_for(mavlink.MAV_AUTOPILOT_PX4, kind).name for kind in mavlink.enums["MAV_TYPE"]
+    }
+    document = {
+        "fileType": "Plan",
+        "version": 1,
+        "groundStation": "QGroundControl",
+        "geoFence": {"circles": [], "polygons": [], "version": 2},
+        "rallyPoints": {"points": [], "version": 2},
+        "mission": {
+            "version": 2,
+            "firmwareType": _FIRMWARES[px4],
+            "vehicleType": mavlink.MAV_TYPE_QUADROTOR,
+            "cruiseSpeed": 15,
+            "hoverSpeed": 5,
+            "plannedHomePosition": home_place,
+            "items": items,
+        },
+    }
+    return json.dumps(document, indent=4)

@@ -1,0 +1,316 @@
+"""What a vehicle of the console is asked, by services of its server. One thread only."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from action_msgs.srv import CancelGoal
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+from unique_identifier_msgs.msg import UUID
+
+from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
+from custom_interfaces.msg import Waypoint
+from drone_navigation.console.messages import Command, Fly, PageWaypoint, Replay
+from navigation_bridge.names import (
+    ACTION_NAME,
+    FRAME_MAP,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+    SERVER_NODE_NAME,
+    TAKEOFF_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
+
+__all__ = ["ACTIONS", "Answer", "VehicleRequests"]
+
+Answer: TypeAlias = Callable[[bool, str], None]
+"""Is told whether a request succeeded, and a sentence."""
+
+ACTIONS = {
+    ACTION_NAME: Navigate,
+    WAYPOINTS_ACTION_NAME: NavigateWaypoints,
+    TAKEOFF_ACTION_NAME: Takeoff,
+    LAND_ACTION_NAME: Land,
+    RETURN_ACTION_NAME: ReturnToLaunch,
+}
+"""Types of the actions, by name"""
+
+# A goal is answered at once; a hold may take two mode changes
+# (VehicleConfig.operation_timeout_s, 10 s each).
+_ANSWER_TIMEOUT_S = 25.0
+_ROUTES_MAX = 50
+_CALLS_MAX = 100
+_REPLAYS = ("start", "pause", "resume")
+
+
+@dataclass
+class _Call:
+    """A request under way, and what else it waits for."""
+
+    future: Future
+    deadline_s: float
+    done: Callable[[Any], None]
+    late: Callable[[], None]
+
+
+class VehicleRequests:
+    """Requests for one vehicle.
+
+    Attributes:
+        routes: goals that pages sent, by their ids: by whom, which action, which waypoints.
+    """
+
+    def __init__(
+        self, node: Node, namespace: str, is_alive: Callable[[], bool], now: float
+    ) -> None:
+        """Prepare.
+
+        Args:
+            node: the console's.
+            namespace: the vehicle's, "/" without one.
+            is_alive: returns whether its server has spoken lately.
+            now: time, s.
+        """
+        self._node = node
+        self._root = namespace.rstrip("/")
+        self._is_alive = is_alive
+        self._now = now
+        self._clients: dict[str, Any] = {}
+        self._calls: list[_Call] = []
+        self._player = ""
+        self.routes: dict[str, dict[str, Any]] = {}
+
+    def tick(self, now: float) -> None:
+        """Take answers, at a time in s."""
+        self._now = now
+        for call in list(self._calls):
+            if call.future.done():
+                self._calls.remove(call)
+                call.done(call.future.result())
+            elif now > call.deadline_s:
+                self._calls.remove(call)
+                call.future.cancel()
+                call.late()
+
+    # --- services ---------------------------------------------------------------------------
+
+    def _service(self, name: str, kind: Any = Trigger) -> Any:
+        """Return the client of one of the server's own services."""
+        return self._client(f"{self._root}/{SERVER_NODE_NAME}/{name}", kind)
+
+    def _sender(self, action: str) -> Any:
+        kind = ACTIONS[action].Impl.SendGoalService
+        return self._client(f"{self._root}/{action}/_action/send_goal", kind)
+
+    def _canceller(self, action: str) -> Any:
+        return self._client(f"{self._root}/{action}/_action/cancel_goal", CancelGoal)
+
+    def _client(self, name: str, kind: Any) -> Any:
+        """Return the client of a service, which finds its server in the next moments."""
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self._node.create_client(kind, name)
+        return client
+
+    def _call(self, future: Future, done: Callable[[Any], None], late: Callable[[], None]) -> None:
+        self._calls.append(_Call(future, self._now + _ANSWER_TIMEOUT_S, done, late))
+
+    def find_stops(self) -> None:
+        """Find what ends a flight, before it is needed."""
+        self._service("hold")
+        for action in ACTIONS:
+            self._canceller(action)
+
+    def find_all(self) -> None:
+        """Find all services: a page has taken control."""
+        for name in ("pause", "resume"):
+            self._service(name)
+        for action in ACTIONS:
+            self._sender(action)
+
+    def ask(self, kind: Any, name: str, request: Any, done: Callable[[Any], None]) -> bool:
+        """Call one of the server's own services.
+
+        Returns:
+            Whether it was there to be called.
+        """
+        client = self._service(name, kind)
+        if not client.service_is_ready():
+            return False
+        self._call(client.call_async(request), done, lambda: None)
+        return True
+
+    # --- recordings -------------------------------------------------------------------------
+
+    def find_replay(self, services: AbstractSet[str]) -> bool:
+        """Return whether a recording is played in the vehicle's place.
+
+        Args:
+            services: names of all; a server of several vehicles has one namespace less.
+        """
+        self._player = ""
+        for root in (self._root, self._root.rpartition("/")[0]):
+            node = f"{root}/{SERVER_NODE_NAME}"
+            if f"{node}/replay/pause" in services:
+                self._player = node
+                self._client(f"{node}/set_parameters", SetParameters)
+                for name in _REPLAYS:
+                    self._client(f"{node}/replay/{name}", Trigger)
+        return bool(self._player)
+
+    def replay(self, replay: Replay, answer: Answer) -> None:
+        """Play the recording, or set how fast."""
+        if not self._player:
+            answer(False, "This is no recording.")
+            return
+        request: Any = Trigger.Request()
+        client = self._clients[f"{self._player}/set_parameters"]
+        if replay.name == "speed":
+            value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=replay.speed)
+            speed = Parameter(name="replay_speed", value=value)
+            request = SetParameters.Request(parameters=[speed])
+        else:
+            client = self._clients[f"{self._player}/replay/{replay.name}"]
+
+        def take(done: Any) -> None:
+            if replay.name == "speed":
+                (result,) = done.results
+                answer(result.successful, result.reason or f"Played at {replay.speed:g} times.")
+            else:
+                answer(done.success, done.message)
+
+        late = "The server did not answer to the replay's request."
+        self._call(client.call_async(request), take, lambda: answer(False, late))
+
+    # --- goals ------------------------------------------------------------------------------
+
+    def _is_silent(self, answer: Answer) -> bool:
+        """Reject for a server that is silent: suspended, it would act on it much later."""
+        if self._is_alive():
+            return False
+        answer(False, "Nothing was sent: the navigation server is silent.")
+        return True
+
+    def trigger(self, name: str, answer: Answer) -> None:
+        """Call one of the server's own services; a hold is tried even if the server is silent."""
+        client = self._service(name)
+        if name != "hold" and self._is_silent(answer):
+            return
+        if len(self._calls) > _CALLS_MAX:
+            answer(False, "The server has not answered to many requests yet.")
+            return
+        if not client.service_is_ready():
+            answer(False, f"No server offers {name} of this vehicle now.")
+            return
+        self._call(
+            client.call_async(Trigger.Request()),
+            lambda done: answer(done.success, done.message),
+            lambda: answer(False, f"The server did not answer to {name}."),
+        )
+
+    def cancel(self, answer: Answer) -> None:
+        """Cancel all goals, whoever sent them: each action is asked."""
+        ready = [
+            client
+            for client in (self._canceller(name) for name in ACTIONS)
+            if client.service_is_ready()
+        ]
+        if not ready:
+            answer(False, "No server offers the actions of this vehicle now.")
+            return
+        left = [len(ready)]
+        found: list[int] = []
+
+        def take(done: CancelGoal.Response | None) -> None:
+            left[0] -= 1
+            if done is not None:
+                found.append(len(done.goals_canceling))
+            if not left[0]:
+                if sum(found):
+                    answer(True, "Cancelling; the vehicle stops and holds.")
+                elif found:
+                    answer(False, "There is no goal to cancel.")
+                else:
+                    answer(False, "The server did not answer to the cancel.")
+
+        for client in ready:
+            # A request of zeros means every goal.
+            self._call(client.call_async(CancelGoal.Request()), take, lambda: take(None))
+
+    def command(self, command: Command, by: str, answer: Answer) -> None:
+        """Execute a command of a page; `by` names the page."""
+        if command.name in ("pause", "resume"):
+            self.trigger(command.name, answer)
+        elif command.name == "takeoff":
+            goal = Takeoff.Goal(height=command.height_m)
+            self._send(TAKEOFF_ACTION_NAME, goal, (), by, answer)
+        elif command.name == "land":
+            self._send(LAND_ACTION_NAME, Land.Goal(), (), by, answer)
+        else:
+            self._send(RETURN_ACTION_NAME, ReturnToLaunch.Goal(), (), by, answer)
+
+    def fly(self, order: Fly, by: str, answer: Answer) -> None:
+        """Send a goal, or a route if it has several waypoints, a hold time or laps."""
+        waypoints = order.waypoints
+        if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:
+            goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
+            goal.target_pose.header.frame_id = FRAME_MAP
+            position = goal.target_pose.pose.position
+            position.x, position.y, position.z = waypoints[0].position_enu_m
+            # All zeros: the vehicle faces the direction of travel.
+            goal.target_pose.pose.orientation.w = 0.0
+            self._send(ACTION_NAME, goal, waypoints, by, answer)
+            return
+        route = NavigateWaypoints.Goal(
+            execution=NavigateWaypoints.Goal.EXECUTION_SETPOINTS,
+            waypoints=[_waypoint(waypoint) for waypoint in waypoints],
+            laps=order.laps,
+            max_speed=order.speed_m_s,
+            avoid_obstacles=order.avoid_obstacles,
+        )
+        self._send(WAYPOINTS_ACTION_NAME, route, waypoints, by, answer)
+
+    def _send(
+        self, action: str, goal: Any, waypoints: Sequence[PageWaypoint], by: str, answer: Answer
+    ) -> None:
+        """Send a goal by the action's service: feedback and end come by the topics, as for all."""
+        if self._is_silent(answer):
+            return
+        client = self._sender(action)
+        if not client.service_is_ready():
+            answer(False, f"No server offers {action} of this vehicle now.")
+            return
+        number = uuid.uuid4()
+        request = ACTIONS[action].Impl.SendGoalService.Request(
+            goal_id=UUID(uuid=list(number.bytes)), goal=goal
+        )
+        points = [[*w.position_enu_m, w.hold_time_s] for w in waypoints]
+        while len(self.routes) >= _ROUTES_MAX:
+            self.routes.pop(next(iter(self.routes)))
+        self.routes[number.hex] = {"by": by, "action": action, "waypoints": points}
+
+        def take(response: Any) -> None:
+            if response.accepted:
+                answer(True, "The server accepted the goal.")
+            else:
+                self.routes.pop(number.hex, None)
+                answer(False, "The server rejected the goal; the messages have the reason.")
+
+        def late() -> None:
+            answer(False, "The server did not answer to the goal, which may be active.")
+
+        self._call(client.call_async(request), take, late)
+
+
+def _waypoint(waypoint: PageWaypoint) -> Waypoint:
+    message = Waypoint(frame=Waypoint.FRAME_MAP, hold_time=waypoint.hold_time_s)
+    message.position.x, message.position.y, message.position.z = waypoint.position_enu_m
+    return message

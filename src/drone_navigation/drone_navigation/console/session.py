@@ -1,0 +1,179 @@
+"""What a page's messages do: checked, allowed, passed on and answered. No ROS, no I/O, no clock."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from drone_navigation.console import plans
+from drone_navigation.console.board import Board
+from drone_navigation.console.lease import Leases
+from drone_navigation.console.messages import (
+    Alive,
+    Cancel,
+    Command,
+    Fly,
+    Give,
+    Hold,
+    Message,
+    Pace,
+    ReadPlan,
+    RejectedError,
+    Replay,
+    SavePlan,
+    Take,
+    parse,
+)
+
+__all__ = ["Page", "Pilots", "Rules"]
+
+_RATE_HZ = 20.0
+_BURST = 60.0
+
+Tell = Callable[[dict[str, Any]], None]
+
+
+class Pilots(Protocol):
+    """What moves vehicles: `fleet.Fleet`."""
+
+    def prepare(self, vehicle: str) -> None:
+        """Find the services of a vehicle."""
+
+    def hold(self, vehicle: str, answer: Callable[[bool, str], None]) -> None:
+        """End the goal and hold."""
+
+    def cancel(self, vehicle: str, answer: Callable[[bool, str], None]) -> None:
+        """Cancel all goals."""
+
+    def command(self, command: Command, by: str, answer: Callable[[bool, str], None]) -> None:
+        """Execute a command."""
+
+    def fly(self, order: Fly, by: str, answer: Callable[[bool, str], None]) -> None:
+        """Send a goal or a route."""
+
+    def replay(self, replay: Replay, answer: Callable[[bool, str], None]) -> None:
+        """Play a recording."""
+
+
+class Page:
+    """An open page."""
+
+    def __init__(self, number: int, tell: Tell, now: float) -> None:
+        """Prepare.
+
+        Args:
+            number: counted from 1.
+            tell: sends it a message; may be called from any thread.
+            now: time, s.
+        """
+        self.number = number
+        self.tell = tell
+        self.pace = Pace(_RATE_HZ, _BURST, now)
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"page {self.number}"
+
+
+class Rules:
+    """All pages, and what they may do."""
+
+    def __init__(self, pilots: Pilots, board: Board) -> None:
+        """Prepare.
+
+        Args:
+            pilots: what moves the vehicles.
+            board: what is known of them.
+        """
+        self._pilots = pilots
+        self._board = board
+        self.leases = Leases()
+        self.rejected: Counter[str] = Counter()
+
+    def take(self, page: Page, data: str | bytes, now: float) -> None:
+        """Act on what a page sent, at a time in s."""
+        try:
+            message = parse(data)
+        except RejectedError as error:
+            self.reject("message", now)
+            # One that floods is not answered: the flood would be as large.
+            if page.pace.allows(now):
+                _answer_to(page, "")(False, f"Rejected: {error}")
+            return
+        # What ends a flight is never too much.
+        if not isinstance(message, (Hold, Cancel)) and not page.pace.allows(now):
+            self.reject("pace", now)
+            return
+        self.leases.hear(page.number, now)
+        if isinstance(message, Alive):
+            return
+        if message.vehicle not in self._board.vehicles():
+            self._deny(page, "vehicle", "There is no such vehicle.", now)
+            return
+        self._act(page, message, now)
+
+    def reject(self, kind: str, _now: float) -> None:
+        """Count a request that was rejected."""
+        self.rejected[kind] += 1
+
+    def close(self, page: Page, now: float) -> None:
+        """Note that a page has gone, at a time in s."""
+        self.leases.give(page.number)
+        self.leases.expire(now)
+
+    def _deny(self, page: Page, kind: str, sentence: str, now: float) -> None:
+        self.reject(kind, now)
+        _answer_to(page, "")(False, f"Rejected: {sentence}")
+
+    def _act(self, page: Page, message: Message, now: float) -> None:
+        answer = _answer_to(page, type(message).__name__.lower())
+        if isinstance(message, Hold):
+            self._pilots.hold(message.vehicle, answer)
+        elif isinstance(message, Cancel):
+            self._pilots.cancel(message.vehicle, answer)
+        elif isinstance(message, Replay):
+            self._pilots.replay(message, answer)
+        elif isinstance(message, Take):
+            self._take_control(page, message, now)
+        elif isinstance(message, Give):
+            self.leases.give(page.number, message.vehicle)
+        elif isinstance(message, (ReadPlan, SavePlan)):
+            self._convert(page, message)
+        elif isinstance(message, (Command, Fly)):
+            if not self.leases.holds(message.vehicle, page.number, now):
+                self._deny(page, "control", "This page does not have control.", now)
+            elif isinstance(message, Command):
+                self._pilots.command(message, page.name, answer)
+            else:
+                self._pilots.fly(message, page.name, answer)
+
+    def _take_control(self, page: Page, message: Take, now: float) -> None:
+        if self.leases.take(message.vehicle, page.number, now, over=message.over):
+            self._pilots.prepare(message.vehicle)
+        else:
+            holder = self.leases.holder(message.vehicle)
+            self._deny(page, "control", f"Page {holder} has control of this vehicle.", now)
+
+    def _convert(self, page: Page, message: ReadPlan | SavePlan) -> None:
+        status = self._board.get(message.vehicle, "status") or {}
+        known = (status.get("autopilot", ""), self._board.get(message.vehicle, "home"))
+        try:
+            if isinstance(message, ReadPlan):
+                waypoints, notes = plans.map_waypoints(message.text, *known)
+                page.tell({"type": "plan", "waypoints": waypoints, "notes": notes})
+            else:
+                text = plans.make_plan(message.waypoints, *known)
+                page.tell({"type": "plan_file", "text": text})
+        except plans.PlanError as error:
+            _answer_to(page, "")(False, f"The plan: {error}")
+
+
+def _answer_to(page: Page, kind: str) -> Callable[[bool, str], None]:
+    """Return what sends an answer to a message of a kind, "" for one that was rejected."""
+
+    def answer(success: bool, text: str) -> None:
+        page.tell({"type": "answer", "to": kind, "success": success, "text": text})
+
+    return answer

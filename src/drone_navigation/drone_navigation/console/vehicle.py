@@ -1,0 +1,228 @@
+"""One vehicle of the console: what its server says. One thread only."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from collections.abc import Set as AbstractSet
+from functools import partial
+from typing import Any
+
+from nav_msgs.msg import Odometry, Path
+from rcl_interfaces.srv import GetParameters
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import BatteryState, NavSatFix
+from visualization_msgs.msg import MarkerArray
+
+from custom_interfaces.msg import GoalEvent, HomePosition, VehicleStatus
+from drone_navigation.console import facts
+from drone_navigation.console.board import Board
+from drone_navigation.console.requests import ACTIONS, VehicleRequests
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
+from navigation_bridge.names import SERVER_NODE_NAME
+
+__all__ = ["VehicleClient"]
+
+_VOLUME = ("volume_radius_m", "volume_altitude_min_m", "volume_altitude_max_m", "battery_reserve")
+# A status comes once a second.
+_SILENT_S = 2.5
+_EVENTS = 40
+_PLANS = 5
+
+
+class VehicleClient:
+    """Subscriptions and requests for one vehicle."""
+
+    def __init__(self, node: Node, namespace: str, board: Board, now: float) -> None:
+        """Listen to its status.
+
+        Args:
+            node: the console's.
+            namespace: the vehicle's, "/" without one.
+            board: what its values are put on.
+            now: time, s.
+        """
+        self._node = node
+        self._name = namespace
+        self._root = namespace.rstrip("/")
+        self._board = board
+        self._now = now
+        self._heard_s = -math.inf
+        self._server_id = ""
+        self._subscriptions: list[Any] = []
+        self._streams: list[Any] = []
+        self._events: deque[dict[str, Any]] = deque(maxlen=_EVENTS)
+        self._event_count = 0
+        self._plans: deque[list[list[float]]] = deque(maxlen=_PLANS)
+        self._active = ""
+        self._asked_volume = False
+        self.requests = VehicleRequests(node, namespace, lambda: self.is_alive, now)
+        self._listen(self._subscriptions, VehicleStatus, "vehicle_status", self._status)
+        self._listen(self._subscriptions, GoalEvent, "goal_events", self._goal_event, STREAM_QOS)
+        self._listen(self._subscriptions, Path, "plan", self._plan)
+        self._listen(self._subscriptions, HomePosition, "home", self._home)
+
+    def _listen(
+        self,
+        into: list[Any],
+        kind: Any,
+        topic: str,
+        callback: Callable[[Any], None],
+        qos: QoSProfile = LATCHED_QOS,
+    ) -> None:
+        name = f"{self._root}/{SERVER_NODE_NAME}/{topic}"
+        into.append(self._node.create_subscription(kind, name, callback, qos))
+
+    # --- what the server says ----------------------------------------------------------
+
+    def watch(self, watched: bool) -> None:
+        """Begin or end to listen to what comes many times a second."""
+        if watched == bool(self._streams):
+            return
+        if not watched:
+            for subscription in self._streams:
+                self._node.destroy_subscription(subscription)
+            self._streams.clear()
+            return
+        self._listen(self._streams, Odometry, "odometry", self._odometry, STREAM_QOS)
+        self._listen(self._streams, MarkerArray, "obstacles", self._obstacles)
+        for kind, topic, fact in ((BatteryState, "battery", facts.battery),
+                                  (NavSatFix, "fix", facts.fix)):  # fmt: skip
+            show = partial(self._show, topic, fact)
+            self._listen(self._streams, kind, topic, show, STREAM_QOS)
+        for action, kind in ACTIONS.items():
+            self._streams.append(
+                self._node.create_subscription(
+                    kind.Impl.FeedbackMessage,
+                    f"{self._root}/{action}/_action/feedback",
+                    partial(self._feedback, action),
+                    STREAM_QOS,
+                )
+            )
+        self.requests.find_stops()
+
+    def tick(self, now: float) -> None:
+        """Take answers and note silence, at a time in s."""
+        self._now = now
+        self._board.put(self._name, "alive", now - self._heard_s <= _SILENT_S)
+        self.requests.tick(now)
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether its server has spoken lately."""
+        return self._now - self._heard_s <= _SILENT_S
+
+    def _status(self, message: VehicleStatus) -> None:
+        before = self._board.get(self._name, "text")
+        if self._server_id and message.server_id != self._server_id:
+            self._tell(message.header.stamp, "server", "The server was restarted.")
+            self._end_goal()
+            self._asked_volume = False
+        self._server_id = message.server_id
+        self._heard_s = self._now
+        self._board.put(self._name, "status", facts.status(message))
+        if message.last_status_text != (before or ""):
+            self._board.put(self._name, "text", message.last_status_text)
+            if message.last_status_text:
+                self._tell(message.header.stamp, "vehicle", message.last_status_text)
+        self._set_active(message.active_goal)
+        if not self._asked_volume:
+            self._ask_volume()
+
+    def _set_active(self, goal_id: str) -> None:
+        if goal_id == self._active:
+            return
+        self._active = goal_id
+        self._board.put(self._name, "goal", goal_id)
+        self._board.put(self._name, "route", self.requests.routes.get(goal_id))
+        if not goal_id:
+            self._board.put(self._name, "feedback", None)
+
+    def _end_goal(self) -> None:
+        self._set_active("")
+        self._plans.clear()
+        self._board.put(self._name, "earlier", [])
+
+    def _goal_event(self, message: GoalEvent) -> None:
+        route = self.requests.routes.get(message.goal_id)
+        by = route["by"] if route else ""
+        text = message.message
+        if message.event == GoalEvent.ACCEPTED:
+            self._plans.clear()
+            self._board.put(self._name, "earlier", [])
+            self._set_active(message.goal_id)
+            text = f"Accepted from {by or 'another client'}. {text}".strip()
+        elif message.event == GoalEvent.ENDED and message.goal_id == self._active:
+            self._end_goal()
+        if message.event in (GoalEvent.REJECTED, GoalEvent.ENDED):
+            text = f"{message.what}: {text.removeprefix(f'{message.what}: ')}"
+            end = {"event": message.event, "code": message.what, "text": text}
+            self._board.put(self._name, "end", {**end, "number": self._event_count + 1})
+        elif message.event == GoalEvent.STATUS:
+            text = f"{message.what} {text}".strip()
+        self._tell(message.header.stamp, message.event.lower(), text)
+
+    def _tell(self, stamp: Any, kind: str, text: str) -> None:
+        self._event_count += 1
+        event = {"number": self._event_count, "time": stamp.sec, "kind": kind, "text": text}
+        self._events.append(event)
+        self._board.put(self._name, "events", list(self._events))
+
+    def _plan(self, message: Path) -> None:
+        path = facts.path(message)
+        before = self._board.get(self._name, "plan")
+        if before and path:
+            self._plans.append(before)
+            self._board.put(self._name, "earlier", list(self._plans))
+        self._board.put(self._name, "plan", path)
+
+    def _home(self, message: HomePosition) -> None:
+        self._board.put(self._name, "home", facts.home(message))
+
+    def _odometry(self, message: Odometry) -> None:
+        motion = facts.motion(message)
+        self._board.put(self._name, "motion", motion)
+        if motion is not None:
+            self._board.pass_through(self._name, motion["at"])
+
+    def _obstacles(self, message: MarkerArray) -> None:
+        self._board.put(self._name, "obstacles", facts.obstacles(message))
+
+    def _show(self, name: str, fact: Callable[[Any], Any], message: Any) -> None:
+        self._board.put(self._name, name, fact(message))
+
+    def _feedback(self, action: str, message: Any) -> None:
+        if bytes(message.goal_id.uuid).hex() == self._active:
+            self._board.put(self._name, "feedback", facts.feedback(action, message.feedback))
+
+    def diagnostics(self, parts: Sequence[Any]) -> None:
+        """Take this vehicle's parts of /diagnostics."""
+        own = f"{self._root}/{SERVER_NODE_NAME}: ".lstrip("/")
+        for part in parts:
+            if part.name.startswith(own):
+                name = part.name.removeprefix(own)
+                if name in ("vehicle link", "GPS", "obstacle sensors", "control loop"):
+                    self._board.put(self._name, name, facts.diagnostic(part))
+
+    def _ask_volume(self) -> None:
+        request = GetParameters.Request(names=list(_VOLUME))
+        self._asked_volume = self.requests.ask(
+            GetParameters, "get_parameters", request, self._take_volume
+        )
+
+    def _take_volume(self, answer: GetParameters.Response) -> None:
+        values = [value.double_value or float(value.integer_value) for value in answer.values]
+        if len(values) == len(_VOLUME):
+            radius, low, high, reserve = values
+            volume = {"radius": radius, "low": low, "high": high, "reserve": reserve}
+            self._board.put(self._name, "volume", volume)
+
+    def look_for_replay(self, services: AbstractSet[str]) -> None:
+        """Find the services of a recording that is played in the vehicle's place.
+
+        Args:
+            services: names of all services.
+        """
+        self._board.put(self._name, "replay", self.requests.find_replay(services))

@@ -1,0 +1,234 @@
+"""The web server of the console: its page, and one WebSocket for each that is open."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import json
+import logging
+import time
+from collections.abc import Callable
+from http import HTTPStatus
+from importlib.resources import files
+from typing import Any
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import Server, ServerConnection, broadcast, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from drone_navigation.console.access import Access
+from drone_navigation.console.board import Board
+from drone_navigation.console.fleet import Fleet
+from drone_navigation.console.messages import SIZE_MAX_BYTES
+from drone_navigation.console.session import Page, Rules
+
+__all__ = ["Web"]
+
+_PERIOD_S = 0.1
+_SOCKET = "/socket"
+_TYPES = {
+    "html": "text/html; charset=utf-8",
+    "css": "text/css; charset=utf-8",
+    "js": "text/javascript; charset=utf-8",
+    "svg": "image/svg+xml",
+}
+# A page that does not read is closed, not waited for.
+_UNREAD_MAX_BYTES = 8_000_000
+_PAGES_MAX = 32
+# What strangers send is counted; their broken handshakes are not worth a traceback.
+_SILENT = logging.getLogger("drone_navigation.console")
+_SILENT.setLevel(logging.CRITICAL)
+
+
+class Web:
+    """Serves one console."""
+
+    def __init__(self, fleet: Fleet, board: Board, token: str) -> None:
+        """Read the files of the page.
+
+        Args:
+            fleet: the ROS client.
+            board: what pages show.
+            token: what every address must carry.
+        """
+        self._fleet = fleet
+        self._board = board
+        self._token = token
+        self._rules = Rules(fleet, board)
+        self._pages: dict[ServerConnection, Page] = {}
+        self._numbers = itertools.count(1)
+        self._files = {
+            f"/{file.name}": file.read_bytes()
+            for file in (files(__package__) / "page").iterdir()
+            if file.name.rpartition(".")[2] in _TYPES
+        }
+        self._version = 0
+        self._told: dict[str, Any] = {}
+        self._access: Access | None = None
+        self._stop = asyncio.Event()
+
+    def stop(self) -> None:
+        """End :meth:`run`; from the event loop."""
+        self._stop.set()
+
+    async def run(self, host: str, port: int, ready: Callable[[int], None]) -> None:
+        """Serve until :meth:`stop`.
+
+        Args:
+            host: name or address to listen on.
+            port: of TCP; 0 for a free one.
+            ready: is told the port as soon as it is open.
+
+        Raises:
+            OSError: it cannot be opened.
+        """
+        async with serve(
+            self._talk,
+            host,
+            port,
+            process_request=self._serve_file,
+            compression=None,
+            max_size=SIZE_MAX_BYTES,
+            server_header=None,
+            logger=_SILENT,
+            ping_interval=10.0,
+            ping_timeout=10.0,
+            close_timeout=1.0,
+        ) as server:
+            port = _port(server)
+            self._access = Access(self._token, host, port)
+            ready(port)
+            pusher = asyncio.create_task(self._push())
+            await self._stop.wait()
+            pusher.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await pusher
+
+    # --- HTTP -------------------------------------------------------------------------------
+
+    def _serve_file(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Return a file or a rejection, None to open the socket. Only GET gets here."""
+        assert self._access is not None
+        path = urlsplit(request.path).path
+        denied = self._access.check(
+            request.path,
+            request.headers.get_all("Host"),
+            request.headers.get_all("Origin"),
+            token=path in ("/", _SOCKET),
+            origin=path == _SOCKET,
+        )
+        if denied is not None:
+            self._rules.reject(denied.kind, time.monotonic())
+            return _response(HTTPStatus(denied.status), denied.sentence.encode())
+        if path == _SOCKET:
+            if len(self._pages) >= _PAGES_MAX:
+                return _response(HTTPStatus.SERVICE_UNAVAILABLE, b"Too many pages are open.")
+            return None
+        content = self._files.get("/index.html" if path == "/" else path)
+        if content is None:
+            return _response(HTTPStatus.NOT_FOUND, b"There is no such file.")
+        kind = "html" if path == "/" else path.rpartition(".")[2]
+        socket = f"ws://{request.headers['Host']}"
+        return _response(HTTPStatus.OK, content, _TYPES[kind], socket)
+
+    # --- the socket -------------------------------------------------------------------------
+
+    async def _talk(self, connection: ServerConnection) -> None:
+        loop = asyncio.get_running_loop()
+
+        def tell(message: dict[str, Any]) -> None:
+            with contextlib.suppress(RuntimeError):  # the loop has ended
+                loop.call_soon_threadsafe(_send, connection, message)
+
+        page = Page(next(self._numbers), tell, time.monotonic())
+        version, changes = self._board.since(0)
+        # What this page gets here and again with the next changes does no harm.
+        first = {
+            "type": "state",
+            "page": page.number,
+            "vehicles": changes,
+            "trails": self._board.trails(),
+            **self._control(),
+        }
+        if not self._pages:
+            self._version = version
+        _send(connection, first)
+        self._pages[connection] = page
+        self._fleet.watch(True)
+        try:
+            async for data in connection:
+                self._rules.take(page, data, time.monotonic())
+        except ConnectionClosed:
+            pass
+        finally:
+            del self._pages[connection]
+            self._rules.close(page, time.monotonic())
+            if not self._pages:
+                self._fleet.watch(False)
+
+    def _control(self) -> dict[str, Any]:
+        """Return who has control, how many look, and what was rejected."""
+        self._rules.leases.expire(time.monotonic())
+        return {
+            "control": {name: self._rules.leases.holder(name) for name in self._board.vehicles()},
+            "pages": len(self._pages),
+            "rejected": dict(self._rules.rejected),
+        }
+
+    async def _push(self) -> None:
+        """Tell all pages what has changed."""
+        while True:
+            await asyncio.sleep(_PERIOD_S)
+            if not self._pages:
+                continue
+            version, changes = self._board.since(self._version)
+            self._version = version
+            control = self._control()
+            message = {key: value for key, value in control.items() if self._told.get(key) != value}
+            self._told = control
+            if changes:
+                message["vehicles"] = changes
+            if message:
+                text = json.dumps({"type": "state", **message}, allow_nan=False)
+                broadcast(self._pages, text)
+            for connection in list(self._pages):
+                if connection.transport.get_write_buffer_size() > _UNREAD_MAX_BYTES:
+                    connection.transport.abort()
+
+
+def _send(connection: ServerConnection, message: dict[str, Any]) -> None:
+    broadcast([connection], json.dumps(message, allow_nan=False))
+
+
+def _port(server: Server) -> int:
+    port: int = next(iter(server.sockets)).getsockname()[1]
+    return port
+
+
+def _response(
+    status: HTTPStatus, content: bytes, kind: str = "text/plain; charset=utf-8", socket: str = ""
+) -> Response:
+    """Return a response that the browser neither keeps nor lets others use."""
+    connections = socket or "'none'"
+    policy = (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+        f"connect-src {connections}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    headers = Headers(
+        {
+            "Content-Type": kind,
+            "Content-Length": str(len(content)),
+            "Content-Security-Policy": policy,
+            "Cache-Control": "no-store",
+            "Cross-Origin-Opener-Policy": "same-origin",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
+            "X-Frame-Options": "DENY",
+            "Connection": "close",
+        }
+    )
+    return Response(status.value, status.phrase, headers, content)

@@ -1,0 +1,73 @@
+"""The console: ``ros2 run drone_navigation navigation_console``."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+import threading
+import webbrowser
+from collections.abc import Callable
+from contextlib import ExitStack
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from drone_navigation.console.board import Board
+from drone_navigation.console.fleet import Fleet
+from drone_navigation.console.options import TokenError, make_parser, token_of
+from drone_navigation.console.web import Web
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+
+
+def main(args: list[str] | None = None) -> int:
+    """Serve the console until a signal; return the exit code."""
+    argv = list(sys.argv if args is None else ["navigation_console", *args])
+    parser = make_parser()
+    options = parser.parse_args(remove_ros_args(argv)[1:])
+    try:
+        token = token_of(options)
+    except TokenError as error:
+        parser.error(str(error))
+    with ExitStack() as on_exit:
+        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+        on_exit.callback(rclpy.try_shutdown)
+        node = Node("navigation_console")
+        on_exit.callback(node.destroy_node)
+        board = Board()
+        fleet = Fleet(node, board)
+        fleet.start()
+        on_exit.callback(fleet.stop)
+
+        def ready(port: int) -> None:
+            address = f"http://{options.host}:{port}/?token={token}"
+            print(f"The console is at {address}", flush=True)
+            print("Whoever has this address can fly. Ctrl-C ends the console.", flush=True)
+            # Without a display it would be a browser in this terminal.
+            display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+            if display and not options.no_browser:
+                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+
+        try:
+            asyncio.run(_serve(Web(fleet, board, token), options.host, options.port, ready))
+        except OSError as error:
+            print(f"Cannot listen on {options.host}: {error.strerror or error}.", file=sys.stderr)
+            return EXIT_FAILED
+    print("The console has ended; goals go on.", flush=True)
+    return EXIT_OK
+
+
+async def _serve(web: Web, host: str, port: int, ready: Callable[[int], None]) -> None:
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, web.stop)
+    await web.run(host, port, ready)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
