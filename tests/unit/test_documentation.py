@@ -22,6 +22,7 @@ from drone_navigation.client import options as client_options
 from drone_navigation.client.keys import Key
 from drone_navigation.client.options import COMMANDS
 from drone_navigation.client.options import make_parser as client_parser
+from drone_navigation.console.options import make_parser as console_parser
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.server.options import make_parser as server_parser
 from drone_navigation.tlog2mcap import make_parser as bag_parser
@@ -57,6 +58,7 @@ class ClientParser:
 PROGRAMS: dict[str, Callable[[], ArgumentParser | ClientParser]] = {
     "navigation_server": server_parser,
     "navigation_client": ClientParser,
+    "navigation_console": console_parser,
     "navigation_report": report_parser,
     "tlog_export": export_parser,
     "tlog2mcap": bag_parser,

@@ -1,0 +1,379 @@
+"""The console in a browser: a simulated vehicle is flown by clicks and keys, and by nobody else."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from socket import create_connection
+from urllib.parse import urlsplit
+
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from drone_navigation.processes import Process, ros_environment
+from tests.support.messages.random_console_messages import FLY, MOVING, broken
+from tests.support.ros.browser import CHROMIUM, Browser, Tab
+from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
+
+pytestmark = [
+    pytest.mark.timeout(180),
+    pytest.mark.xdist_group("console"),
+    pytest.mark.skipif(
+        CHROMIUM is None, reason="no Chromium here (apt install chromium), so no page can be opened"
+    ),
+]
+COPTER = Path(__file__).resolve().parents[1] / "data/copter_lowbatt.tlog"
+_FLIGHT_S = 60.0
+READY = "document.body.dataset.ready === 'true'"
+MINE = "document.body.dataset.control === 'mine'"
+IDLE = "document.body.dataset.goal === ''"
+ACTIVE = "document.body.dataset.goal !== ''"
+
+
+@dataclass
+class Scene:
+    """A flight, a console beside it, and a browser."""
+
+    flight: Flight
+    console: Process
+    address: str
+    browser: Browser
+
+    @property
+    def origin(self) -> str:
+        """Scheme, name and port of the console."""
+        return self.address.partition("/?")[0]
+
+    @property
+    def socket(self) -> str:
+        """Address of its WebSocket."""
+        return self.address.replace("http", "ws", 1).replace("/?", "/socket?")
+
+    def connected(self) -> ClientConnection:
+        """Return a page that is no browser's."""
+        # Reads all the time, also what a test does not ask for.
+        return connect(self.socket, origin=Origin(self.origin), max_queue=None)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
+    folder = tmp_path_factory.mktemp("console")
+    flight = Flight(folder)
+    command = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
+    console = Process("navigation_console", command, flight.environment)
+    browser = None
+    try:
+        line = console.wait_for("The console is at", READY_TIMEOUT_S)
+        found = re.search(r"http://\S+", line)
+        assert found is not None
+        browser = Browser(folder / "browser")
+        yield Scene(flight, console, found[0], browser)
+    finally:
+        if browser is not None:
+            browser.close()
+        console.stop()
+        flight.close()
+
+
+@pytest.fixture
+def page(scene: Scene) -> Iterator[Tab]:
+    """A page that has control of a vehicle without a goal."""
+    tab = scene.browser.open(scene.address)
+    try:
+        tab.wait(READY, READY_TIMEOUT_S)
+        tab.press("v", "KeyV")
+        tab.wait(MINE)
+        yield tab
+    finally:
+        tab.press("h", "KeyH")
+        tab.wait(IDLE, _FLIGHT_S)
+        tab.close()
+
+
+def on_map(tab: Tab, east_m: float, north_m: float) -> tuple[float, float]:
+    """Return where a place is on the page, in pixels."""
+    x, y, scale = map(float, tab.value("document.getElementById('map').dataset.view").split())
+    left, top, width, height = tab.box("map")
+    return left + width / 2 + (east_m - x) * scale, top + height / 2 - (north_m - y) * scale
+
+
+def waypoints(tab: Tab) -> list[list[float]]:
+    """Return the numbers in the list of waypoints."""
+    values: list[list[float]] = tab.value(
+        "[...document.querySelectorAll('#waypoints li:not(.head)')].map((row) =>"
+        " [...row.querySelectorAll('input')].map((input) => input.valueAsNumber))"
+    )
+    return values
+
+
+def ends(tab: Tab) -> int:
+    return int(tab.value("document.getElementById('end').dataset.number"))
+
+
+def wait_for_end(tab: Tab, before: int, code: str) -> None:
+    tab.wait(f"document.getElementById('end').dataset.number > {before}", _FLIGHT_S)
+    assert tab.value("document.getElementById('end').dataset.code") == code, tab.text("end")
+
+
+def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(page: Tab) -> None:
+    before = ends(page)
+    page.drag(on_map(page, 4.0, 3.0))
+    ((east_m, north_m, up_m, hold_s),) = waypoints(page)
+    assert (east_m, north_m) == pytest.approx((4.0, 3.0), abs=0.3)
+    assert (up_m, hold_s) == (5.0, 0.0)
+    page.click("fly")
+    page.wait("!document.getElementById('confirm').hidden")
+    # Too short, and then a click on the slide: neither is a confirmation.
+    page.press(" ", "Space", 0.4)
+    page.click("slide")
+    assert not page.value("document.getElementById('confirm').hidden")
+    assert page.value(IDLE)
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+    assert page.value("document.getElementById('confirm').hidden")
+    wait_for_end(page, before, "SUCCESS")
+    assert "page " in page.text("events")
+
+
+def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:
+    before = ends(page)
+    for place in ((10.0, 0.0), (10.0, 8.0), (-6.0, 8.0)):
+        page.drag(on_map(page, *place))
+    assert len(waypoints(page)) == 3
+    page.press("g", "KeyG")
+    page.wait("!document.getElementById('confirm').hidden")
+    left, top, width, height = page.box("slide")
+    middle = top + height / 2
+    page.drag((left + 30, middle), (left + width / 2, middle), (left + width - 5, middle))
+    page.wait(ACTIVE)
+    page.wait("document.getElementById('progress').dataset.status === 'NAVIGATING'", _FLIGHT_S)
+    first = page.value("document.body.dataset.goal")
+    page.drag(on_map(page, -6.0, 8.0), on_map(page, -5.0, 9.0), on_map(page, -3.0, 10.0))
+    moved = waypoints(page)
+    assert moved[-1][:2] == pytest.approx([-3.0, 10.0], abs=0.3)
+    # Nothing is sent before it is confirmed.
+    assert page.value("document.body.dataset.goal") == first
+    page.press("g", "KeyG")
+    page.press(" ", "Space", 1.8)
+    page.wait(f"document.body.dataset.goal !== '{first}' && {ACTIVE}")
+    before = ends(page)
+    page.press("c", "KeyC")
+    wait_for_end(page, before, "CANCELED")
+
+
+def test_waypoints_are_inserted_raised_deleted_and_undone_by_keyboard(page: Tab) -> None:
+    page.value("document.getElementById('map').focus()")
+    page.press("ArrowRight", "ArrowRight")
+    page.press("Enter", "Enter")
+    page.press("ArrowUp", "ArrowUp")
+    page.press("Enter", "Enter")
+    page.press("i", "KeyI")
+    page.press("PageUp", "PageUp")
+    assert len(waypoints(page)) == 3
+    high = waypoints(page)[2][2]
+    page.press("Delete", "Delete")
+    assert len(waypoints(page)) == 2
+    page.press("u", "KeyU")
+    assert waypoints(page)[2][2] == high
+    while page.value("!document.getElementById('undo').disabled"):
+        page.press("u", "KeyU")
+    assert waypoints(page) == []
+
+
+def test_a_goal_of_another_client_is_seen_and_held(scene: Scene, page: Tab) -> None:
+    before = ends(page)
+    record = scene.flight.send(navigate_goal(0.0, -20.0, 5.0, 1.0))
+    assert record.accepted
+    page.wait(ACTIVE)
+    assert "by another client" in page.text("progress")
+    # Hold needs no control.
+    page.press("v", "KeyV")
+    page.wait("document.body.dataset.control === ''")
+    page.click("hold")
+    wait_for_end(page, before, "PREEMPTED")
+    assert "hold service" in page.text("end")
+
+
+def rejected_total(link: ClientConnection) -> int:
+    """Return how many requests were rejected, as the next new page is told."""
+    return sum(json.loads(link.recv(timeout=10.0))["rejected"].values())
+
+
+def test_strangers_are_rejected_and_counted(scene: Scene) -> None:
+    with scene.connected() as link:
+        before = rejected_total(link)
+    token = scene.address.partition("token=")[2]
+    port = int(scene.origin.rpartition(":")[2])
+    here = f"127.0.0.1:{port}"
+    strangers = (
+        (here, "http://evil.example", token),
+        (here, None, token),
+        (here, "null", token),
+        (here, f"https://{here}", token),
+        (here, "http://127.0.0.1", token),
+        # A name that now leads to this machine: its pages send what their own site would get.
+        ("evil.example", "http://evil.example", token),
+        (f"evil.example:{port}", f"http://evil.example:{port}", token),
+        (f"evil.example:{port}", f"http://{here}", token),
+        (here, f"http://{here}", ""),
+        (here, f"http://{here}", "x" * len(token)),
+    )
+    for host, origin, given in strangers:
+        socket = create_connection(("127.0.0.1", port), 10.0)
+        address = f"ws://{host}/socket?token={given}"
+        with (
+            pytest.raises(InvalidStatus) as rejection,
+            connect(address, sock=socket, origin=None if origin is None else Origin(origin)),
+        ):
+            pass
+        assert rejection.value.response.status_code in (403, 421), (host, origin, given)
+    with scene.connected() as link:
+        assert rejected_total(link) == before + len(strangers)
+
+
+def test_a_page_without_control_and_ten_thousand_broken_messages_move_nothing(
+    scene: Scene, page: Tab
+) -> None:
+    with scene.connected() as link:
+        before = rejected_total(link)
+        for message in MOVING:
+            link.send(json.dumps(message))
+        for number, data in enumerate(broken(18, 10_000)):
+            link.send(data)
+            if number % 500 == 0:  # lets the console tell this page
+                link.ping().wait(20.0)
+        link.ping().wait(30.0)
+        with scene.connected() as other:
+            assert rejected_total(other) == before + len(MOVING) + 10_000
+    assert page.value(IDLE)
+    assert page.value(MINE)
+    # The page itself has control, and is obeyed.
+    page.drag(on_map(page, 2.0, 2.0))
+    page.press("g", "KeyG")
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+
+
+def test_control_is_taken_over_knowingly(scene: Scene, page: Tab) -> None:
+    other = scene.browser.open(scene.address)
+    try:
+        other.wait(READY)
+        other.wait("document.getElementById('control').textContent.startsWith('Page ')")
+        other.press("g", "KeyG")
+        assert other.value("document.getElementById('confirm').hidden")
+        other.press("v", "KeyV")
+        other.wait("!document.getElementById('confirm').hidden")
+        other.press(" ", "Space", 1.8)
+        other.wait(MINE)
+        page.wait("document.getElementById('control').textContent.startsWith('Page ')")
+    finally:
+        other.close()
+    page.wait("document.body.dataset.control === ''")
+
+
+def test_a_plan_is_opened_and_what_is_wrong_with_it_is_said(
+    scene: Scene, page: Tab, tmp_path: Path
+) -> None:
+    with scene.connected() as link:
+        link.recv(timeout=10.0)
+        points = [{"x": 3.0, "y": 4.0, "z": 6.0, "hold": 2.0}]
+        link.send(json.dumps({"type": "save_plan", "vehicle": "/", "waypoints": points}))
+        while (answer := json.loads(link.recv(timeout=10.0)))["type"] != "plan_file":
+            pass
+    good, bad = tmp_path / "good.plan", tmp_path / "bad.plan"
+    good.write_text(answer["text"])
+    bad.write_text("{}")
+    root = page.call("DOM.getDocument")["root"]["nodeId"]
+    file = page.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+    page.call("DOM.setFileInputFiles", nodeId=file, files=[str(bad)])
+    page.wait("document.getElementById('answer').textContent.includes('not a QGroundControl')")
+    page.call("DOM.setFileInputFiles", nodeId=file, files=[str(good)])
+    page.wait("document.querySelectorAll('#waypoints li').length === 2")
+    assert waypoints(page)[0] == pytest.approx([3.0, 4.0, 6.0, 2.0], abs=0.03)
+
+
+@pytest.mark.parametrize("width", [1400, 400])
+def test_nothing_is_cut_off_and_hold_is_on_the_screen(page: Tab, width: int) -> None:
+    page.resize(width, 800)
+    page.wait(f"innerWidth === {width}")
+    assert page.value("document.documentElement.scrollWidth") == width
+    page.press("t", "KeyT")
+    page.press("?", "Slash")
+    page.wait("document.getElementById('keys').open")
+    page.wait("!document.getElementById('confirm').hidden")
+    for name in ("hold", "cancel"):
+        left, top, wide, high = page.box(name)
+        seen = (
+            f"document.elementFromPoint({left + wide / 2}, {top + high / 2}).closest('button').id"
+        )
+        assert page.value(seen) == name
+        assert left >= 0
+        assert left + wide <= width
+        assert top + high <= 800
+        assert high >= 50
+    assert page.value("document.getElementById('hold').textContent").startswith("HOLD")
+
+
+def test_a_server_that_was_killed_is_missed_and_found_again(scene: Scene, page: Tab) -> None:
+    flight = scene.flight
+    assert flight.server is not None
+    flight.server.stop(0.0)
+    page.wait("document.getElementById('banner').textContent.includes('is silent')")
+    assert not page.value("document.getElementById('banner').hidden")
+    with scene.connected() as link:
+        for message in ({"type": "take", "vehicle": "/", "over": True}, FLY):
+            link.send(json.dumps(message))
+        while (answer := json.loads(link.recv(timeout=10.0)))["type"] != "answer":
+            pass
+        assert "server is silent" in answer["text"]
+    flight.server = flight.start_server()
+    page.wait(f"document.getElementById('banner').hidden && {READY}", READY_TIMEOUT_S)
+    assert "restarted" in page.text("events")
+
+
+def test_a_recorded_flight_is_played_on_the_page(scene: Scene) -> None:
+    environment = ros_environment(new_domain())
+    link = f"tlog:{COPTER}"
+    server = ["python", "-m", "drone_navigation.navigation_server", "--link", link]
+    console = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
+    processes = []
+    try:
+        for name, command in (("navigation_server", server), ("navigation_console", console)):
+            processes.append(Process(name, command, environment))
+        line = processes[1].wait_for("The console is at", READY_TIMEOUT_S)
+        found = re.search(r"http://\S+", line)
+        assert found is not None
+        tab = scene.browser.open(found[0])
+        tab.wait("!document.getElementById('replay').hidden", READY_TIMEOUT_S)
+        assert tab.text("banner") == "A recording: nothing is flown."
+        tab.wait("!!document.getElementById('map').dataset.view", READY_TIMEOUT_S)
+        for action, words in (("pause", "is paused"), ("resume", "is resumed"), ("start", "plays")):
+            tab.click(f"replay-{action}")
+            tab.wait(f"document.getElementById('answer').textContent.includes('{words}')")
+        tab.close()
+    finally:
+        for process in reversed(processes):
+            process.stop()
+
+
+def test_no_page_complained_or_asked_for_anything_elsewhere(scene: Scene) -> None:
+    assert scene.browser.errors() == []
+    requests = scene.browser.requests() - {"about:blank"}
+    assert len(requests) > 10
+    assert {urlsplit(address).hostname for address in requests} == {"127.0.0.1"}
+
+
+def test_a_console_that_ends_is_missed_by_its_page(scene: Scene) -> None:
+    tab = scene.browser.open(scene.address)
+    tab.wait(READY)
+    scene.console.signal(signal.SIGTERM)
+    assert scene.console.wait(10.0) == 0
+    assert "goals go on" in scene.console.text
+    tab.wait("document.getElementById('banner').textContent.includes('console has ended')")
+    tab.close()

@@ -1,0 +1,183 @@
+"""Chromium without a window, driven over its DevTools protocol: clicks, keys, what it reports.
+
+https://chromedevtools.github.io/devtools-protocol/
+"""
+
+from __future__ import annotations
+
+import base64
+import itertools
+import json
+import re
+import shutil
+import threading
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from websockets.sync.client import connect
+
+from drone_navigation.processes import Process
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+_ARGUMENTS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--disable-dev-shm-usage",
+    "--disable-background-timer-throttling", "--hide-scrollbars", "--remote-debugging-port=0",
+)  # fmt: skip
+_STARTED_S = 40.0
+_ANSWER_S = 30.0
+_LOOK_S = 0.1
+
+
+class Browser:
+    """A browser with a profile of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        """Start it, with its profile in a folder."""
+        assert CHROMIUM is not None
+        arguments = [CHROMIUM, *_ARGUMENTS, f"--user-data-dir={folder}", "about:blank"]
+        self._process = Process("chromium", arguments)
+        line = self._process.wait_for("DevTools listening on", _STARTED_S)
+        address = re.search(r"ws://\S+", line)
+        assert address is not None
+        self._on_exit = ExitStack()
+        self._on_exit.callback(self._process.stop)
+        self._socket = self._on_exit.enter_context(
+            connect(address[0], max_size=None, compression=None, ping_interval=None)
+        )
+        self._numbers = itertools.count(1)
+        self._lock = threading.Lock()
+        self.events: list[dict[str, Any]] = []
+
+    def call(self, method: str, session: str = "", **params: Any) -> Any:
+        """Call a method of the protocol and return its result."""
+        with self._lock:
+            number = next(self._numbers)
+            request: dict[str, Any] = {"id": number, "method": method, "params": params}
+            if session:
+                request["sessionId"] = session
+            self._socket.send(json.dumps(request))
+            while True:
+                answer = json.loads(self._socket.recv(timeout=_ANSWER_S))
+                if answer.get("id") == number:
+                    assert "error" not in answer, answer
+                    return answer["result"]
+                self.events.append(answer)
+
+    def open(self, address: str, width: int = 1400, height: int = 900) -> Tab:
+        """Open a page in a tab of a size in pixels."""
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        tab = Tab(self, target, session)
+        for domain in ("Runtime", "Log", "Network", "Page"):
+            tab.call(f"{domain}.enable")
+        tab.resize(width, height)
+        tab.call("Page.navigate", url=address)
+        return tab
+
+    def requests(self) -> set[str]:
+        """Return all addresses that pages have asked for."""
+        told = [event for event in self.events if event.get("method", "").startswith("Network.")]
+        asked = (event["params"].get("request", {}) for event in told)
+        sent = [request["url"] for request in asked if "url" in request]
+        sockets = [e["params"]["url"] for e in told if e["method"].endswith("webSocketCreated")]
+        return {address for address in (*sent, *sockets) if not address.startswith("blob:")}
+
+    def errors(self) -> list[str]:
+        """Return what pages have put on the browser's console, and exceptions."""
+        kinds = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
+        return [json.dumps(e["params"]) for e in self.events if e.get("method") in kinds]
+
+    def close(self) -> None:
+        """End it."""
+        self._on_exit.close()
+
+
+class Tab:
+    """A page that is open."""
+
+    def __init__(self, browser: Browser, target: str, session: str) -> None:
+        """Use :meth:`Browser.open`."""
+        self.browser = browser
+        self._target = target
+        self._session = session
+
+    def call(self, method: str, **params: Any) -> Any:
+        """Call a method of the protocol for this page."""
+        return self.browser.call(method, self._session, **params)
+
+    def close(self) -> None:
+        """Close it."""
+        self.browser.call("Target.closeTarget", targetId=self._target)
+
+    def resize(self, width: int, height: int) -> None:
+        """Set the size of the page, in pixels."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width, height=height, deviceScaleFactor=1, mobile=False,
+        )  # fmt: skip
+
+    def value(self, expression: str) -> Any:
+        """Return the value of a JavaScript expression, None if it cannot be told yet."""
+        answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
+        return None if "exceptionDetails" in answer else answer["result"].get("value")
+
+    def wait(self, expression: str, timeout_s: float = 20.0) -> None:
+        """Wait until an expression is true."""
+        deadline_s = time.monotonic() + timeout_s
+        while not self.value(expression):
+            if time.monotonic() > deadline_s:
+                text = self.value("document.body.innerText")
+                raise AssertionError(f"{expression} did not happen. The page shows:\n{text}")
+            time.sleep(_LOOK_S)
+
+    def text(self, element: str) -> str:
+        """Return the text of the element with an id."""
+        return str(self.value(f"document.getElementById('{element}').textContent"))
+
+    def click(self, element: str) -> None:
+        """Click in the middle of the element with an id."""
+        left, top, width, height = self.box(element)
+        self.drag((left + width / 2, top + height / 2))
+
+    def box(self, element: str) -> tuple[float, float, float, float]:
+        """Return left, top, width and height of the element with an id, in pixels."""
+        found = self.value(
+            f"(() => {{ const b = document.getElementById('{element}').getBoundingClientRect();"
+            " return [b.left, b.top, b.width, b.height]; })()"
+        )
+        return tuple(found)
+
+    def drag(self, *places: tuple[float, float]) -> None:
+        """Press the mouse at the first place, and release it at the last one."""
+        self._mouse("mouseMoved", places[0])
+        self._mouse("mousePressed", places[0])
+        for place in places[1:]:
+            self._mouse("mouseMoved", place)
+        self._mouse("mouseReleased", places[-1])
+
+    def _mouse(self, kind: str, place: tuple[float, float]) -> None:
+        x, y = place
+        button = "none" if kind == "mouseMoved" and not self._pressed else "left"
+        self._pressed = kind != "mouseReleased" and (kind == "mousePressed" or self._pressed)
+        self.call(
+            "Input.dispatchMouseEvent",
+            type=kind, x=x, y=y, button=button, buttons=int(self._pressed), clickCount=1,
+        )  # fmt: skip
+
+    _pressed = False
+
+    def press(self, key: str, code: str, held_s: float = 0.0) -> None:
+        """Press a key, and release it after a time in s."""
+        number = {" ": 32}.get(key, 0)
+        event = {"key": key, "code": code, "windowsVirtualKeyCode": number}
+        self.call("Input.dispatchKeyEvent", type="rawKeyDown", **event)
+        time.sleep(held_s)
+        self.call("Input.dispatchKeyEvent", type="keyUp", **event)
+
+    def picture(self, file: Path) -> None:
+        """Write a picture of what is seen, as PNG."""
+        answer = self.call("Page.captureScreenshot", format="png")
+        file.write_bytes(base64.b64decode(answer["data"]))

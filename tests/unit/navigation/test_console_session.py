@@ -1,0 +1,200 @@
+"""What pages show, and what their messages do."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+
+from drone_navigation.console import plans
+from drone_navigation.console.board import Board
+from drone_navigation.console.lease import SILENCE_S
+from drone_navigation.console.messages import Command, Fly, PageWaypoint, Replay
+from drone_navigation.console.session import Page, Rules
+from tests.support.messages.random_console_messages import FLY, MOVING, broken
+
+HOME = {"latitude": -35.3632621, "longitude": 149.1652374, "altitude": 584.0, "at": [1.0, 2.0, 0.5]}
+
+
+class FakePilots:
+    """Notes what would have moved a vehicle."""
+
+    def __init__(self) -> None:
+        self.moved: list[Any] = []
+        self.stopped: list[str] = []
+
+    def prepare(self, vehicle: str) -> None:
+        """Nothing is to be found."""
+
+    def hold(self, vehicle: str, answer: Any) -> None:
+        self.stopped.append("hold")
+        answer(True, "Holding.")
+
+    def cancel(self, vehicle: str, answer: Any) -> None:
+        self.stopped.append("cancel")
+
+    def command(self, command: Command, by: str, answer: Any) -> None:
+        self.moved.append(command)
+
+    def replay(self, replay: Replay, answer: Any) -> None:
+        self.stopped.append(f"replay {replay.name} {replay.speed:g}")
+
+    def fly(self, order: Fly, by: str, answer: Any) -> None:
+        self.moved.append(by)
+
+
+class Console:
+    """Rules with two pages and one vehicle."""
+
+    def __init__(self) -> None:
+        self.pilots = FakePilots()
+        self.board = Board()
+        self.board.put("/", "alive", True)
+        self.board.put("/", "status", {"autopilot": "ArduCopter"})
+        self.board.put("/", "home", HOME)
+        self.rules = Rules(self.pilots, self.board)
+        self.told: dict[int, list[dict[str, Any]]] = {1: [], 2: []}
+        self.pages = [Page(number, told.append, 0.0) for number, told in self.told.items()]
+
+    def send(self, page: int, now: float = 0.0, **message: Any) -> dict[str, Any] | None:
+        before = len(self.told[page])
+        self.rules.take(self.pages[page - 1], json.dumps(message), now)
+        told = self.told[page][before:]
+        return told[0] if told else None
+
+
+def test_only_the_page_with_control_moves_the_vehicle() -> None:
+    console = Console()
+    console.send(1, type="take", vehicle="/", over=False)
+    for message in MOVING:
+        told = console.send(2, **message)
+        assert told is not None
+        assert "does not have control" in told["text"]
+    assert console.pilots.moved == []
+    assert console.rules.rejected == {"control": len(MOVING)}
+    for message in MOVING:
+        console.send(1, **message)
+    assert len(console.pilots.moved) == len(MOVING)
+
+
+def test_hold_and_cancel_are_open_to_every_page_at_any_pace() -> None:
+    console = Console()
+    console.send(1, type="take", vehicle="/", over=False)
+    for _ in range(200):
+        console.send(2, type="alive")
+    assert console.rules.rejected["pace"] > 0
+    console.send(2, type="hold", vehicle="/")
+    console.send(2, type="cancel", vehicle="/")
+    assert console.pilots.stopped == ["hold", "cancel"]
+    answer = {"type": "answer", "to": "hold", "success": True, "text": "Holding."}
+    assert console.told[2][-1] == answer
+
+
+def test_control_is_taken_over_knowingly_and_lost_by_silence_and_by_leaving() -> None:
+    console = Console()
+    console.send(1, type="take", vehicle="/", over=False)
+    told = console.send(2, type="take", vehicle="/", over=False)
+    assert told is not None
+    assert "Page 1 has control" in told["text"]
+    console.send(2, type="take", vehicle="/", over=True)
+    assert console.rules.leases.holder("/") == 2
+    console.send(2, SILENCE_S + 1.0, **FLY)
+    assert console.pilots.moved == []
+    console.send(2, SILENCE_S + 1.0, type="take", vehicle="/", over=False)
+    console.rules.close(console.pages[1], SILENCE_S + 1.1)
+    assert console.rules.leases.holder("/") is None
+
+
+def test_ten_thousand_broken_messages_move_nothing_even_with_control() -> None:
+    console = Console()
+    console.send(1, type="take", vehicle="/", over=False)
+    for data in broken(17, 10_000):
+        console.rules.take(console.pages[0], data, 1.0)
+    assert console.rules.rejected == {"message": 10_000}
+    assert console.pilots.moved == console.pilots.stopped == []
+    # It is not answered as fast as it floods.
+    assert len(console.told[1]) < 200
+
+
+def test_a_vehicle_that_is_not_there_is_rejected() -> None:
+    console = Console()
+    console.send(1, type="hold", vehicle="/ghost")
+    assert console.rules.rejected == {"vehicle": 1}
+    assert console.pilots.stopped == []
+
+
+def test_a_recording_is_played_without_control() -> None:
+    console = Console()
+    console.send(2, type="replay", vehicle="/", name="pause")
+    console.send(2, type="replay", vehicle="/", name="speed", speed=5)
+    console.send(2, type="replay", vehicle="/", name="speed", speed=0)
+    console.send(2, type="replay", vehicle="/", name="stop")
+    assert console.pilots.stopped == ["replay pause 1", "replay speed 5"]
+    assert console.rules.rejected == {"message": 2}
+
+
+# --- the board ------------------------------------------------------------------------------
+
+
+def test_only_what_has_changed_is_told() -> None:
+    board = Board()
+    board.put("/a", "mode", "GUIDED")
+    board.put("/b", "mode", "LAND")
+    version, everything = board.since(0)
+    assert everything == {"/a": {"mode": "GUIDED"}, "/b": {"mode": "LAND"}}
+    board.put("/a", "mode", "GUIDED")
+    assert board.since(version) == (version, {})
+    board.put("/a", "armed", True)
+    later, changes = board.since(version)
+    assert changes == {"/a": {"armed": True}}
+    assert board.since(later) == (later, {})
+
+
+def test_a_trail_grows_with_the_way_not_with_time() -> None:
+    board = Board()
+    for step in range(1000):
+        board.pass_through("/", [0.1 * (step // 100), 0.0, 5.0])
+    assert len(board.trails()["/"]) == 2
+    for step in range(10_000):
+        board.pass_through("/", [float(step), 0.0, 5.0])
+    assert len(board.trails()["/"]) == 600
+
+
+# --- plans ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("autopilot", ["ArduCopter", "PX4 multicopter"])
+def test_a_saved_plan_is_read_as_the_same_waypoints(autopilot: str) -> None:
+    waypoints = (PageWaypoint((11.0, 22.0, 5.5), 0.0), PageWaypoint((-100.0, 250.0, 20.0), 3.0))
+    text = plans.make_plan(waypoints, autopilot, HOME)
+    found, notes = plans.map_waypoints(text, autopilot, HOME)
+    assert notes == ()
+    for waypoint, back in zip(waypoints, found, strict=True):
+        assert math.dist(waypoint.position_enu_m, (back["x"], back["y"], back["z"])) < 0.03
+        assert back["hold"] == waypoint.hold_time_s
+    items = json.loads(text)["mission"]["items"]
+    assert items[0]["params"][6] == pytest.approx(5.0)  # above home, which is at 0.5 m in the map
+
+
+def test_a_plan_is_rejected_with_a_reason() -> None:
+    console = Console()
+    for text, why in (("{}", "not a QGroundControl plan"), ("[", "not valid JSON")):
+        told = console.send(1, type="read_plan", vehicle="/", text=text)
+        assert told is not None
+        assert why in told["text"]
+    waypoints = [{"x": 1, "y": 2, "z": 3, "hold": 0}]
+    saved = console.send(1, type="save_plan", vehicle="/", waypoints=waypoints)
+    assert saved is not None
+    read = console.send(1, type="read_plan", vehicle="/", text=saved["text"])
+    assert read is not None
+    assert read["waypoints"] == [{"x": 1.0, "y": 2.0, "z": 3.0, "hold": 0.0}]
+    ground = saved["text"].replace('"frame": 3', '"frame": 10')
+    told = console.send(1, type="read_plan", vehicle="/", text=ground)
+    assert told is not None
+    assert "above the ground" in told["text"]
+    console.board.put("/", "home", None)
+    told = console.send(1, type="save_plan", vehicle="/", waypoints=waypoints)
+    assert told is not None
+    assert "home is not known" in told["text"]
