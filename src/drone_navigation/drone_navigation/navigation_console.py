@@ -10,6 +10,8 @@ import threading
 import webbrowser
 from collections.abc import Callable
 from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import rclpy
 from rclpy.node import Node
@@ -21,6 +23,7 @@ from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.options import TokenError, make_parser, token_of
 from drone_navigation.console.web import Web
 
+_REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
 EXIT_OK = 0
 EXIT_FAILED = 1
 
@@ -35,6 +38,8 @@ def main(args: list[str] | None = None) -> int:
     except TokenError as error:
         parser.error(str(error))
     with ExitStack() as on_exit:
+        # Only for its owner: a command line, with the address on it, is for everybody.
+        folder = on_exit.enter_context(TemporaryDirectory(prefix="navigation_console_"))
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         on_exit.callback(rclpy.try_shutdown)
         node = Node("navigation_console")
@@ -51,7 +56,9 @@ def main(args: list[str] | None = None) -> int:
             # Without a display it would be a browser in this terminal.
             display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
             if display and not options.no_browser:
-                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+                file = Path(folder, "console.html")
+                file.write_text(_REDIRECT.format(address=address), "utf-8")
+                threading.Thread(target=webbrowser.open, args=(file.as_uri(),), daemon=True).start()
 
         try:
             asyncio.run(_serve(Web(fleet, board, token), options.host, options.port, ready))
