@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -17,6 +18,7 @@ _DOMAIN_MAX = 101
 # Where the first participant of a domain receives discovery traffic (DDSI-RTPS 2.3,
 # 9.6.1.1: port base 7400, domain gain 250, offset d1 10).
 _PORT_BASE, _DOMAIN_GAIN, _OFFSET = 7400, 250, 10
+_PORT_MIN, _PORT_MAX, _PORTS_TRIED = 61000, 65500, 100
 
 
 class ProcessError(RuntimeError):
@@ -24,11 +26,22 @@ class ProcessError(RuntimeError):
 
 
 def free_udp_port() -> int:
-    """Return a currently free UDP port of the loopback interface."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((_LOOPBACK, 0))
-        port: int = probe.getsockname()[1]
-        return port
+    """Return a free UDP port of the loopback interface, which no other program is given by chance.
+
+    Ports that a system gives out by itself (Linux: 32768 to 60999) are taken again in the next
+    moment, by the sockets of DDS first of all.
+
+    Raises:
+        ProcessError: none was found.
+    """
+    for port in random.sample(range(_PORT_MIN, _PORT_MAX + 1), _PORTS_TRIED):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind((_LOOPBACK, port))
+            except OSError:
+                continue
+            return port
+    raise ProcessError("No free UDP port was found; stop other programs.")
 
 
 def free_domain(start: int) -> int:
