@@ -19,6 +19,7 @@ import pytest
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import all as mav
 
+from drone_navigation.processes import free_udp_port
 from mavlink_sitl import Simulation
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.options import parse
@@ -79,13 +80,6 @@ def client(address: str) -> Iterator[Any]:
         connection.close()
 
 
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
-
-
 def command(connection: Any, number: int, *params: float) -> int:
     values = [*params, *([0.0] * (7 - len(params)))]
     connection.mav.command_long_send(1, 1, number, 0, *values)
@@ -120,7 +114,7 @@ def climb(connection: Any) -> None:
 
 def test_a_flight_over_udp_recorded_and_ended_by_sigterm(tmp_path: Path) -> None:
     log = tmp_path / "flight.tlog"
-    port = free_port()
+    port = free_udp_port()
     with (
         client(f"udpin:127.0.0.1:{port}") as connection,
         running(
@@ -141,7 +135,7 @@ def test_a_flight_over_udp_recorded_and_ended_by_sigterm(tmp_path: Path) -> None
 def test_at_any_speed_the_same_inputs_give_the_same_bytes(speedup: str, tmp_path: Path) -> None:
     """What came over the socket, flown again in-process at the logged times, logs the same."""
     log, again = tmp_path / "flight.tlog", io.BytesIO()
-    port = free_port()
+    port = free_udp_port()
     options = ("--speedup", speedup, "--seed", "11", "--ready-after", "1", "--wind", "4,200,1")
     with (
         client(f"udpin:127.0.0.1:{port}") as connection,
@@ -170,7 +164,7 @@ def wait_for_mode(connection: Any, custom_mode: int) -> Any:
 
 
 def test_a_px4_plane_takes_off_over_udp() -> None:
-    port, takeoff, hold = free_port(), 0x02040000, 0x03040000
+    port, takeoff, hold = free_udp_port(), 0x02040000, 0x03040000
     with (
         client(f"udpin:127.0.0.1:{port}") as connection,
         running(
@@ -221,7 +215,7 @@ def test_a_listening_udp_link_answers_who_speaks() -> None:
 
 
 def test_every_link_carries_telemetry_and_the_answers_of_who_asks_on_it() -> None:
-    port = free_port()
+    port = free_udp_port()
     with (
         client(f"udpin:127.0.0.1:{port}") as one,
         running("--link", f"udpout://127.0.0.1:{port}", "--link", "tcpin://127.0.0.1:0") as program,
@@ -252,7 +246,7 @@ def test_it_flies_on_when_nobody_reads_its_lines() -> None:
 
 
 def test_nobody_listening_does_not_disturb_it() -> None:
-    with running("--link", f"udpout://127.0.0.1:{free_port()}", "--speedup", "20") as program:
+    with running("--link", f"udpout://127.0.0.1:{free_udp_port()}", "--speedup", "20") as program:
         while "ready" not in program.line():
             pass
         program.end()
