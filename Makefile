@@ -45,7 +45,7 @@ test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 	@$(ENTER) $(PYTEST) -m "not wide" tests
 
-test-all: test ## Run the tests, and the slow and broad ones, too (20 minutes on two cores)
+test-all: test ## Run the tests, and the slow and broad ones, too (17 minutes on two cores)
 	@$(ENTER) $(PYTEST) -m wide tests
 
 bench: setup ## Run the benchmarks; prints a table and writes out/bench.json
