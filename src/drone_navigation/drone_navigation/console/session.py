@@ -97,24 +97,24 @@ class Rules:
         try:
             message = parse(data)
         except RejectedError as error:
-            self.reject("message", now)
+            self.reject("message")
             # One that floods is not answered: the flood would be as large.
             if page.pace.allows(now):
                 _answer_to(page, "")(False, f"Rejected: {error}")
             return
         # What ends a flight is never too much.
         if not isinstance(message, (Hold, Cancel)) and not page.pace.allows(now):
-            self.reject("pace", now)
+            self.reject("pace")
             return
         self.leases.hear(page.number, now)
         if isinstance(message, Alive):
             return
         if message.vehicle not in self._board.vehicles():
-            self._deny(page, "vehicle", "There is no such vehicle.", now)
+            self._deny(page, "vehicle", "There is no such vehicle.")
             return
         self._act(page, message, now)
 
-    def reject(self, kind: str, _now: float) -> None:
+    def reject(self, kind: str) -> None:
         """Count a request that was rejected."""
         self.rejected[kind] += 1
 
@@ -123,8 +123,8 @@ class Rules:
         self.leases.give(page.number)
         self.leases.expire(now)
 
-    def _deny(self, page: Page, kind: str, sentence: str, now: float) -> None:
-        self.reject(kind, now)
+    def _deny(self, page: Page, kind: str, sentence: str) -> None:
+        self.reject(kind)
         _answer_to(page, "")(False, f"Rejected: {sentence}")
 
     def _act(self, page: Page, message: Message, now: float) -> None:
@@ -143,7 +143,7 @@ class Rules:
             self._convert(page, message)
         elif isinstance(message, (Command, Fly)):
             if not self.leases.holds(message.vehicle, page.number, now):
-                self._deny(page, "control", "This page does not have control.", now)
+                self._deny(page, "control", "This page does not have control.")
             elif isinstance(message, Command):
                 self._pilots.command(message, page.name, answer)
             else:
@@ -154,7 +154,7 @@ class Rules:
             self._pilots.prepare(message.vehicle)
         else:
             holder = self.leases.holder(message.vehicle)
-            self._deny(page, "control", f"Page {holder} has control of this vehicle.", now)
+            self._deny(page, "control", f"Page {holder} has control of this vehicle.")
 
     def _convert(self, page: Page, message: ReadPlan | SavePlan) -> None:
         status = self._board.get(message.vehicle, "status") or {}

@@ -121,7 +121,7 @@ class Web:
             origin=path == _SOCKET,
         )
         if denied is not None:
-            self._rules.reject(denied.kind, time.monotonic())
+            self._rules.reject(denied.kind)
             return _response(HTTPStatus(denied.status), denied.sentence.encode())
         if path == _SOCKET:
             if len(self._pages) >= _PAGES_MAX:

@@ -25,7 +25,7 @@ from navigation_core.tasks.flying.departure import (
 )
 from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
-from navigation_core.tasks.flying.itinerary import Itinerary
+from navigation_core.tasks.flying.itinerary import Itinerary, Section
 from navigation_core.tasks.flying.stopping import Stopping
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import (
@@ -122,7 +122,7 @@ class SetpointFlight(PhasedTask[Phase]):
             ),
             Phase.DISARMING: self._stopping.disarm,
         }
-        self._set_section()
+        self._set_section(section)
 
     # --- the task protocol -----------------------------------------------------------
 
@@ -321,9 +321,8 @@ class SetpointFlight(PhasedTask[Phase]):
 
     # --- the flight ------------------------------------------------------------------
 
-    def _set_section(self) -> None:
+    def _set_section(self, section: Section) -> None:
         """Pass the parts of the flight the section that is to be flown."""
-        section = self._itinerary.begin_section()
         self._follower.set_goal(section.goal)
         self._follower.set_route(section.points, section.yaws_enu_rad)
         self._estimator.set_goal(section.goal.position_enu_m)
@@ -331,7 +330,7 @@ class SetpointFlight(PhasedTask[Phase]):
 
     def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
         """Plan the flight, and be in the phase that the event leads to."""
-        self._set_section()
+        self._set_section(self._itinerary.begin_section())
         if self._phase not in _PAUSABLE:
             self._pursuit.forget()
         self._follower.plan_to_goal(observation)
