@@ -110,6 +110,11 @@ class Course:
         return self._presence.alive >= self._presence.offered
 
     @property
+    def servers(self) -> int:
+        """Number of servers that report."""
+        return self._presence.alive
+
+    @property
     def several_servers(self) -> bool:
         """True if more than one server would accept a goal."""
         return self._presence.several

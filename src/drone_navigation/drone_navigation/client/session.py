@@ -39,6 +39,9 @@ _SOON_S = 3.0
 _LATCHED_S = 0.2
 # A server says at once that it is there; one that was killed stays in the graph for a while.
 _SERVERS_S = 1.5
+# A server without a status is not ours, but ours may be beside it, not discovered yet: DDS repeats
+# the announcement of a participant every 3 s. Two of these periods, as one may be lost.
+_STRANGER_S = 6.5
 
 
 class NavigationClient:
@@ -111,7 +114,10 @@ class NavigationClient:
         if not self._wait(course.server_is_ready, self._options.server_timeout):
             return self._without_server()
         self._wait(lambda: bool(course.rejections), _LATCHED_S)
-        if not self._wait(course.servers_are_known, _SERVERS_S) and self._interrupts:
+        if not self._wait(course.servers_are_known, _SERVERS_S) and not course.servers:
+            course.say("The server reports no status; looking for others")
+            self._wait(lambda: course.servers > 0, _STRANGER_S)
+        if self._interrupts:
             return self._without_server()
         # One that has just ended may still be spoken of.
         if not self._wait(lambda: not course.several_servers, _SERVERS_S):
