@@ -109,6 +109,24 @@ def test_a_search_that_hangs_in_flight_is_given_up_before_the_wall() -> None:
     assert searched.nearest_m > AVOIDANCE.vehicle_radius_m
 
 
+@pytest.mark.parametrize("takes_s", [0.3, 1.2])
+def test_a_flight_that_restarts_during_a_search_for_a_shorter_path_goes_on(takes_s: float) -> None:
+    searched = Searched(takes_s, 0.1)
+    vehicle = searched.vehicle
+    vehicle.obstacles = Obstacles.of((Box("wide", (25.0, 0.0), (0.2, 30.0)),))
+    restarted: list[float] = []
+
+    def each_step(elapsed_s: float) -> None:
+        if elapsed_s >= 6.0:
+            vehicle.obstacles = Obstacles()  # so a shorter path is looked for
+        if elapsed_s >= 6.2 and not restarted:
+            restarted.append(elapsed_s)
+            searched.task.resume(vehicle.observe(), vehicle.now)
+
+    assert fly(searched.task, vehicle, each_step).outcome.code is OutcomeCode.SUCCESS
+    assert restarted
+
+
 def test_a_new_obstacle_during_a_search_for_a_shorter_path_is_avoided() -> None:
     searched = Searched(0.3, 0.4)
     vehicle = searched.vehicle

@@ -60,7 +60,6 @@ TRANSITIONS: dict[tuple[State, ReplanEvent], State] = {
     (State.KEEPING, ReplanEvent.LOOK): State.COMPARING,
     # A flight that begins or goes on is planned without anybody asking here.
     (State.KEEPING, ReplanEvent.FOUND): State.KEEPING,
-    (State.KEEPING, ReplanEvent.NOT_FOUND): State.BLOCKED,
     (State.KEEPING, ReplanEvent.STOP): State.BLOCKED,
     (State.REPLANNING, ReplanEvent.FOUND): State.KEEPING,
     (State.REPLANNING, ReplanEvent.NOT_FOUND): State.BLOCKED,
@@ -74,7 +73,6 @@ TRANSITIONS: dict[tuple[State, ReplanEvent], State] = {
     (State.BLOCKED, ReplanEvent.RETRY): State.REPLANNING,
     (State.BLOCKED, ReplanEvent.STOP): State.BLOCKED,
     (State.BLOCKED, ReplanEvent.FOUND): State.KEEPING,
-    (State.BLOCKED, ReplanEvent.NOT_FOUND): State.BLOCKED,
     (State.BLOCKED, ReplanEvent.TIME_OUT): State.GIVEN_UP,
 }
 
@@ -183,17 +181,11 @@ class Replanner:
         self._path = None
         self.moved_on(place_enu_m)
 
-    def not_found(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:
-        """Record that there is no path, or none that is better.
-
-        Args:
-            place_enu_m: where the vehicle is.
-            now: time in seconds.
-            is_undecided: whether the search is to go on at once.
-        """
+    def not_found(self, place_enu_m: Vector3, now: float) -> None:
+        """Record that there is no other path, or none that is better."""
         comparing = self.state is State.COMPARING
         self._go(ReplanEvent.NOT_FOUND)
-        self._planned_s = float("-inf") if is_undecided else now
+        self._planned_s = now
         if not comparing:
             self._block(place_enu_m, now)
 
@@ -201,6 +193,17 @@ class Replanner:
         """Record that the vehicle is stopped, whatever was planned."""
         self._go(ReplanEvent.STOP)
         self._block(place_enu_m, now)
+
+    def no_flight(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:
+        """Record that a flight cannot begin or go on, whatever was looked for before.
+
+        Args:
+            place_enu_m: where the vehicle is.
+            now: time in seconds.
+            is_undecided: whether the search is to go on at once.
+        """
+        self.stop(place_enu_m, now)
+        self._planned_s = float("-inf") if is_undecided else now
 
     def wait(self, now: float, may_plan: bool) -> Decision:
         """Decide what to do while there is no path.

@@ -74,11 +74,11 @@ class Avoider:
             self._stop(observation, now, self.reason)
             return False
         if self._follower.undecided:
-            self._replanner.not_found(here, now, is_undecided=True)
+            self._replanner.no_flight(here, now, is_undecided=True)
             return False
         if self._follower.no_path:
             self.reason = self._follower.no_path
-            self._replanner.not_found(here, now)
+            self._replanner.no_flight(here, now)
             return False
         self.reason = ""
         self._replanner.found(here, now)
