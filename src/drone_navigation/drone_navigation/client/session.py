@@ -117,12 +117,11 @@ class NavigationClient:
         if not self._wait(course.servers_are_known, _SERVERS_S) and not course.servers:
             course.say("The server reports no status; looking for others")
             self._wait(lambda: course.servers > 0, _STRANGER_S)
+        # One that has just ended may still be spoken of.
+        alone = self._wait(lambda: not course.several_servers, _SERVERS_S)
         if self._interrupts:
             return self._without_server()
-        # One that has just ended may still be spoken of.
-        if not self._wait(lambda: not course.several_servers, _SERVERS_S):
-            if self._interrupts:
-                return self._without_server()
+        if not alone:
             course.say(f"No goal was sent. {duplicate(self._node)}", bad=True)
             return EXIT_REJECTED
         for note in self._errand.notes:
