@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import struct
 import time
@@ -24,7 +25,8 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from custom_interfaces.action import Takeoff
-from custom_interfaces.msg import GoalEvent, VehicleStatus
+from custom_interfaces.msg import GoalEvent, ReplayStatus, VehicleStatus
+from custom_interfaces.srv import SeekReplay
 from drone_navigation.processes import Process, ros_environment
 from drone_navigation.server.replay_node import recording_of
 from mavlink_vehicle.codec import Codec, with_source
@@ -155,6 +157,14 @@ class Replay:
         assert future.result().success or name in ("arm", "pause"), future.result().message
         return str(future.result().message)
 
+    def seek(self, position_s: float) -> str:
+        """Go to a position in the recording; returns the answer's sentence."""
+        client = self.node.create_client(SeekReplay, f"{SERVER_NODE_NAME}/replay/seek")
+        assert client.wait_for_service(timeout_sec=10.0)
+        future = client.call_async(SeekReplay.Request(position=position_s))
+        self.wait(future.done)
+        return str(future.result().message)
+
     def close(self) -> None:
         self.node.destroy_node()
         self._executor.shutdown()
@@ -257,6 +267,68 @@ def test_it_is_paused_and_goes_on_at_another_speed(flown: Flown) -> None:
         replay.wait(lambda: "The recording has ended" in replay.server.text)
         assert len(clocks) > stood
         assert "is stopped at its beginning" in replay.call("replay/stop")
+    finally:
+        replay.close()
+
+
+def test_it_goes_to_another_position_and_tells_nothing_on_the_way(flown: Flown) -> None:
+    replay = Replay("--link", f"tlog:{flown.tlog}", "--ros-args", "-p", "replay_speed:=0.0")
+    try:
+        heard, told = Heard(), list[ReplayStatus]()
+        heard.subscribe(replay.subscribe)
+        replay.subscribe(ReplayStatus, f"{SERVER_NODE_NAME}/replay/status", told.append, DEEP_QOS)
+        replay.wait(lambda: bool(told) and told[-1].ended and told[-1].duration > 0.0)
+        end = told[-1]
+        assert end.position == pytest.approx(end.duration)
+        assert (end.paused, end.speed, end.jumps) == (False, 0.0, 0)
+        replay.call("replay/pause")
+        replay.spin_for(0.5)
+        begin_s, _ = next(iter(TlogReader(flown.tlog)))
+        for share in (0.5, 0.95, 0.3):
+            for messages in heard.messages.values():
+                messages.clear()
+            jumps = int(told[-1].jumps)
+            assert "goes to" in replay.seek(share * end.duration)
+
+            def there(jumps: int = jumps) -> bool:
+                return bool(told[-1].jumps > jumps and not told[-1].seeking)
+
+            replay.wait(there)
+            replay.spin_for(0.5)
+            # Only the state there, and no event anew.
+            assert heard.events() == []
+            assert len(heard.messages["vehicle_status"]) == 1
+            assert len(heard.messages["pose"]) == 1
+            stamp_s = _seconds(heard.messages["pose"][0].header.stamp)
+            assert stamp_s - begin_s == pytest.approx(share * end.duration, abs=0.01)
+            status = heard.messages["vehicle_status"][0]
+            before = [
+                event
+                for event in flown.heard.messages["goal_events"]
+                if _seconds(event.header.stamp) < stamp_s
+            ]
+            active = before[-1].goal_id if before and before[-1].event != "ENDED" else ""
+            assert status.active_goal == active
+            (plan,) = heard.plans()
+            planned = [
+                message
+                for message in flown.heard.messages["plan"]
+                if _seconds(message.header.stamp) < stamp_s
+            ]
+            assert len(plan) == (len(planned[-1].poses) if planned else 0)
+        for messages in heard.messages.values():
+            messages.clear()
+        replay.call("replay/resume")
+        replay.wait(lambda: told[-1].ended)
+        replay.spin_for(0.5)
+        # From there it is played as ever.
+        assert len(heard.poses()) > 10
+        assert follows(flown.heard.events(), heard.events())
+        assert len(heard.events()) > 0
+        for bad in (-1.0, math.nan, math.inf):
+            assert "not a number of seconds" in replay.seek(bad)
+        replay.seek(1e6)
+        replay.wait(lambda: told[-1].ended and not told[-1].seeking)
     finally:
         replay.close()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -13,7 +14,9 @@ from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
 from std_srvs.srv import Trigger
 
-from drone_navigation.qos import STREAM_QOS
+from custom_interfaces.msg import ReplayStatus
+from custom_interfaces.srv import SeekReplay
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from drone_navigation.server.vehicle_application import VehicleApplication
 from drone_navigation.server.vehicle_node import VehicleNode
 from mavlink_vehicle.codec import Message
@@ -29,6 +32,7 @@ from navigation_core.safety.target_checks import Rejection
 
 _CLOCK_PERIOD_S = 0.01
 _TELL_PERIOD_S = 10.0
+_STATUS_PERIOD_S = 0.5
 
 
 def recording_of(config: ServerConfig, vehicles: Sequence[ServerConfig]) -> str | None:
@@ -76,6 +80,11 @@ class ReplayFleet(FleetApplication):
         for member, application in self._applications():
             self.work(member, application.begin_again)
 
+    def mute(self, muted: bool, now: float) -> None:
+        """Publish nothing for a while; afterwards, everything as it then is."""
+        for member, application in self._applications():
+            self.work(member, partial(application.mute, muted, now))
+
     def _applications(self) -> list[tuple[Member, VehicleApplication]]:
         return [
             (member, member.application)
@@ -113,7 +122,9 @@ class ReplayNode:
     """Services, clock and log lines of a replay, on the server's node."""
 
     def __init__(self, root: Node, vehicles: Sequence[VehicleNode], driver: ReplayDriver) -> None:
-        """Offer ``~/replay/start``, ``stop``, ``pause`` and ``resume``; publish ``/clock``.
+        """Offer ``~/replay/start``, ``stop``, ``pause``, ``resume`` and ``seek``.
+
+        Publishes ``/clock`` and ``~/replay/status``.
 
         Args:
             root: the server's node.
@@ -134,7 +145,10 @@ class ReplayNode:
         text = f"{driver.path} is a recording; goals need a vehicle."
         for vehicle in vehicles:
             vehicle.refuse(Rejection(OutcomeCode.NO_VEHICLE, text))
+        self._status = root.create_publisher(ReplayStatus, "~/replay/status", LATCHED_QOS)
+        self._status_s, self._changes = -math.inf, 0
         driver.on_time, driver.on_end = self._set_time, self._tell_end
+        driver.on_look = self._look
         deeds: dict[str, tuple[Callable[[], None], str]] = {
             "start": (lambda: driver.rewind(play=True), "plays from its beginning"),
             "stop": (lambda: driver.rewind(play=False), "is stopped at its beginning"),
@@ -145,10 +159,11 @@ class ReplayNode:
             root.create_service(Trigger, f"~/replay/{name}", partial(self._serve, deed, words))
             for name, (deed, words) in deeds.items()
         ]
+        self._services.append(root.create_service(SeekReplay, "~/replay/seek", self._seek))
         root.add_on_set_parameters_callback(self._on_set)
         self._logger.info(
             f"Replaying {driver.path}: nothing is sent, and goals are rejected. "
-            "Control it with ~/replay/pause, resume, stop and start."
+            "Control it with ~/replay/pause, resume, stop, start and seek."
         )
 
     # --- executor threads ----------------------------------------------------------------
@@ -172,6 +187,17 @@ class ReplayNode:
             response.message = f"The recording has ended ({_where(position)})."
         return response
 
+    def _seek(
+        self, request: SeekReplay.Request, response: SeekReplay.Response
+    ) -> SeekReplay.Response:
+        if not (math.isfinite(request.position) and request.position >= 0.0):
+            response.message = "position is not a number of seconds since the beginning."
+            return response
+        self._driver.seek(request.position)
+        response.success = True
+        response.message = f"The recording goes to {request.position:.1f} s."
+        return response
+
     def _on_set(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
             if parameter.name == "replay_speed":
@@ -191,6 +217,25 @@ class ReplayNode:
         if now - self._told_s >= _TELL_PERIOD_S:
             self._told_s = now
             self._logger.info(f"Replay: {_where(self._driver.position())}")
+
+    def _look(self) -> None:
+        """Publish the status when it has changed, and periodically."""
+        driver, now = self._driver, self._wall.now()
+        if driver.changes == self._changes and now - self._status_s < _STATUS_PERIOD_S:
+            return
+        self._changes, self._status_s = driver.changes, now
+        position = driver.position()
+        message = ReplayStatus(
+            position=position.recording_s,
+            duration=driver.duration_s,
+            speed=position.speed,
+            paused=position.paused,
+            ended=position.ended,
+            seeking=position.seeking,
+            jumps=position.jumps,
+        )
+        message.header.stamp = Time(nanoseconds=int(position.unix_s * 1e9)).to_msg()
+        self._status.publish(message)
 
     def _tell_end(self) -> None:
         position = self._driver.position()

@@ -22,6 +22,9 @@ from navigation_bridge.goals.goal import LogLevel, LogLine, Output
 from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_core.outcomes import OutcomeCode
 
+# What somebody waits for, whatever a recording does.
+_ANSWERS = (outputs.ServiceDone,)
+
 
 class VehicleApplication:
     """The bridge of one vehicle with the sinks of its outputs."""
@@ -37,6 +40,8 @@ class VehicleApplication:
         self._topics: Topics | None = None
         self._node: Node | None = None
         self._sinks: dict[type[Output], Callable[[Any], object]] = {}
+        self._muted = False
+        self._plan = outputs.PlanChanged(())
         if recorder is not None:
             self._sinks[outputs.Annotation] = partial(self._record, recorder)
 
@@ -71,8 +76,7 @@ class VehicleApplication:
         """Process a message and publish the results at once."""
         self._bridge.receive(message, now)
         self._publish()
-        if self._topics is not None:
-            self._topics.update(now)
+        self._update_topics(now)
 
     def overhear(self, message: Message, now: float) -> None:
         """Process a message of a ground station and publish the results at once."""
@@ -90,20 +94,30 @@ class VehicleApplication:
         """Reset: the recording is played from its start."""
         self._bridge.begin_again()
         self._noted = NotedOutputs(self._bridge)
+        if self._plan.path_enu_m:
+            self._put_out(outputs.PlanChanged(()))
         if self._topics is not None:
             self._topics.begin_again()
+
+    def mute(self, muted: bool, now: float) -> None:
+        """Publish nothing of the recording for a while; afterwards, everything as it then is."""
+        self._muted = muted
+        if not muted:
+            self._put_out(self._plan)
+            if self._topics is not None:
+                self._topics.begin_again()
+            self._update_topics(now)
 
     def handle_timer(self, now: float) -> None:
         """Run the due timers of the bridge."""
         self._bridge.handle_timer(now)
         self._publish()
-        if self._topics is not None:
-            self._topics.update(now)
+        self._update_topics(now)
 
     def next_deadline(self) -> float | None:
         """Return the deadline of the bridge."""
         deadline = self._bridge.next_deadline()
-        if self._topics is None:
+        if self._topics is None or self._muted:
             return deadline
         own = self._topics.next_deadline()
         return own if deadline is None else min(own, deadline)
@@ -134,7 +148,15 @@ class VehicleApplication:
         while (output := self._bridge.next_output()) is not None:
             self._put_out(output)
 
+    def _update_topics(self, now: float) -> None:
+        if self._topics is not None and not self._muted:
+            self._topics.update(now)
+
     def _put_out(self, output: Output) -> None:
+        if isinstance(output, outputs.PlanChanged):
+            self._plan = output
+        if self._muted and not isinstance(output, _ANSWERS):
+            return
         sink = self._sinks.get(type(output))
         if sink is not None:
             sink(output)

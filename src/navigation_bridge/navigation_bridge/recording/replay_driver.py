@@ -8,7 +8,9 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Iterable
+from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -18,7 +20,6 @@ from mavlink_vehicle.io.driver import Application
 from mavlink_vehicle.io.mailbox import Mailbox
 from navigation_bridge.recording.replay import (
     OWN_COMPONENT,
-    Played,
     Player,
     RecordedTime,
     open_recording,
@@ -26,6 +27,7 @@ from navigation_bridge.recording.replay import (
 
 _ResultT = TypeVar("_ResultT")
 _LONGEST_WAIT_S = 0.5
+_LOOK_PACKETS = 10_000
 # A year of replay before builtin_interfaces/Time overflows.
 _LATEST_UNIX_S = 2.0**31 - 366 * 86_400
 
@@ -39,6 +41,9 @@ class ReplayedApplication(Application, Protocol):
     def begin_again(self) -> None:
         """Reset: the recording is played from its start."""
 
+    def mute(self, muted: bool, now: float) -> None:
+        """Publish nothing for a while; afterwards, everything as it then is."""
+
 
 @dataclass(frozen=True)
 class ReplayPosition:
@@ -50,6 +55,10 @@ class ReplayPosition:
         share: from 0 to 1.
         ended: whether nothing is left.
         playing: whether it is not paused.
+        paused: whether it is paused, ended or not.
+        seeking: whether the state at another position is being rebuilt.
+        jumps: number of jumps to another position.
+        speed: seconds of the recording in a second; 0 is as fast as possible.
         stepped_back: number of backward steps of the recorder's clock.
         shortened_s: time cut from long silences.
     """
@@ -59,6 +68,10 @@ class ReplayPosition:
     share: float
     ended: bool
     playing: bool
+    paused: bool
+    seeking: bool
+    jumps: int
+    speed: float
     stepped_back: int
     shortened_s: float
 
@@ -71,6 +84,9 @@ class ReplayDriver:
         codec: its counts cover the recording.
         on_time: called on the thread with the recorder's clock (s since 1970) as it advances.
         on_end: called on the thread when nothing is left.
+        on_look: called on the thread between events, and at least twice a second.
+        changes: counts what was changed about the playing: speed, pause, jumps, the end.
+        duration_s: length of the recording; 0 until all of it has been looked at.
         path: the recording.
         begin_unix_s: start of the recording.
     """
@@ -90,6 +106,9 @@ class ReplayDriver:
         self.clock = ManualClock()
         self.on_time: Callable[[float], None] = lambda _unix_s: None
         self.on_end: Callable[[], None] = lambda: None
+        self.on_look: Callable[[], None] = lambda: None
+        self.changes = 0
+        self.duration_s = 0.0
         self._reader, begin_unix_s = open_recording(path)
         # Times that ROS cannot represent count as damage.
         self.begin_unix_s = begin_unix_s if begin_unix_s < _LATEST_UNIX_S else 0.0
@@ -102,6 +121,8 @@ class ReplayDriver:
         self._mailbox.thread = self._thread
         self._stopping = False
         self._paused = False
+        self._seek_s: float | None = None
+        self._jumps = 0
         self._application: ReplayedApplication | None = None
         self.codec = Codec(1, own_component)
         self._begin_s = 0.0
@@ -120,8 +141,9 @@ class ReplayDriver:
 
     def start(self) -> None:
         """Start to play."""
-        self._set_anchor()
+        self._set_anchor(self._playing().now)
         self._thread.start()
+        threading.Thread(target=self._measure, name="replay duration", daemon=True).start()
 
     def stop(self, timeout_s: float = 5.0) -> None:
         """End the thread; stopping twice is harmless."""
@@ -156,6 +178,14 @@ class ReplayDriver:
         """Go back to the start, and play or stop there."""
         self.post(lambda: self._rewind(play))
 
+    def seek(self, position_s: float) -> None:
+        """Go to a position, in seconds from the start; one beyond the end is the end.
+
+        Everything before it is played there, from the start if it lies back, as fast as possible
+        and unpublished: a state depends on all that came before. Other work is done meanwhile.
+        """
+        self.post(lambda: self._seek(max(position_s, 0.0)))
+
     def position(self) -> ReplayPosition:
         """Return the progress; on the thread, or by :meth:`call`."""
         player = self._playing()
@@ -167,6 +197,10 @@ class ReplayDriver:
             share=self._reader.position / self._reader.size,
             ended=player.ended,
             playing=not self._paused and not player.ended,
+            paused=self._paused,
+            seeking=self._seek_s is not None,
+            jumps=self._jumps,
+            speed=self._speed,
             stepped_back=time.stepped_back,
             shortened_s=time.shortened_s,
         )
@@ -179,7 +213,8 @@ class ReplayDriver:
                 self._turn()
             except Exception as error:
                 logging.getLogger(__name__).error("The replay has failed.", exc_info=error)
-                self._paused = True
+                self._paused, self._seek_s = True, None
+                self.changes += 1
 
     def _turn(self) -> None:
         application = self._application
@@ -187,7 +222,11 @@ class ReplayDriver:
         while self._mailbox:
             self._mailbox.do_next()
             application.messages_to_send()  # the request reports its own effect
+        self.on_look()
         player = self._playing()
+        if self._seek_s is not None:
+            self._seek_on(application, player, self._seek_s)
+            return
         wait_s = self._wait_s(player)
         if wait_s > 0.0:
             self._wake.wait(min(wait_s, _LONGEST_WAIT_S))
@@ -196,17 +235,43 @@ class ReplayDriver:
         due_s = player.due_s()
         if due_s is not None:
             self.clock.advance_to(due_s)
-        self.on_time(self.begin_unix_s + self.clock.now() - self._begin_s)
-        for played in player.step():
-            self._take_note(application, played)
-        application.messages_to_send()
+        self._tell_time()
+        self._step(application, player)
         if player.ended:
-            self.on_end()
+            self._end()
 
     @staticmethod
-    def _take_note(application: ReplayedApplication, played: Played) -> None:
-        if played.is_note and played.message is not None:
-            application.take_note(played.message, played.now)
+    def _step(application: ReplayedApplication, player: Player) -> None:
+        for played in player.step():
+            if played.is_note and played.message is not None:
+                application.take_note(played.message, played.now)
+        application.messages_to_send()
+
+    def _tell_time(self) -> None:
+        self.on_time(self.begin_unix_s + self.clock.now() - self._begin_s)
+
+    def _end(self) -> None:
+        self.changes += 1
+        self.on_end()
+
+    def _seek_on(self, application: ReplayedApplication, player: Player, seek_s: float) -> None:
+        """Play the next event before the position, or end the seek."""
+        due_s = player.due_s()
+        target_s = self._begin_s + seek_s
+        if due_s is not None and due_s <= target_s:
+            self.clock.advance_to(due_s)
+            self._step(application, player)
+            return
+        if due_s is not None:
+            self.clock.advance_to(target_s)
+        self._seek_s = None
+        self.changes += 1
+        self._tell_time()
+        self.on_look()
+        application.mute(False, self.clock.now())
+        self._set_anchor(self.clock.now())
+        if due_s is None:
+            self._end()
 
     def _wait_s(self, player: Player) -> float:
         due_s = player.due_s()
@@ -219,14 +284,32 @@ class ReplayDriver:
 
     def _change(self, speed: float, paused: bool) -> None:
         self._speed, self._paused = speed, paused
-        self._set_anchor()
+        self.changes += 1
+        self._set_anchor(self._playing().now)
 
     def _rewind(self, play: bool) -> None:
         assert self._application is not None
-        self._application.begin_again()
+        self._begin_again(self._application)
+        if self._seek_s is not None:
+            self._seek_s = None
+            self._application.mute(False, self.clock.now())
+        self._jumps += 1
+        self._change(self._speed, not play)
+
+    def _begin_again(self, application: ReplayedApplication) -> None:
+        application.begin_again()
         self._begin_s = self.clock.now()
         self._make_player()
-        self._change(self._speed, not play)
+
+    def _seek(self, position_s: float) -> None:
+        assert self._application is not None
+        if self._seek_s is None:
+            self._application.mute(True, self.clock.now())
+        if position_s < self.clock.now() - self._begin_s:
+            self._begin_again(self._application)
+        self._seek_s = position_s
+        self._jumps += 1
+        self.changes += 1
 
     def _make_player(self) -> None:
         assert self._application is not None
@@ -239,5 +322,20 @@ class ReplayDriver:
         assert self._player is not None, "play_to comes first"
         return self._player
 
-    def _set_anchor(self) -> None:
-        self._anchor = (self._wall.now(), self._playing().now)
+    def _set_anchor(self, played_s: float) -> None:
+        self._anchor = (self._wall.now(), played_s)
+
+    # --- a thread of its own -------------------------------------------------------------
+
+    def _measure(self) -> None:
+        time = RecordedTime()
+        # What was read counts by itself for each reader.
+        for number, (unix_s, _) in enumerate(copy(self._reader)):
+            time.advance(unix_s)
+            if number % _LOOK_PACKETS == 0 and self._stopping:
+                return
+        self.post(partial(self._set_duration, time.now))
+
+    def _set_duration(self, duration_s: float) -> None:
+        self.duration_s = duration_s
+        self.changes += 1
