@@ -37,6 +37,7 @@ FILES = frozenset(
         "ros/test_client_commands.py",
         "ros/test_command_line.py",
         "ros/test_console.py",
+        "ros/test_console_tiles.py",
         "ros/test_demo.py",
         "ros/test_driver_failure.py",
         "ros/test_fleet.py",

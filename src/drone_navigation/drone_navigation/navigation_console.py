@@ -21,6 +21,7 @@ from rclpy.utilities import remove_ros_args
 from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.options import TokenError, make_parser, token_of
+from drone_navigation.console.tiles import TileError, open_tiles
 from drone_navigation.console.web import Web
 
 _REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
@@ -35,7 +36,8 @@ def main(args: list[str] | None = None) -> int:
     options = parser.parse_args(remove_ros_args(argv)[1:])
     try:
         token = token_of(options)
-    except TokenError as error:
+        tiles = open_tiles(options.tiles) if options.tiles else None
+    except (TokenError, TileError) as error:
         parser.error(str(error))
     with ExitStack() as on_exit:
         # Only for its owner: a command line, with the address on it, is for everybody.
@@ -61,7 +63,7 @@ def main(args: list[str] | None = None) -> int:
                 threading.Thread(target=webbrowser.open, args=(file.as_uri(),), daemon=True).start()
 
         try:
-            asyncio.run(_serve(Web(fleet, board, token), options.host, options.port, ready))
+            asyncio.run(_serve(Web(fleet, board, token, tiles), options.host, options.port, ready))
         except OSError as error:
             print(f"Cannot listen on {options.host}: {error.strerror or error}.", file=sys.stderr)
             return EXIT_FAILED

@@ -26,6 +26,9 @@ _ARGUMENTS = (
     "--disable-background-networking", "--disable-component-update", "--disable-dev-shm-usage",
     "--disable-background-timer-throttling", "--hide-scrollbars", "--remote-debugging-port=0",
 )  # fmt: skip
+_KEY_CODES = {
+    " ": 32, "Backspace": 8, "Enter": 13, "End": 35, "Home": 36, "ArrowUp": 38, "ArrowDown": 40,
+}  # fmt: skip
 _STARTED_S = 40.0
 _ANSWER_S = 30.0
 _LOOK_S = 0.1
@@ -138,9 +141,27 @@ class Tab:
         return str(self.value(f"document.getElementById('{element}').textContent"))
 
     def click(self, element: str) -> None:
-        """Click in the middle of the element with an id."""
+        """Click in the middle of the element with an id, after scrolling to it."""
+        self.value(f"document.getElementById('{element}').scrollIntoView({{block: 'nearest'}})")
         left, top, width, height = self.box(element)
         self.drag((left + width / 2, top + height / 2))
+
+    def click_on(self, selector: str) -> None:
+        """Click in the middle of the first element of a CSS selector, after scrolling to it."""
+        found = f"document.querySelector({json.dumps(selector)})"
+        self.value(f"{found}.scrollIntoView({{block: 'nearest'}})")
+        left, top, width, height = self.value(
+            f"(() => {{ const b = {found}.getBoundingClientRect();"
+            " return [b.left, b.top, b.width, b.height]; })()"
+        )
+        self.drag((left + width / 2, top + height / 2))
+
+    def type(self, text: str) -> None:
+        """Type a text; a backspace is one."""
+        if text == "\b":
+            self.press("Backspace", "Backspace")
+        else:
+            self.call("Input.insertText", text=text)
 
     def box(self, element: str) -> tuple[float, float, float, float]:
         """Return left, top, width and height of the element with an id, in pixels."""
@@ -171,7 +192,8 @@ class Tab:
 
     def press(self, key: str, code: str, held_s: float = 0.0) -> None:
         """Press a key, and release it after a time in s."""
-        number = {" ": 32}.get(key, 0)
+        # What the browser itself acts on is known to it by a number.
+        number = _KEY_CODES.get(key, 0)
         event = {"key": key, "code": code, "windowsVirtualKeyCode": number}
         self.call("Input.dispatchKeyEvent", type="rawKeyDown", **event)
         time.sleep(held_s)

@@ -46,6 +46,13 @@ def make_parser() -> argparse.ArgumentParser:
         help=f"file with a token of {TOKEN_LENGTH_MIN} or more characters that only its owner can "
         "read (default: a random token)",
     )
+    parser.add_argument(
+        "--tiles",
+        type=Path,
+        metavar="PATH",
+        help="map tiles to draw below the grid: a folder z/x/y.png (.jpg, .webp), or a PMTiles "
+        "file of raster tiles",
+    )
     return parser
 
 

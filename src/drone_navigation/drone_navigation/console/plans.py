@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import cache
 from typing import Any
 
@@ -14,7 +15,7 @@ from mavlink_vehicle.profiles import profile_for
 from navigation_bridge.goals.plan_files import PlanError, parse_plan
 from navigation_bridge.goals.requests import AltitudeReference
 
-__all__ = ["PlanError", "make_plan", "map_waypoints"]
+__all__ = ["PlanError", "earth", "make_plan", "map_waypoints"]
 
 _FIRMWARES = (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4)
 
@@ -37,6 +38,25 @@ def _frame(autopilot: str, home: dict[str, Any] | None) -> LocalFrame:
     east_m, north_m, up_m = home["at"]
     place = (home["latitude"], home["longitude"], home["altitude"])
     return LocalFrame.through(place, (north_m, east_m, -up_m), projection)
+
+
+def earth(autopilot: str, home: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Return where the vehicle's map lies on the earth, None if nobody knows.
+
+    Args:
+        autopilot: as in VehicleStatus.
+        home: as of `facts.home`.
+
+    Returns:
+        origin: latitude and longitude of the map's zero, degrees; and the attributes of the
+        firmware's projection.
+    """
+    try:
+        frame = _frame(autopilot, home)
+    except PlanError:
+        return None
+    projection: Any = frame.projection
+    return {"origin": frame.origin[:2], **asdict(projection)}
 
 
 def map_waypoints(

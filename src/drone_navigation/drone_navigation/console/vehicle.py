@@ -17,7 +17,7 @@ from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import MarkerArray
 
 from custom_interfaces.msg import GoalEvent, HomePosition, VehicleStatus
-from drone_navigation.console import facts
+from drone_navigation.console import facts, plans
 from drone_navigation.console.board import Board
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
@@ -123,6 +123,8 @@ class VehicleClient:
         self._server_id = message.server_id
         self._heard_s = self._now
         self._board.put(self._name, "status", facts.status(message))
+        if self._board.get(self._name, "earth") is None:
+            self._find_earth()
         if message.last_status_text != (before or ""):
             self._board.put(self._name, "text", message.last_status_text)
             if message.last_status_text:
@@ -180,6 +182,12 @@ class VehicleClient:
 
     def _home(self, message: HomePosition) -> None:
         self._board.put(self._name, "home", facts.home(message))
+        self._find_earth()
+
+    def _find_earth(self) -> None:
+        status = self._board.get(self._name, "status") or {}
+        home = self._board.get(self._name, "home")
+        self._board.put(self._name, "earth", plans.earth(status.get("autopilot", ""), home))
 
     def _odometry(self, message: Odometry) -> None:
         motion = facts.motion(message)

@@ -24,6 +24,7 @@ from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.messages import SIZE_MAX_BYTES
 from drone_navigation.console.session import Page, Rules
+from drone_navigation.console.tiles import Tiles, media_type, tile_of
 
 __all__ = ["Web"]
 
@@ -46,15 +47,17 @@ _SILENT.setLevel(logging.CRITICAL)
 class Web:
     """Serves one console."""
 
-    def __init__(self, fleet: Fleet, board: Board, token: str) -> None:
+    def __init__(self, fleet: Fleet, board: Board, token: str, tiles: Tiles | None = None) -> None:
         """Read the files of the page.
 
         Args:
             fleet: the ROS client.
             board: what pages show.
             token: what every address must carry.
+            tiles: what is drawn below the map.
         """
         self._fleet = fleet
+        self._tiles = tiles
         self._board = board
         self._token = token
         self._rules = Rules(fleet, board)
@@ -89,7 +92,7 @@ class Web:
             self._talk,
             host,
             port,
-            process_request=self._serve_file,
+            process_request=self._serve,
             compression=None,
             max_size=SIZE_MAX_BYTES,
             server_header=None,
@@ -109,7 +112,7 @@ class Web:
 
     # --- HTTP -------------------------------------------------------------------------------
 
-    def _serve_file(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _serve(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return a file or a rejection, None to open the socket. Only GET gets here."""
         assert self._access is not None
         path = urlsplit(request.path).path
@@ -117,7 +120,7 @@ class Web:
             request.path,
             request.headers.get_all("Host"),
             request.headers.get_all("Origin"),
-            token=path in ("/", _SOCKET),
+            token=path in ("/", _SOCKET) or path.startswith("/tile/"),
             origin=path == _SOCKET,
         )
         if denied is not None:
@@ -127,12 +130,24 @@ class Web:
             if len(self._pages) >= _PAGES_MAX:
                 return _response(HTTPStatus.SERVICE_UNAVAILABLE, b"Too many pages are open.")
             return None
+        tile = tile_of(path)
+        if tile is not None and self._tiles is not None:
+            return await self._serve_tile(self._tiles, *tile)
         content = self._files.get("/index.html" if path == "/" else path)
         if content is None:
             return _response(HTTPStatus.NOT_FOUND, b"There is no such file.")
         kind = "html" if path == "/" else path.rpartition(".")[2]
         socket = f"ws://{request.headers['Host']}"
         return _response(HTTPStatus.OK, content, _TYPES[kind], socket)
+
+    @staticmethod
+    async def _serve_tile(tiles: Tiles, zoom: int, x: int, y: int) -> Response:
+        content = await asyncio.to_thread(tiles.read, zoom, x, y)
+        kind = None if content is None else media_type(content)
+        if content is None or kind is None:
+            # A map has gaps: for a browser, "not found" would be an error.
+            return _response(HTTPStatus.NO_CONTENT, b"")
+        return _response(HTTPStatus.OK, content, kind)
 
     # --- the socket -------------------------------------------------------------------------
 
@@ -144,6 +159,8 @@ class Web:
                 loop.call_soon_threadsafe(_send, connection, message)
 
         page = Page(next(self._numbers), tell, time.monotonic())
+        alone = not self._pages
+        self._pages[connection] = page
         version, changes = self._board.since(0)
         # What this page gets here and again with the next changes does no harm.
         first = {
@@ -151,12 +168,12 @@ class Web:
             "page": page.number,
             "vehicles": changes,
             "trails": self._board.trails(),
+            "tiles": self._tiles and {"min": self._tiles.zoom_min, "max": self._tiles.zoom_max},
             **self._control(),
         }
-        if not self._pages:
+        if alone:
             self._version = version
         _send(connection, first)
-        self._pages[connection] = page
         self._fleet.watch(True)
         try:
             async for data in connection:
@@ -180,8 +197,11 @@ class Web:
 
     async def _push(self) -> None:
         """Tell all pages what has changed."""
+        due_s = time.monotonic()
         while True:
-            await asyncio.sleep(_PERIOD_S)
+            # Late once, it does not hurry afterwards.
+            due_s = max(due_s + _PERIOD_S, time.monotonic())
+            await asyncio.sleep(due_s - time.monotonic())
             if not self._pages:
                 continue
             version, changes = self._board.since(self._version)

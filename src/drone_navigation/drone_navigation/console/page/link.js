@@ -7,6 +7,7 @@ const ALIVE_MS = 1000;
 export class Link extends EventTarget {
   constructor(token) {
     super();
+    this.token = token;
     this.address = `ws://${location.host}/socket?token=${encodeURIComponent(token)}`;
     this.vehicles = {};
     this.trails = {};
@@ -51,6 +52,7 @@ export class Link extends EventTarget {
       this.page = message.page;
       this.vehicles = {};
       this.trails = message.trails;
+      this.tiles = message.tiles;
     }
     for (const name of ["control", "pages", "rejected"]) {
       if (message[name] !== undefined) this[name] = message[name];

@@ -6,6 +6,7 @@ import { Map2D } from "./map.js";
 import { setText, showPanel } from "./panel.js";
 import { Route } from "./route.js";
 import { drawSide } from "./side.js";
+import { Tiles } from "./tiles.js";
 import { WaypointList } from "./waypoints.js";
 
 const $ = (id) => document.getElementById(id);
@@ -13,6 +14,7 @@ const link = new Link(new URLSearchParams(location.search).get("token") ?? "");
 const route = new Route();
 const confirm = new Confirm();
 const map = new Map2D($("map"), route, scene);
+map.tiles = new Tiles(link, () => vehicle()?.earth, () => map.draw());
 let chosen = "";
 let fitted = "";
 new WaypointList($("waypoints"), route);

@@ -1,4 +1,4 @@
-// The map: metres, north up, no tiles. Draws the scene and turns pointers into changes of the route.
+// The map: metres, north up. Draws the scene and turns pointers into changes of the route.
 
 import { colours, label, prepared, roundStep } from "./colours.js";
 
@@ -187,11 +187,13 @@ export class Map2D extends EventTarget {
     const c = colours();
     context.fillStyle = c.back;
     context.fillRect(0, 0, width, height);
+    const tiled = this.tiles?.draw(context, this) ?? 0;
     this.canvas.dataset.view = `${this.view.x} ${this.view.y} ${this.view.scale}`;
-    this.grid(context, width, height, c);
+    this.grid(context, width, height, tiled ? { ...c, grid: c.axis, axis: c.soft } : c);
     if (scene.volume) this.circle(context, 0, 0, scene.volume.radius, { stroke: c.volume, dash: [12, 6] });
     this.obstacles(context, scene.obstacles, c);
     for (const path of scene.earlier) this.line(context, path, c.earlier, 1.5, [3, 5]);
+    this.canvas.dataset.trail = scene.trail.length;
     this.line(context, scene.trail, c.trail, 3);
     this.line(context, scene.plan, c.plan, 3, [10, 5]);
     if (scene.home) this.home(context, scene.home, c);
@@ -207,21 +209,21 @@ export class Map2D extends EventTarget {
     const step = roundStep(this.view.scale, 60);
     const [west, north] = this.toMap(0, 0);
     const [east, south] = this.toMap(width, height);
-    context.lineWidth = 1;
     for (let x = Math.ceil(west / step) * step; x <= east; x += step) {
       const px = Math.round(this.toScreen(x, 0)[0]) + 0.5;
-      this.stroke(context, [[px, 0], [px, height]], Math.abs(x) < step / 2 ? c.axis : c.grid);
-      label(context, String(+x.toFixed(2)), px + 3, height - 6, c.soft, c.back);
+      this.stroke(context, [[px, 0], [px, height]], Math.abs(x) < step / 2 ? c.axis : c.grid, 1);
+      if (px < width - 50) label(context, String(+x.toFixed(2)), px + 3, height - 6, c.soft, c.back);
     }
     for (let y = Math.ceil(south / step) * step; y <= north; y += step) {
       const py = Math.round(this.toScreen(0, y)[1]) + 0.5;
-      this.stroke(context, [[0, py], [width, py]], Math.abs(y) < step / 2 ? c.axis : c.grid);
+      this.stroke(context, [[0, py], [width, py]], Math.abs(y) < step / 2 ? c.axis : c.grid, 1);
       const text = String(+y.toFixed(2));
       label(context, text, width - 6 - context.measureText(text).width, py - 4, c.soft, c.back);
     }
   }
 
-  stroke(context, points, colour) {
+  stroke(context, points, colour, width = context.lineWidth) {
+    context.lineWidth = width;
     context.strokeStyle = colour;
     context.beginPath();
     points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));

@@ -1,0 +1,258 @@
+"""Tiles below the map of the console: each where the vehicle's firmware puts its place."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import re
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+import rclpy
+from nav_msgs.msg import Odometry
+from PIL import Image
+from rclpy.context import Context
+
+from custom_interfaces.msg import HomePosition, VehicleStatus
+from drone_navigation.console import plans
+from drone_navigation.processes import Process, ros_environment
+from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
+from navigation_bridge.names import SERVER_NODE_NAME
+from tests.support.ros.browser import CHROMIUM, Browser, Tab
+from tests.support.ros.ros_flight import READY_TIMEOUT_S, new_domain
+from tests.support.tiles import draw_tiles, write_archive, write_folder
+
+pytestmark = [
+    pytest.mark.timeout(180),
+    pytest.mark.xdist_group("console_tiles"),
+    pytest.mark.skipif(
+        CHROMIUM is None, reason="no Chromium here (apt install chromium), so no page can be opened"
+    ),
+]
+# Latitude and longitude of home; the first map goes across the date line.
+VEHICLES = {
+    "equator": ("ArduCopter", 0.0, 179.9995),
+    "berlin": ("PX4 multicopter", 52.0, 13.0),
+    "bellingshausen": ("ArduCopter", -69.0, -75.0),
+}
+# East and north of home, metres: what is marked on the tiles.
+PLACES = ((70.0, 40.0), (-90.0, -35.0))
+HOME_ENU_M = (3.0, -2.0, 0.0)
+ZOOM = 18
+_PERIOD_S = 0.3
+
+
+class Vehicles:
+    """What three servers say of their vehicles, over and over."""
+
+    def __init__(self, domain: int) -> None:
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self._node = rclpy.create_node("vehicles", context=self._context)
+        self._told = [self._messages(name, *where) for name, where in VEHICLES.items()]
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._tell)
+        self._thread.start()
+
+    def _messages(
+        self, name: str, autopilot: str, latitude: float, longitude: float
+    ) -> list[tuple[Any, object]]:
+        root = f"/{name}/{SERVER_NODE_NAME}"
+        status = VehicleStatus(
+            connected=True, autopilot=autopilot, mode="GUIDED", position_valid=True, server_id="1"
+        )
+        home = HomePosition(latitude=latitude, longitude=longitude, altitude_amsl=50.0)
+        home.position.x, home.position.y, home.position.z = HOME_ENU_M
+        odometry = Odometry()
+        odometry.pose.pose.orientation.w = 1.0
+        kinds = ((status, "vehicle_status", LATCHED_QOS), (home, "home", LATCHED_QOS),
+                 (odometry, "odometry", STREAM_QOS))  # fmt: skip
+        return [
+            (self._node.create_publisher(type(message), f"{root}/{topic}", qos), message)
+            for message, topic, qos in kinds
+        ]
+
+    def _tell(self) -> None:
+        while not self._stop.wait(_PERIOD_S):
+            for told in self._told:
+                for publisher, message in told:
+                    publisher.publish(message)
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join()
+        self._node.destroy_node()
+        rclpy.try_shutdown(context=self._context)
+
+
+@dataclass
+class Scene:
+    """A browser, and a console for each kind of file."""
+
+    browser: Browser
+    addresses: dict[str, str]
+    processes: list[Process]
+
+
+def home_of(name: str) -> dict[str, object]:
+    _, latitude, longitude = VEHICLES[name]
+    return {"latitude": latitude, "longitude": longitude, "altitude": 50.0, "at": list(HOME_ENU_M)}
+
+
+def places_of(name: str) -> list[tuple[float, float]]:
+    """Return latitude and longitude of the marks, by the projection that the bridge uses."""
+    frame = plans._frame(VEHICLES[name][0], home_of(name))
+    found = [frame.geodetic((north_m, east_m, 0.0)) for east_m, north_m in PLACES]
+    return [(latitude, longitude) for latitude, longitude, _ in found]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
+    folder = tmp_path_factory.mktemp("tiles")
+    tiles = draw_tiles([place for name in VEHICLES for place in places_of(name)], ZOOM)
+    files = {
+        "folder": write_folder(tiles, folder / "tiles"),
+        "archive": write_archive(tiles, folder / "tiles.pmtiles"),
+    }
+    domain = new_domain()
+    vehicles = Vehicles(domain)
+    scene = Scene(Browser(folder / "browser"), {}, [])
+    try:
+        for kind, path in files.items():
+            command = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
+            console = Process(kind, [*command, "--tiles", str(path)], ros_environment(domain))
+            scene.processes.append(console)
+            line = console.wait_for("The console is at", READY_TIMEOUT_S)
+            found = re.search(r"http://\S+", line)
+            assert found is not None
+            scene.addresses[kind] = found[0]
+        yield scene
+    finally:
+        scene.browser.close()
+        for console in scene.processes:
+            console.stop()
+        vehicles.close()
+
+
+def loaded(tab: Tab) -> None:
+    """Wait until tiles are drawn, and none is on its way."""
+    tab.wait("/^[1-9][0-9]* 0$/.test(document.getElementById('map').dataset.tiles)", 30.0)
+    drawn(tab)
+
+
+def scale_of(tab: Tab) -> float:
+    """Return how many pixels a metre has."""
+    drawn(tab)
+    return float(tab.value("document.getElementById('map').dataset.view").split()[2])
+
+
+def drawn(tab: Tab) -> None:
+    """Wait until what was asked for has been drawn."""
+    frames = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    tab.call("Runtime.evaluate", expression=frames, awaitPromise=True)
+
+
+def marks(tab: Tab, file: Path) -> list[tuple[float, float]]:
+    """Return where the marks are seen, east and north in metres, by their distance from home."""
+    tab.picture(file)
+    with Image.open(file) as image:
+        seen = np.asarray(image.convert("RGB"), dtype=float)
+    left, top, width, height = tab.box("map")
+    seen = seen[int(top) : int(top + height), int(left) : int(left + width)]
+    # More red than anything else that is drawn there, however the theme dims it.
+    red = seen[..., 0] - np.maximum(seen[..., 1], seen[..., 2])
+    rows, columns = np.nonzero(red > 0.5 * red.max())
+    x, y, scale = map(float, tab.value("document.getElementById('map').dataset.view").split())
+    east = x + (columns + 0.5 - width / 2) / scale
+    north = y - (rows + 0.5 - height / 2) / scale
+    found = []
+    for place in PLACES:
+        near = np.hypot(east - place[0], north - place[1]) < 20.0
+        found.append((float(east[near].mean()), float(north[near].mean())))
+    return found
+
+
+@pytest.mark.parametrize("kind", ["folder", "archive"])
+@pytest.mark.parametrize("name", VEHICLES)
+def test_tiles_lie_where_the_firmware_puts_their_places(
+    scene: Scene, name: str, kind: str, tmp_path: Path
+) -> None:
+    tab = scene.browser.open(scene.addresses[kind])
+    try:
+        options = "[...document.getElementById('vehicle').options]"
+        tab.wait(f"{options}.some((option) => option.value === '/{name}')")
+        tab.value(
+            f"(() => {{ const s = document.getElementById('vehicle'); s.value = '/{name}';"
+            " s.dispatchEvent(new Event('change')); })()"
+        )
+        tab.wait("document.body.dataset.ready === 'true'", READY_TIMEOUT_S)
+        tab.wait("document.getElementById('facts').textContent.includes('east 0.0')")
+        for theme in ("day", "night"):
+            tab.value(f"document.documentElement.dataset.theme = '{theme}'")
+            while scale_of(tab) > (4.5 if theme == "day" else 1.7):
+                tab.click("zoom-out")
+            loaded(tab)
+            scale = scale_of(tab)
+            for found, place in zip(marks(tab, tmp_path / "seen.png"), PLACES, strict=True):
+                assert found == pytest.approx(place, abs=1.5 / scale + 0.15), (theme, scale)
+    finally:
+        tab.close()
+
+
+def answer(address: str, path: str, host: str = "", token: bool = True) -> tuple[int, str]:
+    """Return the status and the type that an address gets."""
+    parts = urlsplit(address)
+    link = http.client.HTTPConnection(str(parts.hostname), int(parts.port or 0), timeout=10.0)
+    try:
+        query = f"?{parts.query}" if token else ""
+        link.request("GET", path + query, headers={"Host": host or parts.netloc})
+        response = link.getresponse()
+        response.read()
+        return response.status, response.headers.get("Content-Type", "")
+    finally:
+        link.close()
+
+
+@pytest.mark.parametrize("kind", ["folder", "archive"])
+def test_only_tiles_are_served_and_only_with_the_token(scene: Scene, kind: str) -> None:
+    address = scene.addresses[kind]
+    latitude, longitude = places_of("berlin")[0]
+    ((_, x, y), *_) = draw_tiles([(latitude, longitude)], ZOOM)
+    tile = f"/tile/{ZOOM}/{x}/{y}"
+    assert answer(address, tile) == (200, "image/png")
+    assert answer(address, tile, token=False)[0] == 403
+    assert answer(address, tile, host="evil.example")[0] == 421
+    assert answer(address, "/tile/3/0/0")[0] == 204
+    for path in (
+        "/tile/../../../etc/passwd", f"/tile/{ZOOM}/{x}/../{x}/{y}.png", f"/tile/{ZOOM}/{x}/%2e%2e",
+        f"/tile//{x}/{y}", f"/tile/{ZOOM}/{x}/{y}.png", "/tile/99/0/0", f"/tile/{ZOOM}",
+    ):  # fmt: skip
+        assert answer(address, path)[0] == 404, path
+
+
+def test_without_tiles_none_are_served_and_a_wrong_file_is_said(tmp_path: Path) -> None:
+    (tmp_path / "a.mbtiles").write_bytes(b"SQLite format 3\0")
+    command = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
+    console = Process(
+        "console", [*command, "--tiles", str(tmp_path / "a.mbtiles")], ros_environment(new_domain())
+    )
+    try:
+        console.wait_for("neither a folder of tiles nor a PMTiles archive", READY_TIMEOUT_S)
+        assert console.wait(10.0) == 2
+        assert "Traceback" not in console.text
+    finally:
+        console.stop()
+
+
+def test_no_page_complained_or_asked_for_anything_elsewhere(scene: Scene) -> None:
+    assert scene.browser.errors() == []
+    requests = scene.browser.requests() - {"about:blank"}
+    assert len([address for address in requests if "/tile/" in address]) > 10
+    assert {urlsplit(address).hostname for address in requests} == {"127.0.0.1"}
