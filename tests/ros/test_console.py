@@ -112,6 +112,11 @@ def waypoints(tab: Tab) -> list[list[float]]:
     return values
 
 
+PAUSED = "document.body.dataset.replay === 'paused'"
+TRAIL = "document.getElementById('map').dataset.trail"
+AT = "document.getElementById('replay-seek').valueAsNumber"
+
+
 def ends(tab: Tab) -> int:
     return int(tab.value("document.getElementById('end').dataset.number"))
 
@@ -184,6 +189,123 @@ def test_waypoints_are_inserted_raised_deleted_and_undone_by_keyboard(page: Tab)
     while page.value("!document.getElementById('undo').disabled"):
         page.press("u", "KeyU")
     assert waypoints(page) == []
+
+
+def on_side(tab: Tab, number: int) -> tuple[float, float]:
+    """Return where a waypoint, counted from 0, is in the side view, in pixels of the page."""
+    tab.wait(f"JSON.parse(document.getElementById('side').dataset.marks).length > {number}")
+    x, y = json.loads(tab.value("document.getElementById('side').dataset.marks"))[number]
+    left, top, _, _ = tab.box("side")
+    return left + x, top + y
+
+
+def clear(tab: Tab) -> None:
+    tab.click("clear")
+    assert waypoints(tab) == []
+
+
+def test_waypoints_are_inserted_selected_deleted_and_undone_by_mouse(page: Tab) -> None:
+    for place in ((-12.0, 0.0), (12.0, 0.0)):
+        page.drag(on_map(page, *place))
+    page.drag(on_map(page, 0.0, 0.0))  # on the line between the two
+    assert [point[:2] for point in waypoints(page)][1] == pytest.approx([0.0, 0.0], abs=0.3)
+    page.drag(on_map(page, 6.0, 0.0), on_map(page, 6.0, 4.0), on_map(page, 6.0, 8.0))
+    assert len(waypoints(page)) == 4
+    assert waypoints(page)[2][:2] == pytest.approx([6.0, 8.0], abs=0.3)
+    page.drag(on_map(page, -12.0, 0.0))
+    selected = "[...document.querySelectorAll('#waypoints li')].findIndex((row) =>"
+    assert page.value(f"{selected} row.classList.contains('selected'))") == 1
+    page.click_on("#waypoints li:nth-child(3) button:last-child")
+    assert len(waypoints(page)) == 3
+    page.click("undo")
+    assert len(waypoints(page)) == 4
+    page.click_on("#waypoints li:nth-child(2) button:nth-last-child(2)")
+    assert len(waypoints(page)) == 5
+    page.drag(on_map(page, 12.0, 0.0), on_map(page, 12.0, -3.0), on_map(page, 12.0, -5.0))
+    assert waypoints(page)[-1][:2] == pytest.approx([12.0, -5.0], abs=0.3)
+    # A drag is one step back.
+    page.click("undo")
+    assert waypoints(page)[-1][:2] == pytest.approx([12.0, 0.0], abs=0.3)
+    clear(page)
+
+
+def test_heights_are_dragged_in_the_side_view_and_undone(page: Tab) -> None:
+    for place in ((8.0, 0.0), (8.0, 8.0)):
+        page.drag(on_map(page, *place))
+    x, y = on_side(page, 1)
+    page.drag((x, y), (x, y - 8), (x, y - 20), (x, y - 30))
+    low, high = (point[2] for point in waypoints(page))
+    assert low == 5.0
+    assert high > 6.0
+    # It stays under the mouse when the scale follows.
+    raised = on_side(page, 1)
+    page.drag(raised, (raised[0], raised[1] + 10), (raised[0], raised[1] + 500))
+    assert 0.0 <= waypoints(page)[1][2] < 1.0  # not below home
+    page.press("u", "KeyU")
+    assert waypoints(page)[1][2] == high
+    page.press("u", "KeyU")
+    assert [point[2] for point in waypoints(page)] == [5.0, 5.0]
+    page.press("PageDown", "PageDown")
+    page.press("PageDown", "PageDown")
+    assert sorted(point[2] for point in waypoints(page)) == [3.0, 5.0]
+    clear(page)
+
+
+def test_a_hold_time_is_typed_and_steps_by_mouse_and_keyboard(page: Tab) -> None:
+    page.drag(on_map(page, 8.0, 0.0))
+    page.value("document.querySelector('[aria-label=\"Hold s of waypoint 1\"]').focus()")
+    page.value("document.activeElement.select()")
+    page.type("12.5")
+    page.press("Enter", "Enter")
+    assert waypoints(page)[0][3] == 12.5
+    page.press("ArrowUp", "ArrowUp")
+    assert waypoints(page)[0][3] == 13.0
+    page.value("document.getElementById('map').focus()")
+    for wrong in ("-3", ""):
+        page.value("document.querySelector('[aria-label=\"Hold s of waypoint 1\"]').focus()")
+        page.value("document.activeElement.select()")
+        page.type(wrong or "\b")
+        page.value("document.getElementById('map').focus()")
+        assert waypoints(page)[0][3] == 13.0
+    # The browser may tell of both at once.
+    while waypoints(page)[0][3]:
+        page.press("u", "KeyU")
+    assert waypoints(page)[0][:2] == pytest.approx([8.0, 0.0], abs=0.3)
+    clear(page)
+
+
+def test_a_plan_is_saved_and_dropped_on_the_page(scene: Scene, page: Tab, tmp_path: Path) -> None:
+    scene.browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    page.drag(on_map(page, 3.0, 4.0))
+    page.value("document.getElementById('map').focus()")
+    page.press("n", "KeyN")
+    page.press("PageUp", "PageUp")
+    before = waypoints(page)
+    page.press("s", "KeyS")
+    file = tmp_path / "route.plan"
+    for _ in range(200):
+        if file.exists() and file.stat().st_size:
+            break
+        page.value("new Promise((done) => setTimeout(done, 50))")
+        page.wait("true")
+    text = file.read_text("utf-8")
+    assert json.loads(text)["mission"]["items"][0]["params"][6] == pytest.approx(6.0, abs=0.1)
+    page.press("Delete", "Delete")
+    assert waypoints(page) == []
+    page.value(
+        "(() => { const data = new DataTransfer();"
+        f" data.items.add(new File([{json.dumps(text)}], 'route.plan'));"
+        " document.getElementById('map').dispatchEvent(new DragEvent('drop',"
+        " { dataTransfer: data, bubbles: true, cancelable: true })); })()"
+    )
+    page.wait("document.querySelectorAll('#waypoints li').length === 2")
+    assert waypoints(page)[0] == pytest.approx(before[0], abs=0.03)
+    # By keyboard the browser's own dialog is opened.
+    page.call("Page.setInterceptFileChooserDialog", enabled=True)
+    page.press("o", "KeyO")
+    page.wait("true")
+    assert any(e.get("method") == "Page.fileChooserOpened" for e in scene.browser.events)
+    clear(page)
 
 
 def test_a_goal_of_another_client_is_seen_and_held(scene: Scene, page: Tab) -> None:
@@ -353,9 +475,47 @@ def test_a_recorded_flight_is_played_on_the_page(scene: Scene) -> None:
         tab.wait("!document.getElementById('replay').hidden", READY_TIMEOUT_S)
         assert tab.text("banner") == "A recording: nothing is flown."
         tab.wait("!!document.getElementById('map').dataset.view", READY_TIMEOUT_S)
-        for action, words in (("pause", "is paused"), ("resume", "is resumed"), ("start", "plays")):
-            tab.click(f"replay-{action}")
-            tab.wait(f"document.getElementById('answer').textContent.includes('{words}')")
+        tab.wait("document.getElementById('replay-seek').max > 100", READY_TIMEOUT_S)
+        tab.click("replay-play")
+        tab.wait(PAUSED)
+        # The slider is dragged to three quarters.
+        left, top, width, height = tab.box("replay-seek")
+        middle = top + height / 2
+        tab.drag(*((left + share * width, middle) for share in (0.1, 0.3, 0.5, 0.75)))
+        tab.wait(f"{AT} > 80 && {AT} < 95 && {PAUSED}", _FLIGHT_S)
+        assert re.match(r"1:2\d / 1:5\d", tab.text("replay-time")), tab.text("replay-time")
+        tab.wait(f"{TRAIL} <= 1")
+        assert "armed" in tab.text("facts")
+        tab.press(",", "Comma")
+        tab.press(",", "Comma")
+        tab.wait(f"{AT} > 60 && {AT} < 75 && {PAUSED}", _FLIGHT_S)
+        tab.press(".", "Period")
+        tab.wait(f"{AT} > 70 && {AT} < 85 && {PAUSED}", _FLIGHT_S)
+        tab.wait(f"{TRAIL} <= 1")
+        tab.press("x", "KeyX")
+        tab.wait("document.getElementById('replay-speed').value === '2'")
+        tab.press(" ", "Space")
+        tab.wait("document.body.dataset.replay === 'playing'")
+        before = tab.value(AT)
+        tab.wait(f"{AT} > {before} + 2")
+        # The end of the slider is the end.
+        tab.value("document.getElementById('replay-seek').focus()")
+        tab.press("End", "End")
+        tab.wait("document.body.dataset.replay === 'ended'", _FLIGHT_S)
+        assert tab.text("replay-play") == "Play again"
+        tab.value("document.getElementById('map').focus()")
+        tab.press("Home", "Home")
+        tab.wait(f"{AT} < 20 && document.body.dataset.replay === 'playing'", _FLIGHT_S)
+        # A page that comes later sees the same.
+        other = scene.browser.open(found[0])
+        other.wait("!document.getElementById('replay').hidden", READY_TIMEOUT_S)
+        other.close()
+        with connect(
+            found[0].replace("http", "ws", 1).replace("/?", "/socket?"),
+            origin=Origin(found[0].partition("/?")[0]),
+        ) as socket:
+            first = json.loads(socket.recv(timeout=10.0))
+            assert len(first["trails"].get("/", [])) < 40
         tab.close()
     finally:
         for process in reversed(processes):

@@ -39,7 +39,7 @@ class FakePilots:
         self.moved.append(command)
 
     def replay(self, replay: Replay, answer: Any) -> None:
-        self.stopped.append(f"replay {replay.name} {replay.speed:g}")
+        self.stopped.append(f"replay {replay.name} {replay.value:g}")
 
     def fly(self, order: Fly, by: str, answer: Any) -> None:
         self.moved.append(by)
@@ -131,8 +131,11 @@ def test_a_recording_is_played_without_control() -> None:
     console.send(2, type="replay", vehicle="/", name="speed", speed=5)
     console.send(2, type="replay", vehicle="/", name="speed", speed=0)
     console.send(2, type="replay", vehicle="/", name="stop")
-    assert console.pilots.stopped == ["replay pause 1", "replay speed 5"]
-    assert console.rules.rejected == {"message": 2}
+    console.send(2, type="replay", vehicle="/", name="seek", position=12.5)
+    for wrong in ({"position": -1}, {"position": 1e9}, {"position": "1"}, {}, {"speed": 1}):
+        console.send(2, type="replay", vehicle="/", name="seek", **wrong)
+    assert console.pilots.stopped == ["replay pause 0", "replay speed 5", "replay seek 12.5"]
+    assert console.rules.rejected == {"message": 7}
 
 
 # --- the board ------------------------------------------------------------------------------
@@ -160,6 +163,9 @@ def test_a_trail_grows_with_the_way_not_with_time() -> None:
     for step in range(10_000):
         board.pass_through("/", [float(step), 0.0, 5.0])
     assert len(board.trails()["/"]) == 600
+    board.restart_trail("/")
+    board.pass_through("/", [0.0, 0.0, 5.0])
+    assert board.trails()["/"] == [[0.0, 0.0, 5.0]]
 
 
 # --- plans ----------------------------------------------------------------------------------

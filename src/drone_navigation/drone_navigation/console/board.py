@@ -57,6 +57,11 @@ class Board:
             if not trail or math.dist(trail[-1], position_enu_m) >= _TRAIL_STEP_M:
                 trail.append(position_enu_m)
 
+    def restart_trail(self, vehicle: str) -> None:
+        """Forget where a vehicle has been."""
+        with self._lock:
+            self._trails.pop(vehicle, None)
+
     def trails(self) -> dict[str, list[list[float]]]:
         """Return where the vehicles have been, ENU metres."""
         with self._lock:

@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import Marker, MarkerArray
 
-from custom_interfaces.msg import HomePosition, VehicleStatus
+from custom_interfaces.msg import HomePosition, ReplayStatus, VehicleStatus
 
 _LANDED = {
     VehicleStatus.LANDED_ON_GROUND: "on the ground",
@@ -132,6 +132,19 @@ def feedback(action: str, message: Any) -> dict[str, Any]:
         "waypoint": getattr(message, "current_waypoint", None),
         "waypoints_left": getattr(message, "waypoints_remaining", None),
         "lap": getattr(message, "current_lap", None),
+    }
+
+
+def replay(message: ReplayStatus) -> dict[str, Any]:
+    """Return where the playing of a recording is: times in s, speed as a factor of real time."""
+    return {
+        "position": known(message.position),
+        "duration": known(message.duration),
+        "speed": known(message.speed, 3),
+        "paused": message.paused,
+        "ended": message.ended,
+        "seeking": message.seeking,
+        "jumps": message.jumps,
     }
 
 

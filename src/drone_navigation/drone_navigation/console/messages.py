@@ -27,8 +27,9 @@ _HOLD_MAX_S = 3600.0
 _LAPS_MAX = 100
 _NAME_MAX = 200
 COMMANDS = ("takeoff", "land", "return", "pause", "resume")
-REPLAYS = ("start", "pause", "resume", "speed")
+REPLAYS = ("start", "pause", "resume", "speed", "seek")
 _REPLAY_SPEED_MAX = 100.0
+_REPLAY_MAX_S = 1e7
 # Braking needs no confirmation.
 UNCONFIRMED = ("pause",)
 
@@ -117,11 +118,17 @@ class SavePlan:
 
 @dataclass(frozen=True)
 class Replay:
-    """Play a recording: one of REPLAYS, or at another speed, as a factor of real time."""
+    """Play a recording: one of REPLAYS.
+
+    Attributes:
+        vehicle: in whose place it is played.
+        name: one of REPLAYS.
+        value: for "speed" a factor of real time, for "seek" seconds from the start.
+    """
 
     vehicle: str
     name: str
-    speed: float
+    value: float
 
 
 Message: TypeAlias = (
@@ -250,8 +257,12 @@ def _replay(members: _Members) -> Replay:
     name = members.text("name", _NAME_MAX)
     if name not in REPLAYS:
         raise RejectedError("name is not one of a replay's.")
-    speed = members.number("speed", 0.1, _REPLAY_SPEED_MAX) if name == "speed" else 1.0
-    return Replay(members.vehicle(), name, speed)
+    value = 0.0
+    if name == "speed":
+        value = members.number("speed", 0.1, _REPLAY_SPEED_MAX)
+    elif name == "seek":
+        value = members.number("position", 0.0, _REPLAY_MAX_S)
+    return Replay(members.vehicle(), name, value)
 
 
 _READERS: dict[str, Callable[[_Members], Message]] = {

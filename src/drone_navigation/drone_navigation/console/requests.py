@@ -18,6 +18,7 @@ from unique_identifier_msgs.msg import UUID
 
 from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import Waypoint
+from custom_interfaces.srv import SeekReplay
 from drone_navigation.console.messages import Command, Fly, PageWaypoint, Replay
 from navigation_bridge.names import (
     ACTION_NAME,
@@ -48,7 +49,7 @@ ACTIONS = {
 _ANSWER_TIMEOUT_S = 25.0
 _ROUTES_MAX = 50
 _CALLS_MAX = 100
-_REPLAYS = ("start", "pause", "resume")
+_TRIGGERS = ("start", "pause", "resume")
 
 
 @dataclass
@@ -150,8 +151,8 @@ class VehicleRequests:
 
     # --- recordings -------------------------------------------------------------------------
 
-    def find_replay(self, services: AbstractSet[str]) -> bool:
-        """Return whether a recording is played in the vehicle's place.
+    def find_replay(self, services: AbstractSet[str]) -> str:
+        """Return the name of the node that plays a recording in the vehicle's place, "" if none.
 
         Args:
             services: names of all; a server of several vehicles has one namespace less.
@@ -162,28 +163,31 @@ class VehicleRequests:
             if f"{node}/replay/pause" in services:
                 self._player = node
                 self._client(f"{node}/set_parameters", SetParameters)
-                for name in _REPLAYS:
+                self._client(f"{node}/replay/seek", SeekReplay)
+                for name in _TRIGGERS:
                     self._client(f"{node}/replay/{name}", Trigger)
-        return bool(self._player)
+        return self._player
 
     def replay(self, replay: Replay, answer: Answer) -> None:
-        """Play the recording, or set how fast."""
+        """Play the recording, or set where and how fast."""
         if not self._player:
             answer(False, "This is no recording.")
             return
         request: Any = Trigger.Request()
         client = self._clients[f"{self._player}/set_parameters"]
         if replay.name == "speed":
-            value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=replay.speed)
+            value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=replay.value)
             speed = Parameter(name="replay_speed", value=value)
             request = SetParameters.Request(parameters=[speed])
         else:
             client = self._clients[f"{self._player}/replay/{replay.name}"]
+        if replay.name == "seek":
+            request = SeekReplay.Request(position=replay.value)
 
         def take(done: Any) -> None:
             if replay.name == "speed":
                 (result,) = done.results
-                answer(result.successful, result.reason or f"Played at {replay.speed:g} times.")
+                answer(result.successful, result.reason or f"Played at {replay.value:g} times.")
             else:
                 answer(done.success, done.message)
 

@@ -16,7 +16,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import MarkerArray
 
-from custom_interfaces.msg import GoalEvent, HomePosition, VehicleStatus
+from custom_interfaces.msg import GoalEvent, HomePosition, ReplayStatus, VehicleStatus
 from drone_navigation.console import facts, plans
 from drone_navigation.console.board import Board
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
@@ -57,6 +57,11 @@ class VehicleClient:
         self._event_count = 0
         self._plans: deque[list[list[float]]] = deque(maxlen=_PLANS)
         self._active = ""
+        self._player = ""
+        self._replay_listener: Any = None
+        self._jumps = (0, False)
+        self._jumped = False
+        self._plan_is_old = False
         self._asked_volume = False
         self.requests = VehicleRequests(node, namespace, lambda: self.is_alive, now)
         self._listen(self._subscriptions, VehicleStatus, "vehicle_status", self._status)
@@ -107,6 +112,8 @@ class VehicleClient:
         """Take answers and note silence, at a time in s."""
         self._now = now
         self._board.put(self._name, "alive", now - self._heard_s <= _SILENT_S)
+        if self._jumped:
+            self._forget()
         self.requests.tick(now)
 
     @property
@@ -174,7 +181,8 @@ class VehicleClient:
 
     def _plan(self, message: Path) -> None:
         path = facts.path(message)
-        before = self._board.get(self._name, "plan")
+        before = None if self._plan_is_old else self._board.get(self._name, "plan")
+        self._plan_is_old = False
         if before and path:
             self._plans.append(before)
             self._board.put(self._name, "earlier", list(self._plans))
@@ -233,4 +241,30 @@ class VehicleClient:
         Args:
             services: names of all services.
         """
-        self._board.put(self._name, "replay", self.requests.find_replay(services))
+        player = self.requests.find_replay(services)
+        if player == self._player:
+            return
+        if self._player:
+            self._node.destroy_subscription(self._replay_listener)
+        self._player = player
+        self._board.put(self._name, "replay", {} if player else None)
+        if player:
+            self._replay_listener = self._node.create_subscription(
+                ReplayStatus, f"{player}/replay/status", self._replay, LATCHED_QOS
+            )
+
+    def _replay(self, message: ReplayStatus) -> None:
+        jumps = (message.jumps, message.seeking)
+        # After the messages that came with it, in whatever order.
+        self._jumped = self._jumped or jumps != self._jumps
+        self._jumps = jumps
+        self._board.put(self._name, "replay", facts.replay(message))
+
+    def _forget(self) -> None:
+        """Forget what was before or after another position of a recording."""
+        self._jumped, self._plan_is_old = False, True
+        self._board.restart_trail(self._name)
+        self._plans.clear()
+        self._events.clear()
+        for name, nothing in (("earlier", []), ("events", []), ("end", None), ("feedback", None)):
+            self._board.put(self._name, name, nothing)

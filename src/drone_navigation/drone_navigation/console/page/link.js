@@ -58,6 +58,10 @@ export class Link extends EventTarget {
       if (message[name] !== undefined) this[name] = message[name];
     }
     for (const [name, values] of Object.entries(message.vehicles ?? {})) {
+      // At another position of a recording the vehicle did not fly there from here.
+      const [now, before] = [values.replay, this.vehicles[name]?.replay];
+      const jumped = now && before && (now.jumps !== before.jumps || now.seeking !== before.seeking);
+      if (jumped && message.page === undefined) this.trails[name] = [];
       Object.assign((this.vehicles[name] ??= {}), values);
       if (values.motion) this.trace(name, values.motion.at);
     }

@@ -1,9 +1,11 @@
 // Joins the socket, the map, the route and the keys.
 
 import { Confirm } from "./confirm.js";
+import { Heights } from "./heights.js";
 import { Link } from "./link.js";
 import { Map2D } from "./map.js";
 import { setText, showPanel } from "./panel.js";
+import { Replay } from "./replay.js";
 import { Route } from "./route.js";
 import { drawSide } from "./side.js";
 import { Tiles } from "./tiles.js";
@@ -17,8 +19,11 @@ const map = new Map2D($("map"), route, scene);
 map.tiles = new Tiles(link, () => vehicle()?.earth, () => map.draw());
 let chosen = "";
 let fitted = "";
+let side = { marks: [] };
+const heights = new Heights($("side"), route, () => side, (index) => map.adopt(index));
 new WaypointList($("waypoints"), route);
 
+const replay = new Replay((message) => send({ type: "replay", vehicle: chosen, ...message }));
 const vehicle = () => link.vehicles[chosen];
 const mine = () => link.control[chosen] === link.page && link.open;
 const label = (name) => (name === "/" ? "vehicle" : name.slice(1));
@@ -52,7 +57,7 @@ function scene() {
   const v = vehicle();
   const points = route.points.length ? route.points : active(v);
   return {
-    vehicle: v?.motion ?? null, old: !v?.alive, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
+    vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at, volume: v?.volume,
     others: others(v), active: active(v), editable: points,
   };
@@ -60,7 +65,7 @@ function scene() {
 
 function draw() {
   map.draw();
-  drawSide($("side"), scene(), route.points);
+  side = drawSide($("side"), scene(), route.points, heights.state);
 }
 
 function fit() {
@@ -93,7 +98,7 @@ function show() {
   setText($("take").firstChild.parentElement.querySelector("span") ?? wrapTake(), mine() ? "Give control" : holder ? "Take over" : "Take control");
   $("take").disabled = !link.open || !v;
   for (const id of ["takeoff", "land", "return", "pause", "resume"]) $(id).disabled = !mine();
-  $("replay").hidden = !v?.replay;
+  replay.show(link.open ? v?.replay : null);
   $("fly").disabled = !mine() || !route.points.length;
   $("undo").disabled = !route.past.length;
   $("clear").disabled = $("save").disabled = !route.points.length;
@@ -233,10 +238,13 @@ const KEYS = [
   ["PageUp", "Raise it by 1 m", () => selectedMove(0, 0, 1)],
   ["PageDown", "Lower it by 1 m", () => selectedMove(0, 0, -1)],
   ["u", "Undo", () => route.undo()],
+  ["o", "Open a .plan", () => $("file").click()],
+  ["s", "Save a .plan", savePlan],
   ["+", "Zoom in", () => map.zoom(1.3)],
   ["-", "Zoom out", () => map.zoom(1 / 1.3)],
   ["f", "Follow the vehicle", () => map.setFollowing(!map.following)],
   ["d", "Day or night", theme],
+  ...replay.keys,
   ["?", "Show the keys", help],
 ];
 
@@ -265,7 +273,7 @@ function theme() {
 function help() {
   $("key-rows").replaceChildren(...KEYS.filter(([, what]) => what).map(([key, what]) => {
     const row = document.createElement("tr");
-    row.append(...[key.replace("ArrowLeft", "Arrows").toUpperCase(), what].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
+    row.append(...[key.replace("ArrowLeft", "Arrows").replace(" ", "Space").toUpperCase(), what].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
     return row;
   }));
   // Not modal: what stops the vehicle stays in reach.
@@ -285,12 +293,6 @@ const CLICKS = {
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),
 };
 for (const [id, act] of Object.entries(CLICKS)) $(id).onclick = act;
-for (const name of ["start", "pause", "resume"]) {
-  $(`replay-${name}`).onclick = () => send({ type: "replay", vehicle: chosen, name });
-}
-$("replay-speed").onchange = (event) => {
-  send({ type: "replay", vehicle: chosen, name: "speed", speed: Number(event.target.value) });
-};
 $("file").onchange = (event) => { openPlan(event.target.files[0]); event.target.value = ""; };
 $("vehicle").onchange = (event) => {
   chosen = event.target.value;

@@ -61,6 +61,7 @@ function showFacts(v) {
 function progress(v) {
   if (!v.goal) return "No goal.";
   const f = v.feedback;
+  if (v.replay && !f) return "A recorded goal is active.";
   const by = v.route?.by ? ` by ${v.route.by}` : " by another client";
   if (!f) return `A goal${by} is active.`;
   const parts = [`${f.action}${by}: ${f.status}`];

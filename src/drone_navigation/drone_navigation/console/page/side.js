@@ -46,7 +46,9 @@ function passed(path, profile, x, y) {
   return best;
 }
 
-export function drawSide(canvas, scene, drawn) {
+// Draws, and returns where the waypoints are and how pixels become heights. While a waypoint is
+// dragged the scale stays as it was.
+export function drawSide(canvas, scene, drawn, dragged) {
   const [context, width, height] = prepared(canvas);
   const c = colours();
   context.fillStyle = c.back;
@@ -60,7 +62,7 @@ export function drawSide(canvas, scene, drawn) {
   const flown = past.length ? past[past.length - 1][0] : 0;
   const length = Math.max(20, ...future.map((p) => p[0]));
   const ground = scene.home ? scene.home[2] : 0;
-  const top = Math.max(ground + 8, ...future.map((p) => p[1]), ...numbered.map((p) => p.z), ...past.map((p) => p[1])) + 2;
+  const top = dragged?.top ?? Math.max(ground + 8, ...future.map((p) => p[1]), ...numbered.map((p) => p.z), ...past.map((p) => p[1])) + 2;
   const [left, right, bottom, high] = [44, width - 24, height - 22, 14];
   const zero = left + (right - left) * PAST_PART;
   const scale = (right - zero) / length;
@@ -96,12 +98,15 @@ export function drawSide(canvas, scene, drawn) {
   line(past.map(([d, z]) => [d - flown, z]), c.trail, 3);
   context.restore();
   line(future, drawn.length ? c.draft : c.plan, 2, drawn.length ? [] : [8, 4]);
+  const marks = [];
   numbered.forEach((p, i) => {
     const d = drawn.length || !here ? future[here ? i + 1 : i][0] : passed(path, future, p.x, p.y);
     if (d === null) return;
+    marks.push({ index: i, x: px(d), y: py(p.z) });
+    const half = drawn.length && i === dragged?.selected ? 7 : 5;
     context.fillStyle = drawn.length ? c.draft : c.goal;
-    context.fillRect(px(d) - 4, py(p.z) - 4, 8, 8);
-    label(context, `${p.number ?? i + 1}`, px(d) - 3, py(p.z) - 8, c.ink, c.halo);
+    context.fillRect(px(d) - half, py(p.z) - half, 2 * half, 2 * half);
+    label(context, `${p.number ?? i + 1}`, px(d) - 3, py(p.z) - 10, c.ink, c.halo);
   });
   if (here) {
     context.fillStyle = c.vehicle;
@@ -109,5 +114,9 @@ export function drawSide(canvas, scene, drawn) {
     context.arc(px(0), py(here[2]), 5, 0, 2 * Math.PI);
     context.fill();
   }
-  label(context, "Height above home, along the route", left, height - 6, c.soft, c.back);
+  canvas.dataset.marks = JSON.stringify(marks.map(({ x, y }) => [x, y]));
+  const hint = marks.length && width > 500 ? "; drag a waypoint up or down" : "";
+  label(context, `Height above home, along the route${hint}`, left, height - 6, c.soft, c.back);
+  const perMetre = (bottom - high) / (top - ground);
+  return { marks, top, perMetre, heightAt: (y) => ground + Math.max((bottom - y) / perMetre, 0) };
 }

@@ -52,7 +52,7 @@ export class WaypointList {
     if (name === "hold") input.min = "0";
     input.onchange = () => {
       const value = input.valueAsNumber;
-      if (Number.isFinite(value)) this.route.move(index, { [name]: value });
+      if (Number.isFinite(value) && !input.validity.rangeUnderflow) this.route.move(index, { [name]: value });
       else this.show();
     };
     return input;
