@@ -8,6 +8,7 @@ import pytest
 
 from mavlink_sitl import LinkFaults
 from mavlink_sitl import VehicleConfig as SimulatedVehicleConfig
+from mavlink_sitl.exchange import Result
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import OperationFinished, OperationResult
 from mavlink_vehicle.mission_items import (
@@ -182,12 +183,13 @@ def test_a_cancelled_upload_leaves_an_ardupilot_with_a_mission_cut_short() -> No
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
-def test_the_current_item_can_be_chosen(autopilot: str) -> None:
+def test_a_new_mission_begins_at_its_own_first_item(autopilot: str) -> None:
     pair = pair_of(autopilot)
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
-    end = pair.finish(pair.vehicle.missions.set_current(3, pair.now))
-    assert end.result is OperationResult.ACHIEVED, end.reason
-    # A new mission begins at its own first item all the same.
+    assert pair.copter.copter.set_current_item(3) is Result.ACCEPTED
+    pair.run_for(1.5)
+    assert pair.vehicle.state.mission is not None
+    assert pair.vehicle.state.mission.current == 3
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
     pair.run_for(1.0)
     mission = pair.vehicle.state.mission

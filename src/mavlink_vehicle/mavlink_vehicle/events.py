@@ -29,7 +29,6 @@ class OperationKind(enum.Enum):
     DOWNLOAD_MISSION = "mission download"
     CLEAR_MISSION = "clearing the mission"
     START_MISSION = "mission start"
-    SET_CURRENT_ITEM = "change of the current item"
 
 
 class OperationResult(enum.Enum):

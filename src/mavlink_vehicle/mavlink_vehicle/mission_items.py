@@ -129,8 +129,6 @@ class MissionRules:
         terrain: whether heights above the ground are taken.
         takeoff_least_m: a mission with a lower take-off is not flown.
         change_text: how the text begins that says that the mission was changed in flight.
-        current_by_message: whether the current item is chosen by the message MISSION_SET_CURRENT.
-            A PX4 knows no DO_SET_MISSION_CURRENT (observed: UNSUPPORTED).
         rejections: how the texts begin that say that a stored mission will not be flown.
     """
 
@@ -143,7 +141,6 @@ class MissionRules:
     terrain: bool = False
     takeoff_least_m: float = 0.0
     change_text: str = ""
-    current_by_message: bool = False
     rejections: tuple[str, ...] = ()
 
     @property

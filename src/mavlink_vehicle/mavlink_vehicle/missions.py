@@ -8,15 +8,8 @@ from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.operation_desk import OperationDesk
 from mavlink_vehicle.profiles import Profile
-from mavlink_vehicle.protocols.mission.mission_goals import (
-    CurrentItemGoal,
-    MissionModeGoal,
-    MissionStartGoal,
-)
-from mavlink_vehicle.protocols.mission.mission_operation import (
-    MissionJob,
-    MissionTiming,
-)
+from mavlink_vehicle.protocols.mission.mission_goals import MissionModeGoal, MissionStartGoal
+from mavlink_vehicle.protocols.mission.mission_operation import MissionJob, MissionTiming
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
@@ -91,18 +84,6 @@ class Missions:
         )
         timing = OperationTiming(self._core.config.operation_timeout_s, rejected_s=_JUDGED_S)
         return self._desk.begin(profile, goal, Wanted(mode=mode), timing, now)
-
-    def set_current(self, index: int, now: float) -> int:
-        """Continue with the item of this number; returns the operation's id."""
-        profile, kind = self._core.profile, OperationKind.SET_CURRENT_ITEM
-        if profile is None:
-            return self._desk.nobody(kind, now)
-        if profile.missions is None:
-            return self._desk.refuse(kind, _no_missions(profile), now)
-        rules = profile.missions
-        goal = CurrentItemGoal(index + rules.offset, rules.current_by_message)
-        timing = OperationTiming(self._core.config.operation_timeout_s)
-        return self._desk.begin(profile, goal, Wanted(), timing, now)
 
     def _operate(self, kind: OperationKind, items: tuple[MissionItem, ...], now: float) -> int:
         profile = self._core.profile

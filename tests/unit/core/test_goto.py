@@ -24,7 +24,6 @@ from navigation_core.tasks.flying.goto_phases import (
 from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform, Wait
 from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
 from navigation_core.tasks.progress import Status
-from navigation_core.tasks.task import Requirement, check_requirements
 from tests.support.models.point_mass import Flight, PointMass, fly
 
 TARGET = (10.0, 5.0, 2.0)
@@ -979,22 +978,6 @@ def test_progress_after_the_end_is_nothing_left() -> None:
 
 
 # --- requirements, settings and the table -------------------------------------------------
-
-
-def test_requirements_name_what_is_missing() -> None:
-    requires = goto().requires
-    assert Requirement.POSITION in requires
-    assert check_requirements(requires, hovering().observe(), 2.0) is None
-    lost = check_requirements(requires, hovering(position_known=False).observe(), 2.0)
-    assert lost is not None
-    assert lost.code is OutcomeCode.NO_POSITION
-    assert "no valid position and no velocity and no yaw" in lost.message
-    old = check_requirements(requires, hovering(position_age_s=3.0).observe(), 2.0)
-    assert old is not None
-    assert "3.0 s old" in old.message
-    absent = check_requirements(requires, hovering(connected=False).observe(), 2.0)
-    assert absent is not None
-    assert absent.code is OutcomeCode.NO_VEHICLE
 
 
 @pytest.mark.parametrize(

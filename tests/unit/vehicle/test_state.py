@@ -178,7 +178,6 @@ def test_the_estimator_decides_whether_a_position_counts(
         autopilot("EKF_STATUS_REPORT", flags=flags),
     )
     assert state.position_valid is valid
-    assert state.local_position_valid is valid
 
 
 def test_px4_at_rest_has_a_position(autopilot: AutopilotMessages) -> None:
@@ -237,7 +236,6 @@ def test_after_a_restart_a_position_is_not_valid_before_the_estimator_has_said_s
     assert state.boot_count == 1
     assert state.global_position is not None
     assert not state.position_valid
-    assert not state.local_position_valid
     assert not after(autopilot("EKF_STATUS_REPORT", flags=229), state=state).position_valid
     assert after(autopilot("EKF_STATUS_REPORT", flags=831), state=state).position_valid
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,
@@ -18,9 +17,6 @@ from mavlink_sitl.autopilot.personality.parameters import table
 SET_ATTITUDE_TARGET = 0x0040
 """A capability that other vehicle types do not have here"""
 
-_INT8 = ParameterType.INT8
-_INT16 = ParameterType.INT16
-_INT32 = ParameterType.INT32
 
 _MODES = (
     ModeSpec(0, "STABILIZE", "stabilize", armable=True),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
     BootStep,
@@ -15,9 +14,6 @@ from mavlink_sitl.autopilot.personality import (
 )
 from mavlink_sitl.autopilot.personality.arducopter import TRAVELLER
 from mavlink_sitl.autopilot.personality.parameters import table
-
-_INT8 = ParameterType.INT8
-_INT16 = ParameterType.INT16
 
 MANUAL_INPUT, AUTONOMOUS = 0x40, 0x08
 """Of HEARTBEAT.base_mode: in modes that a pilot drives, in modes that the firmware drives"""

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.parameters import ParameterSpec
 from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.personality.parameters import table
-
-_INT32 = ParameterType.INT32
 
 
 def custom_mode(main: int, sub: int = 0) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.parameters import table
 from mavlink_sitl.autopilot.personality.px4 import (
@@ -14,8 +13,6 @@ from mavlink_sitl.autopilot.personality.px4 import (
 )
 from mavlink_sitl.autopilot.plans.plan_rules import PX4_PLANS
 from mavlink_sitl.geodesy import PX4
-
-_INT32 = ParameterType.INT32
 
 _PARAMETERS = (*COMMON_PARAMETERS, *table("px4copter"))
 

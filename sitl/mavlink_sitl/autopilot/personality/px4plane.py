@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality.parameters import table
 from mavlink_sitl.autopilot.personality.px4 import (
     COMMON_PARAMETERS,
@@ -17,9 +16,6 @@ from mavlink_sitl.autopilot.personality.px4 import (
     in_order,
 )
 from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
-
-_INT32 = ParameterType.INT32
-
 
 PX4PLANE = replace(
     PX4COPTER,

@@ -7,7 +7,6 @@ from mavlink_sitl.autopilot.personality import BootStep, SavedStep
 from mavlink_sitl.autopilot.personality.parameters import table
 
 _INT8 = ParameterType.INT8
-_INT16 = ParameterType.INT16
 _INT32 = ParameterType.INT32
 
 HEIGHT_FENCE = (

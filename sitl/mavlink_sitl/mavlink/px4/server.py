@@ -48,7 +48,7 @@ TAKE_NEUTRAL_RELEASE = (
 HANDED_ON = ("HEARTBEAT", "SET_MODE")
 """What one link says and the others get, too"""
 ONBOARD, GCS = "onboard", "gcs"
-_HOME_POSITION, _HEARTBEAT, _OBSTACLE_DISTANCE, _CURRENT_MODE = 242, 0, 330, 436
+_HOME_POSITION, _OBSTACLE_DISTANCE, _CURRENT_MODE = 242, 330, 436
 STATUS_US = 500_000
 """The commander publishes its vehicle_status so often, and whenever it changes"""
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}

@@ -35,7 +35,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.safety.lateness import LATE_S, TOO_LATE_S, WINDOW_S
 
 # MAVLink's GPS_FIX_TYPE.
-_FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT, _FIX_RTK_FIXED = 3, 4, 5, 6
+_FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT = 3, 4, 5
 # What is assumed where the vehicle says nothing of its accuracy, as standard deviations: a GPS
 # receiver without corrections, and the attitude and rates of a small autopilot.
 _POSITION_M, _HEIGHT_M, _VELOCITY_M_S = 2.5, 4.0, 0.3

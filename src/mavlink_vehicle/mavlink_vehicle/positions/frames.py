@@ -39,18 +39,6 @@ def enu_to_ned(vector_enu: Vector3) -> Vector3:
     return (north, east, -up)
 
 
-def frd_to_flu(vector_frd: Vector3) -> Vector3:
-    """Turn a body vector from FRD to FLU."""
-    forward, right, down = vector_frd
-    return (forward, -right, -down)
-
-
-def flu_to_frd(vector_flu: Vector3) -> Vector3:
-    """Turn a body vector from FLU to FRD."""
-    forward, left, up = vector_flu
-    return (forward, -left, -up)
-
-
 def yaw_ned_to_enu(yaw_ned_rad: float) -> float:
     """Turn a heading (0 north, clockwise) into an ENU yaw (0 east, counter-clockwise)."""
     return normalize_angle(math.pi / 2.0 - yaw_ned_rad)
@@ -66,13 +54,6 @@ def body_flu_to_enu(vector_flu: Vector3, yaw_enu_rad: float) -> Vector3:
     forward, left, up = vector_flu
     cosine, sine = math.cos(yaw_enu_rad), math.sin(yaw_enu_rad)
     return (forward * cosine - left * sine, forward * sine + left * cosine, up)
-
-
-def enu_to_body_flu(vector_enu: Vector3, yaw_enu_rad: float) -> Vector3:
-    """Turn an ENU vector into the level body frame (FLU at this ENU yaw)."""
-    east, north, up = vector_enu
-    cosine, sine = math.cos(yaw_enu_rad), math.sin(yaw_enu_rad)
-    return (east * cosine + north * sine, north * cosine - east * sine, up)
 
 
 def quaternion_from_yaw(yaw_rad: float) -> Quaternion:
@@ -91,12 +72,6 @@ def quaternion_from_euler(roll_rad: float, pitch_rad: float, yaw_rad: float) -> 
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
     )
-
-
-def yaw_from_quaternion(quaternion: Quaternion) -> float:
-    """Return the yaw about z in (-pi, pi] of a quaternion of any length but zero."""
-    w, x, y, z = quaternion
-    return normalize_angle(math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
 
 
 def quaternion_multiply(left: Quaternion, right: Quaternion) -> Quaternion:
@@ -119,9 +94,4 @@ _BODY_TURN: Quaternion = (0.0, 1.0, 0.0, 0.0)
 
 def quaternion_ned_frd_to_enu_flu(quaternion: Quaternion) -> Quaternion:
     """Turn an attitude FRD -> NED (MAVLink) into FLU -> ENU (REP-103)."""
-    return quaternion_multiply(quaternion_multiply(_WORLD_TURN, quaternion), _BODY_TURN)
-
-
-def quaternion_enu_flu_to_ned_frd(quaternion: Quaternion) -> Quaternion:
-    """Turn an attitude FLU -> ENU (REP-103) into FRD -> NED (MAVLink)."""
     return quaternion_multiply(quaternion_multiply(_WORLD_TURN, quaternion), _BODY_TURN)

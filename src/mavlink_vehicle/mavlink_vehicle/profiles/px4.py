@@ -65,7 +65,6 @@ _MISSIONS = MissionRules(
     # MissionFeasibility: a take-off must end a metre above NAV_ACC_RAD, which is 2 m for a
     # multicopter. The verdict comes as a text, after the acknowledgement.
     takeoff_least_m=3.5,
-    current_by_message=True,
     rejections=("Mission rejected", "Geofence violation"),
 )
 

@@ -5,36 +5,12 @@ from __future__ import annotations
 import enum
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import ProtocolError
 
 EventT = TypeVar("EventT")
-EventT_co = TypeVar("EventT_co", covariant=True)
-
-
-class SansIO(Protocol[EventT_co]):
-    """The six methods of every protocol; `now` is in seconds and never goes back."""
-
-    def start(self, now: float) -> None:
-        """Begin."""
-
-    def receive(self, message: Message, now: float) -> None:
-        """Process a message from the vehicle, whether it concerns this protocol or not."""
-
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called, None if there is nothing to wait for."""
-
-    def handle_timer(self, now: float) -> None:
-        """Do what is due at `now`; harmless when nothing is."""
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent out of the outbox."""
-
-    def next_event(self) -> EventT_co | None:
-        """Return and remove the next event."""
-
 
 Action = Callable[[Any, float], None]
 Table = Mapping[tuple[enum.Enum, enum.Enum], tuple[enum.Enum, "Action | None"]]

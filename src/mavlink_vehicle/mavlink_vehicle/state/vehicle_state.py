@@ -123,12 +123,3 @@ class VehicleState:
         if self.estimator is None:
             return not self.estimator_told
         return self.estimator.horizontal_position_ok
-
-    @property
-    def local_position_valid(self) -> bool:
-        """Whether there is a local position that the vehicle's estimator stands by."""
-        if self.local_position is None:
-            return False
-        if self.estimator is None:
-            return not self.estimator_told
-        return self.estimator.horizontal_position_ok or self.estimator.horizontal_relative_ok

@@ -81,11 +81,6 @@ class ConsumptionEstimator:
         return self._remaining
 
     @property
-    def measured_s(self) -> float:
-        """Time under way that the estimate rests on."""
-        return self._measured_s
-
-    @property
     def rate_per_s(self) -> float:
         """Fraction of the battery that a second under way takes."""
         prior = 1.0 / self.endurance_s

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from navigation_core.geometry import KinematicState, Vector3, add, norm, scale
-from navigation_core.tasks.observation import Observation
-from navigation_core.tasks.task import Requirement, check_requirements
-from navigation_core.tasks.traits import Traits
+import math
 
-_LOCATED = Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
+from navigation_core.geometry import KinematicState, Vector3, add, is_finite, norm, scale
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import Traits
 
 
 def is_located(observation: Observation, age_max_s: float) -> bool:
     """Whether position, velocity and yaw are known, finite and recent."""
-    return check_requirements(_LOCATED, observation, age_max_s) is None
+    position, velocity = observation.position_enu_m, observation.velocity_enu_m_s
+    yaw_rad = observation.yaw_enu_rad
+    if position is None or velocity is None or yaw_rad is None:
+        return False
+    is_known = is_finite(position) and is_finite(velocity) and math.isfinite(yaw_rad)
+    return is_known and observation.position_age_s <= age_max_s
 
 
 def is_airborne(observation: Observation, height_min_m: float) -> bool:

@@ -14,7 +14,6 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
-from navigation_core.tasks.task import Requirement
 
 Answer: TypeAlias = Intent | Outcome | None
 """The answer of a phase; None to ask the phase that it has changed to."""
@@ -49,11 +48,6 @@ class PhasedTask(ABC, Generic[PhaseT]):
         self._handlers: Mapping[PhaseT, Callable[[Observation, float], Answer]] = {}
 
     # --- the task protocol -----------------------------------------------------------
-
-    @property
-    def requires(self) -> Requirement:
-        """The preconditions of :meth:`start`."""
-        return Requirement.CONNECTION | Requirement.POSITION
 
     @property
     def phase(self) -> PhaseT:

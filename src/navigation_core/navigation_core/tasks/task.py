@@ -8,32 +8,17 @@ whatever clock the owner uses.
 
 from __future__ import annotations
 
-from enum import Flag, auto
 from typing import Protocol
 
-from navigation_core.geometry import KinematicState, Vector3, is_finite
-from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.outcomes import Rejection
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
 
 
-class Requirement(Flag):
-    """A precondition of starting a task."""
-
-    NONE = 0
-    CONNECTION = auto()
-    POSITION = auto()
-    VELOCITY = auto()
-    YAW = auto()
-
-
 class Task(Protocol):
     """Something that flies the vehicle towards an aim."""
-
-    @property
-    def requires(self) -> Requirement:
-        """The preconditions of :meth:`start`."""
 
     @property
     def commanded(self) -> KinematicState | None:
@@ -82,44 +67,3 @@ class Task(Protocol):
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
-
-
-def check_requirements(
-    requires: Requirement, observation: Observation, position_timeout_s: float
-) -> Rejection | None:
-    """Return what a task lacks.
-
-    Args:
-        requires: what the task needs.
-        observation: what is known now.
-        position_timeout_s: age from which a position is no position.
-
-    Returns:
-        The first thing that is missing, or None.
-    """
-    if Requirement.CONNECTION in requires and not observation.connected:
-        return Rejection(OutcomeCode.NO_VEHICLE, "No vehicle is detected on the link.")
-    lacking = []
-    if Requirement.POSITION in requires and not _known(observation.position_enu_m):
-        lacking.append("position")
-    if Requirement.VELOCITY in requires and not _known(observation.velocity_enu_m_s):
-        lacking.append("velocity")
-    if Requirement.YAW in requires and not _known(observation.yaw_enu_rad):
-        lacking.append("yaw")
-    if lacking:
-        return Rejection(
-            OutcomeCode.NO_POSITION, f"The vehicle reports no valid {' and no '.join(lacking)} yet."
-        )
-    if Requirement.POSITION in requires and not observation.position_age_s <= position_timeout_s:
-        return Rejection(
-            OutcomeCode.NO_POSITION,
-            f"The last position is {observation.position_age_s:.1f} s old; at most "
-            f"{position_timeout_s:g} s is allowed.",
-        )
-    return None
-
-
-def _known(value: Vector3 | float | None) -> bool:
-    if value is None:
-        return False
-    return is_finite(value) if isinstance(value, tuple) else is_finite((value, 0.0, 0.0))

@@ -26,7 +26,7 @@ from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
 
-MODE_HOLD, MODE_RTL, MODE_GUIDED = 4, 11, 15
+MODE_RTL, MODE_GUIDED = 11, 15
 CENTRED_US = 1500
 FULL_STICK_US = 500.0
 GRAVITY_M_S2 = 9.81

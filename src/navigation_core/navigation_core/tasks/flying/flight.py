@@ -49,7 +49,6 @@ from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.tasks.task import Requirement
 from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.trajectories.trajectory import TrajectoryError
 
@@ -125,13 +124,6 @@ class SetpointFlight(PhasedTask[Phase]):
         self._set_section(section)
 
     # --- the task protocol -----------------------------------------------------------
-
-    @property
-    def requires(self) -> Requirement:
-        """The preconditions of :meth:`start`."""
-        return (
-            Requirement.CONNECTION | Requirement.POSITION | Requirement.VELOCITY | Requirement.YAW
-        )
 
     @property
     def commanded(self) -> KinematicState | None:

@@ -21,7 +21,6 @@ from navigation_core.tasks.observation import Observation, OperationKind, Vehicl
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
-from navigation_core.tasks.task import Requirement
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane_route import Circling
 
@@ -98,11 +97,6 @@ class VehicleLed(PhasedTask[_Phase]):
         self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
 
     # --- the task protocol -----------------------------------------------------------
-
-    @property
-    def requires(self) -> Requirement:
-        """The preconditions of :meth:`start`."""
-        return Requirement.CONNECTION
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
