@@ -18,7 +18,7 @@ from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import Fly
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
-from navigation_core.tasks.waypoint import RouteWaypoint
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from tests.support.models.point_mass import PointMass, fly
 
 CONFIG = GotoConfig()
@@ -148,4 +148,4 @@ def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
     ),
 )
 def test_a_route_hits_nothing_and_ends(things: list[Thing], waypoints: list[RouteWaypoint]) -> None:
-    _assert_safe(fly_route(tuple(waypoints), 1, CONFIG, avoidance=AVOIDANCE), things)
+    _assert_safe(fly_route(Route(tuple(waypoints)), CONFIG, avoidance=AVOIDANCE), things)

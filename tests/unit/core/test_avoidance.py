@@ -23,7 +23,7 @@ from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceCo
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import COPTER, Traits
-from navigation_core.tasks.waypoint import RouteWaypoint
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from tests.support.models.point_mass import Flight, PointMass, fly
 
 CONFIG = GotoConfig(may_arm=True)
@@ -478,7 +478,7 @@ def test_what_cannot_turn_on_the_spot_stays_where_it_could_only_come_nearer() ->
 
 def test_a_waypoint_inside_an_obstacle_blocks_until_it_is_free() -> None:
     waypoints = tuple(RouteWaypoint((x, 0.0, 5.0), 1.0) for x in (10.0, 20.0, 30.0))
-    vehicle, task = hovering(), fly_route(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = hovering(), fly_route(Route(waypoints, 1), CONFIG, avoidance=AVOIDANCE)
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
@@ -495,7 +495,7 @@ def test_the_waypoints_of_a_route_are_reached_around_obstacles() -> None:
         RouteWaypoint(place, 1.0)
         for place in ((20.0, 0.0, 5.0), (20.0, 20.0, 5.0), (0.0, 20.0, 5.0))
     )
-    vehicle, task = hovering(), fly_route(waypoints, 2, CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = hovering(), fly_route(Route(waypoints, 2), CONFIG, avoidance=AVOIDANCE)
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
@@ -525,7 +525,7 @@ def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> N
         )
     )
     points = tuple(RouteWaypoint((20.0 * k, 0.0, 5.0), 2.0) for k in range(1, 11))
-    watched = Watched(fly_route(points, 1, CONFIG, avoidance=AVOIDANCE), vehicle)
+    watched = Watched(fly_route(Route(points, 1), CONFIG, avoidance=AVOIDANCE), vehicle)
     outcome = watched.fly().outcome
     assert outcome.code is OutcomeCode.NO_PATH
     assert watched.nearest_m > 15.0
@@ -534,7 +534,7 @@ def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> N
 
 def test_a_long_route_is_planned_on_in_flight_without_a_stop() -> None:
     waypoints = tuple(RouteWaypoint((20.0 * k, 5.0 * (k % 2), 5.0), 2.0) for k in range(1, 16))
-    vehicle, task = hovering(), fly_route(waypoints, 1, CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = hovering(), fly_route(Route(waypoints, 1), CONFIG, avoidance=AVOIDANCE)
     # It is beyond what is planned at first.
     vehicle.obstacles = post(250.0, 2.5, 1.0)
     watched = Watched(task, vehicle)

@@ -14,7 +14,7 @@ import pytest
 
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
-from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
+from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import Intent, Outcome, Perform
 from navigation_core.tasks.observation import (
     MissionReport,
@@ -29,6 +29,7 @@ from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 
 STEP_S = 0.25
 LONGEST_S = 1800.0
@@ -50,12 +51,12 @@ TASKS: dict[str, Callable[[], Task]] = {
     "goto": lambda: fly_to(GotoGoal((-300.0, 0.0, 10.0)), CONFIG),
     "goto of a PX4": lambda: fly_to(GotoGoal((-300.0, 0.0, 10.0)), CONFIG, traits=PX4_COPTER),
     "goto of a rover": lambda: fly_to(GotoGoal((-300.0, 0.0, 0.0)), CONFIG, traits=ROVER),
-    "route": lambda: fly_route(waypoints(10.0), 2, CONFIG),
-    "route of a rover": lambda: fly_route(waypoints(0.0), 2, CONFIG, traits=ROVER),
-    "mission": lambda: FlyMission(waypoints(10.0), 1, CONFIG, COPTER),
-    "mission of a rover": lambda: FlyMission(waypoints(0.0), 1, CONFIG, ROVER),
-    "mission of a plane": lambda: FlyMission(waypoints(50.0), 1, CONFIG, PLANE),
-    "plane": lambda: FlyPlane(waypoints(50.0, 20.0), 2, CONFIG, PLANE, 40.0),
+    "route": lambda: fly_route(Route(waypoints(10.0), 2), CONFIG),
+    "route of a rover": lambda: fly_route(Route(waypoints(0.0), 2), CONFIG, traits=ROVER),
+    "mission": lambda: FlyMission(Route(waypoints(10.0), 1), CONFIG, COPTER),
+    "mission of a rover": lambda: FlyMission(Route(waypoints(0.0), 1), CONFIG, ROVER),
+    "mission of a plane": lambda: FlyMission(Route(waypoints(50.0), 1), CONFIG, PLANE),
+    "plane": lambda: FlyPlane(Route(waypoints(50.0, 20.0), 2), CONFIG, PLANE, 40.0),
     "landing": lambda: VehicleLed(LAND, CONFIG, COPTER),
     "landing of a plane": lambda: VehicleLed(LAND, CONFIG, PLANE),
     "return": lambda: VehicleLed(RETURN_TO_LAUNCH, CONFIG, COPTER),

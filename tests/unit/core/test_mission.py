@@ -31,7 +31,7 @@ from navigation_core.tasks.watching.mission_phases import (
     MissionPhase,
     check_change,
 )
-from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.waypoint import MissionPlan, Route, RouteWaypoint
 
 CONFIG = GotoConfig(may_arm=True)
 STEP_S = 0.1
@@ -146,7 +146,7 @@ class Mission:
 def mission(
     laps: int = 1, config: GotoConfig = CONFIG, traits: Traits = COPTER, **vehicle: object
 ) -> Mission:
-    return Mission(FlyMission(WAYPOINTS, laps, config, traits, 4.0), **vehicle)  # type: ignore[arg-type]
+    return Mission(FlyMission(Route(WAYPOINTS, laps), config, traits, 4.0), **vehicle)  # type: ignore[arg-type]
 
 
 def flying(**vehicle: object) -> Mission:

@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, Wait
 from navigation_core.tasks.observation import (
@@ -19,6 +18,7 @@ from navigation_core.tasks.observation import (
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
+from navigation_core.tasks.waypoint import Route, RouteError, RouteWaypoint
 
 PLANE = Traits(
     name="plane", hovers=False, control_before_takeoff=False, circle_radius_m=60.0,
@@ -51,7 +51,7 @@ def seen(
 
 
 def task(*waypoints: RouteWaypoint, may_arm: bool = True) -> FlyPlane:
-    return FlyPlane(waypoints, 1, GotoConfig(may_arm=may_arm), PLANE, 40.0)
+    return FlyPlane(Route(waypoints), GotoConfig(may_arm=may_arm), PLANE, 40.0)
 
 
 def test_on_the_ground_it_arms_takes_off_and_only_then_goes_to_the_place() -> None:
@@ -145,7 +145,7 @@ def test_a_circle_of_another_radius_counts_after_half_a_round() -> None:
 
 
 def test_a_waypoint_is_passed_near_it_or_when_it_begins_to_be_circled() -> None:
-    route = PlaneRoute((waypoint((0.0, 0.0, 50.0)), waypoint((500.0, 0.0, 50.0))), 2, 60.0)
+    route = PlaneRoute(Route((waypoint((0.0, 0.0, 50.0)), waypoint((500.0, 0.0, 50.0))), 2), 60.0)
     east = (15.0, 0.0, 0.0)
     assert not route.passed((-110.0, 0.0, 50.0), east), "still coming"
     assert route.passed((0.0, 100.0, 50.0), east), "abreast of it"

@@ -21,8 +21,8 @@ from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import FlightVolume, Rejection, check_target
-from navigation_core.tasks.flying.route import RouteWaypoint
 from navigation_core.tasks.traits import Traits
+from navigation_core.tasks.waypoint import RouteWaypoint
 
 WAYPOINTS_MAX = 1000
 # An ArduPilot stores 650 items or more, and a waypoint may need two more for speed and heading.

@@ -12,9 +12,9 @@ from navigation_bridge.tasks.navigate_waypoints import admit_plane
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
-from navigation_core.tasks.flying.route import RouteWaypoint
 from navigation_core.tasks.intents import Handover
 from navigation_core.tasks.task import Task
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 
 __all__ = ["NAVIGATE", "admit_point", "resolve_point"]
 
@@ -62,7 +62,7 @@ def admit_point(
             yaw_enu_rad=goal.yaw_enu_rad,
             max_speed_m_s=goal.max_speed_m_s,
         )
-        return admit_plane((waypoint,), 1, situation, warnings)
+        return admit_plane(Route((waypoint,)), situation, warnings)
     x, y, z = goal.position_enu_m
     speed_m_s = goal.max_speed_m_s or config.limits.speed_horizontal_m_s
 

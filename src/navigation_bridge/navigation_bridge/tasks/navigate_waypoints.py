@@ -13,12 +13,13 @@ from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import horizontal_norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.flying.route import RouteWaypoint, fly_route
+from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import Handover
 from navigation_core.tasks.task import Task
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import circle_max_m
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 
 __all__ = ["NAVIGATE_WAYPOINTS", "admit_plane"]
 
@@ -58,22 +59,21 @@ def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
     )
     if isinstance(waypoints, Rejection):
         return waypoints
-    laps = max(request.laps, 1)
+    route = Route(waypoints, max(request.laps, 1))
     targets = tuple(waypoint.position_enu_m for waypoint in waypoints)
     warnings = check_obstacles(targets, request.avoid_obstacles, request.by_mission, situation)
     if isinstance(warnings, Rejection):
         return warnings
     if request.by_mission:
-        return _mission(request, waypoints, laps, situation, warnings)
+        return _mission(request, route, situation, warnings)
     if not traits.hovers:
-        return admit_plane(waypoints, laps, situation, warnings)
+        return admit_plane(route, situation, warnings)
 
     avoidance = avoidance_of(request.avoid_obstacles, situation)
 
     def make_task(handover: Handover) -> Task:
         return fly_route(
-            waypoints,
-            laps,
+            route,
             situation.goto,
             handover,
             traits=traits,
@@ -82,42 +82,35 @@ def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         )
 
     return Admitted(
-        f"route of {len(waypoints)} waypoints, {laps} x",
+        f"route of {len(waypoints)} waypoints, {route.laps} x",
         waypoints[-1].position_enu_m,
         make_task,
         warnings,
-        _plan(waypoints, laps, situation.goto.limits.speed_horizontal_m_s, avoidance is None),
+        _plan(route, situation.goto.limits.speed_horizontal_m_s, avoidance is None),
     )
 
 
-def _plan(
-    waypoints: tuple[RouteWaypoint, ...], laps: int, speed_m_s: float, straight: bool = True
-) -> FlightPlan:
+def _plan(route: Route, speed_m_s: float, straight: bool = True) -> FlightPlan:
     return FlightPlan(
-        tuple(waypoint.position_enu_m for waypoint in waypoints),
-        tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in waypoints),
-        laps,
-        sum(waypoint.hold_time_s for waypoint in waypoints),
+        tuple(waypoint.position_enu_m for waypoint in route.waypoints),
+        tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in route.waypoints),
+        route.laps,
+        sum(waypoint.hold_time_s for waypoint in route.waypoints),
         straight,
     )
 
 
 def _mission(
-    request: WaypointsRequest,
-    waypoints: tuple[RouteWaypoint, ...],
-    laps: int,
-    situation: Situation,
-    warnings: tuple[str, ...],
+    request: WaypointsRequest, route: Route, situation: Situation, warnings: tuple[str, ...]
 ) -> Admitted | Rejection:
-    count = len(waypoints) * laps
-    if count > MISSION_WAYPOINTS_MAX:
+    if route.total > MISSION_WAYPOINTS_MAX:
         return Rejection(
             OutcomeCode.INVALID_WAYPOINTS,
-            f"The mission has {count} waypoints over all laps; the limit is {MISSION_WAYPOINTS_MAX}"
-            ". Use setpoints.",
+            f"The mission has {route.total} waypoints over all laps; the limit is "
+            f"{MISSION_WAYPOINTS_MAX}. Use setpoints.",
         )
     config, traits = situation.config.goto, situation.traits
-    rejection = None if traits.hovers else _check_circles(waypoints, situation)
+    rejection = None if traits.hovers else _check_circles(route.waypoints, situation)
     if rejection is not None:
         return rejection
     # A plane keeps its own airspeed unless another is requested.
@@ -125,11 +118,11 @@ def _mission(
     if request.max_speed_m_s > 0.0:
         speed_m_s = min(request.max_speed_m_s, situation.speed_max_m_s)
     return Admitted(
-        f"mission of {len(waypoints)} waypoints, {laps} x",
-        waypoints[-1].position_enu_m,
-        lambda _handover: FlyMission(waypoints, laps, config, traits, speed_m_s),
+        f"mission of {len(route.waypoints)} waypoints, {route.laps} x",
+        route.waypoints[-1].position_enu_m,
+        lambda _handover: FlyMission(route, config, traits, speed_m_s),
         warnings,
-        _plan(waypoints, laps, speed_m_s or config.limits.speed_horizontal_m_s),
+        _plan(route, speed_m_s or config.limits.speed_horizontal_m_s),
     )
 
 
@@ -158,12 +151,10 @@ def _check_circles(waypoints: tuple[RouteWaypoint, ...], situation: Situation) -
 
 
 def admit_plane(
-    waypoints: tuple[RouteWaypoint, ...],
-    laps: int,
-    situation: Situation,
-    warnings: tuple[str, ...],
+    route: Route, situation: Situation, warnings: tuple[str, ...]
 ) -> Admitted | Rejection:
     """Return the goal of a plane, which is sent from point to point and circles the last."""
+    waypoints = route.waypoints
     traits, ground_m = situation.traits, situation.ground_enu_m
     rejection = _check_circles(waypoints, situation)
     if rejection is not None:
@@ -178,11 +169,11 @@ def admit_plane(
     first_m = waypoints[0].position_enu_m[2] - ground_m
     takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))
     return Admitted(
-        f"circle about the last of {len(waypoints)} waypoints, {laps} x",
+        f"circle about the last of {len(waypoints)} waypoints, {route.laps} x",
         waypoints[-1].position_enu_m,
-        lambda _handover: FlyPlane(waypoints, laps, config, traits, takeoff_m),
+        lambda _handover: FlyPlane(route, config, traits, takeoff_m),
         warnings,
-        _plan(waypoints, laps, _PLANE_M_S),
+        _plan(route, _PLANE_M_S),
     )
 
 

@@ -5,6 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3
+from navigation_core.tasks.progress import RouteProgress
+
+
+class RouteError(ValueError):
+    """A route cannot be flown; the sentence says why."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,49 @@ class RouteWaypoint:
     yaw_enu_rad: float | None = None
     max_speed_m_s: float | None = None
     height_above_ground_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Route:
+    """Waypoints and how often they are flown; indices count from 0 over all laps.
+
+    Attributes:
+        waypoints: those of one lap, at least one; they are expected to have passed
+            ``safety.check_target``.
+        laps: at least one.
+    """
+
+    waypoints: tuple[RouteWaypoint, ...]
+    laps: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            RouteError: there is no waypoint or no lap.
+        """
+        if not self.waypoints or self.laps < 1:
+            raise RouteError("A route needs at least one waypoint and one lap.")
+
+    @property
+    def total(self) -> int:
+        """Waypoints of all laps."""
+        return len(self.waypoints) * self.laps
+
+    def at(self, index: int) -> RouteWaypoint:
+        """Return a waypoint; the last for any index beyond it."""
+        return self.waypoints[min(index, self.total - 1) % len(self.waypoints)]
+
+    def progress(self, index: int, reached: int, missed: tuple[int, ...] = ()) -> RouteProgress:
+        """Return the progress of a vehicle on its way to a waypoint; ``total`` is after the end."""
+        lap, current = divmod(min(index, self.total - 1), len(self.waypoints))
+        return RouteProgress(
+            current=current,
+            lap=lap,
+            remaining=self.total - index,
+            reached=reached,
+            missed=missed,
+        )
 
 
 @dataclass(frozen=True)

@@ -24,12 +24,10 @@ from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.intents import NOTHING_SENT, Handover, Outcome
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import cruise_limits
-from navigation_core.tasks.progress import Progress, RouteProgress
+from navigation_core.tasks.progress import Progress
 from navigation_core.tasks.traits import COPTER, Traits
-from navigation_core.tasks.waypoint import RouteWaypoint
+from navigation_core.tasks.waypoint import Route
 from navigation_core.trajectories.route_trajectory import RoutePoint
-
-__all__ = ["RouteError", "RouteItinerary", "RouteWaypoint", "fly_route"]
 
 # Share of a waypoint's radius by which the planned path may cut its corner; the rest is for
 # the vehicle, which does not follow exactly.
@@ -40,26 +38,12 @@ _RETURNS = 2
 _MET_SHARE = 0.6
 
 
-class RouteError(ValueError):
-    """A route cannot be flown; the sentence says why."""
-
-
 class RouteItinerary:
     """The sections of a route. See :class:`~navigation_core.tasks.flying.itinerary.Itinerary`."""
 
-    def __init__(
-        self,
-        waypoints: tuple[RouteWaypoint, ...],
-        laps: int,
-        config: GotoConfig,
-        traits: Traits,
-        turns_back: bool,
-    ) -> None:
+    def __init__(self, route: Route, config: GotoConfig, traits: Traits, turns_back: bool) -> None:
         """Prepare; the arguments are those of :func:`fly_route`."""
-        if not waypoints or laps < 1:
-            raise RouteError("A route needs at least one waypoint and one lap.")
-        self._waypoints = waypoints
-        self._laps = laps
+        self._route = route
         self._limits = config.limits
         self._traits = traits
         # The next waypoint that the vehicle has not passed, counted over all laps.
@@ -71,19 +55,12 @@ class RouteItinerary:
         self._returns = self._returns_max = _RETURNS if turns_back else 0
         self._planned_from = 0
 
-    @property
-    def _total(self) -> int:
-        return len(self._waypoints) * self._laps
-
-    def _at(self, index: int) -> RouteWaypoint:
-        return self._waypoints[index % len(self._waypoints)]
-
     def _section_end(self) -> int:
         """Return the index of the waypoint at which the section under way stops."""
-        for index in range(self._next, self._total - 1):
-            if self._at(index).hold_time_s > 0.0:
+        for index in range(self._next, self._route.total - 1):
+            if self._route.at(index).hold_time_s > 0.0:
                 return index
-        return self._total - 1
+        return self._route.total - 1
 
     def begin_section(self) -> Section:
         """Return the waypoints up to the next stop."""
@@ -91,19 +68,19 @@ class RouteItinerary:
         indices = range(self._next, end + 1)
         points = tuple(
             RoutePoint(
-                self._at(i).position_enu_m,
-                0.0 if i == end else _CORNER_SHARE * self._at(i).acceptance_radius_m,
-                cruise_limits(self._limits, self._at(i).max_speed_m_s, self._traits),
+                self._route.at(i).position_enu_m,
+                0.0 if i == end else _CORNER_SHARE * self._route.at(i).acceptance_radius_m,
+                cruise_limits(self._limits, self._route.at(i).max_speed_m_s, self._traits),
             )
             for i in indices
         )
-        stop = self._at(end)
+        stop = self._route.at(end)
         self._planned_from = self._next
         self._nearest_m = math.inf
         return Section(
             GotoGoal(stop.position_enu_m, stop.yaw_enu_rad, stop.max_speed_m_s),
             points,
-            tuple(self._at(i).yaw_enu_rad for i in indices),
+            tuple(self._route.at(i).yaw_enu_rad for i in indices),
             stop.acceptance_radius_m,
             stop.hold_time_s,
         )
@@ -112,7 +89,7 @@ class RouteItinerary:
         """Tick off the waypoints that the vehicle has come near, or has flown past."""
         if position_enu_m is None or self._next >= self._section_end():
             return False
-        waypoint = self._at(self._next)
+        waypoint = self._route.at(self._next)
         here_m = distance(position_enu_m, waypoint.position_enu_m)
         self._nearest_m = min(self._nearest_m, here_m)
         near = self._nearest_m <= waypoint.acceptance_radius_m
@@ -140,16 +117,16 @@ class RouteItinerary:
         """Return the next waypoint, counted from the section's first; None for the stop."""
         if self._next >= self._section_end():
             return None
-        if self._nearest_m <= _MET_SHARE * self._at(self._next).acceptance_radius_m:
+        if self._nearest_m <= _MET_SHARE * self._route.at(self._next).acceptance_radius_m:
             return None
         return self._next - self._planned_from
 
     def arrive(self, error_m: float) -> Outcome | None:
         """Tick off the stop; returns the end of the route after the last."""
         self._tick_off(True)
-        if self._next < self._total:
+        if self._next < self._route.total:
             return None
-        text = f"Flew {self._reached} of {self._total} waypoints."
+        text = f"Flew {self._reached} of {self._route.total} waypoints."
         if not self._missed:
             return Outcome(OutcomeCode.SUCCESS, text, error_m)
         names = ", ".join(str(index) for index in self._missed)
@@ -160,7 +137,6 @@ class RouteItinerary:
         self, progress: Progress, position_enu_m: Vector3 | None, is_straight: bool
     ) -> Progress:
         """Return the progress of the whole route."""
-        index = min(self._next, self._total - 1)
         more_m, more_s = self._after_section()
         if is_straight and position_enu_m is not None:
             detour_m = self._detour_m(position_enu_m)
@@ -170,31 +146,28 @@ class RouteItinerary:
             progress,
             distance_remaining_m=progress.distance_remaining_m + more_m,
             time_remaining_s=progress.time_remaining_s + more_s,
-            route=RouteProgress(
-                current=index % len(self._waypoints),
-                lap=index // len(self._waypoints),
-                remaining=self._total - self._next,
-                reached=self._reached,
-                missed=tuple(self._missed),
-            ),
+            route=self._route.progress(self._next, self._reached, tuple(self._missed)),
         )
 
     def _detour_m(self, position_enu_m: Vector3) -> float:
         """Return how much longer the path by the waypoints is than straight to the next stop."""
         end = self._section_end()
-        places = [position_enu_m, *(self._at(i).position_enu_m for i in range(self._next, end + 1))]
+        places = [
+            position_enu_m,
+            *(self._route.at(i).position_enu_m for i in range(self._next, end + 1)),
+        ]
         path_m = sum(distance(a, b) for a, b in itertools.pairwise(places))
         return path_m - distance(places[0], places[-1])
 
     def _after_section(self) -> tuple[float, float]:
         """Return path and time of what comes after the stop that is flown to."""
-        if self._next >= self._total:
+        if self._next >= self._route.total:
             return 0.0, 0.0
         end = self._section_end()
-        length_m, time_s = 0.0, self._at(end).hold_time_s
-        for index in range(end + 1, self._total):
-            waypoint = self._at(index)
-            leg_m = distance(self._at(index - 1).position_enu_m, waypoint.position_enu_m)
+        length_m, time_s = 0.0, self._route.at(end).hold_time_s
+        for index in range(end + 1, self._route.total):
+            waypoint = self._route.at(index)
+            leg_m = distance(self._route.at(index - 1).position_enu_m, waypoint.position_enu_m)
             limits = cruise_limits(self._limits, waypoint.max_speed_m_s, self._traits)
             length_m += leg_m
             time_s += leg_m / limits.speed_horizontal_m_s + waypoint.hold_time_s
@@ -202,8 +175,7 @@ class RouteItinerary:
 
 
 def fly_route(
-    waypoints: tuple[RouteWaypoint, ...],
-    laps: int,
+    route: Route,
     config: GotoConfig,
     handover: Handover = NOTHING_SENT,
     traits: Traits = COPTER,
@@ -213,19 +185,15 @@ def fly_route(
     """Return the task of one route.
 
     Args:
-        waypoints: at least one; they are expected to have passed ``safety.check_target``.
-        laps: how often they are flown, at least once.
+        route: where to fly.
         config: how to fly.
         handover: what the replaced task sent last.
         traits: what the vehicle can do.
         avoidance: how to keep away from obstacles; None to fly straight.
         turns_back: whether to turn back for a waypoint that was passed outside its radius.
-
-    Raises:
-        RouteError: there is no waypoint or no lap.
     """
     return SetpointFlight(
-        RouteItinerary(waypoints, laps, config, traits, turns_back),
+        RouteItinerary(route, config, traits, turns_back),
         config,
         handover,
         traits,

@@ -29,7 +29,7 @@ from navigation_core.tasks.watching.mission_phases import (
     check_change,
 )
 from navigation_core.tasks.watching.mission_progress import MissionTally
-from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.waypoint import MissionPlan, Route
 
 _MOVED_M = 0.5
 _STUCK_S = 60.0
@@ -50,8 +50,7 @@ class FlyMission(PhasedTask[MissionPhase]):
 
     def __init__(
         self,
-        waypoints: tuple[RouteWaypoint, ...],
-        laps: int,
+        route: Route,
         config: GotoConfig,
         traits: Traits,
         speed_m_s: float | None = None,
@@ -59,8 +58,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         """Prepare.
 
         Args:
-            waypoints: at least one; they are expected to have passed ``safety.check_target``.
-            laps: how often they are flown, at least once.
+            route: where to fly.
             config: tolerances and limits of time.
             traits: what the vehicle can do.
             speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
@@ -68,16 +66,15 @@ class FlyMission(PhasedTask[MissionPhase]):
         super().__init__(config, MissionPhase.HALTING)
         self._traits = traits
         self._plan = MissionPlan(
-            waypoints * laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
+            route.waypoints * route.laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
         )
         self._mission = MissionTally(
-            waypoints,
-            laps,
+            route,
             speed_m_s or config.limits.speed_horizontal_m_s,
             passing_m=max(_PASSING_M, _PASSING_CIRCLES * traits.circle_radius_m),
         )
         self._path: tuple[Vector3, ...] = ()
-        self._measures = MissionMeasures(waypoints, config, traits)
+        self._measures = MissionMeasures(route.waypoints, config, traits)
         self._armed_by_us = False
         self._stored = False
         self._left_mode = False

@@ -4,35 +4,29 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.tasks.observation import MissionReport, Observation
 from navigation_core.tasks.progress import RouteProgress
-from navigation_core.tasks.waypoint import RouteWaypoint
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 
 
 class MissionTally:
     """Ticks off the waypoints of all laps."""
 
-    def __init__(
-        self,
-        waypoints: tuple[RouteWaypoint, ...],
-        laps: int,
-        speed_m_s: float,
-        passing_m: float = 0.0,
-    ) -> None:
+    def __init__(self, route: Route, speed_m_s: float, passing_m: float = 0.0) -> None:
         """Begin before the first.
 
         Args:
-            waypoints: those of one lap.
-            laps: how often they are flown.
+            route: where the vehicle flies.
             speed_m_s: ground speed where a waypoint has none, for the estimate of time.
             passing_m: how near the vehicle comes to a waypoint that it passes by its own rules,
                 whatever radius was asked for.
         """
         self.current = 0
-        self._lap_length = len(waypoints)
-        self._waypoints = waypoints * laps
+        self._route = route
+        self._waypoints = route.waypoints * route.laps
         self._reached: set[int] = set()
         self._nearest_m = [math.inf] * len(self._waypoints)
         self._passing_m = passing_m
@@ -41,7 +35,7 @@ class MissionTally:
     @property
     def target(self) -> RouteWaypoint:
         """The waypoint that the vehicle is on its way to."""
-        return self._waypoints[min(self.current, len(self._waypoints) - 1)]
+        return self._route.at(self.current)
 
     def note(self, report: MissionReport | None, observation: Observation) -> None:
         """Process what the vehicle says and where it is.
@@ -81,13 +75,8 @@ class MissionTally:
 
     def route(self, over: bool) -> RouteProgress:
         """Return the counts for the feedback."""
-        return RouteProgress(
-            current=self.current % self._lap_length,
-            lap=self.current // self._lap_length,
-            remaining=0 if over else len(self._waypoints) - self.current,
-            reached=len(self._reached),
-            missed=self.missed,
-        )
+        progress = self._route.progress(self.current, len(self._reached), self.missed)
+        return replace(progress, remaining=0) if over else progress
 
     def left(self, position_enu_m: Vector3 | None) -> tuple[float, float]:
         """Return path and time from a position to the end."""

@@ -16,7 +16,6 @@ from enum import Enum, auto
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.conditions import Dwell, check_departure
-from navigation_core.tasks.flying.route import RouteError, RouteWaypoint
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import (
@@ -30,6 +29,7 @@ from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
+from navigation_core.tasks.waypoint import Route
 
 # Usual speeds of small planes, for estimates before it flies: ArduPlane's AIRSPEED_CRUISE is
 # 12 to 22 m/s by frame, PX4's FW_AIRSPD_TRIM 15 m/s; both climb at 3 to 5 m/s.
@@ -75,8 +75,7 @@ class FlyPlane(PhasedTask[_Phase]):
 
     def __init__(
         self,
-        waypoints: tuple[RouteWaypoint, ...],
-        laps: int,
+        route: Route,
         config: GotoConfig,
         traits: Traits,
         takeoff_height_m: float,
@@ -84,22 +83,16 @@ class FlyPlane(PhasedTask[_Phase]):
         """Prepare.
 
         Args:
-            waypoints: at least one; the yaw of each is ignored, as a plane circles.
-            laps: how often they are flown, at least once.
+            route: where to fly; the yaw of each waypoint is ignored, as a plane circles.
             config: tolerances and limits of time; its speeds and radii are for others.
             traits: what the plane can do.
             takeoff_height_m: height above the ground that a take-off is asked for.
-
-        Raises:
-            RouteError: there is no waypoint or no lap.
         """
-        if not waypoints or laps < 1:
-            raise RouteError("A route needs at least one waypoint and one lap.")
         super().__init__(config, _Phase.PREPARING)
         self._traits = traits
         self._takeoff_height_m = takeoff_height_m
-        self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in waypoints)
-        self._route = PlaneRoute(waypoints, laps, traits.circle_radius_m)
+        self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in route.waypoints)
+        self._route = PlaneRoute(route, traits.circle_radius_m)
         # Whether the vehicle has taken the place that this phase sends it to.
         self._sent = False
         self._stay_enu_m: Vector3 | None = None

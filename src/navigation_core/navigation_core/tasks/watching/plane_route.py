@@ -14,8 +14,8 @@ from navigation_core.geometry import (
     subtract,
     wrap_angle,
 )
-from navigation_core.tasks.flying.route import RouteWaypoint
 from navigation_core.tasks.progress import RouteProgress
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 
 # A plane turns into its circle before it is over the point, and sways about the circle.
 _NEAR_CIRCLES = 1.25
@@ -62,12 +62,9 @@ class Circling:
 class PlaneRoute:
     """The waypoints of a plane, of all laps, and how many of them are done."""
 
-    def __init__(
-        self, waypoints: tuple[RouteWaypoint, ...], laps: int, circle_radius_m: float
-    ) -> None:
-        """Stand before the first of at least one waypoint."""
-        self._waypoints = waypoints
-        self._laps = laps
+    def __init__(self, route: Route, circle_radius_m: float) -> None:
+        """Stand before the first waypoint."""
+        self._route = route
         self._radius_m = circle_radius_m
         self.done = 0
         self._approached = False
@@ -75,7 +72,7 @@ class PlaneRoute:
     @property
     def total(self) -> int:
         """Waypoints of all laps."""
-        return len(self._waypoints) * self._laps
+        return self._route.total
 
     @property
     def over(self) -> bool:
@@ -85,7 +82,7 @@ class PlaneRoute:
     @property
     def current(self) -> RouteWaypoint:
         """The waypoint that it is on its way to; the last when all are done."""
-        return self._waypoints[min(self.done, self.total - 1) % len(self._waypoints)]
+        return self._route.at(self.done)
 
     @property
     def stops(self) -> bool:
@@ -122,7 +119,7 @@ class PlaneRoute:
         """Return the length of the path that is left, and its time, from a position."""
         if self.over:
             return 0.0, 0.0
-        rest = [self._waypoints[i % len(self._waypoints)] for i in range(self.done, self.total)]
+        rest = [self._route.at(i) for i in range(self.done, self.total)]
         places = [position_enu_m, *(waypoint.position_enu_m for waypoint in rest)]
         legs_m = [distance(a, b) for a, b in itertools.pairwise(places)]
         # It is on its circle before it is over the point.
@@ -131,10 +128,4 @@ class PlaneRoute:
 
     def progress(self) -> RouteProgress:
         """Progress along the route."""
-        index = min(self.done, self.total - 1)
-        return RouteProgress(
-            current=index % len(self._waypoints),
-            lap=index // len(self._waypoints),
-            remaining=self.total - self.done,
-            reached=self.done,
-        )
+        return self._route.progress(self.done, self.done)
