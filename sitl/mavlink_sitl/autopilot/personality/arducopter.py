@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
-    BootStep,
     ModeSpec,
     Personality,
     Sensors,
@@ -35,20 +34,6 @@ _MODES = (
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *shared.SIM_WIND, *table("arducopter"))
 
-_BOOT = (
-    *shared.twice(1.93, "Barometer {} calibration complete", first=1),
-    *shared.ready(2.46),
-    *shared.twice(4.46, "EKF3 IMU{} initialised"),
-    BootStep(4.46, "AHRS: EKF3 active"),
-    *shared.twice(5.81, "EKF3 IMU{} tilt alignment complete"),
-    *shared.twice(5.91, "EKF3 IMU{} MAG0 initial yaw alignment complete"),
-    *shared.finding_gps(9.81, 9.84),
-    BootStep(20.03, "EKF3 IMU0 origin set"),
-    BootStep(20.06, "Field Elevation Set: {elevation:.0f}m"),
-    BootStep(20.22, "EKF3 IMU1 origin set"),
-    *shared.twice(41.64, "EKF3 IMU{} is using GPS"),
-)
-
 ARDUCOPTER = Personality(
     name="ArduCopter",
     mav_type=2,
@@ -58,7 +43,7 @@ ARDUCOPTER = Personality(
     flight_custom_version="cef8bcef",
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
-    boot=_BOOT,
+    boot=shared.boot("arducopter"),
     ready_s=41.64,
     gps_fix_s=9.9,
     battery_ready_s=2.6,

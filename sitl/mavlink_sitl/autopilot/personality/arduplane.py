@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
-    BootStep,
     ModeSpec,
     SavedStep,
     Sensors,
@@ -40,26 +39,6 @@ _MODES = (
 # Those of the recordings where they show, else the firmware's defaults.
 _PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *shared.SIM_WIND, *table("arduplane"))
 
-_BOOT = (
-    *shared.twice(1.75, "Barometer {} calibration complete", first=1),
-    BootStep(1.75, "Airspeed 1 calibration started"),
-    *shared.ready(1.75),
-    BootStep(1.77, "Throttle failsafe off"),
-    BootStep(3.43, "Airspeed 1 calibrated"),
-    *shared.finding_gps(9.07, 9.09),
-    *shared.twice(9.53, "EKF2 IMU{} MAG0 initial yaw alignment complete"),
-    *shared.twice(10.29, "EKF3 IMU{} initialised"),
-    *shared.twice(12.16, "EKF3 IMU{} tilt alignment complete"),
-    *shared.twice(12.24, "EKF3 IMU{} MAG0 initial yaw alignment complete"),
-    *shared.twice(14.77, "EKF2 IMU{} tilt alignment complete"),
-    *shared.twice(19.49, "EKF2 IMU{} origin set"),
-    *shared.twice(19.49, "EKF3 IMU{} origin set"),
-    BootStep(19.53, "Field Elevation Set: {elevation:.0f}m"),
-    *shared.twice(20.51, "EKF3 IMU{} is using GPS"),
-    BootStep(20.51, "AHRS: EKF3 active"),
-    *shared.twice(41.17, "EKF2 IMU{} is using GPS"),
-)
-
 ARDUPLANE = replace(
     TRAVELLER,
     name="ArduPlane",
@@ -68,7 +47,7 @@ ARDUPLANE = replace(
     capabilities=0xF36F & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
-    boot=_BOOT,
+    boot=shared.boot("arduplane"),
     saved=(*shared.saved(1.75, 2.76), SavedStep(3.42, "ARSPD_OFFSET", 2013.95)),
     ready_s=20.51,
     gps_fix_s=9.1,

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 from mavlink_sitl.autopilot.personality import (
     NOT_MODELLED,
-    BootStep,
     ModeSpec,
-    Personality,
     Sensors,
     shared,
 )
@@ -43,20 +41,6 @@ _MODES = (
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
 _PARAMETERS = (*shared.COMMON, *table("ardurover"))
 
-_BOOT = (
-    *shared.twice(1.73, "Barometer {} calibration complete", first=1),
-    BootStep(1.75, "Beginning INS calibration. Do not move vehicle"),
-    *shared.ready(2.37),
-    *shared.twice(4.39, "EKF3 IMU{} initialised"),
-    *shared.twice(6.00, "EKF3 IMU{} tilt alignment complete"),
-    *shared.twice(6.07, "EKF3 IMU{} MAG0 initial yaw alignment complete"),
-    *shared.finding_gps(9.67, 9.70),
-    *shared.twice(19.88, "EKF3 IMU{} origin set"),
-    BootStep(19.96, "Field Elevation Set: {elevation:.0f}m"),
-    *shared.twice(42.10, "EKF3 IMU{} is using GPS"),
-    BootStep(42.10, "AHRS: EKF3 active"),
-)
-
 ARDUROVER = replace(
     TRAVELLER,
     name="ArduRover",
@@ -65,7 +49,7 @@ ARDUROVER = replace(
     capabilities=0xF1EF & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
-    boot=_BOOT,
+    boot=shared.boot("ardurover"),
     saved=shared.saved(1.73, 3.40, calibrations_s=(1.85, 2.37)),
     ready_s=42.10,
     gps_fix_s=9.75,
@@ -89,4 +73,4 @@ ARDUROVER = replace(
     ),
 )
 
-ARDUBOAT: Personality = replace(ARDUROVER, name="ArduRover (boat)", kind="boat", mav_type=11)
+ARDUBOAT = replace(ARDUROVER, name="ArduRover (boat)", kind="boat", mav_type=11)

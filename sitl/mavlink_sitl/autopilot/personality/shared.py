@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import resources
+
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
 from mavlink_sitl.autopilot.personality import BootStep, SavedStep
 from mavlink_sitl.autopilot.personality.parameters import table
@@ -55,22 +57,11 @@ def streams(**more: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
     return {0: tuple(m for messages in by_id.values() for m in messages), **by_id}
 
 
-def twice(at_s: float, text: str, first: int = 0) -> tuple[BootStep, ...]:
-    """What two of a kind say at once while starting, each with its number."""
-    return tuple(BootStep(at_s, text.format(number)) for number in (first, first + 1))
-
-
-def ready(at_s: float) -> tuple[BootStep, ...]:
-    """The end of the start, as long as the estimator has not begun."""
-    return BootStep(at_s, "ArduPilot Ready"), BootStep(at_s, "AHRS: DCM active")
-
-
-def finding_gps(probed_s: float, found_s: float) -> tuple[BootStep, ...]:
-    """The search for the receiver."""
-    return (
-        BootStep(probed_s, "GPS 1: probing for u-blox at 230400 baud"),
-        BootStep(found_s, "GPS 1: detected u-blox"),
-    )
+def boot(name: str) -> tuple[BootStep, ...]:
+    """What the firmware says while it starts, in time; from `boot/NAME.txt`."""
+    text = resources.files(__package__).joinpath("boot", f"{name}.txt").read_text("utf-8")
+    lines = (line.split(" ", 1) for line in text.splitlines() if not line.startswith("#"))
+    return tuple(BootStep(float(at_s), said) for at_s, said in lines)
 
 
 _BAROMETERS = (("BARO1_GND_PRESS", 94502.8), ("BARO2_GND_PRESS", 94502.5))
