@@ -13,13 +13,10 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
-    BUSY_SENTENCE,
     Transfer,
     TransferFinished,
     TransferInput,
     TransferResult,
-    ack_sentence,
-    concerns,
 )
 
 
@@ -40,16 +37,15 @@ class MissionClear(Transfer):
         """Look for the acknowledgement."""
         if self.state is not ClearState.ASKING or message.get_type() != "MISSION_ACK":
             return
-        if not concerns(message, self._address, self._type):
+        if not self._concerns_us(message):
             return
         if message.type == ACCEPTED:
             self._end = TransferFinished(TransferResult.DONE)
             self._fire(TransferInput.ACCEPTED, now)
         elif message.type == mavlink.MAV_MISSION_DENIED:
-            self._end = TransferFinished(TransferResult.BUSY, BUSY_SENTENCE)
+            self._note_busy()
         else:
-            self._end = TransferFinished(TransferResult.REFUSED, ack_sentence(message.type))
-            self._fire(TransferInput.REFUSED, now)
+            self._refuse(message.type, now)
 
     def _ask(self, now: float) -> None:
         self._send("MISSION_CLEAR_ALL")

@@ -15,13 +15,10 @@ from mavlink_vehicle.mission_items import MissionItem, item_of
 from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
-    BUSY_SENTENCE,
     Transfer,
     TransferFinished,
     TransferInput,
     TransferResult,
-    ack_sentence,
-    concerns,
 )
 
 _MINE = frozenset({"MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK"})
@@ -52,15 +49,13 @@ class MissionDownload(Transfer):
         name = message.get_type()
         if self.state in (DownloadState.IDLE, DownloadState.FINISHED) or name not in _MINE:
             return
-        if not concerns(message, self._address, self._type):
+        if not self._concerns_us(message):
             return
         if name == "MISSION_ACK":
             if message.type == mavlink.MAV_MISSION_DENIED:
-                self._end = TransferFinished(TransferResult.BUSY, BUSY_SENTENCE)
+                self._note_busy()
             elif message.type == mavlink.MAV_MISSION_UNSUPPORTED:
-                reason = ack_sentence(message.type)
-                self._end = TransferFinished(TransferResult.REFUSED, reason)
-                self._fire(TransferInput.REFUSED, now)
+                self._refuse(message.type, now)
         elif name == "MISSION_COUNT":
             if self.state is DownloadState.LISTING:
                 self._count = message.count

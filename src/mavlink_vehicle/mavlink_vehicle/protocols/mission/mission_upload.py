@@ -26,15 +26,12 @@ from mavlink_vehicle.mission_items import MissionItem, MissionType, opaque_id
 from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
-    BUSY_SENTENCE,
     CANCELLED,
     Transfer,
     TransferFinished,
     TransferInput,
     TransferResult,
     TransferTiming,
-    ack_sentence,
-    concerns,
 )
 from mavlink_vehicle.protocols.operations.command import Address
 
@@ -82,7 +79,7 @@ class MissionUpload(Transfer):
         name = message.get_type()
         if self.state is UploadState.IDLE or name not in (*_REQUESTS, "MISSION_ACK"):
             return
-        if not concerns(message, self._address, self._type):
+        if not self._concerns_us(message):
             return
         if name == "MISSION_ACK":
             self._acknowledged(message, now)
@@ -100,15 +97,14 @@ class MissionUpload(Transfer):
                 self._fire(TransferInput.ACCEPTED, now)
             return
         if self.state is UploadState.OFFERING and self._items and result in _BUSY:
-            self._end = TransferFinished(TransferResult.BUSY, BUSY_SENTENCE)
+            self._note_busy()
             return
         kind = TransferResult.REFUSED
         if result in _UNCLEAR and self._last_sent:
             kind = TransferResult.UNSURE
         elif result == CANCELLED:
             kind = TransferResult.GIVEN_UP
-        self._end = TransferFinished(kind, ack_sentence(result))
-        self._fire(TransferInput.REFUSED, now)
+        self._refuse(result, now, kind)
 
     def handle_timer(self, now: float) -> None:
         """Repeat or give up when it is time."""

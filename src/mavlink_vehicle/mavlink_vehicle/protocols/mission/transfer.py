@@ -71,15 +71,6 @@ class TransferTiming:
         return self.timeout_s * (self.retries + 1)
 
 
-def concerns(message: Message, address: Address, mission_type: MissionType) -> bool:
-    """Return whether a message of the mission service is the autopilot's, for us, of this list."""
-    return (
-        address.answers(message)
-        and address.is_for_us(message)
-        and message.mission_type == mission_type
-    )
-
-
 @dataclass(frozen=True)
 class TransferFinished:
     """The one end of a transfer.
@@ -174,6 +165,25 @@ class Transfer(Machine[TransferFinished]):
                 **fields,
             )
         )
+
+    def _concerns_us(self, message: Message) -> bool:
+        """Whether a message of the mission service is the autopilot's, for us, of this list."""
+        return (
+            self._address.answers(message)
+            and self._address.is_for_us(message)
+            and message.mission_type == self._type
+        )
+
+    def _note_busy(self) -> None:
+        """Keep on asking; unless something else comes, another station's transfer was the end."""
+        self._end = TransferFinished(TransferResult.BUSY, BUSY_SENTENCE)
+
+    def _refuse(
+        self, ack: int, now: float, result: TransferResult = TransferResult.REFUSED
+    ) -> None:
+        """End, as a MAV_MISSION_RESULT other than ACCEPTED says."""
+        self._end = TransferFinished(result, ack_sentence(ack))
+        self._fire(TransferInput.REFUSED, now)
 
     def _wait(self, now: float) -> None:
         """Expect an answer before the next repetition."""
