@@ -9,7 +9,6 @@ from mavlink_vehicle.profiles.profile import (
     ModePacking,
     Profile,
     SetpointField,
-    SpeedCommand,
     TakeoffForm,
     VehicleKind,
 )
@@ -21,7 +20,6 @@ __all__ = [
     "ModePacking",
     "Profile",
     "SetpointField",
-    "SpeedCommand",
     "TakeoffForm",
     "VehicleKind",
     "profile_for",

@@ -21,9 +21,8 @@ from mavlink_vehicle.profiles.profile import (
     SpeedCommand,
     TakeoffForm,
     VehicleKind,
-    profile_of_type,
-    profiles_by_type,
 )
+from mavlink_vehicle.profiles.vehicle_types import profile_of_type, profiles_by_type
 
 
 def _modes(enum_name: str) -> Mapping[str, int]:
@@ -90,12 +89,14 @@ _PLANE_MISSIONS = replace(
     kept_params={**_MISSIONS.kept_params, mavlink.MAV_CMD_NAV_WAYPOINT: frozenset({1, 2})},
 )
 
-COPTER = Profile(
+OTHER = Profile(name="ArduPilot", projection=PROJECTION, unsupported_messages=_NOT_SENT)
+_GUIDED = replace(OTHER, control_mode="GUIDED", return_mode="RTL", mission_mode="AUTO")
+
+COPTER = replace(
+    _GUIDED,
     name="ArduCopter",
-    projection=PROJECTION,
     kind=VehicleKind.COPTER,
     modes=_modes("COPTER_MODE"),
-    control_mode="GUIDED",
     control_before_takeoff=True,
     # mode.h, allows_arming: a ground station may arm in GUIDED. AUTO would begin the mission
     # (AUTO_OPTIONS), THROW would start the motors when it is lifted.
@@ -120,8 +121,6 @@ COPTER = Profile(
     ),
     hold_mode="BRAKE",
     land_mode="LAND",
-    return_mode="RTL",
-    mission_mode="AUTO",
     missions=replace(_MISSIONS, yaw_command=True),
     takeoff=TakeoffForm.ABOVE_HOME,
     # Rejected on the ground and in other modes.
@@ -136,7 +135,6 @@ COPTER = Profile(
     pauses_in_mode=True,
     # Both in cm/s; the second is that of all waypoints.
     return_speeds=(("RTL_SPEED", 0.01), ("WPNAV_SPEED", 0.01)),
-    unsupported_messages=_NOT_SENT,
     # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
     setpoint_timeout_s=3.0,
     setpoint_timeout_parameter="GUID_TIMEOUT",
@@ -144,12 +142,11 @@ COPTER = Profile(
     failsafe_settings=failsafe_settings.ARDUCOPTER,
 )
 
-ROVER = Profile(
+ROVER = replace(
+    _GUIDED,
     name="ArduRover",
-    projection=PROJECTION,
     kind=VehicleKind.ROVER,
     modes=_modes("ROVER_MODE"),
-    control_mode="GUIDED",
     control_before_takeoff=True,
     # mode.h, allows_arming; in the others it would drive off by itself.
     arming_mode="HOLD",
@@ -157,8 +154,6 @@ ROVER = Profile(
         {"AUTO", "CIRCLE", "DOCK", "FOLLOW", "INITIALIZING", "RTL", "SMART_RTL"}
     ),
     hold_mode="HOLD",
-    return_mode="RTL",
-    mission_mode="AUTO",
     # It has no height to follow terrain with.
     missions=replace(_MISSIONS, terrain=False),
     # With velocity setpoints the setpoint is the speed: DO_CHANGE_SPEED fails then
@@ -169,7 +164,6 @@ ROVER = Profile(
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
     return_speeds=(("RTL_SPEED", 1.0), ("WP_SPEED", 1.0), ("CRUISE_SPEED", 1.0)),
-    unsupported_messages=_NOT_SENT,
     # Observed: "target not received last 3secs, stopping"; no parameter changes it.
     setpoint_timeout_s=3.0,
     wanted_parameters=(*_FENCE_PARAMETERS, *_DRIVING_PARAMETERS, "RTL_SPEED", "CRUISE_SPEED"),
@@ -178,19 +172,16 @@ ROVER = Profile(
 
 BOAT = replace(ROVER, name="ArduRover boat", kind=VehicleKind.BOAT)
 
-PLANE = Profile(
+PLANE = replace(
+    _GUIDED,
     name="ArduPlane",
-    projection=PROJECTION,
     kind=VehicleKind.PLANE,
     modes=_modes("PLANE_MODE"),
-    control_mode="GUIDED",
     # mode.h, _pre_arm_checks; armed in AUTO or TAKEOFF it takes off. In LOITER it keeps the
     # throttle down until it flies.
     arming_mode="LOITER",
     not_armed_in=frozenset({"AUTO", "AUTOLAND", "INITIALIZING", "RTL", "TAKEOFF"}),
     hold_mode="LOITER",
-    return_mode="RTL",
-    mission_mode="AUTO",
     missions=_PLANE_MISSIONS,
     # NAV_TAKEOFF is rejected outside a mission; the mode takes off and circles at TKOFF_ALT.
     takeoff=TakeoffForm.MODE,
@@ -202,34 +193,29 @@ PLANE = Profile(
     return_circle_parameters=("RTL_RADIUS", "WP_LOITER_RAD"),
     # An airspeed between its limits; it is forgotten when the mode changes.
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
-    unsupported_messages=_NOT_SENT,
     return_speeds=(("AIRSPEED_CRUISE", 1.0),),
     wanted_parameters=(*_FENCE_PARAMETERS, "WP_LOITER_RAD", "RTL_RADIUS", "AIRSPEED_CRUISE"),
     failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 
-QUADPLANE = Profile(
+QUADPLANE = replace(
+    OTHER,
     name="ArduPlane VTOL",
-    projection=PROJECTION,
     unsupported="ArduPlane VTOL vehicles are not supported: they both hover and fly as planes, "
     "and goals support only vehicles that do one of the two.",
     modes=PLANE.modes,
     hold_mode="LOITER",
     return_mode="RTL",
     mission_mode="AUTO",
-    unsupported_messages=_NOT_SENT,
     wanted_parameters=_FENCE_PARAMETERS,
     failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 
-SUB = Profile(
+SUB = replace(
+    OTHER,
     name="ArduSub",
-    projection=PROJECTION,
     modes=_modes("SUB_MODE"),
-    unsupported_messages=_NOT_SENT,
 )
-
-OTHER = Profile(name="ArduPilot", projection=PROJECTION, unsupported_messages=_NOT_SENT)
 
 _BY_TYPE = {
     **profiles_by_type(copter=COPTER, rover=ROVER, boat=BOAT, plane=PLANE),

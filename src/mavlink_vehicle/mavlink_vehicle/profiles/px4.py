@@ -23,9 +23,8 @@ from mavlink_vehicle.profiles.profile import (
     SpeedCommand,
     TakeoffForm,
     VehicleKind,
-    profile_of_type,
-    profiles_by_type,
 )
+from mavlink_vehicle.profiles.vehicle_types import profile_of_type, profiles_by_type
 
 _MAIN = {
     "MANUAL": 1, "ALTCTL": 2, "POSCTL": 3, "ACRO": 5, "OFFBOARD": 6, "STABILIZED": 7,
