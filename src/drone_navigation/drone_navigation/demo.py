@@ -9,28 +9,18 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
-import os
-import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from drone_navigation.demo_report import DemoError, Nearest, report
-from drone_navigation.processes import (
-    Process,
-    ProcessError,
-    free_domain,
-    free_udp_port,
-    ros_environment,
-)
+from drone_navigation.processes import ProcessError, run_in_terminal, simulated_vehicle
 from flight_reports.flight_plot import plot_flight
 from flight_reports.flight_recording import NoFlightError
 
 EXIT_OK = 0
 EXIT_FAILED = 1
-_READY_TIMEOUT_S = 20.0
 _FLIGHT_TIMEOUT_S = 160.0
 _FILES = Path("bridge_config")
 _SUMMARY = "simulator.json"
@@ -141,49 +131,20 @@ def _fly(out: Path, tlog: Path, vehicle: str, autopilot: str) -> int:
         if not path.exists():
             raise DemoError(f"{path} not found; start the demo in the folder of the repository.")
     begin_s = time.monotonic()
-    environment = ros_environment(free_domain(os.getpid()))
-    link = f"//127.0.0.1:{free_udp_port()}"
-    commands = {
-        "navigation_server": [
-            "drone_navigation.navigation_server", "--config", str(server),
-            "--link", f"udpin:{link}", "--tlog", str(tlog),
-        ],
-        "mavlink_sitl": [
-            "mavlink_sitl", "--vehicle", vehicle, "--autopilot", autopilot,
-            "--link", f"udpout:{link}", "--world", str(scenario.world),
-            "--summary", str(out / _SUMMARY), *_SETTINGS.get((vehicle, autopilot), ()),
-        ],
-    }  # fmt: skip
-    processes: list[Process] = []
-    try:
-        for name, words in commands.items():
-            log = out / f"{name}.log"
-            processes.append(Process(name, ["python", "-m", *words], environment, log))
-        processes[0].wait_for("Position valid", _READY_TIMEOUT_S)
+    client = [
+        "drone_navigation.navigation_client", "--waypoints", str(scenario.route), "--avoid",
+        "--speed", f"{scenario.speed_m_s:g}", "--update", scenario.update,
+    ]  # fmt: skip
+    simulator = [
+        "--vehicle", vehicle, "--autopilot", autopilot, "--world", str(scenario.world),
+        "--summary", str(out / _SUMMARY), *_SETTINGS.get((vehicle, autopilot), ()),
+    ]  # fmt: skip
+    with simulated_vehicle(
+        ["--config", str(server), "--tlog", str(tlog)], simulator, out
+    ) as environment:
         print(f"Ready after {time.monotonic() - begin_s:.1f} s", flush=True)
-        client = [
-            "--waypoints", str(scenario.route), "--avoid", "--speed", f"{scenario.speed_m_s:g}",
-            "--update", scenario.update,
-        ]  # fmt: skip
-        return _run_client(client, environment)
-    finally:
-        for process in reversed(processes):
-            process.stop()
-
-
-def _run_client(arguments: Sequence[str], environment: dict[str, str]) -> int:
-    # The client draws directly on this terminal.
-    client = subprocess.Popen(
-        [sys.executable, "-m", "drone_navigation.navigation_client", *arguments], env=environment
-    )
-    try:
-        return client.wait(_FLIGHT_TIMEOUT_S)
-    except subprocess.TimeoutExpired:
-        raise ProcessError(f"the client did not end within {_FLIGHT_TIMEOUT_S:g} s") from None
-    finally:
-        if client.poll() is None:
-            client.kill()
-            client.wait(5.0)
+        # The client draws directly on this terminal.
+        return run_in_terminal(client, environment, _FLIGHT_TIMEOUT_S)
 
 
 if __name__ == "__main__":

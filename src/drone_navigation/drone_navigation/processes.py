@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import signal
@@ -10,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 _LOOPBACK = "127.0.0.1"
@@ -19,6 +20,8 @@ _DOMAIN_MAX = 101
 # 9.6.1.1: port base 7400, domain gain 250, offset d1 10).
 _PORT_BASE, _DOMAIN_GAIN, _OFFSET = 7400, 250, 10
 _PORT_MIN, _PORT_MAX, _PORTS_TRIED = 61000, 65500, 100
+_READY_TIMEOUT_S = 20.0
+_END_TIMEOUT_S = 10.0
 
 
 class ProcessError(RuntimeError):
@@ -69,6 +72,77 @@ def ros_environment(domain: int) -> dict[str, str]:
     environment.pop("ROS_STATIC_PEERS", None)
     environment["PYTHONUNBUFFERED"] = "1"
     return environment
+
+
+def run_in_terminal(
+    arguments: Sequence[str],
+    environment: Mapping[str, str],
+    timeout_s: float | None = None,
+    *,
+    ends_itself: bool = False,
+) -> int:
+    """Run ``python -m MODULE ...`` with this terminal as its own, and return its exit code.
+
+    Args:
+        arguments: the module and its arguments.
+        environment: of the child.
+        timeout_s: None to wait for as long as it runs.
+        ends_itself: pass an interrupt on and wait for the end; otherwise it is killed then.
+
+    Raises:
+        ProcessError: it is still running after ``timeout_s``.
+    """
+    child = subprocess.Popen([sys.executable, "-m", *arguments], env=dict(environment))
+    try:
+        return child.wait(timeout_s)
+    except subprocess.TimeoutExpired:
+        raise ProcessError(f"{arguments[0]} did not end within {timeout_s:g} s") from None
+    except KeyboardInterrupt:
+        if not ends_itself:
+            raise
+        child.send_signal(signal.SIGINT)
+        return child.wait(_END_TIMEOUT_S)
+    finally:
+        if child.poll() is None:
+            child.kill()
+            child.wait()
+
+
+@contextlib.contextmanager
+def simulated_vehicle(
+    server: Sequence[str], simulator: Sequence[str], logs: Path | None = None
+) -> Iterator[dict[str, str]]:
+    """Run a navigation server and its simulator, on a link and in a ROS domain of their own.
+
+    Args:
+        server: arguments of the server, but for the link.
+        simulator: those of the simulator.
+        logs: folder for what they print, or None.
+
+    Yields:
+        The environment of the server's clients, once it is ready for goals.
+
+    Raises:
+        ProcessError: one of them failed.
+    """
+    environment = ros_environment(free_domain(os.getpid()))
+    link = f"//127.0.0.1:{free_udp_port()}"
+    commands = {
+        "navigation_server": [
+            "drone_navigation.navigation_server", "--link", f"udpin:{link}", *server,
+        ],
+        "mavlink_sitl": ["mavlink_sitl", "--link", f"udpout:{link}", *simulator],
+    }  # fmt: skip
+    processes: list[Process] = []
+    try:
+        for name, words in commands.items():
+            log = None if logs is None else logs / f"{name}.log"
+            processes.append(Process(name, ["python", "-m", *words], environment, log))
+        processes[0].wait_for("Position valid", _READY_TIMEOUT_S)
+        yield environment
+    finally:
+        for process in reversed(processes):
+            process.stop()
 
 
 class Process:
