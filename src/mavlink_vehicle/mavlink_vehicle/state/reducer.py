@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any, TypeAlias
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
@@ -41,6 +42,7 @@ _CENTIDEGREE = math.radians(0.01)
 # The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
+_Sample: TypeAlias = telemetry.GlobalPosition | telemetry.LocalPosition | telemetry.Attitude
 
 
 def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -83,18 +85,26 @@ def _system_time(state: VehicleState, message: Message, now: float) -> VehicleSt
     return evolve(state, boot_changes(state, message.time_boot_ms, now))
 
 
+def _changes_of(
+    state: VehicleState, sample: _Sample | None, message: Message, now: float
+) -> dict[str, Any] | None:
+    """Return what the time of a message changes; None if it is older than the sample there is."""
+    if is_late(sample, message.time_boot_ms):
+        return None
+    return boot_changes(state, message.time_boot_ms, now)
+
+
 def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
-    time_boot_ms = message.time_boot_ms
-    if is_late(state.global_position, time_boot_ms):
+    changes = _changes_of(state, state.global_position, message, now)
+    if changes is None:
         return state
-    changes = boot_changes(state, time_boot_ms, now)
     latitude, longitude, heading = message.lat, message.lon, message.hdg
     if (latitude == 0 and longitude == 0) or _INT32_MAX in (latitude, longitude):
         changes["global_position"] = None
     else:
         changes["global_position"] = telemetry.GlobalPosition(
             now,
-            time_boot_ms,
+            message.time_boot_ms,
             latitude * 1e-7,
             longitude * 1e-7,
             message.alt * 1e-3,
@@ -108,14 +118,15 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
 
 
 def _local_position(state: VehicleState, message: Message, now: float) -> VehicleState:
-    time_boot_ms = message.time_boot_ms
-    if is_late(state.local_position, time_boot_ms):
+    changes = _changes_of(state, state.local_position, message, now)
+    if changes is None:
         return state
-    changes = boot_changes(state, time_boot_ms, now)
     position = (message.x, message.y, message.z)
     velocity = (message.vx, message.vy, message.vz)
     if _finite(position) and _finite(velocity):
-        changes["local_position"] = telemetry.LocalPosition(now, time_boot_ms, position, velocity)
+        changes["local_position"] = telemetry.LocalPosition(
+            now, message.time_boot_ms, position, velocity
+        )
         if _on_ground(state):
             changes["ground_down_m"] = message.z
     else:
@@ -124,14 +135,13 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
 
 
 def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState:
-    time_boot_ms = message.time_boot_ms
-    if is_late(state.attitude, time_boot_ms):
+    changes = _changes_of(state, state.attitude, message, now)
+    if changes is None:
         return state
-    changes = boot_changes(state, time_boot_ms, now)
     roll, pitch, yaw = message.roll, message.pitch, message.yaw
     rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
     changes["attitude"] = (
-        telemetry.Attitude(now, time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
+        telemetry.Attitude(now, message.time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
         if _finite((roll, pitch, yaw)) and _finite(rates)
         else None
     )
