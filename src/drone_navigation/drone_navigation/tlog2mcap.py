@@ -14,15 +14,12 @@ from drone_navigation.bag.message_definitions import DefinitionError
 from drone_navigation.bag.topics import BagClock, BagError
 from drone_navigation.bag.vehicle import RecordedFleet, RecordedVehicle
 from flight_logs.errors import LogError
+from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.packets import iterate_packets
 from flight_logs.progress import bytes_bar
 from flight_logs.tlog import iterate_tlog
 from mavlink_vehicle.codec import Codec, mavlink
 from navigation_bridge.recording.replay import RecordedTime, ReplayError, play
-
-EXIT_OK = 0
-EXIT_FAILED = 1
-EXIT_BAD_INPUT = 2
 
 _SUFFIX = ".mcap"
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")

@@ -8,12 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flight_logs.errors import ExportError, LogError
+from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.export import Exported, Format, export_tlog
 from flight_logs.progress import bytes_bar
-
-EXIT_OK = 0
-EXIT_FAILED = 1
-EXIT_BAD_INPUT = 2
 
 
 def make_parser() -> argparse.ArgumentParser:
