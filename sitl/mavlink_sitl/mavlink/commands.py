@@ -186,21 +186,25 @@ def inject_failure(server: CommandServer, command: ReceivedCommand) -> Result:
     return server.vehicle.inject_failure(unit, kind, instance)
 
 
+SHARED: dict[int, tuple[Handler, int]] = {
+    dialect.MAV_CMD_DO_CHANGE_SPEED: (change_speed, 2),
+    dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 3),
+    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.vehicle.arming.run_checks(), 0),
+    dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
+}
+"""Of all firmwares"""
 _HANDLERS: dict[int, tuple[Handler, int]] = {
+    **SHARED,
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
-    dialect.MAV_CMD_DO_CHANGE_SPEED: (change_speed, 2),
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
-    dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 3),
     dialect.MAV_CMD_MISSION_START: (_mission_start, 2),
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
     dialect.MAV_CMD_DO_FENCE_ENABLE: (_enable_fence, 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 2),
-    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.vehicle.arming.run_checks(), 0),
-    dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),
     dialect.MAV_CMD_SET_MESSAGE_INTERVAL: (_set_interval, 2),
     dialect.MAV_CMD_REQUEST_MESSAGE: (_request_message, 1),

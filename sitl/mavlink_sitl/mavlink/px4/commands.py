@@ -16,12 +16,7 @@ from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.commands import (
-    FORCE,
-    change_speed,
-    inject_failure,
-    request,
-)
+from mavlink_sitl.mavlink.commands import FORCE, SHARED, request
 from mavlink_sitl.mavlink.px4.known_messages import STREAMS
 from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
 from mavlink_sitl.mavlink.setpoints import usable
@@ -250,11 +245,11 @@ UNANSWERED = (
     dialect.MAV_CMD_DO_VTOL_TRANSITION,
 )
 HANDLERS: dict[int, tuple[Handler, int]] = {
+    **SHARED,
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (lambda s, _: s.vehicle.return_to_launch(), 0),
     dialect.MAV_CMD_NAV_LAND: (lambda s, _: s.vehicle.land_here(), 0),
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
-    dialect.MAV_CMD_DO_CHANGE_SPEED: (change_speed, 2),
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition, 0),
@@ -268,11 +263,8 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_ROI_NONE: (lambda *_: Result.ACCEPTED, 0),
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
-    dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 3),
     dialect.MAV_CMD_MISSION_START: (lambda s, c: s.vehicle.start_mission(c.params[0]), 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
-    dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.vehicle.arming.run_checks(), 0),
-    dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),
     dialect.MAV_CMD_SET_MESSAGE_INTERVAL: (_set_interval, 2),
     dialect.MAV_CMD_REQUEST_MESSAGE: (_request_message, 1),
