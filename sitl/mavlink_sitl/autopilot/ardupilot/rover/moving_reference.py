@@ -29,6 +29,31 @@ CORNER_M_S = 2.0
 _SCALAR = ScalarOps()
 
 
+def drive_towards(
+    rover: RoverView, point: Point, speed_m_s: float, course_rad: float, turn_gain_1_s: float = 2.0
+) -> DriveGuidance:
+    """Drive at a speed with the nose to a course.
+
+    Args:
+        rover: the vehicle.
+        point: where that leads, for telemetry.
+        speed_m_s: along the nose.
+        course_rad: from North.
+        turn_gain_1_s: from an error of the heading to a rate.
+    """
+    return DriveGuidance(
+        motors=Motors.FLY,
+        north_m=point[0],
+        east_m=point[1],
+        speed_m_s=speed_m_s,
+        yaw_mode=YawMode.ANGLE,
+        yaw_rad=course_rad,
+        turn_gain_1_s=turn_gain_1_s,
+        turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed_m_s),
+        limits=rover.navigator.limits(),
+    )
+
+
 class LegReference:
     """The way to one point; begins when the motors are armed.
 
@@ -135,14 +160,4 @@ class LegReference:
             # Beyond the end by a little: roll back instead of turning round.
             wanted *= math.cos(off)
             course += math.pi
-        return DriveGuidance(
-            motors=Motors.FLY,
-            north_m=self.destination[0],
-            east_m=self.destination[1],
-            speed_m_s=wanted,
-            yaw_mode=YawMode.ANGLE,
-            yaw_rad=course,
-            turn_gain_1_s=TURN_GAIN_1_S,
-            turn_rate_limit_rad_s=rover.turn_limit_rad_s(wanted),
-            limits=rover.navigator.limits(),
-        )
+        return drive_towards(rover, self.destination, wanted, course, TURN_GAIN_1_S)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import LegReference, Point
+from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import (
+    LegReference,
+    Point,
+    drive_towards,
+)
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
@@ -44,18 +48,7 @@ class DriveMode(Mode):
         speed = min(0.5 * away + 0.2, rover.cruise_m_s())
         if abs(math.remainder(course - m.yaw_rad, math.tau)) > 2.1 and away < 5.0:
             course, speed = course + math.pi, -speed
-        self.drive(
-            DriveGuidance(
-                motors=Motors.FLY,
-                north_m=point[0],
-                east_m=point[1],
-                speed_m_s=speed,
-                yaw_mode=YawMode.ANGLE,
-                yaw_rad=course,
-                turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
-                limits=rover.navigator.limits(),
-            )
-        )
+        self.drive(drive_towards(rover, point, speed, course))
 
 
 class Manual(DriveMode):
@@ -128,19 +121,7 @@ class Circle(DriveMode):
         outside = (distance - self._radius) / self._radius
         course = tangent + math.atan(3.0 * outside)
         speed = rover.parameters["CIRC_SPEED"] or rover.cruise_m_s()
-        self.drive(
-            DriveGuidance(
-                motors=Motors.FLY,
-                north_m=self._centre[0],
-                east_m=self._centre[1],
-                speed_m_s=speed,
-                yaw_mode=YawMode.ANGLE,
-                yaw_rad=course,
-                turn_gain_1_s=2.0,
-                turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
-                limits=rover.navigator.limits(),
-            )
-        )
+        self.drive(drive_towards(rover, self._centre, speed, course))
 
 
 class Guided(DriveMode):
