@@ -11,6 +11,14 @@ from navigation_core.geometry import Vector3
 
 
 @dataclass(frozen=True)
+class _Named:
+    """What all events have: the name in JSON, and whether it is something bad."""
+
+    name: ClassVar[str]
+    bad: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
 class Said:
     """A remark."""
 
@@ -25,7 +33,7 @@ class Said:
 
 
 @dataclass(frozen=True)
-class Sending:
+class Sending(_Named):
     """A goal was sent.
 
     Attributes:
@@ -34,8 +42,7 @@ class Sending:
         description: "goal (1, 2, 3) m in frame map".
     """
 
-    name: ClassVar[str] = "sending"
-    bad: ClassVar[bool] = False
+    name = "sending"
     goal: int
     action: str
     description: str
@@ -47,11 +54,10 @@ class Sending:
 
 
 @dataclass(frozen=True)
-class Accepted:
+class Accepted(_Named):
     """The server accepted a goal; ``id`` is the one in the server's messages."""
 
-    name: ClassVar[str] = "accepted"
-    bad: ClassVar[bool] = False
+    name = "accepted"
     goal: int
     id: str
 
@@ -62,11 +68,11 @@ class Accepted:
 
 
 @dataclass(frozen=True)
-class Rejected:
+class Rejected(_Named):
     """The server rejected a goal; ``message`` is "CODE: sentence", ``code`` may be empty."""
 
-    name: ClassVar[str] = "rejected"
-    bad: ClassVar[bool] = True
+    name = "rejected"
+    bad = True
     goal: int
     code: str
     message: str
@@ -127,11 +133,10 @@ class Ended:
 
 
 @dataclass(frozen=True)
-class Exit:
+class Exit(_Named):
     """The client exits with this code."""
 
-    name: ClassVar[str] = "exit"
-    bad: ClassVar[bool] = False
+    name = "exit"
     code: int
 
     @property

@@ -52,48 +52,43 @@ class Alive:
 
 
 @dataclass(frozen=True)
-class Take:
-    """Ask for control; `over`: from the page that has it."""
+class _ForVehicle:
+    """A message about a vehicle, by its name."""
 
     vehicle: str
+
+
+@dataclass(frozen=True)
+class Take(_ForVehicle):
+    """Ask for control; `over`: from the page that has it."""
+
     over: bool
 
 
-@dataclass(frozen=True)
-class Give:
+class Give(_ForVehicle):
     """Give control away."""
 
-    vehicle: str
 
-
-@dataclass(frozen=True)
-class Hold:
+class Hold(_ForVehicle):
     """End the goal and hold. Open to every page."""
 
-    vehicle: str
 
-
-@dataclass(frozen=True)
-class Cancel:
+class Cancel(_ForVehicle):
     """Cancel all goals, whoever sent them. Open to every page."""
 
-    vehicle: str
-
 
 @dataclass(frozen=True)
-class Command:
+class Command(_ForVehicle):
     """One of COMMANDS; height above ground in m for a take-off, 0 for the server's default."""
 
-    vehicle: str
     name: str
     height_m: float
 
 
 @dataclass(frozen=True)
-class Fly:
+class Fly(_ForVehicle):
     """Go to a point, or follow a route; speed 0 is the server's default."""
 
-    vehicle: str
     waypoints: tuple[PageWaypoint, ...]
     speed_m_s: float
     laps: int
@@ -109,10 +104,9 @@ class ReadPlan:
 
 
 @dataclass(frozen=True)
-class SavePlan:
+class SavePlan(_ForVehicle):
     """Convert waypoints of the vehicle's map into a `.plan` file."""
 
-    vehicle: str
     waypoints: tuple[PageWaypoint, ...]
 
 
