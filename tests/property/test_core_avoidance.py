@@ -18,6 +18,7 @@ from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import Fly
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from tests.support.models.point_mass import PointMass, fly
 
@@ -130,7 +131,9 @@ def _assert_safe(task: SetpointFlight, things: list[Thing]) -> OutcomeCode:
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
 @given(things=st.lists(things, min_size=1, max_size=14))
 def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
-    _assert_safe(fly_to(GotoGoal((45.0, 0.0, 5.0)), CONFIG, avoidance=AVOIDANCE), things)
+    _assert_safe(
+        fly_to(GotoGoal((45.0, 0.0, 5.0)), FlightTerms(CONFIG, avoidance=AVOIDANCE)), things
+    )
 
 
 @settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
@@ -148,4 +151,6 @@ def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
     ),
 )
 def test_a_route_hits_nothing_and_ends(things: list[Thing], waypoints: list[RouteWaypoint]) -> None:
-    _assert_safe(fly_route(Route(tuple(waypoints)), CONFIG, avoidance=AVOIDANCE), things)
+    _assert_safe(
+        fly_route(Route(tuple(waypoints)), FlightTerms(CONFIG, avoidance=AVOIDANCE)), things
+    )

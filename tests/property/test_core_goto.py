@@ -12,6 +12,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Fly, Outcome
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import OperationKind, OperationStatus
 from tests.support.models.core_strategies import limits
 from tests.support.models.point_mass import Flight, PointMass, fly
@@ -158,7 +159,7 @@ def test_every_flight_ends_once_and_honestly(
     elif begins != "ground":
         vehicle.armed = True
         vehicle.airborne = None if begins == "unknown" else False
-    task = fly_to(GotoGoal(target, yaw, speed), config)
+    task = fly_to(GotoGoal(target, yaw, speed), FlightTerms(config))
     flight = fly(
         task,
         vehicle,

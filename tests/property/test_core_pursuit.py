@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from navigation_core.limits import Limits
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Fly, Outcome, Perform
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 
@@ -58,7 +59,8 @@ def drive(
 ) -> tuple[Outcome, list[float]]:
     """Drive to the end, and return it with all speeds that were told."""
     task = fly_to(
-        GotoGoal((x, y, 0.0), None, speed_m_s), GotoConfig(limits=Limits()), traits=traits
+        GotoGoal((x, y, 0.0), None, speed_m_s),
+        FlightTerms(GotoConfig(limits=Limits()), traits=traits),
     )
     task.start(car.observe(0.0), 0.0)
     told: list[float] = []

@@ -20,6 +20,7 @@ from navigation_core.tasks.flying.goto_phases import Phase
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import NOTHING_SENT, Fly, Handover
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import COPTER, Traits
@@ -51,7 +52,7 @@ def goto(
     avoidance: AvoidanceConfig | None = AVOIDANCE,
     speed: float | None = None,
 ) -> SetpointFlight:
-    return fly_to(GotoGoal(target, None, speed), CONFIG, avoidance=avoidance)
+    return fly_to(GotoGoal(target, None, speed), FlightTerms(CONFIG, avoidance=avoidance))
 
 
 def post(x: float, y: float, radius: float = 0.5) -> Obstacles:
@@ -407,7 +408,10 @@ def test_it_does_not_flap_between_two_sides() -> None:
 def test_a_car_keeps_clear_of_a_wall_that_it_drives_around() -> None:
     vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
-    task = fly_to(GotoGoal((30.0, 0.0, 0.0), None, 2.0), CONFIG, traits=ROVER, avoidance=avoidance)
+    task = fly_to(
+        GotoGoal((30.0, 0.0, 0.0), None, 2.0),
+        FlightTerms(CONFIG, traits=ROVER, avoidance=avoidance),
+    )
     watched = Watched(task, vehicle)
     assert watched.fly(when(1.0, vehicle, FENCE)).outcome.code is OutcomeCode.SUCCESS
     assert watched.nearest_m > AVOIDANCE.brake_clearance_m
@@ -422,7 +426,7 @@ def test_what_drives_behind_its_setpoint_plans_and_brakes_from_where_it_is(
     setpoint = KinematicState((2.0, 0.0, 0.0), (1.5, 0.0, 0.0))
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
     goal = GotoGoal((30.0, 0.0, 0.0), None, 1.5)
-    follower = PathFollower(goal, CONFIG, Handover(setpoint, 0.0), avoidance, traits)
+    follower = PathFollower(goal, FlightTerms(CONFIG, Handover(setpoint, 0.0), traits, avoidance))
     for plan in (follower.plan_to_goal, follower.plan_stop):
         plan(vehicle.observe())
         assert follower.carrot is not None
@@ -434,7 +438,9 @@ def test_what_stands_blocked_does_not_pass_on_the_little_speed_that_is_measured(
     vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
     vehicle.velocity = (0.15, 0.0, 0.0)
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None)
-    follower = PathFollower(GotoGoal((30.0, 0.0, 0.0)), CONFIG, NOTHING_SENT, avoidance, ROVER)
+    follower = PathFollower(
+        GotoGoal((30.0, 0.0, 0.0)), FlightTerms(CONFIG, NOTHING_SENT, ROVER, avoidance)
+    )
     follower.plan_stop(vehicle.observe())
     assert follower.carrot is not None
     assert follower.carrot.state.velocity_enu_m_s == (0.0, 0.0, 0.0)
@@ -452,7 +458,9 @@ def test_what_drives_comes_to_rest_beside_what_crowds_it(speed_m_s: float) -> No
         for i in np.linspace(0.3, 2.0 * math.pi - 0.3, 8)
     ]
     vehicle.obstacles = Obstacles.of(tuple(ring))
-    task = fly_to(GotoGoal((30.0, 0.0, 0.0)), CONFIG, traits=ROVER, avoidance=avoidance)
+    task = fly_to(
+        GotoGoal((30.0, 0.0, 0.0)), FlightTerms(CONFIG, traits=ROVER, avoidance=avoidance)
+    )
     watched = Watched(task, vehicle)
     watched.fly()
     assert math.hypot(*vehicle.velocity[:2]) < 0.05
@@ -465,7 +473,9 @@ def test_what_cannot_turn_on_the_spot_stays_where_it_could_only_come_nearer() ->
     avoidance = dataclasses.replace(AVOIDANCE, heights_m=None, blocked_timeout_s=3.0)
     # Its nose points at a wall.
     vehicle.obstacles = Obstacles.of((Box("quay", (1.3, 0.0), (1.0, 20.0)),))
-    task = fly_to(GotoGoal((-30.0, 0.0, 0.0)), CONFIG, traits=boat, avoidance=avoidance)
+    task = fly_to(
+        GotoGoal((-30.0, 0.0, 0.0)), FlightTerms(CONFIG, traits=boat, avoidance=avoidance)
+    )
     watched = Watched(task, vehicle)
     outcome = watched.fly().outcome
     assert outcome.code is OutcomeCode.NO_PATH
@@ -478,7 +488,10 @@ def test_what_cannot_turn_on_the_spot_stays_where_it_could_only_come_nearer() ->
 
 def test_a_waypoint_inside_an_obstacle_blocks_until_it_is_free() -> None:
     waypoints = tuple(RouteWaypoint((x, 0.0, 5.0), 1.0) for x in (10.0, 20.0, 30.0))
-    vehicle, task = hovering(), fly_route(Route(waypoints, 1), CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = (
+        hovering(),
+        fly_route(Route(waypoints, 1), FlightTerms(CONFIG, avoidance=AVOIDANCE)),
+    )
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
@@ -495,7 +508,10 @@ def test_the_waypoints_of_a_route_are_reached_around_obstacles() -> None:
         RouteWaypoint(place, 1.0)
         for place in ((20.0, 0.0, 5.0), (20.0, 20.0, 5.0), (0.0, 20.0, 5.0))
     )
-    vehicle, task = hovering(), fly_route(Route(waypoints, 2), CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = (
+        hovering(),
+        fly_route(Route(waypoints, 2), FlightTerms(CONFIG, avoidance=AVOIDANCE)),
+    )
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
@@ -525,7 +541,9 @@ def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> N
         )
     )
     points = tuple(RouteWaypoint((20.0 * k, 0.0, 5.0), 2.0) for k in range(1, 11))
-    watched = Watched(fly_route(Route(points, 1), CONFIG, avoidance=AVOIDANCE), vehicle)
+    watched = Watched(
+        fly_route(Route(points, 1), FlightTerms(CONFIG, avoidance=AVOIDANCE)), vehicle
+    )
     outcome = watched.fly().outcome
     assert outcome.code is OutcomeCode.NO_PATH
     assert watched.nearest_m > 15.0
@@ -534,7 +552,10 @@ def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> N
 
 def test_a_long_route_is_planned_on_in_flight_without_a_stop() -> None:
     waypoints = tuple(RouteWaypoint((20.0 * k, 5.0 * (k % 2), 5.0), 2.0) for k in range(1, 16))
-    vehicle, task = hovering(), fly_route(Route(waypoints, 1), CONFIG, avoidance=AVOIDANCE)
+    vehicle, task = (
+        hovering(),
+        fly_route(Route(waypoints, 1), FlightTerms(CONFIG, avoidance=AVOIDANCE)),
+    )
     # It is beyond what is planned at first.
     vehicle.obstacles = post(250.0, 2.5, 1.0)
     watched = Watched(task, vehicle)

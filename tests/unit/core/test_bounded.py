@@ -16,6 +16,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import Intent, Outcome, Perform
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import (
     MissionReport,
     Observation,
@@ -48,11 +49,17 @@ def waypoints(height_m: float, speed_m_s: float | None = None) -> tuple[RouteWay
 
 
 TASKS: dict[str, Callable[[], Task]] = {
-    "goto": lambda: fly_to(GotoGoal((-300.0, 0.0, 10.0)), CONFIG),
-    "goto of a PX4": lambda: fly_to(GotoGoal((-300.0, 0.0, 10.0)), CONFIG, traits=PX4_COPTER),
-    "goto of a rover": lambda: fly_to(GotoGoal((-300.0, 0.0, 0.0)), CONFIG, traits=ROVER),
-    "route": lambda: fly_route(Route(waypoints(10.0), 2), CONFIG),
-    "route of a rover": lambda: fly_route(Route(waypoints(0.0), 2), CONFIG, traits=ROVER),
+    "goto": lambda: fly_to(GotoGoal((-300.0, 0.0, 10.0)), FlightTerms(CONFIG)),
+    "goto of a PX4": lambda: fly_to(
+        GotoGoal((-300.0, 0.0, 10.0)), FlightTerms(CONFIG, traits=PX4_COPTER)
+    ),
+    "goto of a rover": lambda: fly_to(
+        GotoGoal((-300.0, 0.0, 0.0)), FlightTerms(CONFIG, traits=ROVER)
+    ),
+    "route": lambda: fly_route(Route(waypoints(10.0), 2), FlightTerms(CONFIG)),
+    "route of a rover": lambda: fly_route(
+        Route(waypoints(0.0), 2), FlightTerms(CONFIG, traits=ROVER)
+    ),
     "mission": lambda: FlyMission(Route(waypoints(10.0), 1), CONFIG, COPTER),
     "mission of a rover": lambda: FlyMission(Route(waypoints(0.0), 1), CONFIG, ROVER),
     "mission of a plane": lambda: FlyMission(Route(waypoints(50.0), 1), CONFIG, PLANE),

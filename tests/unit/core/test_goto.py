@@ -22,6 +22,7 @@ from navigation_core.tasks.flying.goto_phases import (
     next_phase,
 )
 from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform, Wait
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
 from navigation_core.tasks.progress import Status
 from tests.support.models.point_mass import Flight, PointMass, fly
@@ -44,7 +45,7 @@ def goto(
     speed: float | None = None,
     config: GotoConfig = CONFIG,
 ) -> SetpointFlight:
-    return fly_to(GotoGoal(target, yaw, speed), config)
+    return fly_to(GotoGoal(target, yaw, speed), FlightTerms(config))
 
 
 def cancel_in(task: SetpointFlight, phase: Phase, after_s: float = 0.0) -> Callable[[float], None]:
@@ -848,8 +849,7 @@ def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
         vehicle.advance(0.05)
     second = fly_to(
         GotoGoal(target),
-        CONFIG,
-        Handover(first.commanded, first.commanded_yaw_enu_rad, sent_s),
+        FlightTerms(CONFIG, Handover(first.commanded, first.commanded_yaw_enu_rad, sent_s)),
     )
     flight.steps += fly(second, vehicle).steps
     assert flight.outcome.code is OutcomeCode.SUCCESS
@@ -861,7 +861,7 @@ def test_a_replaced_goal_goes_over_without_a_jump_or_a_gap(
 def test_a_predecessor_far_from_the_vehicle_is_no_start() -> None:
     vehicle = hovering()
     far = KinematicState((30.0, 0.0, 2.5), (3.0, 0.0, 0.0))
-    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, Handover(far, 0.0)), vehicle)
+    flight = fly(fly_to(GotoGoal(TARGET), FlightTerms(CONFIG, Handover(far, 0.0))), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
     assert distance(flight.setpoints[0][1].setpoint.position_enu_m, (0.0, 0.0, 2.5)) < 0.01
 
@@ -869,7 +869,7 @@ def test_a_predecessor_far_from_the_vehicle_is_no_start() -> None:
 def test_a_predecessor_in_the_air_is_no_start_on_the_ground() -> None:
     vehicle = PointMass()
     earlier = KinematicState((2.0, 0.0, 2.5), (3.0, 0.0, 0.0))
-    flight = fly(fly_to(GotoGoal(TARGET), CONFIG, Handover(earlier, 0.0)), vehicle)
+    flight = fly(fly_to(GotoGoal(TARGET), FlightTerms(CONFIG, Handover(earlier, 0.0))), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
     start = flight.setpoints[0][1].setpoint.position_enu_m
     assert distance(start, (0.0, 0.0, 2.0)) < 0.2
@@ -926,7 +926,7 @@ def test_a_successor_cancelled_before_its_first_step_still_brakes() -> None:
         vehicle.obey(_intent(first, vehicle))
         vehicle.advance(0.05)
     sent = Handover(first.commanded, first.commanded_yaw_enu_rad)
-    second = fly_to(GotoGoal((0.0, 0.0, 2.5)), CONFIG, sent)
+    second = fly_to(GotoGoal((0.0, 0.0, 2.5)), FlightTerms(CONFIG, sent))
     second.cancel(vehicle.now)
     flight = fly(second, vehicle)
     assert flight.outcome.code is OutcomeCode.CANCELED

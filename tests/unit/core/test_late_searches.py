@@ -14,6 +14,7 @@ from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.progress import Progress, Status
 from tests.support.flights.late_searches import LateSearcher
 from tests.support.models.point_mass import Flight, PointMass, fly
@@ -34,7 +35,7 @@ class Searched:
         )
         self.searcher = LateSearcher(lambda: self.vehicle.now, takes_s, lead_s)
         avoidance = dataclasses.replace(AVOIDANCE, searcher=self.searcher)
-        self.task = fly_to(GotoGoal((40.0, 0.0, 5.0)), CONFIG, avoidance=avoidance)
+        self.task = fly_to(GotoGoal((40.0, 0.0, 5.0)), FlightTerms(CONFIG, avoidance=avoidance))
         self.told: list[Progress] = []
         self.nearest_m = math.inf
 

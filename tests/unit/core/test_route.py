@@ -11,6 +11,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.progress import RouteProgress, Status
 from navigation_core.tasks.waypoint import Route, RouteError, RouteWaypoint
 from tests.support.models.point_mass import PointMass, fly
@@ -26,7 +27,7 @@ def hovering() -> PointMass:
 def route(laps: int = 1, hold_time_s: float = 0.0, turns_back: bool = False) -> SetpointFlight:
     """Three waypoints in a line, each with a radius of half a metre."""
     waypoints = tuple(RouteWaypoint(place, 0.5, hold_time_s, max_speed_m_s=2.0) for place in PLACES)
-    return fly_route(Route(waypoints, laps), GotoConfig(), turns_back=turns_back)
+    return fly_route(Route(waypoints, laps), FlightTerms(GotoConfig()), turns_back=turns_back)
 
 
 def gust(vehicle: PointMass, times: int = 1) -> Callable[[float], None]:
@@ -144,7 +145,7 @@ def test_what_is_left_of_a_paused_route_goes_through_its_waypoints() -> None:
     """And not straight to its end, which may be near."""
     corners = ((10.0, 0.0, 3.0), (10.0, 10.0, 3.0), (0.0, 10.0, 3.0))
     waypoints = tuple(RouteWaypoint(place, 0.5, max_speed_m_s=2.0) for place in corners)
-    vehicle, task = hovering(), fly_route(Route(waypoints, 1), GotoConfig())
+    vehicle, task = hovering(), fly_route(Route(waypoints, 1), FlightTerms(GotoConfig()))
     left_m: dict[Status, list[float]] = {}
 
     def each_step(elapsed_s: float) -> None:

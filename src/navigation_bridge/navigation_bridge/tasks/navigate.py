@@ -11,7 +11,7 @@ from navigation_bridge.names import ACTION_NAME
 from navigation_bridge.tasks.navigate_waypoints import admit_plane
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.flying.goto import FlightTerms, GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Handover
 from navigation_core.tasks.task import Task
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
@@ -69,13 +69,7 @@ def admit_point(
     avoidance = avoidance_of(avoid, situation)
 
     def make_task(handover: Handover) -> Task:
-        return fly_to(
-            goal,
-            config,
-            handover,
-            traits=traits,
-            avoidance=avoidance,
-        )
+        return fly_to(goal, FlightTerms(config, handover, traits, avoidance))
 
     return Admitted(
         f"map ({x:.2f}, {y:.2f}, {z:.2f}) m at up to {speed_m_s:g} m/s",

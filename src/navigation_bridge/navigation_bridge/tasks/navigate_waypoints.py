@@ -15,6 +15,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import Handover
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.task import Task
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
@@ -72,14 +73,9 @@ def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
     avoidance = avoidance_of(request.avoid_obstacles, situation)
 
     def make_task(handover: Handover) -> Task:
-        return fly_route(
-            route,
-            situation.goto,
-            handover,
-            traits=traits,
-            avoidance=avoidance,
-            turns_back=config.on_missed_waypoint is MissedWaypoint.TURN_BACK,
-        )
+        terms = FlightTerms(situation.goto, handover, traits, avoidance)
+        turns_back = config.on_missed_waypoint is MissedWaypoint.TURN_BACK
+        return fly_route(route, terms, turns_back)
 
     return Admitted(
         f"route of {len(waypoints)} waypoints, {route.laps} x",

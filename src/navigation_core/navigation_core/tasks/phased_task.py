@@ -45,6 +45,7 @@ class PhasedTask(ABC, Generic[PhaseT]):
         self._cancel_asked = False
         self._pause_asked = False
         self._outcome: Outcome | None = None
+        self._path_enu_m: tuple[Vector3, ...] = ()
         self._handlers: Mapping[PhaseT, Callable[[Observation, float], Answer]] = {}
 
     # --- the task protocol -----------------------------------------------------------
@@ -66,8 +67,8 @@ class PhasedTask(ABC, Generic[PhaseT]):
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
-        """Empty: the vehicle flies by itself."""
-        return ()
+        """The waypoints, where there are any: the vehicle flies by itself."""
+        return self._path_enu_m
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""

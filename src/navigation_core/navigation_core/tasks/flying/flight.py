@@ -27,21 +27,18 @@ from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_pha
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary, Section
 from navigation_core.tasks.flying.stopping import Stopping
-from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import (
-    NOTHING_SENT,
     Fly,
-    Handover,
     Intent,
     Outcome,
     Setpoint,
     Wait,
 )
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.caution import Caution
 from navigation_core.tasks.leading.driven_path import DrivenPath
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.turning_circle import Pursuer
@@ -49,7 +46,6 @@ from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.trajectories.trajectory import TrajectoryError
 
 _PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
@@ -67,38 +63,25 @@ class SetpointFlight(PhasedTask[Phase]):
     See :class:`~navigation_core.tasks.task.Task`.
     """
 
-    def __init__(
-        self,
-        itinerary: Itinerary,
-        config: GotoConfig,
-        handover: Handover = NOTHING_SENT,
-        traits: Traits = COPTER,
-        avoidance: AvoidanceConfig | None = None,
-    ) -> None:
-        """Prepare.
-
-        Args:
-            itinerary: where to go; it is expected to have passed ``safety.check_target``.
-            config: how to go there.
-            handover: what the replaced task sent last, from which this one goes on without a
-                jump.
-            traits: what the vehicle can do.
-            avoidance: how to keep away from obstacles; None to fly straight.
-        """
+    def __init__(self, itinerary: Itinerary, terms: FlightTerms) -> None:
+        """Prepare; the itinerary is expected to have passed ``safety.check_target``."""
+        config, traits = terms.config, terms.traits
         super().__init__(config, Phase.PREPARING)
         section = itinerary.begin_section()
         self._itinerary = itinerary
         self._traits = traits
-        self._follower = PathFollower(section.goal, config, handover, avoidance, traits)
-        self._avoider = None if avoidance is None else Avoider(avoidance, self._follower)
-        self._caution = Caution(avoidance, traits, self._follower.limits)
+        self._follower = PathFollower(section.goal, terms)
+        self._avoider = None
+        if terms.avoidance is not None:
+            self._avoider = Avoider(terms.avoidance, self._follower)
+        self._caution = Caution(terms.avoidance, traits, self._follower.limits)
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
         parts = FlightParts(config, traits, self._requests, self._follower, self._arrival)
         self._departure = Departure(parts, self._estimator)
         self._stopping = Stopping(parts)
         self._pursuit = Pursuit(traits)
-        self._handover_s = handover.time_s
+        self._handover_s = terms.handover.time_s
         self._last_step_s = 0.0
         # Whether the vehicle was held by its velocity, so that it is not where it was told to be.
         self._doubted = False

@@ -20,12 +20,11 @@ from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.itinerary import Section
-from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.intents import NOTHING_SENT, Handover, Outcome
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.goto_config import GotoGoal
+from navigation_core.tasks.intents import Outcome
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import cruise_limits
 from navigation_core.tasks.progress import Progress
-from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.waypoint import Route
 from navigation_core.trajectories.route_trajectory import RoutePoint
 
@@ -41,11 +40,11 @@ _MET_SHARE = 0.6
 class RouteItinerary:
     """The sections of a route. See :class:`~navigation_core.tasks.flying.itinerary.Itinerary`."""
 
-    def __init__(self, route: Route, config: GotoConfig, traits: Traits, turns_back: bool) -> None:
+    def __init__(self, route: Route, terms: FlightTerms, turns_back: bool) -> None:
         """Prepare; the arguments are those of :func:`fly_route`."""
         self._route = route
-        self._limits = config.limits
-        self._traits = traits
+        self._limits = terms.config.limits
+        self._traits = terms.traits
         # The next waypoint that the vehicle has not passed, counted over all laps.
         self._next = 0
         self._reached = 0
@@ -174,28 +173,12 @@ class RouteItinerary:
         return length_m, time_s
 
 
-def fly_route(
-    route: Route,
-    config: GotoConfig,
-    handover: Handover = NOTHING_SENT,
-    traits: Traits = COPTER,
-    avoidance: AvoidanceConfig | None = None,
-    turns_back: bool = False,
-) -> SetpointFlight:
-    """Return the task of one route.
+def fly_route(route: Route, terms: FlightTerms, turns_back: bool = False) -> SetpointFlight:
+    """Return the flight along a route.
 
     Args:
         route: where to fly.
-        config: how to fly.
-        handover: what the replaced task sent last.
-        traits: what the vehicle can do.
-        avoidance: how to keep away from obstacles; None to fly straight.
+        terms: how to fly.
         turns_back: whether to turn back for a waypoint that was passed outside its radius.
     """
-    return SetpointFlight(
-        RouteItinerary(route, config, traits, turns_back),
-        config,
-        handover,
-        traits,
-        avoidance,
-    )
+    return SetpointFlight(RouteItinerary(route, terms, turns_back), terms)

@@ -25,13 +25,7 @@ class Evasion:
     """Stops one vehicle, and lets it give way."""
 
     def __init__(self, config: AvoidanceConfig, traits: Traits, limits: Limits) -> None:
-        """Prepare.
-
-        Args:
-            config: what to keep clear of.
-            traits: what the vehicle can do.
-            limits: of the flight.
-        """
+        """Prepare; the arguments are those of `PathPlanner`."""
         self._config = config
         self._traits = traits
         self._limits = limits

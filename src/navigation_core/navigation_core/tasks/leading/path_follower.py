@@ -21,16 +21,15 @@ from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.searches import Search
-from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
-from navigation_core.tasks.intents import NOTHING_SENT, Handover
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.goto_config import GotoGoal
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, PathPlanner
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.evasion import Evasion
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation
-from navigation_core.tasks.traits import COPTER, Traits
+from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import plan_stop, plan_to
 
@@ -90,29 +89,15 @@ class _Pending:
 class PathFollower:
     """Plans trajectories and follows them; each plan fits the setpoint sent last."""
 
-    def __init__(
-        self,
-        goal: GotoGoal,
-        config: GotoConfig,
-        handover: Handover = NOTHING_SENT,
-        avoidance: AvoidanceConfig | None = None,
-        traits: Traits = COPTER,
-    ) -> None:
-        """Prepare.
-
-        Args:
-            goal: where to go.
-            config: how to go there.
-            handover: the setpoint that was sent last, by whomever.
-            avoidance: how to keep away from obstacles; None to fly straight.
-            traits: what the vehicle can do.
-        """
+    def __init__(self, goal: GotoGoal, terms: FlightTerms) -> None:
+        """Prepare the flight to a goal."""
+        config, traits, avoidance = terms.config, terms.traits, terms.avoidance
         self.limits = cruise_limits(config.limits, goal.max_speed_m_s, traits)
         self.carrot: Carrot | None = None
         # Where the last plan to the goal leads.
         self.path_enu_m: tuple[Vector3, ...] = ()
-        self.commanded = handover.commanded
-        self.commanded_yaw = handover.yaw_enu_rad
+        self.commanded = terms.handover.commanded
+        self.commanded_yaw = terms.handover.yaw_enu_rad
         # Time that the setpoint has yet to walk in this step.
         self.dt_s = 0.0
         # Whether time has passed without setpoints, so that the last one says nothing.

@@ -73,7 +73,6 @@ class FlyMission(PhasedTask[MissionPhase]):
             speed_m_s or config.limits.speed_horizontal_m_s,
             passing_m=max(_PASSING_M, _PASSING_CIRCLES * traits.circle_radius_m),
         )
-        self._path: tuple[Vector3, ...] = ()
         self._measures = MissionMeasures(route.waypoints, config, traits)
         self._armed_by_us = False
         self._stored = False
@@ -102,15 +101,11 @@ class FlyMission(PhasedTask[MissionPhase]):
 
     # --- the task protocol -----------------------------------------------------------
 
-    @property
-    def path_enu_m(self) -> tuple[Vector3, ...]:
-        """The waypoints: what is between them is the vehicle's own business."""
-        return self._path
-
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         super().start(observation, now)
-        self._path = tuple(waypoint.position_enu_m for waypoint in self._plan.waypoints)
+        # What is between them is the vehicle's own business.
+        self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in self._plan.waypoints)
         if self._measures.on_ground(observation) and observation.position_enu_m is not None:
             self._plan = replace(
                 self._plan,

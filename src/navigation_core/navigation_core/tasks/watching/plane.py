@@ -91,6 +91,7 @@ class FlyPlane(PhasedTask[_Phase]):
         super().__init__(config, _Phase.PREPARING)
         self._traits = traits
         self._takeoff_height_m = takeoff_height_m
+        # One lap; how it flies between them is the plane's own matter.
         self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in route.waypoints)
         self._route = PlaneRoute(route, traits.circle_radius_m)
         # Whether the vehicle has taken the place that this phase sends it to.
@@ -116,11 +117,6 @@ class FlyPlane(PhasedTask[_Phase]):
         }
 
     # --- the task protocol -----------------------------------------------------------
-
-    @property
-    def path_enu_m(self) -> tuple[Vector3, ...]:
-        """The waypoints of one lap; how it flies between them is the plane's own matter."""
-        return self._path_enu_m
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""

@@ -1,0 +1,27 @@
+"""What a flight by setpoints is flown with, wherever it goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import NOTHING_SENT, Handover
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.traits import COPTER, Traits
+
+
+@dataclass(frozen=True)
+class FlightTerms:
+    """The terms of a flight.
+
+    Attributes:
+        config: how to go there.
+        handover: what the replaced task sent last, from which this one goes on without a jump.
+        traits: what the vehicle can do.
+        avoidance: how to keep away from obstacles; None to fly straight.
+    """
+
+    config: GotoConfig
+    handover: Handover = NOTHING_SENT
+    traits: Traits = COPTER
+    avoidance: AvoidanceConfig | None = None
