@@ -193,17 +193,17 @@ def test_the_battery_is_diagnosed(battery: Battery | None, level: bytes) -> None
     [
         (VehicleState(), None, DiagnosticStatus.STALE),
         (
-            VehicleState(estimator=EstimatorReport(0.0, 0, False, False)),
+            VehicleState(estimator=EstimatorReport(0.0, 0, False)),
             None,
             DiagnosticStatus.ERROR,
         ),
         (
-            VehicleState(estimator=EstimatorReport(0.0, 0x3FF, True, True)),
+            VehicleState(estimator=EstimatorReport(0.0, 0x3FF, True)),
             None,
             DiagnosticStatus.WARN,
         ),
         (
-            VehicleState(estimator=EstimatorReport(0.0, 0x3FF, True, True)),
+            VehicleState(estimator=EstimatorReport(0.0, 0x3FF, True)),
             object(),
             DiagnosticStatus.OK,
         ),

@@ -66,7 +66,7 @@ def test_an_answer_ends_it_and_doubles_are_ignored(
     command.receive(autopilot.ack(ARM, result), 10.1)
     command.receive(autopilot.ack(ARM, FAILED), 10.2)
     command.receive(autopilot.ack(ARM, IN_PROGRESS), 10.2)
-    assert command.next_event() == CommandFinished(result, attempts=1, in_progress=False)
+    assert command.next_event() == CommandFinished(result, attempts=1)
     assert command.next_event() is None
     assert command.next_deadline() is None
 
@@ -82,7 +82,7 @@ def test_it_is_repeated_with_a_rising_confirmation_and_then_given_up(
         command.handle_timer(now)
         messages += sent(command)
     assert [message.confirmation for message in messages] == [0, 1, 2, 3]
-    assert command.next_event() == CommandFinished(None, attempts=4, in_progress=False)
+    assert command.next_event() == CommandFinished(None, attempts=4)
     assert command.next_event() is None
     assert now == pytest.approx(12.0)
 
@@ -96,7 +96,7 @@ def test_in_progress_extends_the_time_without_repeating(
         command.handle_timer(now + 1.0)
         assert not sent(command)
     command.receive(autopilot.ack(ARM, ACCEPTED), 15.0)
-    assert command.next_event() == CommandFinished(ACCEPTED, attempts=1, in_progress=True)
+    assert command.next_event() == CommandFinished(ACCEPTED, attempts=1)
 
 
 def test_silence_after_in_progress_asks_again(
@@ -116,7 +116,7 @@ def test_endless_progress_ends(command: CommandExchange, autopilot: AutopilotMes
         assert now < 30.0
         command.receive(autopilot.ack(ARM, IN_PROGRESS), now)
         command.handle_timer(now)
-    assert command.next_event() == CommandFinished(None, attempts=1, in_progress=True)
+    assert command.next_event() == CommandFinished(None, attempts=1)
     assert now == pytest.approx(20.0)
 
 
@@ -134,7 +134,7 @@ def test_acks_for_others_and_of_others_are_ignored(
         command.receive(message, 10.1)
     assert command.next_event() is None
     command.receive(autopilot.ack(ARM, ACCEPTED, target=(0, 0)), 10.2)  # an older firmware
-    assert command.next_event() == CommandFinished(ACCEPTED, attempts=1, in_progress=False)
+    assert command.next_event() == CommandFinished(ACCEPTED, attempts=1)
 
 
 def test_a_cancelled_command_is_silent(

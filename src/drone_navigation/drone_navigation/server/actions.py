@@ -17,6 +17,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from action_msgs.srv import CancelGoal
@@ -88,13 +89,13 @@ class _Interface:
 
     type: Any
     request: Callable[[Any, type[Any]], Request]
-    feedback: Callable[[GoalFeedback, Any], Any]
-    result: Callable[[GoalFinished, Any], Any]
+    feedback: Callable[[Callable[[], Any], GoalFeedback, Any], Any]
+    result: Callable[[Callable[[], Any], GoalFinished, Any], Any]
 
 
 _INTERFACES: dict[type[Request], _Interface] = {
     NavigateRequest: _Interface(
-        Navigate, convert.request_from_goal, convert.feedback_message, convert.result_message
+        Navigate, convert.request_from_goal, convert.flown_feedback, convert.flown_result
     ),
     WaypointsRequest: _Interface(
         NavigateWaypoints,
@@ -103,13 +104,13 @@ _INTERFACES: dict[type[Request], _Interface] = {
         convert.waypoints_result,
     ),
     TakeoffRequest: _Interface(
-        Takeoff, convert.request_from_takeoff, convert.takeoff_feedback, convert.takeoff_result
+        Takeoff, convert.request_from_takeoff, convert.height_feedback, convert.result_of
     ),
     LandRequest: _Interface(
-        Land, convert.request_from_land, convert.land_feedback, convert.land_result
+        Land, convert.request_from_land, convert.height_feedback, convert.result_of
     ),
     ReturnRequest: _Interface(
-        ReturnToLaunch, convert.request_from_return, convert.return_feedback, convert.return_result
+        ReturnToLaunch, convert.request_from_return, convert.height_feedback, convert.result_of
     ),
 }
 
@@ -128,8 +129,8 @@ def action_of(task: TaskKind[Any]) -> ActionKind:
         task.action,
         interface.type,
         lambda goal: interface.request(goal, task.request),
-        interface.feedback,
-        interface.result,
+        partial(interface.feedback, interface.type.Feedback),
+        partial(interface.result, interface.type.Result),
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -125,22 +124,24 @@ def _feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> A
     return message
 
 
-def _flown_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+def flown_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    """Return the feedback of a flight that is led."""
     message = _feedback(make, feedback, stamp)
     message.replans = feedback.replans
     message.setpoint_delay = feedback.late_s
     return message
 
 
-def _height_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+def height_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    """Return the feedback of a climb or descent."""
     message = _feedback(make, feedback, stamp)
     message.height = math.nan if feedback.height_m is None else feedback.height_m
     return message
 
 
-def waypoints_feedback(feedback: GoalFeedback, stamp: Time) -> NavigateWaypoints.Feedback:
-    """Return the feedback of NavigateWaypoints."""
-    message = _flown_feedback(NavigateWaypoints.Feedback, feedback, stamp)
+def waypoints_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    """Return the feedback of a route."""
+    message = flown_feedback(make, feedback, stamp)
     route = feedback.route
     if route is not None:
         message.current_waypoint = route.current
@@ -149,13 +150,7 @@ def waypoints_feedback(feedback: GoalFeedback, stamp: Time) -> NavigateWaypoints
     return message
 
 
-feedback_message = partial(_flown_feedback, Navigate.Feedback)
-takeoff_feedback = partial(_height_feedback, Takeoff.Feedback)
-land_feedback = partial(_height_feedback, Land.Feedback)
-return_feedback = partial(_height_feedback, ReturnToLaunch.Feedback)
-
-
-def _result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
+def result_of(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
     """Return a result with the fields that all have."""
     message = make()
     message.success = finished.state is GoalState.SUCCEEDED
@@ -166,22 +161,17 @@ def _result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any
     return message
 
 
-def _flown_result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
-    message = _result(make, finished, stamp)
+def flown_result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
+    """Return the result of a flight to a target."""
+    message = result_of(make, finished, stamp)
     error_m = finished.final_error_m
     message.final_error = math.nan if error_m is None else error_m
     return message
 
 
-def waypoints_result(finished: GoalFinished, stamp: Time) -> NavigateWaypoints.Result:
-    """Return the result of NavigateWaypoints."""
-    message = _flown_result(NavigateWaypoints.Result, finished, stamp)
+def waypoints_result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
+    """Return the result of a route."""
+    message = flown_result(make, finished, stamp)
     message.waypoints_reached = finished.waypoints_reached
     message.waypoints_missed = finished.waypoints_missed
     return message
-
-
-result_message = partial(_flown_result, Navigate.Result)
-takeoff_result = partial(_result, Takeoff.Result)
-land_result = partial(_result, Land.Result)
-return_result = partial(_result, ReturnToLaunch.Result)

@@ -39,8 +39,7 @@ _FIX_2D = 2
 _INT32_MAX = 0x7FFFFFFF
 _REACHED_MAX = 2000
 _CENTIDEGREE = math.radians(0.01)
-# The same bits in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
-_ESTIMATOR_HORIZONTAL_RELATIVE = 0x0008
+# The same bit in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
 _Sample: TypeAlias = telemetry.GlobalPosition | telemetry.LocalPosition | telemetry.Attitude
 
@@ -189,7 +188,7 @@ def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
 
 
 def _estimator(state: VehicleState, message: Message, now: float) -> VehicleState:
-    # The constant-position flag says nothing more: ArduPilot clears these two with it, PX4's
+    # The constant-position flag says nothing more: ArduPilot clears this one with it, PX4's
     # simulator sets it at rest although its position is good.
     flags = message.flags
     # Of EKF_STATUS_REPORT (the root of the ratio) and of ESTIMATOR_STATUS.
@@ -199,7 +198,6 @@ def _estimator(state: VehicleState, message: Message, now: float) -> VehicleStat
         now,
         flags,
         bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
-        bool(flags & _ESTIMATOR_HORIZONTAL_RELATIVE),
         ratio > 1.0,
     )
     return evolve(state, {"estimator": estimator, "estimator_told": True})

@@ -152,7 +152,6 @@ class EstimatorReport(NamedTuple):
         time_s: when it came.
         flags: as sent.
         horizontal_position_ok: an absolute horizontal position is estimated.
-        horizontal_relative_ok: the same for a position relative to the start.
         rejects_position: the horizontal position that is measured fails the estimator's test:
             its ratio is above 1.
     """
@@ -160,5 +159,4 @@ class EstimatorReport(NamedTuple):
     time_s: float
     flags: int
     horizontal_position_ok: bool
-    horizontal_relative_ok: bool
     rejects_position: bool = False

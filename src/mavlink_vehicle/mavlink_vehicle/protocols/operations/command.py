@@ -111,12 +111,10 @@ class CommandFinished:
     Attributes:
         result: MAV_RESULT, or None when no answer came.
         attempts: how often it was sent.
-        in_progress: whether IN_PROGRESS was heard.
     """
 
     result: int | None
     attempts: int
-    in_progress: bool
 
 
 class CommandState(enum.Enum):
@@ -168,7 +166,6 @@ class CommandExchange(Machine[CommandFinished]):
         self._last_attempt = sent_before + timing.retries + 1
         self._address = address
         self._timing = timing
-        self._in_progress = False
         self._started_s = 0.0
         self._result: int | None = None
 
@@ -207,13 +204,12 @@ class CommandExchange(Machine[CommandFinished]):
         self._deadline = now + self._timing.timeout_s
 
     def _extend(self, now: float) -> None:
-        self._in_progress = True
         limit = self._started_s + self._timing.limit_s
         self._deadline = max(now, min(now + self._timing.progress_timeout_s, limit))
 
     def _finish(self, now: float) -> None:
         self._deadline = None
-        self._events.append(CommandFinished(self._result, self.attempts, self._in_progress))
+        self._events.append(CommandFinished(self._result, self.attempts))
 
     def _stop(self, now: float) -> None:
         self._deadline = None
