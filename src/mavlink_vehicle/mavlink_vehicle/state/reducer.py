@@ -188,8 +188,8 @@ def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
 
 
 def _estimator(state: VehicleState, message: Message, now: float) -> VehicleState:
-    # The constant-position flag says nothing more: ArduPilot clears this one with it, PX4's
-    # simulator sets it at rest although its position is good.
+    # The constant-position flag says nothing more: ArduPilot then clears that of the absolute
+    # position, PX4's simulator sets it at rest although its position is good.
     flags = message.flags
     # Of EKF_STATUS_REPORT (the root of the ratio) and of ESTIMATOR_STATUS.
     ratio = getattr(message, "pos_horiz_variance", None)
