@@ -7,6 +7,13 @@ WAYPOINTS_ACTION_NAME = "navigate_waypoints"
 TAKEOFF_ACTION_NAME = "takeoff"
 LAND_ACTION_NAME = "land"
 RETURN_ACTION_NAME = "return_to_launch"
+ACTION_NAMES = (
+    ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+    TAKEOFF_ACTION_NAME,
+    LAND_ACTION_NAME,
+    RETURN_ACTION_NAME,
+)
 SERVER_NODE_NAME = "navigation_server"
 FRAME_MAP = "map"
 FRAME_BASE_LINK = "base_link"

@@ -23,7 +23,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_bridge.names import (
-    ACTION_NAME,
+    ACTION_NAMES,
     LAND_ACTION_NAME,
     RETURN_ACTION_NAME,
     TAKEOFF_ACTION_NAME,
@@ -31,13 +31,6 @@ from navigation_bridge.names import (
 )
 from navigation_core.geometry import Vector3
 
-_ACTIONS = (
-    ACTION_NAME,
-    WAYPOINTS_ACTION_NAME,
-    TAKEOFF_ACTION_NAME,
-    LAND_ACTION_NAME,
-    RETURN_ACTION_NAME,
-)
 # The numbers of Waypoint.msg.
 _REFERENCES = {
     0: None,
@@ -97,8 +90,10 @@ def read_shadow_goals(path: Path) -> tuple[ShadowGoal, ...]:
 
 def _goal(item: Any, where: str) -> ShadowGoal:
     action = item.get("action") if isinstance(item, dict) else None
-    if action not in _ACTIONS:
-        raise ShadowGoalsError(f"{where}: action is missing; give one of {', '.join(_ACTIONS)}.")
+    if action not in ACTION_NAMES:
+        raise ShadowGoalsError(
+            f"{where}: action is missing; give one of {', '.join(ACTION_NAMES)}."
+        )
     definitions = schema()["$defs"]
     title = f"{where} ({action})"
     hold(item, {**definitions[action], "$defs": definitions}, title, ShadowGoalsError)
