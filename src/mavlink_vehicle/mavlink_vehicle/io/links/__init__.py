@@ -28,7 +28,7 @@ def open_link(url: str, report: Report = no_report, warn: Report | None = None) 
     Raises:
         LinkError: it is badly written or cannot be opened; the sentence says what to do.
     """
-    parsed = parse_url(url)
+    parsed, warn = parse_url(url), warn or report
     if parsed.kind in (LinkKind.UDP_IN, LinkKind.UDP_OUT):
         return UdpLink(parsed, report, warn)
     if parsed.kind is LinkKind.TCP_OUT:
@@ -40,4 +40,4 @@ def open_link(url: str, report: Report = no_report, warn: Report | None = None) 
         from mavlink_vehicle.io.links.serial_port import SerialLink  # noqa: PLC0415
 
         return SerialLink(parsed, report, warn)
-    return TlogLink(parsed, report)
+    return TlogLink(parsed, report, warn)

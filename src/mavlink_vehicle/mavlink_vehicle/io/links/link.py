@@ -78,13 +78,11 @@ def no_report(_: str) -> None:
 class UrlLink:
     """The parts that all links share; of those that don't say otherwise, one peer."""
 
-    def __init__(
-        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
-    ) -> None:
-        """Keep the URL and who is told; ``report`` takes warnings, too, if ``warn`` is None."""
+    def __init__(self, url: LinkUrl, report: Report, warn: Report) -> None:
+        """Keep the URL and who is told."""
         self._url = url
         self._report = report
-        self._warn = warn or report
+        self._warn = warn
 
     @property
     def description(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import serial
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import Peer, Report, UrlLink, no_report
+from mavlink_vehicle.io.links.link import Peer, Report, UrlLink
 from mavlink_vehicle.io.links.url import LinkUrl
 
 _REOPEN_S = 1.0
@@ -21,9 +21,7 @@ _MAX_UNSENT = 4096
 class SerialLink(UrlLink):
     """One serial device, opened for us alone."""
 
-    def __init__(
-        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
-    ) -> None:
+    def __init__(self, url: LinkUrl, report: Report, warn: Report) -> None:
         """Prepare; `poll` opens the device.
 
         Raises:

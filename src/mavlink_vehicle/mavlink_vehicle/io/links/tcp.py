@@ -7,7 +7,7 @@ import os
 import socket
 
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, Peer, Report, UrlLink, no_report
+from mavlink_vehicle.io.links.link import MAX_BYTES, MAX_READS, Peer, Report, UrlLink
 from mavlink_vehicle.io.links.url import LinkUrl, resolve
 
 MAX_CLIENTS = 64
@@ -72,9 +72,7 @@ class _Stream:
 class TcpOutLink(UrlLink):
     """Connects to a listening peer; when it goes, tries again with growing pauses."""
 
-    def __init__(
-        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
-    ) -> None:
+    def __init__(self, url: LinkUrl, report: Report, warn: Report) -> None:
         """Prepare; `poll` connects."""
         super().__init__(url, report, warn)
         self._connecting: socket.socket | None = None
@@ -186,9 +184,7 @@ class TcpOutLink(UrlLink):
 class TcpInLink(UrlLink):
     """Listens, and serves several peers."""
 
-    def __init__(
-        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
-    ) -> None:
+    def __init__(self, url: LinkUrl, report: Report, warn: Report) -> None:
         """Listen.
 
         Raises:

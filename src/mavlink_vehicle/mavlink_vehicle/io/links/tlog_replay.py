@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.io.links.link import MAX_READS, Peer, Report, UrlLink, no_report
+from mavlink_vehicle.io.links.link import MAX_READS, Peer, Report, UrlLink
 from mavlink_vehicle.io.links.url import LinkUrl
 from mavlink_vehicle.io.tlog import TlogReader
 
@@ -14,13 +14,13 @@ class TlogLink(UrlLink):
     other systems and components said is not taken in.
     """
 
-    def __init__(self, url: LinkUrl, report: Report = no_report) -> None:
+    def __init__(self, url: LinkUrl, report: Report, warn: Report) -> None:
         """Read the recording.
 
         Raises:
             LinkError: it can't be read.
         """
-        super().__init__(url, report)
+        super().__init__(url, report, warn)
         self._records = list(TlogReader(url.path))
         self._next = 0
         self._start_s: float | None = None

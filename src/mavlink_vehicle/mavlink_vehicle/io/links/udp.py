@@ -13,7 +13,6 @@ from mavlink_vehicle.io.links.link import (
     Peer,
     Report,
     UrlLink,
-    no_report,
 )
 from mavlink_vehicle.io.links.url import LinkKind, LinkUrl, resolve
 
@@ -33,9 +32,7 @@ _BUFFER_SIZE = 1 << 20
 class UdpLink(UrlLink):
     """One UDP socket."""
 
-    def __init__(
-        self, url: LinkUrl, report: Report = no_report, warn: Report | None = None
-    ) -> None:
+    def __init__(self, url: LinkUrl, report: Report, warn: Report) -> None:
         """Open it.
 
         Raises:
