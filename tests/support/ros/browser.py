@@ -141,7 +141,8 @@ class Tab:
         return str(self.value(f"document.getElementById('{element}').textContent"))
 
     def click(self, element: str) -> None:
-        """Click in the middle of the element with an id, after scrolling to it."""
+        """Click in the middle of the element with an id, enabled, after scrolling to it."""
+        self.wait(f"!document.getElementById('{element}').disabled")
         self.value(f"document.getElementById('{element}').scrollIntoView({{block: 'nearest'}})")
         left, top, width, height = self.box(element)
         self.drag((left + width / 2, top + height / 2))
