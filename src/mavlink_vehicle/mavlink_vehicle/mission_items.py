@@ -209,6 +209,16 @@ def mission_id(current: Message) -> int:
     return _extension(current, _CURRENT_SIZE)
 
 
+def fence_id(current: Message) -> int:
+    """Return MISSION_CURRENT's number for the stored fence; 0 where there is none."""
+    return _extension(current, _CURRENT_SIZE + 4)
+
+
+def rally_id(current: Message) -> int:
+    """Return MISSION_CURRENT's number for the stored rally points; 0 where there is none."""
+    return _extension(current, _CURRENT_SIZE + 8)
+
+
 def _extension(message: Message, size: int) -> int:
     """Return the uint32 behind the fields that the dialect knows; truncated zeros are 0."""
     frame = bytes(message.get_msgbuf() or b"")

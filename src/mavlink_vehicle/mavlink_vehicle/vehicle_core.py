@@ -18,6 +18,8 @@ from mavlink_vehicle.events import (
     LandedChanged,
     LandedState,
     ModeChanged,
+    OperationFinished,
+    OperationResult,
     StatusTextReceived,
     StoodStill,
     StreamClosed,
@@ -26,18 +28,18 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
-from mavlink_vehicle.mission_items import MissionItem
+from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
 from mavlink_vehicle.profiles import Profile, profile_for
 from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
-from mavlink_vehicle.protocols.mission.fence_items import FenceItems
 from mavlink_vehicle.protocols.mission.mission_operation import (
     MissionJob,
     MissionOperation,
     MissionTiming,
 )
+from mavlink_vehicle.protocols.mission.stored_lists import StoredLists, lists_taken
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
@@ -45,7 +47,7 @@ from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
-from mavlink_vehicle.protocols.stations.overheard import ANSWERS, is_fence_taken
+from mavlink_vehicle.protocols.stations.overheard import ANSWERS
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.stream_gap import StreamGap
 from mavlink_vehicle.protocols.timesync import Timesync
@@ -119,9 +121,9 @@ class VehicleCore:
         self._requests = MessageRequests(_WANTED_ONCE, lambda: self.state.position_valid)
         self._timesync = Timesync(self.config.timesync_interval_s)
         self._parameters = ParameterReader()
-        self._fence = FenceItems(
+        self._lists = StoredLists(
             TransferTiming(self.config.mission_timeout_s, self.config.mission_retries),
-            lambda: not isinstance(self.slot.pending, MissionOperation),
+            lambda: not self._transfers_mission,
         )
         self._stream = SetpointStream()
         self._own_gap = OwnGap(lambda: self.address)
@@ -142,7 +144,7 @@ class VehicleCore:
             self._rates,
             self._requests,
             self._parameters,
-            self._fence,
+            self._lists,
             self.slot,
             self._failsafes,
             self._timesync,
@@ -156,10 +158,15 @@ class VehicleCore:
             self._requests,
             self._timesync,
             self._parameters,
-            self._fence,
+            self._lists,
         )
 
     # What is known
+
+    @property
+    def _transfers_mission(self) -> bool:
+        """Whether an operation on the mission is under way."""
+        return isinstance(self.slot.pending, MissionOperation)
 
     @property
     def connected(self) -> bool:
@@ -220,7 +227,24 @@ class VehicleCore:
     @property
     def fence_items(self) -> tuple[MissionItem, ...] | None:
         """The items of the fence that was uploaded to it; None while they are not known."""
-        return self._fence.items
+        return self._lists.of(MissionType.FENCE)
+
+    @property
+    def rally_items(self) -> tuple[MissionItem, ...] | None:
+        """The rally points that it stores; None while they are not known."""
+        return self._lists.of(MissionType.RALLY)
+
+    @property
+    def mission_items(self) -> tuple[MissionItem, ...] | None:
+        """The mission that it stores, without ArduPilot's home; None while it is not known."""
+        items = self._lists.of(MissionType.MISSION)
+        return None if items is None else items[self.mission_offset :]
+
+    @property
+    def mission_offset(self) -> int:
+        """The autopilot's own number of the first of `mission_items`."""
+        rules = None if self.profile is None else self.profile.missions
+        return 0 if rules is None else rules.offset
 
     @property
     def stored_mission(self) -> tuple[MissionItem, ...] | None:
@@ -293,7 +317,7 @@ class VehicleCore:
             self._compare_mission(before, now)
         if self.slot.pending is not None:
             self.slot.observe(state, self.connected, now)
-            self.take_ends()
+            self.take_ends(now)
 
     def overhear(self, message: Message, now: float) -> None:
         """Process what a ground station sends to the vehicle, and nothing else.
@@ -301,6 +325,7 @@ class VehicleCore:
         It is never taken for the vehicle's word. What it does to the vehicle comes as
         `StationActed`.
         """
+        self._lists.overhear(message, now)
         self._stations.hear(message, self.address, self.profile, now)
         self._take_acts()
 
@@ -315,16 +340,17 @@ class VehicleCore:
             return
         if message.__class__ in _FOR_OPERATIONS:
             self.slot.receive(message, now)
-            self.take_ends()
+            self.take_ends(now)
         self._requests.receive(message, now)
         self._timesync.receive(message, now)
         self._parameters.receive(message, now)
-        self._fence.receive(message, now)
+        self._lists.receive(message, now)
         if message.__class__ in ANSWERS:
             self._stations.answered(message, self.address, now)
             self._take_acts()
-            if is_fence_taken(message):
-                self._fence.refresh(now)
+            if not self._transfers_mission:
+                for kind in lists_taken(message):
+                    self._lists.refresh(kind, now)
 
     def _is_for_another(self, message: Message, now: float) -> bool:
         """Return whether it is a COMMAND_ACK to somebody else, and let that be heard."""
@@ -380,9 +406,9 @@ class VehicleCore:
                 self._requests.pause()
                 self._timesync.pause()
                 self._parameters.pause()
-                self._fence.pause()
+                self._lists.pause()
                 self.slot.observe(self.state, False, now)
-        self.take_ends()
+        self.take_ends(now)
         self._take_failsafes()
 
     def messages_to_send(self) -> list[Message]:
@@ -463,7 +489,7 @@ class VehicleCore:
             names, bytewise = self.profile.wanted_parameters, self.profile.parameters_bytewise
             self._parameters.resume(address, names, bytewise, now)
             if names:
-                self._fence.resume(address, now)
+                self._lists.resume(address, now)
 
     def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
         """Turn the difference of two states into events."""
@@ -493,12 +519,15 @@ class VehicleCore:
         self._rates.forget()
         self._requests.forget()
         self._parameters.forget()
-        self._fence.forget()
+        self._lists.forget()
         self._ask(now)
         self.slot.lose("the autopilot restarted", now)
-        self.take_ends()
+        self.take_ends(now)
 
     def _compare_mission(self, before: VehicleState, now: float) -> None:
+        mission, earlier = self.state.mission, before.mission
+        if mission is not earlier and mission and earlier and not self._transfers_mission:
+            self._lists.compare(earlier, mission, now)
         if self.profile is not None:
             self._stations.compare(before, self.state, self.profile, self._order.place, now)
         self._take_acts()
@@ -515,7 +544,7 @@ class VehicleCore:
         state, name = self.state, self.mode_name
         requested = self.slot.mode_changed(state, name, now) or self._went_back(before)
         self._events.append(ModeChanged(before.custom_mode, state.custom_mode, name, requested))
-        self.take_ends()
+        self.take_ends(now)
         if self.in_control_mode:
             return
         if not requested:
@@ -553,17 +582,30 @@ class VehicleCore:
             return self._last_mission
 
         self._stations.mission_sent(job.kind)
+        self._lists.make_way(now)
         self.notice(now)
         operation_id = self.slot.begin_mission(make, self.state, now, connected=self.connected)
-        self.take_ends()
+        self.take_ends(now)
         return operation_id
 
-    def take_ends(self) -> None:
+    def take_ends(self, now: float) -> None:
         """Put the ends of operations into their place among the events."""
         while (event := self.slot.next_event()) is not None:
             self._events.append(event)
             stored = self.stored_mission or ()
             self._stations.operation_ended(event, stored, self.profile, self._order.place)
+            last = self._last_mission
+            if last is not None and last.operation_id == event.operation_id:
+                self._keep_list(event, now)
+
+    def _keep_list(self, event: OperationFinished, now: float) -> None:
+        """Take the mission that an operation has read; another end leaves it unknown."""
+        stored = self.stored_mission
+        if stored is None or event.result is not OperationResult.ACHIEVED:
+            self._lists.refresh(MissionType.MISSION, now)
+        else:
+            home = (HOME_PLACEHOLDER,) * self.mission_offset
+            self._lists.put(MissionType.MISSION, home + stored, now)
 
     def _take_acts(self) -> None:
         while (event := self._stations.next_event()) is not None:

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.mission_items import mission_id
+from mavlink_vehicle.mission_items import fence_id, mission_id, rally_id
 from mavlink_vehicle.positions.frames import Vector3, normalize_angle
 from mavlink_vehicle.state import telemetry
 from mavlink_vehicle.state.failsafe import assess
@@ -215,6 +215,8 @@ def _mission_current(state: VehicleState, message: Message, now: float) -> Vehic
         message.mission_state,
         mission_id(message),
         () if before is None else before.reached,
+        fence_id(message),
+        rally_id(message),
     )
     return evolve(state, {"mission": mission})
 

@@ -107,6 +107,8 @@ class MissionProgress(NamedTuple):
         mission_id: PX4's number for what is stored; 0 when there is none.
         reached: the items that were reached, in order, since the last upload of ours. One
             that is told repeatedly (PX4: once a second for 10 s) is there once.
+        fence_id: PX4's number for the fence that is stored; 0 when there is none.
+        rally_id: the same for the rally points.
     """
 
     time_s: float
@@ -115,6 +117,8 @@ class MissionProgress(NamedTuple):
     state: int
     mission_id: int
     reached: tuple[int, ...] = ()
+    fence_id: int = 0
+    rally_id: int = 0
 
 
 class GpsFix(NamedTuple):

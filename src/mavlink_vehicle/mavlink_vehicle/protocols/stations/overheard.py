@@ -95,15 +95,6 @@ class _Past:
     answered_s: float | None = None
 
 
-def is_fence_taken(answer: Message) -> bool:
-    """Return whether an answer of the autopilot says that it has another fence now, or none."""
-    return bool(
-        answer.__class__ is _MISSION_ACK
-        and answer.type == ACCEPTED
-        and answer.mission_type in (mavlink.MAV_MISSION_TYPE_FENCE, mavlink.MAV_MISSION_TYPE_ALL)
-    )
-
-
 class StationWatch:
     """Turns other stations' conversations with the autopilot into `StationActed`."""
 

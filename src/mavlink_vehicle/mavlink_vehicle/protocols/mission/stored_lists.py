@@ -1,0 +1,196 @@
+"""What the vehicle stores: fence, rally points and mission, read and kept up to date.
+
+The lists are read one after the other, the fence first. Each is read again when the autopilot
+shows that it has another one: an acknowledged upload, or another number or count in
+MISSION_CURRENT. An upload on another link to an ArduPilot shows nothing, so each is also read
+again once a minute; less often if the last reading was slow, so that it takes little of the link.
+
+Reading makes way for every other transfer: a PX4 does one at a time (mavlink_mission.cpp).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.mission_items import MissionItem, MissionType
+from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
+from mavlink_vehicle.protocols.mission.transfer import TransferResult, TransferTiming
+from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.state.telemetry import MissionProgress
+
+_AGAIN_S = 60.0
+# Reading takes at most one part in so many of the time.
+_SHARE = 20.0
+_WAIT_S = 2.0
+_TOLD_S = 3.0
+_ORDER = (MissionType.FENCE, MissionType.RALLY, MissionType.MISSION)
+_ACK = mavlink.MAVLink_mission_ack_message
+_TRANSFERS = frozenset(
+    {
+        mavlink.MAVLink_mission_count_message,
+        mavlink.MAVLink_mission_item_message,
+        mavlink.MAVLink_mission_item_int_message,
+        mavlink.MAVLink_mission_request_list_message,
+        mavlink.MAVLink_mission_request_message,
+        mavlink.MAVLink_mission_request_int_message,
+        mavlink.MAVLink_mission_write_partial_list_message,
+    }
+)
+
+
+def lists_taken(answer: Message) -> tuple[MissionType, ...]:
+    """Return the lists that an answer of the autopilot says it has taken, or cleared."""
+    if answer.__class__ is not _ACK or answer.type != mavlink.MAV_MISSION_ACCEPTED:
+        return ()
+    every = answer.mission_type == mavlink.MAV_MISSION_TYPE_ALL
+    return tuple(kind for kind in _ORDER if every or answer.mission_type == kind)
+
+
+class StoredLists:
+    """Reads the three lists."""
+
+    def __init__(self, timing: TransferTiming, may_read: Callable[[], bool]) -> None:
+        """Prepare; `may_read` says whether no other transfer is under way."""
+        self._items: dict[MissionType, tuple[MissionItem, ...]] = {}
+        self._timing = timing
+        self._may_read = may_read
+        self._address: Address | None = None
+        self._download: MissionDownload | None = None
+        self._kind = MissionType.FENCE
+        self._begun_s = 0.0
+        self._due_s: dict[MissionType, float] = {}
+        self._free_s = 0.0
+        self._put_s: dict[MissionType, float] = {}
+        self._outbox: list[Message] = []
+
+    def of(self, kind: MissionType) -> tuple[MissionItem, ...] | None:
+        """Return a list as it is stored, with ArduPilot's home; None while it is unknown."""
+        return self._items.get(kind)
+
+    def start(self, now: float) -> None:
+        """Nothing to ask before `resume`."""
+
+    def resume(self, address: Address, now: float) -> None:
+        """Read the lists from now on."""
+        self._address = address
+        self._download = None
+        self._due_s = dict.fromkeys(_ORDER, now)
+
+    def refresh(self, kind: MissionType, now: float) -> None:
+        """Read a list again, from the beginning: it is another one."""
+        if kind in self._due_s:
+            self._due_s[kind] = now
+            if self._kind is kind:
+                self._download = None
+            elif kind is MissionType.FENCE:
+                self._cancel(now)
+
+    def put(self, kind: MissionType, items: tuple[MissionItem, ...], now: float) -> None:
+        """Take a list that somebody else of us has read."""
+        self._items[kind] = items
+        self._put_s[kind] = now
+        if kind in self._due_s:
+            self._due_s[kind] = now + _AGAIN_S
+
+    def make_way(self, now: float) -> None:
+        """End the reading: another transfer begins, or is under way."""
+        self._cancel(now)
+        self._free_s = now + _WAIT_S
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Make way for a station that transfers a list."""
+        address = self._address
+        if message.__class__ not in _TRANSFERS or address is None:
+            return
+        header = message._header
+        sender = (header.srcSystem, header.srcComponent)
+        if message.target_system != address.target_system:
+            return
+        if sender != (address.source_system, address.source_component):
+            self.make_way(now)
+
+    def compare(self, before: MissionProgress, mission: MissionProgress, now: float) -> None:
+        """Read again what MISSION_CURRENT shows to be another list."""
+        changed = (before.total, before.mission_id) != (mission.total, mission.mission_id)
+        # MISSION_CURRENT comes once a second: at first it shows what was put here.
+        if changed and now - self._put_s.get(MissionType.MISSION, -math.inf) > _TOLD_S:
+            self.refresh(MissionType.MISSION, now)
+        if before.fence_id != mission.fence_id:
+            self.refresh(MissionType.FENCE, now)
+        if before.rally_id != mission.rally_id:
+            self.refresh(MissionType.RALLY, now)
+
+    def forget(self) -> None:
+        """Drop what is known: the autopilot restarted."""
+        self._items.clear()
+
+    def pause(self) -> None:
+        """Stop asking."""
+        self._download = None
+        self._due_s.clear()
+        self._outbox.clear()
+
+    def receive(self, message: Message, now: float) -> None:
+        """Look for the count and the items."""
+        if self._download is not None:
+            self._download.receive(message, now)
+            self._take(now)
+
+    def next_deadline(self) -> float | None:
+        """Return when to go on."""
+        if self._download is not None:
+            return self._download.next_deadline()
+        due_s = min(self._due_s.values(), default=None)
+        return None if due_s is None else max(due_s, self._free_s)
+
+    def handle_timer(self, now: float) -> None:
+        """Begin, go on, or make way for another transfer."""
+        due_s = self.next_deadline()
+        if due_s is None or now < due_s:
+            return
+        if not self._may_read():
+            self.make_way(now)
+        elif self._download is not None:
+            self._download.handle_timer(now)
+            self._take(now)
+        elif self._address is not None:
+            self._kind = next(kind for kind in _ORDER if self._due_s[kind] <= now)
+            self._begun_s = now
+            self._download = MissionDownload(self._address, self._timing, self._kind)
+            self._download.start(now)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+        messages, self._outbox = self._outbox, []
+        if self._download is not None:
+            messages += self._download.messages_to_send()
+        return messages
+
+    def next_event(self) -> None:
+        """There are none."""
+
+    def _cancel(self, now: float) -> None:
+        if self._download is not None:
+            self._download.cancel(now)
+            self._outbox += self._download.messages_to_send()
+            self._download = None
+
+    def _take(self, now: float) -> None:
+        if self._download is None:
+            return
+        end = self._download.next_event()
+        if end is None:
+            return
+        kind = self._kind
+        if end.result is TransferResult.DONE:
+            # The same list stays the same object.
+            if self._items.get(kind) != end.items:
+                self._items[kind] = end.items
+        elif end.result is TransferResult.REFUSED:
+            self._items[kind] = ()  # this autopilot has no such list
+        self._outbox += self._download.messages_to_send()
+        busy = end.result is TransferResult.BUSY
+        pause_s = _WAIT_S if busy else max(_AGAIN_S, _SHARE * (now - self._begun_s))
+        self._download, self._due_s[kind] = None, now + pause_s
