@@ -108,6 +108,13 @@ def item_of(message: Message) -> MissionItem:
     )
 
 
+def has_place(item: MissionItem) -> bool:
+    """Return whether an item says where; 0, 0 is "where you are"."""
+    if item.frame == NO_FRAME or item.command in _PLACELESS:
+        return False
+    return bool(item.x or item.y)
+
+
 HOME_PLACEHOLDER = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)
 """What is sent as item 0 where that is home: the vehicle puts home in its place."""
 

@@ -42,6 +42,7 @@ from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_
 from navigation_bridge.goals.requests import Request
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Reporter
+from navigation_bridge.scene import Scene
 from navigation_bridge.services import Service, ServiceDesk
 from navigation_bridge.supervision.guard import Guard
 from navigation_bridge.supervision.parking import Parking
@@ -117,6 +118,7 @@ class Bridge:
         self.recorded_goal_id: str | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
+        self._scene = Scene(vehicle, self._map_frame, self._guard, config)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
         self._stations = Stations(vehicle, self._report, self._parking)
 
@@ -154,6 +156,21 @@ class Bridge:
     def obstacles(self) -> ObstacleFeed:
         """Obstacles; accepts readings of ROS sensors."""
         return self._obstacles
+
+    @property
+    def scene(self) -> Scene:
+        """Fence, flight volume, mission and rally points in the map frame."""
+        return self._scene
+
+    @property
+    def battery_for_return(self) -> float:
+        """Share of the battery that a return from here takes; NaN if unknown."""
+        return self._guard.battery_for_return()
+
+    @property
+    def battery_reserve(self) -> float:
+        """Share of the battery that should remain after the return."""
+        return self._config.safety.battery_reserve
 
     def begin_again(self) -> None:
         """Reset to the state before :meth:`start`, to replay a recording again."""
@@ -293,6 +310,7 @@ class Bridge:
         """Use other settings for future goals; the active one keeps its own."""
         self._config = config
         self._guard.configure(config)
+        self._scene.configure(config)
         self._positions.configure(config.safety.position_doubt_timeout_s)
         self._obstacles.configure(config.obstacles)
 

@@ -209,12 +209,12 @@ def test_what_mission_current_shows_is_read_again_but_not_what_was_just_stored()
     reading.reader.compare(told, told._replace(total=3, mission_id=70), 11.0)
     assert reading.reader.next_deadline() == 60.0
     for changed, kind in (
-        ({"mission_id": 70}, MissionType.MISSION),
-        ({"total": 3}, MissionType.MISSION),
-        ({"fence_id": 80}, MissionType.FENCE),
-        ({"rally_id": 90}, MissionType.RALLY),
+        (told._replace(mission_id=70), MissionType.MISSION),
+        (told._replace(total=3), MissionType.MISSION),
+        (told._replace(fence_id=80), MissionType.FENCE),
+        (told._replace(rally_id=90), MissionType.RALLY),
     ):
-        reading.reader.compare(told, told._replace(**changed), 20.0)
+        reading.reader.compare(told, changed, 20.0)
         assert reading.reader.next_deadline() == 20.0
         reading.empty(kind)
 

@@ -233,6 +233,8 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     message.position_valid = bridge.pose is not None
     message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
     message.active_goal = bridge.active_goal_id or ""
+    message.battery_for_return = bridge.battery_for_return
+    message.battery_reserve = bridge.battery_reserve
     message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
     return message
 

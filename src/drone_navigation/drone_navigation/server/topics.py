@@ -21,6 +21,7 @@ from drone_navigation.server import telemetry_messages as messages
 from drone_navigation.server.conversions import pose_stamped
 from drone_navigation.server.frame_names import PLAIN, FrameNames
 from drone_navigation.server.obstacle_markers import ObstacleMarkers
+from drone_navigation.server.scene_topics import SceneTopics
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.bridge import Bridge
@@ -105,6 +106,7 @@ class Topics:
         self._obstacles = ObstacleMarkers(
             node.create_publisher(MarkerArray, "~/obstacles", LATCHED_QOS), bridge, frames.map
         )
+        self._scene = SceneTopics(node.create_publisher, bridge, frames.map)
         self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
 
     def begin_again(self) -> None:
@@ -161,6 +163,7 @@ class Topics:
             self._publish_status(stamp, periodic)
         if periodic:
             self._next_s = now + _PERIOD_S
+            self._scene.update(stamp)
             self._publish_diagnostics(stamp, now)
 
     def _publish_pose(self, state: VehicleState, stamp: Any) -> None:

@@ -57,21 +57,28 @@ class BatteryReckoning:
         remaining = None if state.battery is None else state.battery.remaining
         self._consumption.observe(now, remaining, under_way)
 
-    def _return_speed_m_s(self, plan: FlightPlan) -> float:
-        """Return the speed of the vehicle's own return; the goal's speed while unknown."""
+    def _return_speed_m_s(self, plan: FlightPlan | None) -> float:
+        """Return the speed of the vehicle's own return; the goal's, or the default, if unknown."""
         profile, parameters = self._vehicle.profile, self._vehicle.parameters
         for name, scale in () if profile is None else profile.return_speeds:
             if parameters.get(name, 0.0) > 0.0:
                 return parameters[name] * scale
-        return plan.speeds_m_s[-1]
+        return (
+            self._config.goto.limits.speed_horizontal_m_s if plan is None else plan.speeds_m_s[-1]
+        )
 
-    def _back_s(self, start_enu_m: Vector3, plan: FlightPlan) -> float:
+    def _back_s(self, start_enu_m: Vector3, plan: FlightPlan | None) -> float:
         """Return the time from a position to the launch point, landing included."""
         home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
         limits = self._config.goto.limits
         return_m = math.dist(start_enu_m[:2], home[:2])
         height_m = max(start_enu_m[2] - home[2], 0.0)
         return return_m / self._return_speed_m_s(plan) + height_m / limits.speed_down_m_s
+
+    def share_back(self, start_enu_m: Vector3) -> float:
+        """Return the share of the battery for the return from a position, NaN if unknown."""
+        prediction = self._consumption.predict(0.0, self._back_s(start_enu_m, None))
+        return math.nan if prediction is None else prediction.at_end - prediction.back
 
     def problem(self, plan: FlightPlan, start_enu_m: Vector3) -> str | None:
         """Return why the battery is insufficient for a plan and the return, or None."""

@@ -93,6 +93,11 @@ class Guard:
         """Process the current battery state."""
         self._battery.observe(now)
 
+    def battery_for_return(self) -> float:
+        """Return the share of the battery that a return from here takes, NaN if unknown."""
+        here = self._here()
+        return math.nan if here is None else self._battery.share_back(here)
+
     # --- before acceptance -------------------------------------------------------------
 
     def check(self, admitted: Admitted, now: float) -> Admitted | Rejection:
@@ -114,7 +119,7 @@ class Guard:
             rejection = self._check_fence(fence, plan, 0, margin_m, plan.laps > 1)
             if rejection is not None:
                 return rejection
-            if self._areas_unknown():
+            if self.areas_unknown():
                 notes.append(_UNKNOWN_AREAS)
         here = self._here()
         text = None if here is None else self._battery.problem(admitted.plan, here)
@@ -154,7 +159,7 @@ class Guard:
         if vehicle.profile is None:
             return None
         home = self._map_frame.home_enu_m(vehicle.state)
-        return fence_of(vehicle.profile, vehicle.parameters, home, self._areas())
+        return fence_of(vehicle.profile, vehicle.parameters, home, self.areas())
 
     def tell_fence(self) -> None:
         """Plan paths inside the fence as known now, and inside the volume."""
@@ -162,7 +167,8 @@ class Guard:
         place = None if here is None else here[:2]
         self._standing.bound(self.fence(), margin_m, self._config.volume, place)
 
-    def _areas(self) -> tuple[Area, ...]:
+    def areas(self) -> tuple[Area, ...]:
+        """Return the uploaded areas as far as known, whether in force or not."""
         items, frame = self._vehicle.fence_items, self._map_frame.frame
         if not items or frame is None:
             return ()
@@ -171,7 +177,8 @@ class Guard:
             self._known_areas = areas_of(items, self._map_frame.enu)
         return self._known_areas
 
-    def _areas_unknown(self) -> bool:
+    def areas_unknown(self) -> bool:
+        """Return whether uploaded areas are in force that are not known yet."""
         vehicle = self._vehicle
         if vehicle.profile is None or vehicle.fence_items is not None:
             return False
