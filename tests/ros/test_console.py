@@ -16,10 +16,13 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from drone_navigation.processes import Process, ros_environment
+from drone_navigation.processes import Process, free_udp_port, ros_environment
+from mavlink_vehicle.codec import make
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
 from tests.support.ros.browser import CHROMIUM, Browser, Tab
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
+from tests.support.stations import missions
+from tests.support.stations.pymavlink_station import PymavlinkStation
 
 pytestmark = [
     pytest.mark.timeout(180),
@@ -38,9 +41,10 @@ ACTIVE = "document.body.dataset.goal !== ''"
 
 @dataclass
 class Scene:
-    """A flight, a console beside it, and a browser."""
+    """A flight, a console and a ground station beside it, and a browser."""
 
     flight: Flight
+    station: PymavlinkStation
     console: Process
     address: str
     browser: Browser
@@ -64,7 +68,10 @@ class Scene:
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("console")
-    flight = Flight(folder)
+    port = free_udp_port()
+    links = f"gcs_links:=['udpin://127.0.0.1:{port}']"
+    flight = Flight(folder, "--ros-args", "-p", links, "--")
+    station = PymavlinkStation(port)
     command = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
     console = Process("navigation_console", command, flight.environment)
     browser = None
@@ -73,11 +80,12 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
         found = re.search(r"http://\S+", line)
         assert found is not None
         browser = Browser(folder / "browser")
-        yield Scene(flight, console, found[0], browser)
+        yield Scene(flight, station, console, found[0], browser)
     finally:
         if browser is not None:
             browser.close()
         console.stop()
+        station.close()
         flight.close()
 
 
@@ -418,6 +426,47 @@ def test_a_plan_is_opened_and_what_is_wrong_with_it_is_said(
     page.call("DOM.setFileInputFiles", nodeId=file, files=[str(good)])
     page.wait("document.querySelectorAll('#waypoints li').length === 2")
     assert waypoints(page)[0] == pytest.approx([3.0, 4.0, 6.0, 2.0], abs=0.03)
+
+
+def test_fence_rally_points_and_mission_in_the_vehicle_are_shown_and_taken(
+    scene: Scene, page: Tab
+) -> None:
+    station, drawn = scene.station, "document.getElementById('map').dataset.scene"
+    page.wait(f"{drawn} === 'fence 0 rally 0 mission 0'", _FLIGHT_S)
+    station.upload(missions.fence_with_hole(), 1)
+    station.upload([missions.rally_point()], 2)
+    station.upload(
+        [
+            missions.home(),
+            missions.take_off(10.0),
+            missions.waypoint(30.0, 5.0, 12.0),
+            missions.waypoint(-10.0, 20.0, 8.0, 2.0),
+        ]
+    )
+    page.wait(f"{drawn} === 'fence 2 rally 1 mission 2'", _FLIGHT_S)
+    assert "12 m above home" in page.text("mission-items")
+    page.click("mission-route")
+    page.wait("document.querySelectorAll('#waypoints li').length >= 3")
+    taken = waypoints(page)[-2:]
+    assert taken[0] == pytest.approx([5.0, 30.0, 12.0, 0.0], abs=0.4)
+    assert taken[1] == pytest.approx([20.0, -10.0, 8.0, 2.0], abs=0.4)
+    with scene.connected() as link:
+        link.send(json.dumps({"type": "mission", "vehicle": "/", "form": "file"}))
+        while (answer := json.loads(link.recv(timeout=10.0)))["type"] != "plan_file":
+            pass
+    plan = json.loads(answer["text"])
+    assert [entry["command"] for entry in plan["mission"]["items"]] == [22, 16, 16]
+    assert len(plan["geoFence"]["polygons"][0]["polygon"]) == 4
+    assert len(plan["rallyPoints"]["points"]) == 1
+    assert not page.value("document.getElementById('battery').hidden")
+    assert "in reserve" in page.text("battery-text")
+    page.click("clear")
+    for kind in range(3):
+        station.send(
+            make("MISSION_CLEAR_ALL", target_system=1, target_component=1, mission_type=kind)
+        )
+    page.wait(f"{drawn} === 'fence 0 rally 0 mission 0'", _FLIGHT_S)
+    assert page.value("document.getElementById('mission-box').hidden")
 
 
 @pytest.mark.parametrize("width", [1400, 400])

@@ -118,7 +118,9 @@ class Scene:
             (west, south, _), (east, north, _) = volume.box.minimum_enu_m, volume.box.maximum_enu_m
             areas.append(PolygonArea(((west, south), (east, south), (east, north), (west, north))))
         low_m, high_m = _heights_m(volume, self._map_frame.ground_enu_m(self._vehicle.state))
-        return SceneFence(tuple(self._placed(area, False, True) for area in areas), False, low_m, high_m)
+        return SceneFence(
+            tuple(self._placed(area, False, True) for area in areas), False, low_m, high_m
+        )
 
     def _placed(self, area: Area, stored: bool, in_force: bool) -> SceneArea:
         points = (area.centre_enu_m,) if isinstance(area, CircleArea) else area.corners_enu_m

@@ -49,6 +49,19 @@ def waypoint(north_m: float, east_m: float, up_m: float = 10.0, stay_s: float = 
     return item(north_m=north_m, east_m=east_m, up_m=up_m, params=(stay_s,))
 
 
+def fence_with_hole() -> list[Message]:
+    """A square of 200 m about home to stay in, and a circle of 8 m to keep out of."""
+    corners = ((-100.0, -100.0), (-100.0, 100.0), (100.0, 100.0), (100.0, -100.0))
+    square = [item(mav.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, n, e, params=(4.0,), frame=0)
+              for n, e in corners]  # fmt: skip
+    hole = item(mav.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION, 30.0, 30.0, params=(8.0,), frame=0)
+    return [*square, hole]
+
+
+def rally_point() -> Message:
+    return item(mav.MAV_CMD_NAV_RALLY_POINT, 20.0, -10.0, 15.0)
+
+
 def upload(station: GroundStation, items: list[Message], mission_type: int = 0) -> int:
     """Upload a list; the MAV_MISSION_RESULT of its acknowledgement."""
     answers = station.send(mav.MAVLink_mission_count_message(1, 1, len(items), mission_type))

@@ -44,6 +44,24 @@ class PymavlinkStation:
         assert message is not None, f"no {name} came"
         return message
 
+    def upload(self, items: list[Any], mission_type: int = 0) -> None:
+        """Store a list, which must be accepted."""
+        dialect = mavutil.mavlink
+        self.send(dialect.MAVLink_mission_count_message(1, 1, len(items), mission_type))
+        while True:
+            answer = self.hear(["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"])
+            if (
+                answer.mission_type != mission_type
+                or answer.target_system != self._link.source_system
+            ):
+                continue
+            if answer.get_type() == "MISSION_ACK":
+                assert answer.type == dialect.MAV_MISSION_ACCEPTED
+                return
+            item = items[answer.seq]
+            item.seq, item.mission_type = answer.seq, mission_type
+            self.send(item)
+
     def close(self) -> None:
         """Close the socket."""
         self._link.close()

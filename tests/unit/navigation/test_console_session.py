@@ -204,3 +204,52 @@ def test_a_plan_is_rejected_with_a_reason() -> None:
     told = console.send(1, type="save_plan", vehicle="/", waypoints=waypoints)
     assert told is not None
     assert "home is not known" in told["text"]
+
+
+def _stored_item(number: int, command: int, frame: int, *values: float | None) -> dict[str, Any]:
+    return {"number": number, "command": command, "frame": frame, "values": list(values)}
+
+
+@pytest.mark.parametrize(("autopilot", "first"), [("ArduCopter", 1), ("PX4 multicopter", 0)])
+def test_the_mission_in_the_vehicle_becomes_a_route_or_a_file(autopilot: str, first: int) -> None:
+    console = Console()
+    console.board.put("/", "status", {"autopilot": autopilot})
+    told = console.send(1, type="mission", vehicle="/", form="route")
+    assert told is not None
+    assert "not been read" in told["text"]
+    place = (-35.3630621, 149.1654374)
+    waypoints = [
+        _stored_item(first, 16, 6, 2.0, 0.0, 0.0, None, *place, 12.0),
+        _stored_item(first + 1, 16, 0, 0.0, 0.0, 0.0, 0.0, *place, 600.0),
+    ]
+    jump = _stored_item(first + 2, 177, 2, float(first), 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    circle = {"inclusion": False, "stored": True, "radius": 8.0, "places": [list(place)]}
+    square = {"inclusion": True, "stored": True, "radius": None, "places": [[1, 2], [3, 4], [5, 6]]}
+    console.board.put("/", "fence", {"areas": [circle, square, {**circle, "stored": False}]})
+    rally = _stored_item(0, 5100, 3, 0.0, 0.0, 0.0, 0.0, *place, 15.0)
+    console.board.put("/", "rally_points", {"items": [rally]})
+    console.board.put("/", "mission", {"current": 0, "items": []})
+    told = console.send(1, type="mission", vehicle="/", form="file")
+    assert told is not None
+    assert "no mission" in told["text"]
+    console.board.put("/", "mission", {"current": 0, "items": [*waypoints, jump]})
+    told = console.send(1, type="mission", vehicle="/", form="file")
+    assert told is not None
+    plan = json.loads(told["text"])
+    assert [item["doJumpId"] for item in plan["mission"]["items"]] == [1, 2, 3]
+    assert plan["mission"]["items"][2]["params"][0] == 1
+    assert [item["frame"] for item in plan["mission"]["items"]] == [3, 0, 2]
+    assert plan["geoFence"]["circles"] == [
+        {"inclusion": False, "version": 1, "circle": {"center": list(place), "radius": 8.0}}
+    ]
+    assert plan["geoFence"]["polygons"][0]["polygon"] == square["places"]
+    assert plan["rallyPoints"]["points"] == [[*place, 15.0]]
+
+    console.board.put("/", "mission", {"current": 0, "items": waypoints})
+    told = console.send(1, type="mission", vehicle="/", form="route")
+    assert told is not None
+    assert [(point["z"], point["hold"]) for point in told["waypoints"]] == [
+        (12.5, 2.0),
+        (16.5, 0.0),
+    ]
+    assert console.pilots.moved == []

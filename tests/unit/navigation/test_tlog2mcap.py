@@ -33,6 +33,7 @@ ALL_TOPICS = {
     f"{SERVER}/last_rejection", f"{SERVER}/pose", f"{SERVER}/odometry", f"{SERVER}/fix",
     f"{SERVER}/battery", f"{SERVER}/plan", f"{SERVER}/vehicle_status", f"{SERVER}/goal_events",
     f"{SERVER}/obstacles", f"{SERVER}/home", f"{SERVER}/goal_rejected", "/diagnostics",
+    f"{SERVER}/fence", f"{SERVER}/flight_volume", f"{SERVER}/mission", f"{SERVER}/rally_points",
 }  # fmt: skip
 
 

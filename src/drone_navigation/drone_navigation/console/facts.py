@@ -11,7 +11,14 @@ from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import Marker, MarkerArray
 
-from custom_interfaces.msg import HomePosition, ReplayStatus, VehicleStatus
+from custom_interfaces.msg import (
+    Fence,
+    HomePosition,
+    ReplayStatus,
+    StoredItems,
+    VehicleStatus,
+)
+from mavlink_vehicle.protocols.operations.command import command_name
 
 _LANDED = {
     VehicleStatus.LANDED_ON_GROUND: "on the ground",
@@ -26,7 +33,7 @@ OBSTACLES_MAX = 4000
 
 def known(value: float, digits: int = 2) -> float | None:
     """Return a number rounded, None for NaN and infinity, which JSON has not."""
-    return round(value, digits) if math.isfinite(value) else None
+    return round(float(value), digits) if math.isfinite(value) else None
 
 
 def point(place: Any) -> list[float] | None:
@@ -47,6 +54,8 @@ def status(message: VehicleStatus) -> dict[str, Any]:
         "landed": _LANDED.get(message.landed_state),
         "position_valid": message.position_valid,
         "failsafe": message.failsafe,
+        "return_share": known(message.battery_for_return, 3),
+        "reserve": known(message.battery_reserve, 3),
         "other_server": message.other_server,
     }
 
@@ -107,6 +116,59 @@ def home(message: HomePosition) -> dict[str, Any]:
         "longitude": known(message.longitude, 8),
         "altitude": known(message.altitude_amsl, 3),
         "at": point(message.position),
+    }
+
+
+def fence(message: Fence) -> dict[str, Any] | None:
+    """Return a fence or the flight volume, heights in m above home; None while unknown."""
+    if not message.known:
+        return None
+    return {
+        "areas": [
+            {
+                "inclusion": area.inclusion,
+                "stored": area.stored,
+                "in_force": area.in_force,
+                "radius": known(area.radius) if area.shape == area.CIRCLE else None,
+                "points": [[round(place.x, 2), round(place.y, 2)] for place in area.points],
+                "places": [
+                    list(place) for place in zip(area.latitudes, area.longitudes, strict=True)
+                ],
+            }
+            for area in message.areas
+        ],
+        "one_suffices": message.one_suffices,
+        "low": known(message.altitude_min),
+        "high": known(message.altitude_max),
+    }
+
+
+def stored_items(message: StoredItems) -> dict[str, Any] | None:
+    """Return mission or rally points; None while unknown.
+
+    `at` is in the map, None without a place, its height None where unknown. `values` are the
+    seven parameters as stored.
+    """
+    if not message.known:
+        return None
+    return {
+        "current": message.current,
+        "items": [
+            {
+                "number": item.number,
+                "command": item.command,
+                "name": command_name(item.command),
+                "frame": item.frame,
+                "at": None
+                if math.isnan(item.position.x)
+                else [known(item.position.x), known(item.position.y), known(item.position.z)],
+                "values": [
+                    *(known(value, 6) for value in item.params),
+                    *(known(item.latitude, 7), known(item.longitude, 7), known(item.altitude, 3)),
+                ],
+            }
+            for item in message.items
+        ],
     }
 
 

@@ -15,7 +15,7 @@ from navigation_core.geometry import Vector3
 
 __all__ = [
     "Alive", "Cancel", "Command", "Fly", "Give", "Hold", "Message", "Pace", "PageWaypoint",
-    "ReadPlan", "RejectedError", "Replay", "SavePlan", "Take", "parse",
+    "ReadPlan", "RejectedError", "Replay", "SavePlan", "StoredMission", "Take", "parse",
 ]  # fmt: skip
 
 SIZE_MAX_BYTES = 1_000_000
@@ -27,6 +27,7 @@ _HOLD_MAX_S = 3600.0
 _LAPS_MAX = 100
 _NAME_MAX = 200
 COMMANDS = ("takeoff", "land", "return", "pause", "resume")
+MISSION_FORMS = ("route", "file")
 REPLAYS = ("start", "pause", "resume", "speed", "seek")
 _REPLAY_SPEED_MAX = 100.0
 _REPLAY_MAX_S = 1e7
@@ -111,6 +112,14 @@ class SavePlan(_ForVehicle):
 
 
 @dataclass(frozen=True)
+class StoredMission:
+    """Convert the mission in the vehicle into one of MISSION_FORMS."""
+
+    vehicle: str
+    form: str
+
+
+@dataclass(frozen=True)
 class Replay:
     """Play a recording: one of REPLAYS.
 
@@ -126,7 +135,8 @@ class Replay:
 
 
 Message: TypeAlias = (
-    Alive | Take | Give | Hold | Cancel | Command | Fly | ReadPlan | SavePlan | Replay
+    Alive | Take | Give | Hold | Cancel | Command | Fly | ReadPlan | SavePlan | StoredMission
+    | Replay
 )  # fmt: skip
 
 
@@ -247,6 +257,13 @@ def _fly(members: _Members) -> Fly:
     )
 
 
+def _mission(members: _Members) -> StoredMission:
+    form = members.text("form", _NAME_MAX)
+    if form not in MISSION_FORMS:
+        raise RejectedError("form is neither route nor file.")
+    return StoredMission(members.vehicle(), form)
+
+
 def _replay(members: _Members) -> Replay:
     name = members.text("name", _NAME_MAX)
     if name not in REPLAYS:
@@ -268,6 +285,7 @@ _READERS: dict[str, Callable[[_Members], Message]] = {
     "command": _command,
     "fly": _fly,
     "replay": _replay,
+    "mission": _mission,
     "read_plan": lambda members: ReadPlan(members.vehicle(), members.text("text", SIZE_MAX_BYTES)),
     "save_plan": lambda members: SavePlan(members.vehicle(), members.waypoints()),
 }

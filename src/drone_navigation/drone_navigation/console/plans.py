@@ -15,8 +15,14 @@ from mavlink_vehicle.profiles import profile_for
 from navigation_bridge.goals.plan_files import PlanError, parse_plan
 from navigation_bridge.goals.requests import AltitudeReference
 
-__all__ = ["PlanError", "earth", "make_plan", "map_waypoints"]
+__all__ = ["PlanError", "earth", "make_plan", "map_waypoints", "stored_plan"]
 
+# Of two numbers for the same frame, the one that QGroundControl writes.
+_FILE_FRAMES = {
+    mavlink.MAV_FRAME_GLOBAL_INT: mavlink.MAV_FRAME_GLOBAL,
+    mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT: mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+    mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT: mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT,
+}
 _FIRMWARES = (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4)
 
 
@@ -120,6 +126,73 @@ def make_plan(
                 "params": [waypoint.hold_time_s, 0, 0, None, *place, height_m],
             }
         )
+    return _plan(items, autopilot, home, [], [], [])
+
+
+def stored_plan(
+    mission: dict[str, Any] | None,
+    fence: dict[str, Any] | None,
+    rally: dict[str, Any] | None,
+    autopilot: str,
+    home: dict[str, Any] | None,
+) -> str:
+    """Return the text of a plan with all that the vehicle stores.
+
+    Fence and rally points are in it, too: whoever uploads a plan without them deletes them.
+
+    Args:
+        mission: as of `facts.stored_items`.
+        fence: as of `facts.fence`.
+        rally: as of `facts.stored_items`.
+        autopilot: as in VehicleStatus.
+        home: as of `facts.home`.
+
+    Raises:
+        PlanError: something is not known yet, or there is no mission.
+    """
+    if mission is None or fence is None or rally is None or home is None or None in home.values():
+        raise PlanError("What the vehicle stores has not been read yet.")
+    if not mission["items"]:
+        raise PlanError("The vehicle stores no mission.")
+    # In a file items are counted from 1; those of a DO_JUMP, too.
+    shift = 1 - mission["items"][0]["number"]
+    items = []
+    for item in mission["items"]:
+        params = list(item["values"])
+        if item["command"] == mavlink.MAV_CMD_DO_JUMP:
+            params[0] += shift
+        items.append(
+            {
+                "type": "SimpleItem",
+                "autoContinue": True,
+                "command": item["command"],
+                "frame": _FILE_FRAMES.get(item["frame"], item["frame"]),
+                "doJumpId": item["number"] + shift,
+                "params": params,
+            }
+        )
+    circles, polygons = [], []
+    for area in fence["areas"]:
+        if not area["stored"]:
+            continue  # parameters make it
+        shape: dict[str, Any] = {"inclusion": area["inclusion"], "version": 1}
+        if area["radius"] is None:
+            polygons.append({**shape, "polygon": area["places"]})
+        else:
+            circle = {"center": area["places"][0], "radius": area["radius"]}
+            circles.append({**shape, "circle": circle})
+    points = [item["values"][4:] for item in rally["items"]]
+    return _plan(items, autopilot, home, circles, polygons, points)
+
+
+def _plan(
+    items: list[dict[str, Any]],
+    autopilot: str,
+    home: dict[str, Any],
+    circles: list[dict[str, Any]],
+    polygons: list[dict[str, Any]],
+    rally_points: list[list[float]],
+) -> str:
     home_place = [home["latitude"], home["longitude"], home["altitude"]]
     px4 = autopilot in {
         profile_for(mavlink.MAV_AUTOPILOT_PX4, kind).name for kind in mavlink.enums["MAV_TYPE"]
@@ -128,8 +201,8 @@ def make_plan(
         "fileType": "Plan",
         "version": 1,
         "groundStation": "QGroundControl",
-        "geoFence": {"circles": [], "polygons": [], "version": 2},
-        "rallyPoints": {"points": [], "version": 2},
+        "geoFence": {"circles": circles, "polygons": polygons, "version": 2},
+        "rallyPoints": {"points": rally_points, "version": 2},
         "mission": {
             "version": 2,
             "firmwareType": _FIRMWARES[px4],

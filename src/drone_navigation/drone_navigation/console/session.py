@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Protocol
 
 from drone_navigation.console import plans
@@ -22,6 +23,7 @@ from drone_navigation.console.messages import (
     RejectedError,
     Replay,
     SavePlan,
+    StoredMission,
     Take,
     parse,
 )
@@ -139,7 +141,7 @@ class Rules:
             self._take_control(page, message, now)
         elif isinstance(message, Give):
             self.leases.give(page.number, message.vehicle)
-        elif isinstance(message, (ReadPlan, SavePlan)):
+        elif isinstance(message, (ReadPlan, SavePlan, StoredMission)):
             self._convert(page, message)
         elif isinstance(message, (Command, Fly)):
             if not self.leases.holds(message.vehicle, page.number, now):
@@ -156,15 +158,24 @@ class Rules:
             holder = self.leases.holder(message.vehicle)
             self._deny(page, "control", f"Page {holder} has control of this vehicle.")
 
-    def _convert(self, page: Page, message: ReadPlan | SavePlan) -> None:
+    def _convert(self, page: Page, message: ReadPlan | SavePlan | StoredMission) -> None:
         status = self._board.get(message.vehicle, "status") or {}
         known = (status.get("autopilot", ""), self._board.get(message.vehicle, "home"))
         try:
-            if isinstance(message, ReadPlan):
-                waypoints, notes = plans.map_waypoints(message.text, *known)
+            if isinstance(message, SavePlan):
+                text = plans.make_plan(message.waypoints, *known)
+            elif isinstance(message, StoredMission):
+                get = partial(self._board.get, message.vehicle)
+                stored = (get("mission"), get("fence"), get("rally_points"))
+                text = plans.stored_plan(*stored, *known)
+            else:
+                text = message.text
+            if isinstance(message, ReadPlan) or (
+                isinstance(message, StoredMission) and message.form == "route"
+            ):
+                waypoints, notes = plans.map_waypoints(text, *known)
                 page.tell({"type": "plan", "waypoints": waypoints, "notes": notes})
             else:
-                text = plans.make_plan(message.waypoints, *known)
                 page.tell({"type": "plan_file", "text": text})
         except plans.PlanError as error:
             _answer_to(page, "")(False, f"The plan: {error}")

@@ -10,13 +10,19 @@ from functools import partial
 from typing import Any
 
 from nav_msgs.msg import Odometry, Path
-from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import MarkerArray
 
-from custom_interfaces.msg import GoalEvent, HomePosition, ReplayStatus, VehicleStatus
+from custom_interfaces.msg import (
+    Fence,
+    GoalEvent,
+    HomePosition,
+    ReplayStatus,
+    StoredItems,
+    VehicleStatus,
+)
 from drone_navigation.console import facts, plans
 from drone_navigation.console.board import Board
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
@@ -25,7 +31,15 @@ from navigation_bridge.names import SERVER_NODE_NAME
 
 __all__ = ["VehicleClient"]
 
-_VOLUME = ("volume_radius_m", "volume_altitude_min_m", "volume_altitude_max_m", "battery_reserve")
+# What is shown as it comes: type, topic, what a page is told of it.
+_SHOWN: tuple[tuple[Any, str, Callable[[Any], Any], QoSProfile], ...] = (
+    (BatteryState, "battery", facts.battery, STREAM_QOS),
+    (NavSatFix, "fix", facts.fix, STREAM_QOS),
+    (Fence, "fence", facts.fence, LATCHED_QOS),
+    (Fence, "flight_volume", facts.fence, LATCHED_QOS),
+    (StoredItems, "mission", facts.stored_items, LATCHED_QOS),
+    (StoredItems, "rally_points", facts.stored_items, LATCHED_QOS),
+)
 # A status comes once a second.
 _SILENT_S = 2.5
 _EVENTS = 40
@@ -62,7 +76,6 @@ class VehicleClient:
         self._jumps = (0, False)
         self._jumped = False
         self._plan_is_old = False
-        self._asked_volume = False
         self.requests = VehicleRequests(node, namespace, lambda: self.is_alive, now)
         self._listen(self._subscriptions, VehicleStatus, "vehicle_status", self._status)
         self._listen(self._subscriptions, GoalEvent, "goal_events", self._goal_event, STREAM_QOS)
@@ -93,10 +106,8 @@ class VehicleClient:
             return
         self._listen(self._streams, Odometry, "odometry", self._odometry, STREAM_QOS)
         self._listen(self._streams, MarkerArray, "obstacles", self._obstacles)
-        for kind, topic, fact in ((BatteryState, "battery", facts.battery),
-                                  (NavSatFix, "fix", facts.fix)):  # fmt: skip
-            show = partial(self._show, topic, fact)
-            self._listen(self._streams, kind, topic, show, STREAM_QOS)
+        for kind, topic, fact, qos in _SHOWN:
+            self._listen(self._streams, kind, topic, partial(self._show, topic, fact), qos)
         for action, kind in ACTIONS.items():
             self._streams.append(
                 self._node.create_subscription(
@@ -126,7 +137,6 @@ class VehicleClient:
         if self._server_id and message.server_id != self._server_id:
             self._tell(message.header.stamp, "server", "The server was restarted.")
             self._end_goal()
-            self._asked_volume = False
         self._server_id = message.server_id
         self._heard_s = self._now
         self._board.put(self._name, "status", facts.status(message))
@@ -137,8 +147,6 @@ class VehicleClient:
             if message.last_status_text:
                 self._tell(message.header.stamp, "vehicle", message.last_status_text)
         self._set_active(message.active_goal)
-        if not self._asked_volume:
-            self._ask_volume()
 
     def _set_active(self, goal_id: str) -> None:
         if goal_id == self._active:
@@ -221,19 +229,6 @@ class VehicleClient:
                 name = part.name.removeprefix(own)
                 if name in ("vehicle link", "GPS", "obstacle sensors", "control loop"):
                     self._board.put(self._name, name, facts.diagnostic(part))
-
-    def _ask_volume(self) -> None:
-        request = GetParameters.Request(names=list(_VOLUME))
-        self._asked_volume = self.requests.ask(
-            GetParameters, "get_parameters", request, self._take_volume
-        )
-
-    def _take_volume(self, answer: GetParameters.Response) -> None:
-        values = [value.double_value or float(value.integer_value) for value in answer.values]
-        if len(values) == len(_VOLUME):
-            radius, low, high, reserve = values
-            volume = {"radius": radius, "low": low, "high": high, "reserve": reserve}
-            self._board.put(self._name, "volume", volume)
 
     def look_for_replay(self, services: AbstractSet[str]) -> None:
         """Find the services of a recording that is played in the vehicle's place.

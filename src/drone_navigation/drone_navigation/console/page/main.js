@@ -7,6 +7,7 @@ import { Map2D } from "./map.js";
 import { setText, showPanel } from "./panel.js";
 import { Replay } from "./replay.js";
 import { Route } from "./route.js";
+import { missionPoints, showScene } from "./scene.js";
 import { drawSide } from "./side.js";
 import { Tiles } from "./tiles.js";
 import { WaypointList } from "./waypoints.js";
@@ -58,7 +59,8 @@ function scene() {
   const points = route.points.length ? route.points : active(v);
   return {
     vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
-    earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at, volume: v?.volume,
+    earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
+    volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
     others: others(v), active: active(v), editable: points,
   };
 }
@@ -71,6 +73,7 @@ function draw() {
 function fit() {
   const s = scene();
   const points = [...s.trail, ...s.plan, ...route.points.map((p) => [p.x, p.y]), ...s.active.map((p) => [p.x, p.y])];
+  points.push(...missionPoints(s.mission).map((p) => [p.x, p.y]));
   map.fit([...points, ...(s.vehicle ? [s.vehicle.at] : []), ...(s.home ? [s.home] : [])]);
 }
 
@@ -110,6 +113,7 @@ function show() {
   document.body.dataset.goal = v?.goal ?? "";
   document.body.dataset.control = mine() ? "mine" : String(holder ?? "");
   showPanel(link, v);
+  showScene(v);
   draw();
 }
 
@@ -192,6 +196,8 @@ function savePlan() {
   if (waypoints.length) send({ type: "save_plan", vehicle: chosen, waypoints });
 }
 
+const stored = (form) => vehicle()?.mission?.items.length && send({ type: "mission", vehicle: chosen, form });
+
 link.addEventListener("plan", ({ detail }) => {
   route.replace(detail.waypoints);
   fit();
@@ -240,6 +246,7 @@ const KEYS = [
   ["u", "Undo", () => route.undo()],
   ["o", "Open a .plan", () => $("file").click()],
   ["s", "Save a .plan", savePlan],
+  ["m", "Take the mission in the vehicle as route", () => stored("route")],
   ["+", "Zoom in", () => map.zoom(1.3)],
   ["-", "Zoom out", () => map.zoom(1 / 1.3)],
   ["f", "Follow the vehicle", () => map.setFollowing(!map.following)],
@@ -289,7 +296,7 @@ document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-sch
 for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMANDS[id]);
 const CLICKS = {
   take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan,
-  open: () => $("file").click(), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
+  open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),
 };
 for (const [id, act] of Object.entries(CLICKS)) $(id).onclick = act;

@@ -1,6 +1,7 @@
 // The map: metres, north up. Draws the scene and turns pointers into changes of the route.
 
 import { colours, label, prepared, roundStep } from "./colours.js";
+import { drawScene } from "./scene.js";
 
 const NEAR_PX = { mouse: 16, pen: 16, touch: 26 };
 const CLICK_PX = 5;
@@ -190,7 +191,7 @@ export class Map2D extends EventTarget {
     const tiled = this.tiles?.draw(context, this) ?? 0;
     this.canvas.dataset.view = `${this.view.x} ${this.view.y} ${this.view.scale}`;
     this.grid(context, width, height, tiled ? { ...c, grid: c.axis, axis: c.soft } : c);
-    if (scene.volume) this.circle(context, 0, 0, scene.volume.radius, { stroke: c.volume, dash: [12, 6] });
+    drawScene(this, context, scene, c);
     this.obstacles(context, scene.obstacles, c);
     for (const path of scene.earlier) this.line(context, path, c.earlier, 1.5, [3, 5]);
     this.canvas.dataset.trail = scene.trail.length;

@@ -26,11 +26,10 @@ function facts(v) {
   const gps = v.GPS;
   const satellites = gps?.satellites && gps.satellites !== "unknown" ? `, ${gps.satellites} satellites` : "";
   add("GPS", gps ? gps.message + satellites : "unknown", gps?.level === "error");
-  const reserve = v.volume ? ` (reserve ${Math.round(100 * v.volume.reserve)} %)` : "";
   const percent = v.battery?.percent;
   const volts = v.battery?.voltage ? `, ${v.battery.voltage} V` : "";
-  add("Battery", (percent === null || percent === undefined ? "unknown" : `${percent} %`) + volts + reserve,
-    percent !== null && percent !== undefined && v.volume !== undefined && percent < 100 * v.volume.reserve);
+  add("Battery", (percent === null || percent === undefined ? "unknown" : `${percent} %`) + volts,
+    percent !== null && percent !== undefined && percent < 100 * (status.reserve ?? 0));
   add("Speed", at ? `${number(v.motion.speed, 1, "m/s")}, climb ${number(v.motion.climb, 1, "m/s")}` : "unknown");
   if (at) add("Position", `east ${fixed(at[0], 1)}, north ${fixed(at[1], 1)} m`, !status.position_valid);
   else add("Position", "unknown", true);

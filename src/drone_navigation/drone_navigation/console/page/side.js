@@ -1,6 +1,7 @@
 // Heights from the side: where the vehicle has been (left) and what lies before it (right).
 
 import { colours, label, prepared, roundStep } from "./colours.js";
+import { drawLimits, drawMissionHeights, missionPoints } from "./scene.js";
 
 const PAST_PART = 0.3;
 const NEAR_M = 2;
@@ -55,7 +56,9 @@ export function drawSide(canvas, scene, drawn, dragged) {
   context.fillRect(0, 0, width, height);
   const here = scene.vehicle?.at;
   const numbered = drawn.length ? drawn : scene.active;
-  const ahead = drawn.length || !here ? numbered.map((p) => [p.x, p.y, p.z]) : planAhead(scene.plan, here);
+  // Without a goal or a route: the mission in the vehicle.
+  const mission = numbered.length ? [] : missionPoints(scene.mission).filter((p) => p.z !== null);
+  const ahead = mission.length ? mission.map((p) => [p.x, p.y, p.z]) : drawn.length || !here ? numbered.map((p) => [p.x, p.y, p.z]) : planAhead(scene.plan, here);
   const path = here ? [here, ...ahead] : ahead;
   const future = along(path);
   const past = along([...scene.trail, ...(here ? [here] : [])]);
@@ -97,7 +100,9 @@ export function drawSide(canvas, scene, drawn, dragged) {
   }
   line(past.map(([d, z]) => [d - flown, z]), c.trail, 3);
   context.restore();
-  line(future, drawn.length ? c.draft : c.plan, 2, drawn.length ? [] : [8, 4]);
+  drawLimits(context, scene, ground, left, right, py, c);
+  line(future, mission.length ? c.mission : drawn.length ? c.draft : c.plan, 2, drawn.length ? [] : [8, 4]);
+  drawMissionHeights(context, mission, future.slice(here ? 1 : 0).map(([d, z]) => [px(d), py(z)]), c);
   const marks = [];
   numbered.forEach((p, i) => {
     const d = drawn.length || !here ? future[here ? i + 1 : i][0] : passed(path, future, p.x, p.y);
