@@ -445,7 +445,7 @@ def test_fence_rally_points_and_mission_in_the_vehicle_are_shown_and_taken(
     )
     page.wait(f"{drawn} === 'fence 2 rally 1 mission 2'", _FLIGHT_S)
     assert "12 m above home" in page.text("mission-items")
-    page.click("mission-route")
+    page.press("m", "KeyM")
     page.wait("document.querySelectorAll('#waypoints li').length >= 3")
     taken = waypoints(page)[-2:]
     assert taken[0] == pytest.approx([5.0, 30.0, 12.0, 0.0], abs=0.4)
@@ -460,7 +460,7 @@ def test_fence_rally_points_and_mission_in_the_vehicle_are_shown_and_taken(
     assert len(plan["rallyPoints"]["points"]) == 1
     assert not page.value("document.getElementById('battery').hidden")
     assert "in reserve" in page.text("battery-text")
-    page.click("clear")
+    page.press("u", "KeyU")
     for kind in range(3):
         station.send(
             make("MISSION_CLEAR_ALL", target_system=1, target_component=1, mission_type=kind)

@@ -45,14 +45,14 @@ function hatch(map, context, area, colour) {
   context.restore();
 }
 
-function drawAreas(map, context, fence, colour, dash) {
+function drawAreas(map, context, fence, colour, dash, c) {
   for (const area of fence?.areas ?? []) {
     if (!area.points.length) continue;
     if (area.in_force && !area.inclusion) hatch(map, context, area, colour);
     outline(map, context, area);
     context.lineWidth = area.in_force ? 2 : 1.5;
     context.setLineDash(area.in_force ? dash : OFF_DASH);
-    context.strokeStyle = colour;
+    context.strokeStyle = area.in_force ? colour : c.soft;
     context.stroke();
     context.setLineDash([]);
   }
@@ -102,8 +102,8 @@ function drawRally(map, context, rally, c) {
 }
 
 export function drawScene(map, context, scene, c) {
-  drawAreas(map, context, scene.volume, c.volume, VOLUME_DASH);
-  drawAreas(map, context, scene.fence, c.known, FENCE_DASH);
+  drawAreas(map, context, scene.volume, c.volume, VOLUME_DASH, c);
+  drawAreas(map, context, scene.fence, c.known, FENCE_DASH, c);
   drawMission(map, context, scene.mission, c);
   drawRally(map, context, scene.rally, c);
   const count = (list) => list?.length ?? 0;
@@ -146,7 +146,7 @@ const FRAMES = { 0: "above sea level", 5: "above sea level", 3: "above home", 6:
 
 function describe(item) {
   const height = item.values[6];
-  const where = item.at && height !== null ? `, ${height} m ${FRAMES[item.frame] ?? ""}` : "";
+  const where = (item.at || height) && height !== null ? `, ${height} m ${FRAMES[item.frame] ?? ""}` : "";
   const first = item.values.slice(0, 4).filter((value) => value);
   return `${item.name}${where}${first.length ? ` (${first.join(", ")})` : ""}`;
 }
