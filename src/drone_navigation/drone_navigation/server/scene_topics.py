@@ -116,8 +116,8 @@ def _item(placed: SceneItem) -> StoredItem:
     item = placed.item
     message = StoredItem(number=placed.number, command=item.command, frame=item.frame)
     message.params = list(item.params)
-    scale = 1e-7 if has_place(item) else 1.0
-    message.latitude, message.longitude = item.x * scale, item.y * scale
+    unit = 1e7 if has_place(item) else 1.0
+    message.latitude, message.longitude = item.x / unit, item.y / unit
     message.altitude = item.z
     message.position = Point(**dict(zip("xyz", placed.position_enu_m, strict=True)))
     return message
