@@ -109,10 +109,10 @@ def item_of(message: Message) -> MissionItem:
 
 
 def has_place(item: MissionItem) -> bool:
-    """Return whether an item says where; 0, 0 is "where you are"."""
+    """Return whether an item says where on the earth; 0, 0 is "where you are"."""
     if item.frame == NO_FRAME or item.command in _PLACELESS:
         return False
-    return bool(item.x or item.y)
+    return bool(item.x or item.y) and abs(item.x) <= 900_000_000 and abs(item.y) <= 1_800_000_000
 
 
 HOME_PLACEHOLDER = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)

@@ -87,6 +87,7 @@ def test_items_become_areas_and_broken_groups_are_left_out() -> None:
         CircleArea((2000.0, 1000.0), 7.5, False),
     )
     assert areas_of([], _enu) == ()
+    assert areas_of([corner(5001, float("nan"), 0, 0)], _enu) == ()
 
 
 def test_a_plan_takes_its_laps_holds_and_speeds() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.protocols.mission.stored_lists import StoredLists, lists_taken
@@ -49,7 +51,7 @@ class Reading:
         return now
 
     def circle(self, now: float, radius_m: float = 50.0) -> None:
-        self.tell("MISSION_ITEM_INT", now, seq=0, command=5003, param1=radius_m)
+        self.tell("MISSION_ITEM_INT", now, seq=0, command=5003, param1=radius_m, param4=math.nan)
 
     def wait(self) -> float:
         deadline = self.reader.next_deadline()

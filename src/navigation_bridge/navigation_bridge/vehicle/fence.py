@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 from mavlink_vehicle.mission_items import MissionItem
@@ -34,7 +35,8 @@ def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) ->
     left = list(items)
     while left:
         item = left[0]
-        count = max(int(item.params[0]), 1) if item.command in _POLYGONS else 1
+        corners_are_told = item.command in _POLYGONS and math.isfinite(item.params[0])
+        count = max(int(item.params[0]), 1) if corners_are_told else 1
         group, left = left[:count], left[count:]
         if item.command in _CIRCLES:
             areas.append(CircleArea(place(item), item.params[0], _CIRCLES[item.command]))

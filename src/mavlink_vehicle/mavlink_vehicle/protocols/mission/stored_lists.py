@@ -185,8 +185,8 @@ class StoredLists:
             return
         kind = self._kind
         if end.result is TransferResult.DONE:
-            # The same list stays the same object.
-            if self._items.get(kind) != end.items:
+            # The same list stays the same object. NaN differs from itself, but its name does not.
+            if repr(self._items.get(kind)) != repr(end.items):
                 self._items[kind] = end.items
         elif end.result is TransferResult.REFUSED:
             self._items[kind] = ()  # this autopilot has no such list
