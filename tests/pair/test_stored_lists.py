@@ -148,13 +148,26 @@ def test_a_mission_of_our_own_is_known_without_reading_it_again() -> None:
     assert mission(flight)[-1].position_enu_m[:2] == pytest.approx(flight.far(20.0)[:2], abs=1.0)
 
 
-def test_a_station_that_begins_to_transfer_stops_our_reading() -> None:
-    flight = with_lists("px4")
-    flight.run_for(55.0)  # the next reading begins
+def reading(flight: SimulatedFlight) -> SimulatedFlight:
+    """Wait until a list is being read again."""
+    flight.run_for(55.0)
     flight.run_until(
         lambda: flight.sent[-1][1].get_type() in ("MISSION_REQUEST_LIST", "MISSION_REQUEST_INT"),
         10.0,
     )
+    return flight
+
+
+def test_the_end_of_our_reading_is_sent_before_our_upload_begins() -> None:
+    """A PX4 takes a later one for the end of the upload (mavlink_mission.cpp)."""
+    flight = reading(with_lists("px4"))
+    flight.vehicle.missions.upload(flight.vehicle.mission_items or (), flight.now)
+    sent = [message.get_type() for message in flight.vehicle.messages_to_send()]
+    assert [name for name in sent if name.startswith("MISSION")] == ["MISSION_ACK", "MISSION_COUNT"]
+
+
+def test_a_station_that_begins_to_transfer_stops_our_reading() -> None:
+    flight = reading(with_lists("px4"))
     message = make("MISSION_REQUEST_LIST", **TARGET, mission_type=0)
     message._header.srcSystem, message._header.srcComponent = 255, 190
     began = flight.now

@@ -151,6 +151,8 @@ class VehicleCore:
         )
         self._senders = (
             self._own_gap,
+            # A PX4 would take the end of a reading for the end of the upload that comes after it.
+            self._lists,
             self.slot,
             self._stream,
             self._sender,
@@ -158,7 +160,6 @@ class VehicleCore:
             self._requests,
             self._timesync,
             self._parameters,
-            self._lists,
         )
 
     # What is known
