@@ -112,10 +112,9 @@ class SavePlan(_ForVehicle):
 
 
 @dataclass(frozen=True)
-class StoredMission:
+class StoredMission(_ForVehicle):
     """Convert the mission in the vehicle into one of MISSION_FORMS."""
 
-    vehicle: str
     form: str
 
 
