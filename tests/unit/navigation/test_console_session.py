@@ -253,3 +253,22 @@ def test_the_mission_in_the_vehicle_becomes_a_route_or_a_file(autopilot: str, fi
         (16.5, 0.0),
     ]
     assert console.pilots.moved == []
+
+
+def test_each_vehicle_has_its_own_lists() -> None:
+    console = Console()
+    place = (-35.3630621, 149.1654374)
+    for vehicle, height_m in (("/", 12.0), ("/other", 20.0)):
+        item = _stored_item(1, 16, 3, 0.0, 0.0, 0.0, None, *place, height_m)
+        lists = {
+            "mission": {"items": [item]},
+            "fence": {"areas": []},
+            "rally_points": {"items": []},
+        }
+        status = {"status": {"autopilot": "ArduCopter"}, "home": HOME}
+        for name, value in {**status, **lists}.items():
+            console.board.put(vehicle, name, value)
+    for vehicle, up_m in (("/", 12.5), ("/other", 20.5)):
+        told = console.send(1, type="mission", vehicle=vehicle, form="route")
+        assert told is not None
+        assert told["waypoints"][0]["z"] == up_m
