@@ -37,6 +37,21 @@ class ConfigurationError(ValueError):
 
 
 @dataclass(frozen=True)
+class Underway:
+    """Where a vehicle is put as soon as it is ready, and how it moves there.
+
+    Attributes:
+        place_ned_m: from its home.
+        velocity_ned_m_s: what it has there; what drives has only the part along its nose.
+        moves: armed, and in the air if it flies: in GUIDED (PX4: Hold). Else it stands there.
+    """
+
+    place_ned_m: tuple[float, float, float]
+    velocity_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moves: bool = True
+
+
+@dataclass(frozen=True)
 class VehicleConfig:
     """One simulated vehicle.
 
@@ -52,6 +67,7 @@ class VehicleConfig:
         parameters: values other than the defaults.
         battery: the pack.
         battery_remaining: charge at start, 0..1.
+        underway: where it is put once it is ready, in place of a start from home; not for planes.
         faults: of its link.
         links: what its links are for: "gcs" (a ground station's) or "onboard" (a companion
             computer's). PX4 has streams of its own on each; ArduPilot says the same on all.
@@ -66,6 +82,7 @@ class VehicleConfig:
     parameters: Mapping[str, float] = field(default_factory=dict)
     battery: BatteryModel = field(default_factory=BatteryModel)
     battery_remaining: float = 1.0
+    underway: Underway | None = None
     faults: LinkFaults | None = None
     links: tuple[str, ...] = ("gcs",)
 
@@ -101,6 +118,13 @@ class VehicleConfig:
             0.0 <= self.battery_remaining <= 1.0,
             f"the battery's charge must be 0 to 1, not {self.battery_remaining}",
         )
+        if self.underway is not None:
+            _require(self.vehicle != "plane", "a plane cannot be put under way; let it take off")
+            numbers = (*self.underway.place_ned_m, *self.underway.velocity_ned_m_s)
+            _require(
+                all(map(math.isfinite, numbers)),
+                f"place and velocity under way must be numbers, not {self.underway}",
+            )
         _require(self.battery.cells >= 1, "the battery must have a cell")
         _require(
             0.0 <= self.battery.internal_resistance_ohm < 10.0,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mavlink_sitl.exchange import RangeReading, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
-from mavlink_sitl.physics.copter_pipeline import DT_S, Physics
+from mavlink_sitl.physics.copter_pipeline import Physics
 from mavlink_sitl.world import disturbance, range_finder, shapes
 from mavlink_sitl.world.model import RangeSensor, World
 
@@ -88,7 +88,7 @@ class Environment:
         self._gusts = disturbance.Gusts(world.wind, seed, physics.o, DRAW_S, rows)
         self._own_wind = np.zeros((physics.count, 3))
         self._dropouts = disturbance.Dropouts(world.gps, seed, rows)
-        self._draw_ticks = round(DRAW_S / DT_S)
+        self._draw_ticks = round(DRAW_S / physics.dt_s)
         self._check_tick = 0
         self._tick = 0
         self._uneven = bool(world.obstacles or world.ground.heights_m)
@@ -138,7 +138,7 @@ class Environment:
             self._feel_wind(tick % self._draw_ticks / self._draw_ticks)
         if not self._uneven or tick < self._check_tick:
             return []
-        self._shapes.move_to(tick * DT_S)
+        self._shapes.move_to(tick * self._physics.dt_s)
         position = self.positions()
         ground = self._ground_down(position)
         self._physics.ground_down_m = self._physics.o.pack(ground.tolist())
@@ -167,7 +167,7 @@ class Environment:
         apart = found.heights_apart(position[:, 2])
         room = np.hypot(np.maximum(gaps - VEHICLE_RADIUS_M, 0.0), apart)
         fastest = FASTEST_M_S + found.fastest_m_s
-        self._check_tick = tick + max(1, int(float(room.min()) / (fastest * DT_S)))
+        self._check_tick = tick + max(1, int(float(room.min()) / (fastest * self._physics.dt_s)))
         touching = (gaps < VEHICLE_RADIUS_M) & (apart < VEHICLE_HALF_HEIGHT_M)
         # On a roof one stands, one does not hit it.
         touching &= position[:, 2:3] > found.top_down_m + 1e-3
@@ -195,7 +195,7 @@ class Environment:
         found = self._shapes
         if not len(found):
             return TrueClearance(math.inf, "", False)
-        found.move_to(self._tick * DT_S)
+        found.move_to(self._tick * self._physics.dt_s)
         place = self.positions()[index : index + 1]
         apart = np.hypot(found.gaps(place), found.heights_apart(place[:, 2]))[0]
         nearest = int(apart.argmin())
@@ -216,7 +216,7 @@ class Environment:
     def _look(self, sensor: RangeSensor) -> Array:
         """The truth for all vehicles, shape (N, 361): along `range_finder.BODY_RAYS`."""
         physics = self._physics
-        self._shapes.move_to(self._tick * DT_S)
+        self._shapes.move_to(self._tick * self._physics.dt_s)
         motions = np.array([physics.motion(lane, truth=True) for lane in range(physics.count)])
         turn = range_finder.to_ned(*motions[:, 6:9].T)
         rays = np.einsum("nij,rj->nri", turn, range_finder.BODY_RAYS)

@@ -14,6 +14,7 @@ from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,
     ConfigurationError,
+    Underway,
     VehicleConfig,
 )
 from mavlink_sitl.dynamics.battery import BatteryModel
@@ -80,6 +81,11 @@ def _numbers(text: str, form: str) -> list[float]:
 def _home(text: str) -> tuple[GeoPoint, float]:
     values = _numbers(text, "LAT,LON,ALT_AMSL_M,HEADING_DEG")
     return GeoPoint(values[0], values[1], values[2]), values[3]
+
+
+def _underway(text: str) -> Underway:
+    north, east, up = _numbers(text, "NORTH,EAST,UP")
+    return Underway((north, east, -up))
 
 
 def _wind(text: str) -> Wind:
@@ -273,6 +279,12 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="NAME=NUMBER",
         help="set a firmware parameter, for example BATT_FS_LOW_ACT=2; may be repeated",
     )
+    add(
+        "--underway",
+        type=_underway,
+        metavar="NORTH,EAST,UP",
+        help="begin there, metres from home: armed, and hovering if it flies; not for planes",
+    )
     add("--quiet", action="store_true", help="print errors only")
     return parser
 
@@ -300,6 +312,7 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
             parameters=dict(options.param),
             battery=BatteryModel(**battery),
             battery_remaining=remaining,
+            underway=options.underway,
             faults=faults,
             links=_roles(options),
         )
@@ -370,7 +383,7 @@ def _joined(arguments: Sequence[str]) -> list[str]:
     waiting = list(arguments)
     while waiting:
         word = waiting.pop(0)
-        if word in ("--home", "--wind") and waiting:
+        if word in ("--home", "--wind", "--underway") and waiting:
             word = f"{word}={waiting.pop(0)}"
         joined.append(word)
     return joined

@@ -8,9 +8,9 @@ and time passes when `run_for` or `run_until` says so:
     simulation.link.write(frame)
     answer = simulation.link.read()
 
-A tick is 10 ms: controllers and bodies move at every tick, the firmware thinks at every
-fifth. What is written is acted on at once, at the simulated time of the writing. The same
-seed and the same writes at the same simulated times give the same bytes, however the time in
+A tick is 10 ms unless told otherwise: controllers and bodies move at every tick, the firmware
+thinks every 50 ms. What is written is acted on at once, at the simulated time of the writing. The
+same seed and the same writes at the same simulated times give the same bytes, however the time in
 between is cut into runs.
 """
 
@@ -38,8 +38,8 @@ from mavlink_sitl.world.model import World
 __all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
 
 TICK_US = round(DT_S * 1e6)
-AUTOPILOT_TICKS = 5
-SENSOR_TICKS = 20
+THINK_US = 50_000
+SENSOR_US = 200_000
 EPOCH_US = 1_767_225_600_000_000
 """Simulated time 0 in logs and GPS time: 1 January 2026, UTC"""
 TRUE_FIELDS = (
@@ -76,9 +76,11 @@ class Simulation:
         tlog: where to record all traffic, both directions.
         wind_ned_m_s: speed of the air; the world's when not given.
         world: what is around them, or the path of a world's file; a plain when not given.
+        tick_s: 0.01, or up to 0.05 to save time where the motion need not be exact; a whole part of
+            0.05.
 
     Raises:
-        ConfigurationError: the vehicles do not go together.
+        ConfigurationError: the vehicles do not go together, or there is no such tick.
         WorldError: the world's file is no world.
 
     Attributes:
@@ -92,6 +94,7 @@ class Simulation:
         tlog: BinaryIO | None = None,
         wind_ned_m_s: tuple[float, float, float] | None = None,
         world: World | str | Path | None = None,
+        tick_s: float = DT_S,
     ) -> None:
         configs = [VehicleConfig()] if vehicles is None else list(vehicles)
         if not configs:
@@ -100,10 +103,15 @@ class Simulation:
         packs = {config.battery for config in configs}
         if len(packs) > 1:
             raise ConfigurationError("all vehicles must have the same battery model")
+        self._tick_us = round(tick_s * 1e6)
+        if not self._tick_us > 0 or THINK_US % self._tick_us:
+            raise ConfigurationError(f"the tick must be a whole part of 0.05 s, not {tick_s} s")
+        self._think_ticks = THINK_US // self._tick_us
+        self._sensor_ticks = SENSOR_US // self._tick_us
         self._now_us = 0
         self._tick = 0
         self.world = _world(world, wind_ned_m_s)
-        self._fleets = make_fleets(configs, seed, self.world.wind.velocity_ned_m_s)
+        self._fleets = make_fleets(configs, seed, self.world.wind.velocity_ned_m_s, tick_s)
         berths = {row: fleet for fleet in self._fleets for row in fleet.rows}
         log = None if tlog is None else TlogWriter(tlog)
         self.vehicles = [
@@ -187,14 +195,14 @@ class Simulation:
         while not condition():
             if self._now_us >= limit_us:
                 return False
-            self.run_to_us(min(limit_us, (self._tick + 1) * TICK_US))
+            self.run_to_us(min(limit_us, (self._tick + 1) * self._tick_us))
         return True
 
     def run_to_us(self, time_us: int) -> None:
         """Let time pass until a moment in microseconds; a past one changes nothing."""
-        while (self._tick + 1) * TICK_US <= time_us:
+        while (self._tick + 1) * self._tick_us <= time_us:
             self._tick += 1
-            self._now_us = self._tick * TICK_US
+            self._now_us = self._tick * self._tick_us
             self._step()
         self._now_us = max(time_us, self._now_us)
         for vehicle in self.vehicles:
@@ -202,13 +210,13 @@ class Simulation:
 
     def _step(self) -> None:
         tick, now_us = self._tick, self._now_us
-        think = tick % AUTOPILOT_TICKS == 0
+        think = tick % self._think_ticks == 0
         for _, physics in self._fleets:
             physics.step()
-            if tick % SENSOR_TICKS == 0:
+            if tick % self._sensor_ticks == 0:
                 physics.step_sensors(now_us / 1e6)
             if think:
-                physics.step_batteries(AUTOPILOT_TICKS * DT_S)
+                physics.step_batteries(1e-6 * THINK_US)
         self._step_world()
         for vehicle in self.vehicles:
             if think or vehicle.wake_us <= now_us:
@@ -220,7 +228,7 @@ class Simulation:
                 vehicle = self.vehicles[fleet.rows[hit.lane]]
                 vehicle.now_us = self._now_us
                 vehicle.crash(hit.obstacle, hit.speed_m_s)
-            if self._tick % SENSOR_TICKS == 0:
+            if self._tick % self._sensor_ticks == 0:
                 for lane, fix in environment.gps_changes(self.time_s):
                     vehicle = self.vehicles[fleet.rows[lane]]
                     vehicle.now_us = self._now_us

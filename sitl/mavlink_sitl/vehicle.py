@@ -11,10 +11,11 @@ from typing import Protocol
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.config import Underway, VehicleConfig
 from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
     GRAVITY_M_S2,
+    ZERO,
     GpsReading,
     Guidance,
     Observation,
@@ -31,6 +32,7 @@ from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.physics.fleets import Fleet
 from mavlink_sitl.vehicle_body import VehicleBody
 
+_HEARTBEAT = 0
 REBOOT_US = 1_200_000
 """Silence from the acknowledgement of a reboot to the first HEARTBEAT"""
 
@@ -86,6 +88,7 @@ class SimulatedVehicle(VehicleBody):
         self._failures = Failures(self)
         self._boot_at_us: int | None = None
         self.wake_us = 0
+        self._underway = config.underway
         self._snapshot_cache: tuple[int, Snapshot] | None = None
         self.links = [self._make_link(place, seed) for place in range(len(config.links))]
         self.link = self.links[0]
@@ -155,6 +158,8 @@ class SimulatedVehicle(VehicleBody):
             copter = self.copter
             copter.update(self._observation())
             self._follow_resets(copter.estimator.resets)
+            if self._underway is not None and copter.started and copter.estimator.position_ok:
+                self._put_underway(self._underway)
             if copter.events:
                 self._flush_events()
                 self._plan_wake()
@@ -167,6 +172,15 @@ class SimulatedVehicle(VehicleBody):
                     server.tick(now_us)
             self._plan_wake()
             self._send_all()
+
+    def _put_underway(self, underway: Underway) -> None:
+        """Put it where it is to begin, once."""
+        self._underway = None
+        velocity = underway.velocity_ned_m_s if underway.moves else ZERO
+        self._physics.put(self._lane, underway.place_ned_m, velocity)
+        self.copter.observe(self._observation())
+        if underway.moves:
+            self.copter.begin_underway()
 
     def _moves_on(self, now_us: int) -> bool:
         """What is late on the links, and a start under way; whether the firmware runs."""
@@ -327,6 +341,12 @@ class SimulatedVehicle(VehicleBody):
     def pilot_throttle(self, raw_us: int) -> None:
         """The pilot moves the throttle stick: 1000 (lowest) to 2000."""
         self.copter.pilot.throttle_us = raw_us
+
+    def silence_streams(self) -> None:
+        """Stop all telemetry that comes unasked, until the next start; HEARTBEAT goes on."""
+        for server in self._servers:
+            server.streams.stop_all(but=_HEARTBEAT)
+        self._plan_wake()
 
     def power_cycle(self) -> None:
         """The firmware stops and starts again where the vehicle is, as after a crash of it."""

@@ -18,7 +18,9 @@ from mavlink_sitl.lanes import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
 
 DT_S = 0.01
+"""The usual step"""
 
+_VELOCITY = ("velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s")
 MISLED_PER_UPDATE = 0.2
 """Part of a receiver's error that the estimator takes over at each update, near enough EKF3"""
 
@@ -37,6 +39,7 @@ class PhysicsStart(NamedTuple):
         remaining: each vehicle's charge, 0..1.
         seed: of the sensors.
         wind_ned_m_s: speed of the air.
+        dt_s: the step, s.
     """
 
     yaw_rad: list[float]
@@ -44,6 +47,7 @@ class PhysicsStart(NamedTuple):
     remaining: list[float]
     seed: int
     wind_ned_m_s: Vector
+    dt_s: float = DT_S
 
 
 class Physics:
@@ -51,6 +55,7 @@ class Physics:
 
     Attributes:
         flies: they leave the ground, and lean.
+        dt_s: the step, s.
         body_model: what they are built like.
         gains: of their controllers.
         over_ground: the law of their motion over ground.
@@ -63,6 +68,7 @@ class Physics:
 
     def __init__(self, start: PhysicsStart) -> None:
         self.count = len(start.yaw_rad)
+        self.dt_s = start.dt_s
         self.o: Ops = ops_for(self.count)
         o = self.o
         zero = o.full(0.0)
@@ -110,10 +116,10 @@ class Physics:
     # Steps.
 
     def step(self) -> None:
-        """Controllers and bodies, DT_S onwards."""
-        o = self.o
+        """Controllers and bodies, a step onwards."""
+        o, dt_s = self.o, self.dt_s
         self.control, output = controller.step(
-            self.control, self.targets, self._belief(), DT_S, self.gains, o, self.over_ground
+            self.control, self.targets, self._belief(), dt_s, self.gains, o, self.over_ground
         )
         self.body = quadrotor.step(
             self.body,
@@ -125,11 +131,11 @@ class Physics:
             ),
             self.wind,
             self.ground_down_m,
-            DT_S,
+            dt_s,
             self.body_model,
             o,
         )
-        self.error = sensors.advance(self.error, DT_S)
+        self.error = sensors.advance(self.error, dt_s)
 
     def step_sensors(self, time_s: float) -> None:
         """The receivers' turn: once per sensor_model.update_s."""
@@ -307,18 +313,45 @@ class Physics:
 
     def stop_dead(self, index: int) -> None:
         """Stop a vehicle at once: it has hit something."""
-        self._zero(index, "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s")
+        self._zero(index, *_VELOCITY)
 
     def _zero(self, index: int, *names: str) -> None:
         """Let fields of a vehicle's body be 0."""
         lanes = {name: self.with_value(getattr(self.body, name), index, 0.0) for name in names}
         self.body = self.body._replace(**lanes)
 
+    def put(self, index: int, place_ned_m: Vector, velocity_ned_m_s: Vector) -> None:
+        """Put a vehicle somewhere, moving; one that flies hovers, or goes on, with motors on."""
+        north, east, down = place_ned_m
+        values = {"north_m": north, "east_m": east}
+        values |= zip(_VELOCITY, velocity_ned_m_s, strict=True)
+        if self.flies:
+            values |= {"down_m": down, "thrust_m_s2": GRAVITY_M_S2, "on_ground": False}
+        lanes = {
+            name: self.with_value(getattr(self.body, name), index, value)
+            for name, value in values.items()
+        }
+        self.body = self.body._replace(**lanes)
+        self._believe_truth(index)
+        if self.flies:
+            begun = control_state.initial(self._belief(), self.o)._replace(spool=self.o.full(1.0))
+            self.control = self._with_rows_of(self.control, begun, index)
+
+    def _with_rows_of(self, old: Any, new: Any, index: int) -> Any:
+        """What the controllers remember, with one vehicle's numbers from another memory."""
+        if isinstance(old, tuple):
+            pairs = zip(old, new, strict=True)
+            return type(old)._make(self._with_rows_of(was, now, index) for was, now in pairs)  # type: ignore[attr-defined]
+        return self.with_value(old, index, self.at(new, index))
+
     def put_at_origin(self, index: int) -> None:
         """Make where a vehicle is its origin: a firmware that starts again does that."""
         ground = self.at(self.ground_down_m, index) - self.at(self.body.down_m, index)
         self.ground_down_m = self.with_value(self.ground_down_m, index, ground)
         self._zero(index, "north_m", "east_m", "down_m")
+        self._believe_truth(index)
+
+    def _believe_truth(self, index: int) -> None:
         self.error = sensors.EstimateError(
             *(self.with_value(lane, index, 0.0) for lane in self.error)
         )

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.physics.copter_pipeline import Physics, PhysicsStart
+from mavlink_sitl.physics.copter_pipeline import DT_S, Physics, PhysicsStart
 from mavlink_sitl.physics.ground_pipeline import (
     BoatPhysics,
     Px4BoatPhysics,
@@ -45,7 +45,10 @@ class Fleet(NamedTuple):
 
 
 def make_fleets(
-    configs: Sequence[VehicleConfig], seed: int, wind_ned_m_s: tuple[float, float, float]
+    configs: Sequence[VehicleConfig],
+    seed: int,
+    wind_ned_m_s: tuple[float, float, float],
+    dt_s: float = DT_S,
 ) -> list[Fleet]:
     """Sort vehicles by kind, in the order in which the kinds first appear."""
     rows: dict[str, list[int]] = {}
@@ -61,6 +64,7 @@ def make_fleets(
                     [configs[row].battery_remaining for row in places],
                     seed + 1_000_003 * number,  # each kind draws other noise
                     wind_ned_m_s,
+                    dt_s,
                 )
             ),
         )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 from mavlink_sitl.autopilot.control import drive_controller
 from mavlink_sitl.autopilot.px4.rover import drive_law
 from mavlink_sitl.dynamics import boat, rover, sih_rover
+from mavlink_sitl.exchange import Vector
 from mavlink_sitl.guidance import DriveGuidance
 from mavlink_sitl.lanes import Lane
-from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.traveller_pipeline import TravellerPhysics
 from mavlink_sitl.world import sensors
 
@@ -31,23 +32,33 @@ class RoverPhysics(TravellerPhysics):
     body_model: Any = rover.RoverModel()
 
     def step(self) -> None:
-        """Controllers and bodies, DT_S onwards."""
+        """Controllers and bodies, a step onwards."""
         body = self.body
         moves = drive_controller.DriveBody(body.forward_m_s, body.yaw_rad, body.yaw_rate_rad_s)
         self._control, throttle, steering = self.law.step(
-            self._control, self._told_lanes, moves, DT_S, self.gains, self.o
+            self._control, self._told_lanes, moves, self.dt_s, self.gains, self.o
         )
         self.body = self._move(rover.GroundCommand(throttle * self.efficiency, steering))
-        self.error = sensors.advance(self.error, DT_S)
+        self.error = sensors.advance(self.error, self.dt_s)
 
     def _move(self, command: rover.GroundCommand) -> rover.GroundState:
-        return rover.step(self.body, command, self.ground_down_m, DT_S, self.body_model, self.o)
+        return rover.step(
+            self.body, command, self.ground_down_m, self.dt_s, self.body_model, self.o
+        )
 
     def servos(self, index: int) -> tuple[int, ...]:
         """SERVO_OUTPUT_RAW: steering on 1, throttle on 3."""
         steering = self.at(self.body.steering, index)
         throttle = self.at(self.body.throttle, index)
         return round(1500 + 500 * steering), 0, round(1500 + 500 * throttle), 0
+
+    def put(self, index: int, place_ned_m: Vector, velocity_ned_m_s: Vector) -> None:
+        """Put a vehicle somewhere, rolling along its nose."""
+        super().put(index, place_ned_m, velocity_ned_m_s)
+        yaw_rad = self.at(self.body.yaw_rad, index)
+        forward = velocity_ned_m_s[0] * math.cos(yaw_rad) + velocity_ned_m_s[1] * math.sin(yaw_rad)
+        lane = self.with_value(self.body.forward_m_s, index, forward)
+        self.body = self.body._replace(forward_m_s=lane)
 
     def stop_dead(self, index: int) -> None:
         """Stop a vehicle at once: it has hit something."""
@@ -78,7 +89,7 @@ class BoatPhysics(RoverPhysics):
 
     def _move(self, command: rover.GroundCommand) -> rover.GroundState:
         return boat.step(
-            self.body, command, self.wind, self.ground_down_m, DT_S, self.body_model, self.o
+            self.body, command, self.wind, self.ground_down_m, self.dt_s, self.body_model, self.o
         )
 
 
@@ -90,7 +101,9 @@ class Px4RoverPhysics(RoverPhysics):
     body_model = sih_rover.SihRoverModel()
 
     def _move(self, command: rover.GroundCommand) -> rover.GroundState:
-        return sih_rover.step(self.body, command, self.ground_down_m, DT_S, self.body_model, self.o)
+        return sih_rover.step(
+            self.body, command, self.ground_down_m, self.dt_s, self.body_model, self.o
+        )
 
 
 class Px4BoatPhysics(BoatPhysics):

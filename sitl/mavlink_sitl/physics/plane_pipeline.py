@@ -8,7 +8,6 @@ from mavlink_sitl.autopilot.control import glide_controller
 from mavlink_sitl.dynamics import plane
 from mavlink_sitl.guidance import GlideGuidance
 from mavlink_sitl.lanes import Lane
-from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.traveller_pipeline import TravellerPhysics
 from mavlink_sitl.world import sensors
 
@@ -32,15 +31,15 @@ class PlanePhysics(TravellerPhysics):
     body_model = plane.PlaneModel()
 
     def step(self) -> None:
-        """Controllers and bodies, DT_S onwards."""
+        """Controllers and bodies, a step onwards."""
         self._control, bank, climb, throttle = glide_controller.step(
-            self._control, self._told_lanes, self.body.airspeed_m_s, DT_S, self.gains, self.o
+            self._control, self._told_lanes, self.body.airspeed_m_s, self.dt_s, self.gains, self.o
         )
         command = plane.PlaneCommand(bank, climb, throttle * self.efficiency)
         self.body = plane.step(
-            self.body, command, self.wind, self.ground_down_m, DT_S, self.body_model, self.o
+            self.body, command, self.wind, self.ground_down_m, self.dt_s, self.body_model, self.o
         )
-        self.error = sensors.advance(self.error, DT_S)
+        self.error = sensors.advance(self.error, self.dt_s)
 
     def servos(self, index: int) -> tuple[int, ...]:
         """SERVO_OUTPUT_RAW: aileron, elevator, throttle, rudder."""

@@ -87,6 +87,11 @@ class Commander(Firmware):
         self.change_to(mode)
         return True
 
+    def hold_underway(self) -> None:
+        """See `Firmware`: GUIDED."""
+        guided = next(m for m in self._modes.values() if m.spec.behaviour == "guided")
+        self.change_to(guided)
+
     def may_begin(self, mode: Mode) -> bool:
         """Whether a mode has what it begins with; says what is missing."""
         if not isinstance(mode, Auto) or not mode.has_mission:

@@ -317,6 +317,18 @@ class Firmware(ABC):
         """Words for people."""
         self.events.append(StatusText(severity, text))
 
+    def begin_underway(self) -> None:
+        """Be armed, and in the air if it flies, as if it had got there by itself."""
+        self.arming.armed = True
+        self.arming.armed_at_s = self.now_s
+        self._landing.leave()
+        self.hold_underway()
+        self._settle()
+
+    @abstractmethod
+    def hold_underway(self) -> None:
+        """Enter the mode that holds and waits for orders, from where it is and as it moves."""
+
     def set_home(self, point: GeoPoint | None = None) -> None:
         """Home is there, or here."""
         if point is None:

@@ -234,6 +234,12 @@ class Px4Vehicle(Commander):
         self.intend(number)
         return Result.ACCEPTED
 
+    def hold_underway(self) -> None:
+        """See `Firmware`: AUTO.LOITER, and in flight for so long that home drifts no more."""
+        self.in_flight = True
+        self.took_off_at_s = self.arming.lift_began_s = self.boot_s - HOME_DRIFT_S
+        self.restart_mode(px4.LOITER)
+
     def intend(self, number: int) -> None:
         """Make a mode the intention; it takes over at once."""
         self.intention = number

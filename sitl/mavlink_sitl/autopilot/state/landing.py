@@ -40,6 +40,11 @@ class LandDetector:
         elif now_s - self._quiet_since_s >= LANDED_AFTER_S:
             self._set(True, now_s)
 
+    def leave(self) -> None:
+        """Be in the air, without a take-off."""
+        self.landed = False
+        self._quiet_since_s = None
+
     def _set(self, landed: bool, now_s: float) -> None:
         if landed and not self.landed:
             self.landed_since_s = now_s
