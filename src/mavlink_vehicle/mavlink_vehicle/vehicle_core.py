@@ -8,7 +8,7 @@ can be asked to do.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from mavlink_vehicle.codec import Message, mavlink, with_source
 from mavlink_vehicle.drag import Drag
@@ -224,6 +224,12 @@ class VehicleCore:
     def parameters(self) -> Mapping[str, float]:
         """The parameters of its profile's `wanted_parameters` that it has reported, by name."""
         return self._parameters.values
+
+    def read_parameters(self, names: Iterable[str], now: float) -> list[float | None]:
+        """Return any parameters; those not known yet are None, and are asked for."""
+        names = tuple(names)
+        self._parameters.ask(names, now)
+        return [self._parameters.value(name) for name in names]
 
     @property
     def fence_items(self) -> tuple[MissionItem, ...] | None:

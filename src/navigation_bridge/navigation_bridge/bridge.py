@@ -10,6 +10,7 @@ or a failsafe takes control. It does no I/O and reads no clock; the driver threa
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -70,6 +71,8 @@ __all__ = ["Bridge", "BridgeConfig"]
 
 # MAV_STATE (common.xml): the first state of a restarted autopilot.
 _MAV_STATE_BOOT = 1
+_PARAMETERS_MAX = 100
+_PARAMETER = re.compile("[A-Z0-9_]{1,16}")
 # Minimum interval of warnings about a late loop.
 _LATE_TOLD_S = 2.0
 _OF_ONE_MISSION = frozenset(
@@ -290,6 +293,17 @@ class Bridge:
         else:
             self._parking.give_up()
             self._desk.begin(number, service, now, mode)
+
+    def read_parameters(self, names: Sequence[str], now: float) -> list[float]:
+        """Return parameters of the vehicle; those not known yet are NaN, and are asked for.
+
+        Raises:
+            ValueError: a name that no parameter can have, or too many of them.
+        """
+        if len(names) > _PARAMETERS_MAX or not all(map(_PARAMETER.fullmatch, names)):
+            raise ValueError(f"Give at most {_PARAMETERS_MAX} names such as WPNAV_SPEED.")
+        values = self._vehicle.read_parameters(names, now)
+        return [math.nan if value is None else value for value in values]
 
     def shut_down(self, now: float) -> None:
         """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""

@@ -1,8 +1,9 @@
-"""Services of the navigation server: pause, resume, hold, arm, disarm, set_mode."""
+"""Services of the navigation server: pause, resume, hold, arm, disarm, and so on."""
 
 from __future__ import annotations
 
 import itertools
+import math
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -12,13 +13,14 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from custom_interfaces.srv import SetMode
+from custom_interfaces.srv import GetVehicleParameters, SetMode
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.fleet import DriverThread
 from navigation_bridge.goals.goal import ServiceDone
 from navigation_bridge.services import Service
+from navigation_core.geometry import Vector3
 
 _CALL_TIMEOUT_S = 2.0
 # Longer than a mode change and an arming may take (``VehicleConfig.operation_timeout_s`` each).
@@ -26,10 +28,10 @@ _DONE_TIMEOUT_S = 25.0
 
 
 class ServiceServers:
-    """Offers ``~/pause``, ``~/resume``, ``~/hold``, ``~/arm``, ``~/disarm``, ``~/set_mode``."""
+    """Offers the services below the node's name: ``~/pause``, ``~/hold`` and so on."""
 
     def __init__(self, node: Node, bridge: Bridge, driver: DriverThread, clock: Clock) -> None:
-        """Offer the services on ``node``: all are std_srvs/Trigger, but set_mode."""
+        """Offer the services on ``node``: most are std_srvs/Trigger."""
         self._bridge = bridge
         self._driver = driver
         self._clock = clock
@@ -55,6 +57,15 @@ class ServiceServers:
                 SetMode,
                 f"~/{Service.SET_MODE.value}",
                 partial(self._serve, Service.SET_MODE),
+                callback_group=group,
+            )
+        )
+
+        self._servers.append(
+            node.create_service(
+                GetVehicleParameters,
+                "~/get_vehicle_parameters",
+                self._read_parameters,
                 callback_group=group,
             )
         )
@@ -90,6 +101,20 @@ class ServiceServers:
             response.message = f"No answer from the vehicle within {_DONE_TIMEOUT_S:g} s."
         else:
             response.success, response.message = answer.success, answer.message
+        return response
+
+    def _read_parameters(self, request: Any, response: Any) -> Any:
+        def read() -> tuple[list[float], Vector3 | None]:
+            values = self._bridge.read_parameters(request.names, self._clock.now())
+            return values, self._bridge.vehicle.state.wind_ned_m_s
+
+        wind = None
+        try:
+            response.values, wind = self._driver.call(read, _CALL_TIMEOUT_S)
+        except (DriverError, ValueError):
+            response.values = [math.nan] * len(request.names)
+        north, east, down = wind or (math.nan, math.nan, math.nan)
+        response.wind.x, response.wind.y, response.wind.z = east, north, -down
         return response
 
     # --- driver thread -----------------------------------------------------------------

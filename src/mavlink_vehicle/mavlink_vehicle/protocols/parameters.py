@@ -9,6 +9,7 @@ until it is asked for again. A change may also be made where no PARAM_VALUE come
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
@@ -20,6 +21,8 @@ _VALUE = mavlink.MAVLink_param_value_message
 _RETRY_S = 1.0
 _ATTEMPTS = 8
 _AGAIN_S = 30.0
+# Others are asked for at somebody's request, not more often than this.
+_ASK_S, _ASK_KNOWN_S = 1.0, 30.0
 
 _INTEGERS = {
     mavlink.MAV_PARAM_TYPE_UINT8: "<Bxxx",
@@ -55,6 +58,8 @@ class ParameterReader:
         self._wanted: tuple[str, ...] = ()
         self._missing: list[str] = []
         self._values: dict[str, float] = {}
+        self._others: dict[str, float] = {}
+        self._asked_s: dict[str, float] = {}
         self._attempts = 0
         self._deadline: float | None = None
         self._outbox: list[Message] = []
@@ -63,6 +68,10 @@ class ParameterReader:
     def values(self) -> Mapping[str, float]:
         """The known values, by name."""
         return MappingProxyType(self._values)
+
+    def value(self, name: str) -> float | None:
+        """Return a wanted value, or one that was asked for; None before it has come."""
+        return self._values.get(name, self._others.get(name))
 
     @property
     def reading(self) -> bool:
@@ -78,6 +87,22 @@ class ParameterReader:
         self._wanted = tuple(names)
         self.refresh(now)
 
+    def ask(self, names: Iterable[str], now: float) -> None:
+        """Ask once for parameters besides the wanted ones; `value` has the answers.
+
+        They are not among `values`, by which the vehicle is flown.
+
+        It may be called as often as one likes: what is known is asked for every 30 s, what has
+        not been answered every second.
+        """
+        if self._address is None or self._deadline is None:
+            return
+        for name in names:
+            again_s = _ASK_KNOWN_S if name in self._others else _ASK_S
+            if name not in self._wanted and now >= self._asked_s.get(name, -math.inf) + again_s:
+                self._asked_s[name] = now
+                self._request(name, self._address)
+
     def refresh(self, now: float) -> None:
         """Read everything again."""
         self._missing = list(self._wanted)
@@ -88,6 +113,8 @@ class ParameterReader:
     def forget(self) -> None:
         """Drop what is known: the autopilot restarted."""
         self._values.clear()
+        self._others.clear()
+        self._asked_s.clear()
 
     def pause(self) -> None:
         """Stop asking."""
@@ -96,7 +123,11 @@ class ParameterReader:
 
     def receive(self, message: Message, now: float) -> None:
         """Process a value, whoever asked for it or changed it."""
-        if message.__class__ is not _VALUE or message.param_id not in self._wanted:
+        if message.__class__ is not _VALUE:
+            return
+        if message.param_id not in self._wanted:
+            if message.param_id in self._asked_s:
+                self._others[message.param_id] = decode_value(message, self._bytewise)
             return
         self._values[message.param_id] = decode_value(message, self._bytewise)
         if message.param_id in self._missing:
@@ -122,15 +153,18 @@ class ParameterReader:
         self._attempts += 1
         self._deadline = now + _RETRY_S
         for name in self._missing:
-            self._outbox.append(
-                make(
-                    "PARAM_REQUEST_READ",
-                    target_system=self._address.target_system,
-                    target_component=self._address.target_component,
-                    param_id=name.encode("ascii"),
-                    param_index=-1,
-                )
+            self._request(name, self._address)
+
+    def _request(self, name: str, address: Address) -> None:
+        self._outbox.append(
+            make(
+                "PARAM_REQUEST_READ",
+                target_system=address.target_system,
+                target_component=address.target_component,
+                param_id=name.encode("ascii"),
+                param_index=-1,
             )
+        )
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent."""

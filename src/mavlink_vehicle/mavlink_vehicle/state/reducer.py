@@ -240,6 +240,21 @@ def _terrain_report(state: VehicleState, message: Message, _now: float) -> Vehic
     return state if ready == state.terrain_ready else evolve(state, {"terrain_ready": ready})
 
 
+def _wind(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    """Process ArduPilot's WIND, which has the direction that it comes from."""
+    from_rad = math.radians(message.direction)
+    towards = (-math.cos(from_rad), -math.sin(from_rad))
+    wind = (message.speed * towards[0], message.speed * towards[1], message.speed_z)
+    return evolve(state, {"wind_ned_m_s": wind}) if _finite(wind) else state
+
+
+def _wind_cov(state: VehicleState, message: Message, _now: float) -> VehicleState:
+    """Process PX4's WIND_COV, a velocity."""
+    up_or_down = message.wind_z if math.isfinite(message.wind_z) else 0.0
+    wind = (message.wind_x, message.wind_y, up_or_down)
+    return evolve(state, {"wind_ned_m_s": wind}) if _finite(wind) else state
+
+
 _Reducer = Callable[[VehicleState, Message, float], VehicleState]
 _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_heartbeat_message: heartbeat,
@@ -260,6 +275,8 @@ _REDUCERS: dict[type, _Reducer] = {
     mavlink.MAVLink_estimator_status_message: _estimator,
     mavlink.MAVLink_mission_current_message: _mission_current,
     mavlink.MAVLink_mission_item_reached_message: _mission_item_reached,
+    mavlink.MAVLink_wind_message: _wind,
+    mavlink.MAVLink_wind_cov_message: _wind_cov,
     mavlink.MAVLink_autopilot_version_message: autopilot_version,
     mavlink.MAVLink_statustext_message: status_text,
 }

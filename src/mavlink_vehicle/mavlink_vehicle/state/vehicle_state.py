@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.positions.frames import Vector3
 from mavlink_vehicle.state.status_text import StatusText, StatusTexts
 from mavlink_vehicle.state.telemetry import (
     Attitude,
@@ -48,6 +49,7 @@ class VehicleState:
         mission: how the stored mission stands.
         terrain_ready: whether it has the terrain around it, by TERRAIN_REPORT; None when it does
             not say.
+        wind_ned_m_s: velocity of the air as the vehicle estimates it; None before it tells.
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
         prearm_ok: whether the autopilot would arm, None when it doesn't tell.
         boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
@@ -90,6 +92,7 @@ class VehicleState:
     ground_altitude_amsl_m: float | None = None
     ground_down_m: float | None = None
     terrain_ready: bool | None = None
+    wind_ned_m_s: Vector3 | None = None
     sensors_health: int | None = None
     prearm_ok: bool | None = None
     firmware_version: str | None = None

@@ -1,0 +1,94 @@
+"""Rehearses goals for another program: ``python -m flight_rehearsal``.
+
+One JSON object per line. In: an order with a `number` (`order.py`). Out: first a greeting that
+names the parameters to ask for; for each order its number with `rehearsal`, then with `lost`, or
+with `error`. A newer order takes the place of an older one. It ends with its input.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import queue
+import sys
+import threading
+import time
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any, TextIO
+
+from flight_rehearsal.decisive import SERVER_PARAMETERS, VEHICLE_PARAMETERS
+from flight_rehearsal.order import OrderError, read_order
+from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
+
+_GIVE_UP_S = 10.0
+
+
+class _Orders:
+    """The lines that come in; only the newest counts."""
+
+    def __init__(self, lines: Iterable[str]) -> None:
+        self._lines = lines
+        self._queue: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        for line in self._lines:
+            self._queue.put(line)
+        self._queue.put(None)
+
+    @property
+    def superseded(self) -> bool:
+        """Whether another one waits."""
+        return not self._queue.empty()
+
+    def newest(self) -> str | None:
+        """Wait for an order; None at the end."""
+        line = self._queue.get()
+        while line is not None and not self._queue.empty():
+            line = self._queue.get()
+        return line
+
+
+def main() -> int:
+    """Serve until the input ends."""
+    orders = _Orders(sys.stdin)
+    _tell(sys.stdout, server=SERVER_PARAMETERS, vehicle=VEHICLE_PARAMETERS)
+    while (line := orders.newest()) is not None:
+        # Nothing that one rehearsal makes is cyclic garbage worth looking for during it.
+        gc.disable()
+        _serve(line, orders)
+        gc.enable()
+        gc.collect()
+    return 0
+
+
+def _serve(line: str, orders: _Orders) -> None:
+    number = None
+    began_s = time.monotonic()
+
+    def is_over() -> bool:
+        return orders.superseded or time.monotonic() > began_s + _GIVE_UP_S
+
+    try:
+        number = json.loads(line).get("number")
+        order = read_order(line)
+        flown = rehearse(order, is_over)
+        _tell(sys.stdout, number=number, rehearsal=asdict(flown))
+        if flown.accepted:
+            lost = lose_link(order, 0.5 * flown.duration_s, is_over)
+            _tell(sys.stdout, number=number, lost=asdict(lost))
+    except StoppedError:
+        if not orders.superseded:
+            _tell(sys.stdout, number=number, error=f"It took longer than {_GIVE_UP_S:g} s.")
+    except OrderError as error:
+        _tell(sys.stdout, number=number, error=str(error))
+
+
+def _tell(out: TextIO, **message: Any) -> None:
+    out.write(json.dumps(message) + "\n")
+    out.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

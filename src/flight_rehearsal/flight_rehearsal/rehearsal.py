@@ -1,0 +1,174 @@
+"""An order flown, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from flight_rehearsal.order import Order
+from flight_rehearsal.stage import Stage
+from navigation_bridge.goals.requests import (
+    NavigateRequest,
+    Request,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from navigation_core.geometry import Vector3, distance
+from navigation_core.mapping.obstacles import Obstacles
+
+__all__ = ["Lost", "Rehearsal", "StoppedError", "lose_link", "rehearse"]
+
+FLIGHT_MAX_S = 3600.0
+_LOST_MAX_S = 600.0
+_GOAL_ID = 32 * "0"
+_STEP_M = 0.5
+_STILL_M_S = 0.05
+_STILL_S = 30.0
+"""Longer than failsafes wait for a link (FS_GCS_TIMEOUT, COM_DL_LOSS_T)"""
+IsOver = Callable[[], bool]
+
+
+class StoppedError(Exception):
+    """Nobody wants the result any more."""
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """How the goal would go.
+
+    Attributes:
+        code: of the rejection or the end, as the server names it.
+        text: a sentence about it.
+        accepted: whether the goal would be taken.
+        path_enu_m: where the vehicle would be, beginning where it is.
+        duration_s: from the goal to its end.
+        battery: charge at the end, from 0 to 1.
+        clearance_m: least distance of its hull from an obstacle; None without obstacles.
+    """
+
+    code: str
+    text: str
+    accepted: bool
+    path_enu_m: tuple[Vector3, ...] = ()
+    duration_s: float = 0.0
+    battery: float = 0.0
+    clearance_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What would follow from a loss of the link.
+
+    Attributes:
+        mode: the last mode in which motors run.
+        position_enu_m: where it would end.
+        landed: whether it would be there with its motors off.
+        path_enu_m: the way there from where the link was lost.
+    """
+
+    mode: str
+    position_enu_m: Vector3
+    landed: bool
+    path_enu_m: tuple[Vector3, ...]
+
+
+def rehearse(order: Order, is_over: IsOver = lambda: False) -> Rehearsal:
+    """Fly an order.
+
+    Args:
+        order: what to fly.
+        is_over: is asked now and then whether to stop.
+
+    Raises:
+        OrderError: it cannot be rehearsed.
+        StoppedError: `is_over`.
+    """
+    stage = Stage(order)
+    rejection = _begin(stage, order)
+    if rejection is not None:
+        return rejection
+    began_s, path = stage.now, [stage.position_enu_m]
+    while not stage.ends and stage.now < began_s + FLIGHT_MAX_S:
+        _go_on(stage, is_over)
+        _extend(path, stage)
+    path.append(stage.position_enu_m)
+    known = Obstacles.of(stage.config.bridge.obstacles.known.placed(lambda place: place))
+    clearance_m = None
+    if len(known):
+        hull_m = stage.config.bridge.obstacles.vehicle_radius_m
+        clearance_m = max(float(known.clearance_m(np.array(path)).min()) - hull_m, 0.0)
+    code, text = "UNFINISHED", f"It would take longer than {FLIGHT_MAX_S:g} s."
+    if stage.ends:
+        code, text = stage.ends[0].code.value, stage.ends[0].message
+    return Rehearsal(code, text, True, tuple(path), stage.now - began_s, stage.battery, clearance_m)
+
+
+def lose_link(order: Order, after_s: float, is_over: IsOver = lambda: False) -> Lost:
+    """Fly an order again, and lose the link for good some time after its start.
+
+    Args:
+        order: what to fly; it was accepted.
+        after_s: how long after the goal the link is lost.
+        is_over: is asked now and then whether to stop.
+
+    Raises:
+        OrderError: it cannot be rehearsed.
+        StoppedError: `is_over`.
+    """
+    stage = Stage(order)
+    _begin(stage, order)
+    lost_s = stage.now + after_s
+    while stage.now < lost_s:
+        _go_on(stage, is_over)
+    stage.link_up = False
+    copter, mode = stage.simulated.copter, ""
+    path, still_s = [stage.position_enu_m], stage.now
+    while copter.armed and stage.now < min(lost_s + _LOST_MAX_S, still_s + _STILL_S):
+        mode = copter.mode.spec.name
+        _go_on(stage, is_over)
+        _extend(path, stage)
+        if stage.speed_m_s > _STILL_M_S:
+            still_s = stage.now
+    path.append(stage.position_enu_m)
+    return Lost(mode, path[-1], not copter.armed, tuple(path))
+
+
+def _go_on(stage: Stage, is_over: IsOver) -> None:
+    stage.tick()
+    if is_over():
+        raise StoppedError
+
+
+def _begin(stage: Stage, order: Order) -> Rehearsal | None:
+    request = _request(order)
+    rejection = stage.bridge.check(request, stage.now)
+    if rejection is not None:
+        return Rehearsal(rejection.code.value, rejection.message, False)
+    stage.bridge.start_goal(_GOAL_ID, request, stage.now)
+    return None
+
+
+def _request(order: Order) -> Request:
+    """The request that the console sends."""
+    first = order.waypoints[0]
+    if len(order.waypoints) == 1 and not first.hold_time_s and order.laps == 1:
+        facing_travel = (0.0, 0.0, 0.0, 0.0)
+        return NavigateRequest(
+            "map", first.position_enu_m, facing_travel, order.avoid_obstacles, order.speed_m_s
+        )
+    return WaypointsRequest(
+        tuple(
+            WaypointRequest(w.position_enu_m, hold_time_s=w.hold_time_s) for w in order.waypoints
+        ),
+        laps=order.laps,
+        max_speed_m_s=order.speed_m_s,
+        avoid_obstacles=order.avoid_obstacles,
+    )
+
+
+def _extend(path: list[Vector3], stage: Stage) -> None:
+    place = stage.position_enu_m
+    if distance(path[-1], place) >= _STEP_M:
+        path.append(place)

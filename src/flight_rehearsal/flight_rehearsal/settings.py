@@ -1,0 +1,124 @@
+"""What an order makes of the server's settings, the simulated vehicle's and the world's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from flight_rehearsal.decisive import SERVER_PARAMETERS
+from flight_rehearsal.order import Order
+from mavlink_sitl.config import DEFAULT_HOME, Underway, VehicleConfig
+from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.world.model import Wind, World
+from navigation_bridge.configuration.known_obstacles import KnownObstacles
+from navigation_bridge.configuration.make_config import ServerConfig, make_config
+
+__all__ = ["home_point", "origin_of", "server_config", "vehicle_config", "world"]
+
+_FAST: Mapping[str, Any] = {
+    "setpoint_rate_hz": 5.0,
+    "feedback_rate_hz": 1.0,
+    "position_rate_hz": 5.0,
+}
+_RATES_HZ = {
+    "GLOBAL_POSITION_INT": 5.0,
+    "LOCAL_POSITION_NED": 5.0,
+    "EXTENDED_SYS_STATE": 5.0,
+    "SYS_STATUS": 1.0,
+    "BATTERY_STATUS": 0.5,
+    "ATTITUDE": 5.0,
+    "HOME_POSITION": 0.5,
+    "CURRENT_MODE": 5.0,
+}
+_ENDURANCE_S = 900.0
+"""Of a full battery, as the server's battery_endurance_s has it"""
+_POLYGONS = 4
+"""Of FENCE_TYPE: the fence's areas, which no order has"""
+
+
+def server_config(order: Order) -> ServerConfig:
+    """Return the server's settings, with all obstacles as known ones, at low rates.
+
+    Raises:
+        ConfigurationError: they cannot be used.
+    """
+    given = {k: v for k, v in (order.server or {}).items() if k in SERVER_PARAMETERS}
+    config = make_config({**given, **_FAST})
+    items: list[Mapping[str, Any]] = []
+    for x, y, radius, bottom, top in order.posts:
+        items.append(
+            {"kind": "cylinder", "at_m": [x, y], "radius_m": radius, "bottom_m": bottom,
+             "height_m": top - bottom}
+        )  # fmt: skip
+    for x, y, length, width, yaw_rad, bottom, top in order.boxes:
+        items.append(
+            {"kind": "box", "at_m": [x, y], "size_m": [2.0 * length, 2.0 * width],
+             "yaw_deg": math.degrees(yaw_rad), "bottom_m": bottom, "height_m": top - bottom}
+        )  # fmt: skip
+    obstacles = replace(config.bridge.obstacles, known=KnownObstacles(items=tuple(items)))
+    return replace(
+        config,
+        vehicle=replace(config.vehicle, message_rates_hz=_RATES_HZ, optional_rates_hz={}),
+        bridge=replace(config.bridge, obstacles=obstacles),
+    )
+
+
+def home_point(order: Order) -> GeoPoint | None:
+    """Return where home is on the earth, if that is known."""
+    home = order.home
+    return home and GeoPoint(home.latitude_deg, home.longitude_deg, home.altitude_amsl_m)
+
+
+def origin_of(order: Order, kind: str, autopilot: str) -> GeoPoint:
+    """Return the place of the map's origin on the earth: home's place there and in the map tell."""
+    point = home_point(order)
+    if order.home is None or point is None:
+        return DEFAULT_HOME
+    east, north, up = order.home.position_enu_m
+    projection = VehicleConfig(kind, autopilot).personality().projection
+    return LocalFrame(point, projection).to_geodetic(-north, -east, up)
+
+
+def vehicle_config(order: Order, kind: str, autopilot: str, origin: GeoPoint) -> VehicleConfig:
+    """Return the simulated vehicle: where and as the real one is.
+
+    Raises:
+        ConfigurationError: it cannot be.
+    """
+    east, north, up = order.position_enu_m
+    v_east, v_north, v_up = order.velocity_enu_m_s
+    moves = order.armed and (order.flying or kind != "copter")
+    parameters = dict(order.parameters or {})
+    if "FENCE_TYPE" in parameters:
+        parameters["FENCE_TYPE"] = int(parameters["FENCE_TYPE"]) & ~_POLYGONS
+    if autopilot == "px4" and "SIM_BAT_DRAIN" not in parameters:  # a real one
+        endurance_s = float((order.server or {}).get("battery_endurance_s", _ENDURANCE_S))
+        parameters |= {"SIM_BAT_DRAIN": endurance_s, "SIM_BAT_MIN_PCT": 0.0}
+    capacity_mah = parameters.get("BATT_CAPACITY", 0.0)
+    battery = BatteryModel()
+    if capacity_mah > 0.0:
+        battery = battery._replace(capacity_mah=capacity_mah)
+    return VehicleConfig(
+        kind,
+        autopilot,
+        home=origin,
+        heading_deg=90.0 - math.degrees(order.yaw_enu_rad),
+        ready_after_s=0.0,
+        parameters=parameters,
+        battery=battery,
+        battery_remaining=order.battery,
+        underway=Underway((north, east, -up), (v_north, v_east, -v_up), moves),
+    )
+
+
+def world(order: Order, kind: str, origin: GeoPoint) -> World:
+    """Return a plain on which the vehicle stands, or its home, and the wind."""
+    up_m = order.home.position_enu_m[2] if order.home else 0.0
+    if not order.flying or kind != "copter":
+        up_m = order.position_enu_m[2]
+    east, north, up = order.wind_enu_m_s
+    ground = origin._replace(altitude_amsl_m=origin.altitude_amsl_m + up_m)
+    return World(origin=ground, wind=Wind((north, east, -up)))

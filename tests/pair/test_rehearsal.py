@@ -1,0 +1,215 @@
+"""A goal that is rehearsed goes as it is then flown: the same code, only faster."""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+from dataclasses import replace
+
+import pytest
+
+from flight_rehearsal.decisive import KINDS, SERVER_PARAMETERS, VEHICLE_PARAMETERS
+from flight_rehearsal.order import HomePoint, Order, OrderError, RouteWaypoint
+from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
+from flight_rehearsal.stage import Stage
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.dynamics.battery import BatteryModel
+from navigation_bridge.configuration.parameter_table import SPECS
+from navigation_core.geometry import Vector3, distance
+from tests.support.flights.simulated_flight import SimulatedFlight
+
+GOALS = 7
+ERROR_MAX = 0.05
+SERVER = {"arming": "auto", "battery_policy": "ignore"}
+COPTER = Order(
+    "ArduCopter",
+    (RouteWaypoint((20.0, 10.0, 6.0)),),
+    position_enu_m=(0.0, 0.0, 5.0),
+    armed=True,
+    flying=True,
+    battery=0.8,
+    server=SERVER,
+)
+ROUTE = (
+    RouteWaypoint((10.0, 0.0, 5.0)),
+    RouteWaypoint((10.0, 10.0, 8.0), 2.0),
+    RouteWaypoint((0.0, 10.0, 5.0)),
+)
+POST = (10.0, 0.0, 1.0, 0.0, 20.0)
+
+
+def order_of(flight: SimulatedFlight, name: str, goal: Vector3, speed_m_s: float) -> Order:
+    """Return what a console would know of a flight at this moment."""
+    pose, state = flight.bridge.pose, flight.vehicle.state
+    assert pose is not None
+    assert state.local_position is not None
+    assert state.battery is not None
+    assert state.home is not None
+    home_at = flight.bridge.home_enu_m
+    assert home_at is not None
+    north, east, down = state.local_position.velocity_ned_m_s
+    home = state.home
+    return Order(
+        name,
+        (RouteWaypoint(goal),),
+        position_enu_m=pose.position_enu_m,
+        yaw_enu_rad=pose.yaw_enu_rad,
+        velocity_enu_m_s=(east, north, -down),
+        armed=state.armed,
+        flying=pose.position_enu_m[2] > 0.5,
+        battery=state.battery.remaining or 1.0,
+        home=HomePoint(home.latitude_deg, home.longitude_deg, home.altitude_amsl_m, home_at),
+        speed_m_s=speed_m_s,
+        server=SERVER,
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "vehicle"),
+    [
+        ("ArduCopter", VehicleConfig(ready_after_s=1.0)),
+        ("PX4 multicopter", VehicleConfig(autopilot="px4", ready_after_s=1.0)),
+        ("ArduRover", VehicleConfig(vehicle="rover", ready_after_s=1.0)),
+    ],
+    ids=["ardupilot", "px4", "rover"],
+)
+def test_a_goal_takes_as_long_as_it_was_rehearsed(name: str, vehicle: VehicleConfig) -> None:
+    """The first goal of a copter begins on the ground."""
+    flight = SimulatedFlight(simulated=vehicle, battery_policy="ignore").ready()
+    rng = random.Random(5)
+    errors = []
+    for _ in range(GOALS):
+        up = 0.0 if name == "ArduRover" else rng.uniform(3.0, 20.0)
+        goal = (rng.uniform(-40.0, 40.0), rng.uniform(-40.0, 40.0), up)
+        speed_m_s = rng.choice((0.0, 2.0, 5.0))
+        rehearsed = rehearse(order_of(flight, name, goal, speed_m_s))
+        assert rehearsed.code == "SUCCESS", rehearsed.text
+        goal_id, began_s = flight.send(*goal, speed_m_s), flight.now
+        flight.run_until(lambda goal_id=goal_id: bool(flight.ends(goal_id)))  # type: ignore[misc]
+        flown_s = flight.now - began_s
+        errors.append(abs(rehearsed.duration_s - flown_s) / flown_s)
+        assert distance(rehearsed.path_enu_m[-1], flight.truth()[0]) < 1.0
+    assert statistics.median(errors) < ERROR_MAX, errors
+    assert max(errors) < 4.0 * ERROR_MAX, errors
+
+
+def test_the_battery_at_the_end_is_that_of_the_flight() -> None:
+    pack = BatteryModel(capacity_mah=2000.0)
+    vehicle = VehicleConfig(ready_after_s=1.0, battery=pack, battery_remaining=0.9)
+    flight = SimulatedFlight(simulated=vehicle, battery_policy="ignore").ready()
+    flight.fly_up()
+    order = order_of(flight, "ArduCopter", (60.0, 0.0, 10.0), 0.0)
+    rehearsed = rehearse(replace(order, parameters={"BATT_CAPACITY": 2000.0}))
+    flight.run_to_end(flight.send(60.0, 0.0, 10.0))
+    left = flight.simulation.vehicles[0].snapshot().battery.remaining_percent / 100.0
+    assert order.battery - left > 0.05
+    assert rehearsed.battery == pytest.approx(left, abs=0.015)
+
+
+@pytest.mark.parametrize("name", [name for name in KINDS if "boat" not in name])
+def test_a_route_with_a_hold_is_rehearsed(name: str) -> None:
+    up = 0.0 if "over" in name else 5.0
+    route = tuple(
+        replace(w, position_enu_m=(*w.position_enu_m[:2], w.position_enu_m[2] if up else 0.0))
+        for w in ROUTE
+    )
+    order = replace(COPTER, autopilot=name, waypoints=route, position_enu_m=(0.0, 0.0, up))
+    flown = rehearse(order)
+    assert flown.code == "SUCCESS", flown.text
+    assert distance(flown.path_enu_m[-1], route[-1].position_enu_m) < 1.0
+    again = rehearse(replace(order, laps=2))
+    assert again.duration_s > 1.5 * flown.duration_s
+
+
+def test_obstacles_are_flown_round_only_where_that_is_asked_for() -> None:
+    past = replace(COPTER, waypoints=(RouteWaypoint((20.0, 0.0, 5.0)),), posts=(POST,))
+    through = rehearse(past)
+    assert through.clearance_m == 0.0
+    round_it = rehearse(replace(past, avoid_obstacles=True))
+    assert round_it.code == "SUCCESS", round_it.text
+    assert round_it.clearance_m is not None
+    assert round_it.clearance_m > 0.5
+    assert round_it.duration_s > through.duration_s
+    box = (10.0, 0.0, 1.0, 1.0, 0.3, 0.0, 20.0)
+    boxed = rehearse(replace(past, posts=(), boxes=(box,), avoid_obstacles=True))
+    assert boxed.clearance_m is not None
+    assert boxed.clearance_m > 0.5
+    assert rehearse(COPTER).clearance_m is None
+
+
+def test_a_goal_from_the_ground_takes_off_and_one_that_may_not_is_rejected() -> None:
+    on_ground = replace(COPTER, position_enu_m=(4.0, 3.0, 0.0), armed=False, flying=False)
+    flown = rehearse(on_ground)
+    assert flown.code == "SUCCESS", flown.text
+    assert flown.path_enu_m[0] == pytest.approx((4.0, 3.0, 0.0), abs=0.1)
+    refused = rehearse(replace(on_ground, server={"arming": "never"}))
+    assert not refused.accepted
+    assert refused.code == "ARMING_NOT_ALLOWED"
+    assert refused.text.endswith(".")
+    far = rehearse(replace(COPTER, waypoints=(RouteWaypoint((9000.0, 0.0, 5.0)),)))
+    assert not far.accepted
+
+
+def test_wind_and_the_charge_decide_the_flight() -> None:
+    calm = rehearse(COPTER)
+    blown = rehearse(replace(COPTER, wind_enu_m_s=(-7.0, 0.0, 0.0)))
+    assert blown.battery < calm.battery < COPTER.battery
+    empty = rehearse(replace(COPTER, battery=0.05, server={"arming": "auto"}))
+    assert empty.code == "LOW_BATTERY"
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "mode", "landed_at"),
+    [
+        ("ArduCopter", {"FS_GCS_ENABLE": 0.0}, "GUIDED", None),
+        ("ArduCopter", {"FS_GCS_ENABLE": 1.0}, "RTL", (0.0, 0.0, 0.0)),
+        ("PX4 multicopter", {}, "AUTO.RTL", (0.0, 0.0, 0.0)),
+    ],
+)
+def test_a_lost_link_ends_as_the_failsafe_says(
+    name: str, parameters: dict[str, float], mode: str, landed_at: Vector3 | None
+) -> None:
+    far = (RouteWaypoint((80.0, 0.0, 5.0)),)
+    order = replace(COPTER, autopilot=name, parameters=parameters, waypoints=far)
+    lost = lose_link(order, 0.5 * rehearse(order).duration_s)
+    assert lost.mode == mode
+    assert lost.landed == (landed_at is not None)
+    if landed_at is not None:
+        assert distance(lost.position_enu_m, landed_at) < 1.0
+    else:
+        assert 40.0 < lost.position_enu_m[0] < 60.0
+    assert 30.0 < lost.path_enu_m[0][0] < 50.0
+
+
+def test_it_begins_as_the_vehicle_moves_and_where_the_map_lies() -> None:
+    home = HomePoint(47.4, 8.5, 488.0, (3.0, -2.0, -0.5))
+    order = replace(COPTER, home=home, velocity_enu_m_s=(2.0, 0.0, 0.0), yaw_enu_rad=1.0)
+    stage = Stage(order)
+    pose = stage.bridge.pose
+    assert pose is not None
+    assert pose.yaw_enu_rad == pytest.approx(1.0, abs=0.1)
+    assert stage.bridge.home_enu_m == pytest.approx((3.0, -2.0, -0.5), abs=0.05)
+    assert pose.position_enu_m == pytest.approx(order.position_enu_m, abs=3.0)
+    assert pose.position_enu_m[0] > 0.5
+
+
+def test_what_cannot_be_rehearsed_is_said() -> None:
+    with pytest.raises(OrderError, match="no rehearsal for ArduPlane"):
+        rehearse(replace(COPTER, autopilot="ArduPlane"))
+    with pytest.raises(OrderError, match="speed_max_m_s"):
+        rehearse(replace(COPTER, server={"speed_max_m_s": -1.0}))
+    with pytest.raises(OrderError, match="NO_SUCH"):
+        rehearse(replace(COPTER, parameters={"NO_SUCH": 1.0}))
+    with pytest.raises(StoppedError):
+        rehearse(COPTER, lambda: True)
+
+
+def test_the_parameters_that_are_asked_for_exist() -> None:
+    assert not [name for name in SERVER_PARAMETERS if name not in SPECS]
+    assert VEHICLE_PARAMETERS.keys() == KINDS.keys()
+    for name, (kind, autopilot) in KINDS.items():
+        known = {spec.name for spec in VehicleConfig(kind, autopilot).personality().parameters}
+        unknown = [each for each in VEHICLE_PARAMETERS[name] if each not in known]
+        assert not unknown, f"{name}: {unknown}"
+    assert not math.isnan(rehearse(COPTER).duration_s)
