@@ -33,6 +33,7 @@ pytestmark = [
 ]
 COPTER = Path(__file__).resolve().parents[1] / "data/copter_lowbatt.tlog"
 _FLIGHT_S = 60.0
+_REHEARSED_S = 30.0
 READY = "document.body.dataset.ready === 'true'"
 MINE = "document.body.dataset.control === 'mine'"
 IDLE = "document.body.dataset.goal === ''"
@@ -152,6 +153,24 @@ def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(page: Tab) -> None:
     assert page.value("document.getElementById('confirm').hidden")
     wait_for_end(page, before, "SUCCESS")
     assert "page " in page.text("events")
+
+
+def test_a_goal_is_rehearsed_before_it_is_confirmed(page: Tab) -> None:
+    code = "document.getElementById('rehearsal').dataset.code"
+    page.drag(on_map(page, 12.0, 8.0))
+    page.wait(f"{code} === 'SUCCESS'", _REHEARSED_S)
+    assert "% at the end" in page.text("rehearsal")
+    page.wait("document.getElementById('rehearsal').dataset.lost !== ''")
+    assert "Link lost half way" in page.text("rehearsal")
+    page.value(
+        "(() => { const up = document.querySelectorAll('#waypoints input')[2];"
+        " up.value = 900; up.dispatchEvent(new Event('change')); })()"
+    )
+    page.wait(f"{code} !== '' && {code} !== 'SUCCESS'", _REHEARSED_S)
+    assert "It would be rejected" in page.text("rehearsal")
+    assert page.value(IDLE)
+    page.value("document.getElementById('clear').click()")
+    page.wait("document.getElementById('rehearsal').hidden")
 
 
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import gc
 import json
-import queue
+import os
 import sys
 import threading
 import time
@@ -22,6 +22,7 @@ from flight_rehearsal.order import OrderError, read_order
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
 
 _GIVE_UP_S = 10.0
+_NICENESS = 5
 
 
 class _Orders:
@@ -29,29 +30,36 @@ class _Orders:
 
     def __init__(self, lines: Iterable[str]) -> None:
         self._lines = lines
-        self._queue: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._waiting: str | None = None
+        self._ended = False
+        self._changed = threading.Condition()
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
         for line in self._lines:
-            self._queue.put(line)
-        self._queue.put(None)
+            with self._changed:
+                self._waiting = line
+                self._changed.notify()
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
 
     @property
     def superseded(self) -> bool:
         """Whether another one waits."""
-        return not self._queue.empty()
+        return self._waiting is not None
 
     def newest(self) -> str | None:
         """Wait for an order; None at the end."""
-        line = self._queue.get()
-        while line is not None and not self._queue.empty():
-            line = self._queue.get()
+        with self._changed:
+            self._changed.wait_for(lambda: self._waiting is not None or self._ended)
+            line, self._waiting = self._waiting, None
         return line
 
 
 def main() -> int:
     """Serve until the input ends."""
+    os.nice(_NICENESS)  # what flies is more important
     orders = _Orders(sys.stdin)
     _tell(sys.stdout, server=SERVER_PARAMETERS, vehicle=VEHICLE_PARAMETERS)
     while (line := orders.newest()) is not None:
@@ -74,15 +82,24 @@ def _serve(line: str, orders: _Orders) -> None:
         number = json.loads(line).get("number")
         order = read_order(line)
         flown = rehearse(order, is_over)
-        _tell(sys.stdout, number=number, rehearsal=asdict(flown))
+        _tell(sys.stdout, number=number, rehearsal=_rounded(asdict(flown)))
         if flown.accepted:
             lost = lose_link(order, 0.5 * flown.duration_s, is_over)
-            _tell(sys.stdout, number=number, lost=asdict(lost))
+            _tell(sys.stdout, number=number, lost=_rounded(asdict(lost)))
     except StoppedError:
         if not orders.superseded:
             _tell(sys.stdout, number=number, error=f"It took longer than {_GIVE_UP_S:g} s.")
     except OrderError as error:
         _tell(sys.stdout, number=number, error=str(error))
+
+
+def _rounded(value: Any) -> Any:
+    """Return a result with its numbers to the centimetre, which is short."""
+    if isinstance(value, dict):
+        return {name: _rounded(each) for name, each in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [_rounded(each) for each in value]
+    return round(value, 2) if isinstance(value, float) else value
 
 
 def _tell(out: TextIO, **message: Any) -> None:

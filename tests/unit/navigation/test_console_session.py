@@ -11,7 +11,7 @@ import pytest
 from drone_navigation.console import plans
 from drone_navigation.console.board import Board
 from drone_navigation.console.lease import SILENCE_S
-from drone_navigation.console.messages import Command, Fly, PageWaypoint, Replay
+from drone_navigation.console.messages import Command, Fly, PageWaypoint, Rehearse, Replay
 from drone_navigation.console.session import Page, Rules
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
 
@@ -40,6 +40,9 @@ class FakePilots:
 
     def replay(self, replay: Replay, answer: Any) -> None:
         self.stopped.append(f"replay {replay.name} {replay.value:g}")
+
+    def rehearse(self, order: Rehearse, by: str, tell: Any) -> None:
+        tell({"type": "rehearsal", "number": order.number})
 
     def fly(self, order: Fly, by: str, answer: Any) -> None:
         self.moved.append(by)
@@ -272,3 +275,15 @@ def test_each_vehicle_has_its_own_lists() -> None:
         told = console.send(1, type="mission", vehicle=vehicle, form="route")
         assert told is not None
         assert told["waypoints"][0]["z"] == up_m
+
+
+def test_every_page_may_rehearse_and_nothing_moves() -> None:
+    console = Console()
+    goal = {"x": 1.0, "y": 2.0, "z": 3.0, "hold": 0.0}
+    order = {"vehicle": "/", "waypoints": [goal], "speed": 0.0, "laps": 1, "avoid": False}
+    told = console.send(2, type="rehearse", number=7, **order)
+    assert told == {"type": "rehearsal", "number": 7}
+    assert console.pilots.moved == []
+    told = console.send(2, type="rehearse", number=-1, **order)
+    assert told is not None
+    assert "number" in told["text"]

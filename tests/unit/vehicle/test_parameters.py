@@ -101,3 +101,35 @@ def test_integers_of_px4_stand_in_the_float_as_their_bytes(number: int) -> None:
 
 def test_integers_of_ardupilot_are_the_float() -> None:
     assert decode_value(value("FENCE_TYPE", 7.0, INT8), bytewise=False) == 7.0
+
+
+def test_others_are_read_once_for_whoever_asks_and_decide_nothing() -> None:
+    made = reader("A")
+    made.receive(value("A", 1.0), 0.1)
+    made.messages_to_send()
+    made.ask(["A", "B"], 1.0)
+    assert asked(made) == ["B"], "A is read anyway"
+    assert made.value("B") is None
+    made.ask(["B"], 1.5)
+    assert asked(made) == [], "too soon"
+    made.ask(["B"], 2.1)
+    assert asked(made) == ["B"]
+    made.receive(value("B", 3.0), 2.2)
+    assert (made.value("A"), made.value("B")) == (1.0, 3.0)
+    assert dict(made.values) == {"A": 1.0}
+    made.ask(["B"], 20.0)
+    assert asked(made) == []
+    made.ask(["B"], 40.0)
+    assert asked(made) == ["B"], "it may have been changed"
+    made.forget()
+    assert made.value("B") is None
+
+
+def test_without_a_vehicle_nobody_is_asked() -> None:
+    made = ParameterReader()
+    made.ask(["B"], 0.0)
+    assert asked(made) == []
+    made = reader("A")
+    made.pause()
+    made.ask(["B"], 1.0)
+    assert asked(made) == []

@@ -77,6 +77,11 @@ def motion(message: Odometry) -> dict[str, Any] | None:
     }
 
 
+def velocity(message: Odometry) -> list[float]:
+    """Return the velocity in the map, m/s."""
+    return list(_turned(message.twist.twist.linear, message.pose.pose.orientation))
+
+
 def _turned(v: Vector3, q: Quaternion) -> tuple[float, float, float]:
     """Turn a vector of the body into the map."""
     tx = 2.0 * (q.y * v.z - q.z * v.y)

@@ -7,13 +7,15 @@ import threading
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 
 from drone_navigation.console.board import Board
-from drone_navigation.console.messages import Command, Fly, Replay
+from drone_navigation.console.messages import Command, Fly, Rehearse, Replay
+from drone_navigation.console.rehearsals import Rehearsals
 from drone_navigation.console.requests import Answer, VehicleRequests
 from drone_navigation.console.vehicle import VehicleClient
 from drone_navigation.qos import STREAM_QOS
@@ -29,6 +31,8 @@ _PERIOD_S = 0.1
 # Events and statuses come once in a while, and are kept until they are read.
 _PERIOD_UNWATCHED_S = 0.5
 _SEARCH_S = 1.0
+# So many periods a rehearsal waits for the parameters that decide the flight.
+_TRIES = 50
 _CALLBACKS_MAX = 2000
 
 
@@ -53,6 +57,8 @@ class Fleet:
         self._watched = False
         self._diagnostics: object | None = None
         self._search_s = 0.0
+        self._rehearsals = Rehearsals(self.post)
+        self._unready: dict[str, Callable[[], None]] = {}
         self._thread = threading.Thread(target=self._run, name="ros", daemon=True)
 
     def start(self) -> None:
@@ -64,6 +70,7 @@ class Fleet:
         self._stopping = True
         self._wake.set()
         self._thread.join(5.0)
+        self._rehearsals.close()
         self._executor.shutdown(timeout_sec=1.0)
 
     # --- from any thread ------------------------------------------------------------------
@@ -99,6 +106,10 @@ class Fleet:
         """Send a goal or a route; `by` names the page."""
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
 
+    def rehearse(self, order: Rehearse, by: str, tell: Callable[[dict[str, Any]], None]) -> None:
+        """Tell how a goal or a route would go; `by` names the page."""
+        self.post(lambda: self._rehearse(order, by, tell))
+
     def replay(self, replay: Replay, answer: Answer) -> None:
         """Play a recording."""
         self.post(lambda: self._with(replay.vehicle, lambda v: v.replay(replay, answer), answer))
@@ -111,6 +122,25 @@ class Fleet:
             answer(False, "There is no such vehicle.")
         else:
             act(vehicle.requests)
+
+    def _rehearse(
+        self,
+        order: Rehearse,
+        by: str,
+        tell: Callable[[dict[str, Any]], None],
+        tries: int = _TRIES,
+    ) -> None:
+        """Rehearse once it is known what decides the flight, or cannot be waited for."""
+        vehicle = self._vehicles.get(order.vehicle)
+        if vehicle is None:
+            return
+        self._rehearsals.warm_up()
+        known, complete = vehicle.known_for(self._rehearsals)
+        if complete or not tries:
+            self._rehearsals.begin(by, order, known, tell)
+            self._unready.pop(by, None)
+        else:
+            self._unready[by] = partial(self._rehearse, order, by, tell, tries - 1)
 
     def _run(self) -> None:
         while not self._stopping:
@@ -135,6 +165,9 @@ class Fleet:
         self._take_messages()
         for vehicle in self._vehicles.values():
             vehicle.tick(now_s)
+        self._rehearsals.tick(now_s)
+        for rehearse in list(self._unready.values()):
+            rehearse()
 
     def _take_messages(self) -> None:
         try:
@@ -174,6 +207,7 @@ class Fleet:
             )
         else:
             self._node.destroy_subscription(self._diagnostics)
+            self._rehearsals.close()
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for vehicle in self._vehicles.values():

@@ -15,7 +15,7 @@ from navigation_core.geometry import Vector3
 
 __all__ = [
     "Alive", "Cancel", "Command", "Fly", "Give", "Hold", "Message", "Pace", "PageWaypoint",
-    "ReadPlan", "RejectedError", "Replay", "SavePlan", "StoredMission", "Take", "parse",
+    "ReadPlan", "Rehearse", "RejectedError", "Replay", "SavePlan", "StoredMission", "Take", "parse",
 ]  # fmt: skip
 
 SIZE_MAX_BYTES = 1_000_000
@@ -26,6 +26,7 @@ _HEIGHT_MAX_M = 10_000.0
 _HOLD_MAX_S = 3600.0
 _LAPS_MAX = 100
 _NAME_MAX = 200
+_COUNT_MAX = 1_000_000_000
 COMMANDS = ("takeoff", "land", "return", "pause", "resume")
 MISSION_FORMS = ("route", "file")
 REPLAYS = ("start", "pause", "resume", "speed", "seek")
@@ -97,6 +98,18 @@ class Fly(_ForVehicle):
 
 
 @dataclass(frozen=True)
+class Rehearse:
+    """Tell how a goal or a route would go; moves nothing. `number` comes back with the answer."""
+
+    vehicle: str
+    number: int
+    waypoints: tuple[PageWaypoint, ...]
+    speed_m_s: float
+    laps: int
+    avoid_obstacles: bool
+
+
+@dataclass(frozen=True)
 class ReadPlan:
     """Convert a `.plan` file into waypoints of the vehicle's map."""
 
@@ -134,8 +147,8 @@ class Replay:
 
 
 Message: TypeAlias = (
-    Alive | Take | Give | Hold | Cancel | Command | Fly | ReadPlan | SavePlan | StoredMission
-    | Replay
+    Alive | Take | Give | Hold | Cancel | Command | Fly | Rehearse | ReadPlan | SavePlan
+    | StoredMission | Replay
 )  # fmt: skip
 
 
@@ -263,6 +276,17 @@ def _mission(members: _Members) -> StoredMission:
     return StoredMission(members.vehicle(), form)
 
 
+def _rehearse(members: _Members) -> Rehearse:
+    return Rehearse(
+        members.vehicle(),
+        members.count("number", _COUNT_MAX),
+        members.waypoints(),
+        members.number("speed", 0.0, _SPEED_MAX_M_S),
+        members.count("laps", _LAPS_MAX),
+        members.flag("avoid"),
+    )
+
+
 def _replay(members: _Members) -> Replay:
     name = members.text("name", _NAME_MAX)
     if name not in REPLAYS:
@@ -283,6 +307,7 @@ _READERS: dict[str, Callable[[_Members], Message]] = {
     "cancel": lambda members: Cancel(members.vehicle()),
     "command": _command,
     "fly": _fly,
+    "rehearse": _rehearse,
     "replay": _replay,
     "mission": _mission,
     "read_plan": lambda members: ReadPlan(members.vehicle(), members.text("text", SIZE_MAX_BYTES)),

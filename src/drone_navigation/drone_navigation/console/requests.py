@@ -137,6 +137,18 @@ class VehicleRequests:
         for action in ACTIONS:
             self._sender(action)
 
+    def ask(self, kind: Any, name: str, request: Any, done: Callable[[Any], None]) -> bool:
+        """Call one of the server's own services.
+
+        Returns:
+            Whether it was there to be called.
+        """
+        client = self._service(name, kind)
+        if not client.service_is_ready():
+            return False
+        self._call(client.call_async(request), done, lambda: None)
+        return True
+
     # --- recordings -------------------------------------------------------------------------
 
     def find_replay(self, services: AbstractSet[str]) -> str:

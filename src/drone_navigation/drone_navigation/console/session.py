@@ -20,6 +20,7 @@ from drone_navigation.console.messages import (
     Message,
     Pace,
     ReadPlan,
+    Rehearse,
     RejectedError,
     Replay,
     SavePlan,
@@ -53,6 +54,9 @@ class Pilots(Protocol):
 
     def fly(self, order: Fly, by: str, answer: Callable[[bool, str], None]) -> None:
         """Send a goal or a route."""
+
+    def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
+        """Tell how a goal or a route would go."""
 
     def replay(self, replay: Replay, answer: Callable[[bool, str], None]) -> None:
         """Play a recording."""
@@ -114,7 +118,10 @@ class Rules:
         if message.vehicle not in self._board.vehicles():
             self._deny(page, "vehicle", "There is no such vehicle.")
             return
-        self._act(page, message, now)
+        if isinstance(message, Rehearse):
+            self._pilots.rehearse(message, page.name, page.tell)
+        else:
+            self._act(page, message, now)
 
     def reject(self, kind: str) -> None:
         """Count a request that was rejected."""

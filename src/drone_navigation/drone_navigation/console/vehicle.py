@@ -25,6 +25,8 @@ from custom_interfaces.msg import (
 )
 from drone_navigation.console import facts, plans
 from drone_navigation.console.board import Board
+from drone_navigation.console.decisive import Decisive
+from drone_navigation.console.rehearsals import Rehearsals
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -76,7 +78,9 @@ class VehicleClient:
         self._jumps = (0, False)
         self._jumped = False
         self._plan_is_old = False
+        self._moves: Odometry | None = None
         self.requests = VehicleRequests(node, namespace, lambda: self.is_alive, now)
+        self._decisive = Decisive(self.requests)
         self._listen(self._subscriptions, VehicleStatus, "vehicle_status", self._status)
         self._listen(self._subscriptions, GoalEvent, "goal_events", self._goal_event, STREAM_QOS)
         self._listen(self._subscriptions, Path, "plan", self._plan)
@@ -206,10 +210,25 @@ class VehicleClient:
         self._board.put(self._name, "earth", plans.earth(status.get("autopilot", ""), home))
 
     def _odometry(self, message: Odometry) -> None:
+        self._moves = message
         motion = facts.motion(message)
         self._board.put(self._name, "motion", motion)
         if motion is not None:
             self._board.pass_through(self._name, motion["at"])
+
+    def known_for(self, rehearsals: Rehearsals) -> tuple[dict[str, Any], bool]:
+        """Return what decides how a goal goes, and whether that is all; asks for the rest."""
+        known = {
+            name: self._board.get(self._name, name)
+            for name in ("status", "motion", "home", "obstacles")
+        }
+        battery = self._board.get(self._name, "battery") or {}
+        if known["motion"] and self._moves is not None:
+            known["motion"] = {**known["motion"], "velocity": facts.velocity(self._moves)}
+        autopilot = (known["status"] or {}).get("autopilot", "")
+        self._decisive.look(rehearsals.server_names, rehearsals.vehicle_names(autopilot), self._now)
+        known["battery"] = battery.get("percent")
+        return {**known, **self._decisive.values()}, self._decisive.complete
 
     def _obstacles(self, message: MarkerArray) -> None:
         self._board.put(self._name, "obstacles", facts.obstacles(message))

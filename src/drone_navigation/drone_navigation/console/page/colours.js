@@ -4,11 +4,13 @@ const DAY = {
   back: "#eef2f5", grid: "#d5dde3", axis: "#b4c0ca", ink: "#14202b", soft: "#526270", halo: "#ffffff",
   vehicle: "#0072b2", other: "#526270", trail: "#56b4e9", plan: "#e69f00", earlier: "#b39a62",
   goal: "#009e73", draft: "#7a3b9a", known: "#d55e00", seen: "#cc79a7", home: "#14202b", volume: "#526270", mission: "#7a4a00",
+  rehearsed: "#7d6b00",
 };
 const NIGHT = {
   back: "#10181f", grid: "#1f2b35", axis: "#33434f", ink: "#e6edf3", soft: "#9db0c0", halo: "#10181f",
   vehicle: "#56b4e9", other: "#9db0c0", trail: "#2f7fae", plan: "#e69f00", earlier: "#7d6a3c",
   goal: "#00c08b", draft: "#cba6e8", known: "#f08a3c", seen: "#e39cc4", home: "#e6edf3", volume: "#9db0c0", mission: "#d8b365",
+  rehearsed: "#f0e442",
 };
 
 export const colours = () => (document.documentElement.dataset.theme === "night" ? NIGHT : DAY);

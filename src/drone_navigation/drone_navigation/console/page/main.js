@@ -5,6 +5,7 @@ import { Heights } from "./heights.js";
 import { Link } from "./link.js";
 import { Map2D } from "./map.js";
 import { setText, showPanel } from "./panel.js";
+import { Rehearsal } from "./rehearsal.js";
 import { Replay } from "./replay.js";
 import { Route } from "./route.js";
 import { missionPoints, showScene } from "./scene.js";
@@ -61,7 +62,7 @@ function scene() {
     vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
-    others: others(v), active: active(v), editable: points,
+    others: others(v), active: active(v), editable: points, rehearsed: rehearsal?.result,
   };
 }
 
@@ -114,6 +115,7 @@ function show() {
   document.body.dataset.control = mine() ? "mine" : String(holder ?? "");
   showPanel(link, v);
   showScene(v);
+  rehearsal.look();
   draw();
 }
 
@@ -152,13 +154,22 @@ function takeControl() {
 
 const needsControl = () => mine() || (say("Take control first.", true), false);
 
+function drawn() {
+  const waypoints = route.points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
+  const value = (id, least) => Math.max($(id).valueAsNumber || 0, least);
+  return { waypoints, speed: value("speed", 0), laps: Math.round(value("laps", 1)), avoid: $("avoid").checked };
+}
+
+const rehearsal = new Rehearsal($("rehearsal"), link, () => {
+  return route.points.length && vehicle()?.alive && !vehicle().replay ? { vehicle: chosen, ...drawn() } : null;
+}, draw);
+
 function fly() {
   if (!route.points.length) return say("Click the map first: there is no waypoint.", true);
   if (!needsControl()) return undefined;
   const name = chosen;
-  const waypoints = route.points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
-  const value = (id, least) => Math.max($(id).valueAsNumber || 0, least);
-  const order = { waypoints, speed: value("speed", 0), laps: Math.round(value("laps", 1)), avoid: $("avoid").checked };
+  const order = drawn();
+  const { waypoints } = order;
   const first = waypoints[0];
   const what = waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
   const ground = vehicle()?.status?.landed === "on the ground" ? " It may arm and take off." : "";

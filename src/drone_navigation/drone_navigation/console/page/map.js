@@ -1,6 +1,7 @@
 // The map: metres, north up. Draws the scene and turns pointers into changes of the route.
 
 import { colours, label, prepared, roundStep } from "./colours.js";
+import { drawRehearsal } from "./rehearsal.js";
 import { drawScene } from "./scene.js";
 
 const NEAR_PX = { mouse: 16, pen: 16, touch: 26 };
@@ -197,6 +198,7 @@ export class Map2D extends EventTarget {
     this.canvas.dataset.trail = scene.trail.length;
     this.line(context, scene.trail, c.trail, 3);
     this.line(context, scene.plan, c.plan, 3, [10, 5]);
+    drawRehearsal(this, context, scene.rehearsed, c);
     if (scene.home) this.home(context, scene.home, c);
     for (const other of scene.others) this.arrow(context, other, c.other, 9, other.name, c);
     this.waypoints(context, scene.active, c.goal, c, false);

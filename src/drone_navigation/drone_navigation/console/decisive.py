@@ -1,0 +1,73 @@
+"""Parameters of a server and of its vehicle that decide a flight. One thread only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import GetParameters
+
+from custom_interfaces.srv import GetVehicleParameters
+from drone_navigation.console.requests import VehicleRequests
+
+__all__ = ["Decisive"]
+
+_AGAIN_S = 1.0
+_VALUES = {
+    ParameterType.PARAMETER_BOOL: "bool_value",
+    ParameterType.PARAMETER_INTEGER: "integer_value",
+    ParameterType.PARAMETER_DOUBLE: "double_value",
+    ParameterType.PARAMETER_STRING: "string_value",
+}
+
+
+class Decisive:
+    """Asks for them when they are looked at, and keeps the answers."""
+
+    def __init__(self, requests: VehicleRequests) -> None:
+        """Know nothing.
+
+        Args:
+            requests: of the vehicle.
+        """
+        self._requests = requests
+        self._asked_s = -math.inf
+        self._server: dict[str, Any] = {}
+        self._parameters: dict[str, float] = {}
+        self._wind: list[float] | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether the server has told its own, and some of the vehicle's, which may lack others."""
+        return bool(self._server and self._parameters)
+
+    def values(self) -> dict[str, Any]:
+        """Return the members of an order for the rehearsal: `server`, `parameters`, `wind`."""
+        return {
+            "server": dict(self._server),
+            "parameters": dict(self._parameters),
+            "wind": self._wind,
+        }
+
+    def look(self, server: Sequence[str], vehicle: Sequence[str], now: float) -> None:
+        """Ask for the values of these names, at most once a second, at a time in s."""
+        if now < self._asked_s + _AGAIN_S or not server:
+            return
+        self._asked_s = now
+
+        def take_server(answer: GetParameters.Response) -> None:
+            pairs = zip(server, answer.values, strict=False)
+            self._server = {n: getattr(v, _VALUES[v.type]) for n, v in pairs if v.type in _VALUES}
+
+        def take_vehicle(answer: GetVehicleParameters.Response) -> None:
+            pairs = zip(vehicle, answer.values, strict=False)
+            self._parameters = {name: value for name, value in pairs if math.isfinite(value)}
+            wind = [answer.wind.x, answer.wind.y, answer.wind.z]
+            self._wind = wind if all(map(math.isfinite, wind)) else None
+
+        request = GetParameters.Request(names=list(server))
+        self._requests.ask(GetParameters, "get_parameters", request, take_server)
+        asked = GetVehicleParameters.Request(names=list(vehicle))
+        self._requests.ask(GetVehicleParameters, "get_vehicle_parameters", asked, take_vehicle)

@@ -1,0 +1,92 @@
+// The route that is drawn, flown in the simulator before it is confirmed: asked for, told, drawn.
+
+import { label } from "./colours.js";
+import { setText } from "./panel.js";
+
+const SETTLED_MS = 400;
+const AGAIN_MS = 5000;
+
+export class Rehearsal {
+  // `order` returns what would be flown, null for nothing; `draw` draws the map.
+  constructor(element, link, order, draw) {
+    Object.assign(this, { element, link, order, draw, number: 0, timer: 0, result: null });
+    this.asked = "";
+    this.left = "";
+    link.addEventListener("rehearsal", ({ detail }) => this.take(detail));
+    this.show();
+  }
+
+  // The route or the vehicle has changed, or may have. It never keeps anything waiting.
+  look() {
+    const order = this.order();
+    const key = order ? JSON.stringify(order) : "";
+    if (key !== this.asked) {
+      this.asked = key;
+      this.result = null;
+      this.number += 1;
+      clearTimeout(this.timer);
+      if (order) this.timer = setTimeout(() => this.ask(), SETTLED_MS);
+      this.show();
+    }
+  }
+
+  // Again and again while the route is there: the vehicle moves on.
+  ask() {
+    const order = this.order();
+    clearTimeout(this.timer);
+    if (!order) return;
+    this.number += 1;
+    this.sent = this.number;
+    this.link.send({ type: "rehearse", number: this.number, ...order });
+    this.timer = setTimeout(() => this.ask(), AGAIN_MS);
+  }
+
+  take({ number, rehearsal, lost, error }) {
+    if (number !== this.sent || number !== this.number) return;
+    if (lost) this.result = { ...this.result, lost };
+    else this.result = { rehearsal, error };
+    this.show();
+    this.draw();
+  }
+
+  lines() {
+    if (!this.asked) return [];
+    if (!this.result) return ["Rehearsing …"];
+    const { rehearsal: flown, lost, error } = this.result;
+    if (error) return [`No rehearsal: ${error}`];
+    if (!flown.accepted) return [`It would be rejected. ${flown.code}: ${flown.text}`];
+    const parts = [`${flown.duration_s.toFixed(0)} s`, `battery ${(100 * flown.battery).toFixed(0)} % at the end`];
+    if (flown.clearance_m !== null) parts.push(`least clearance ${flown.clearance_m.toFixed(1)} m`);
+    const end = flown.code === "SUCCESS" ? "Rehearsed" : `Would end with ${flown.text}`;
+    const lines = [`${end}: ${parts.join(", ")}.`];
+    if (lost) {
+      const [x, y, z] = lost.position_enu_m;
+      const where = `east ${x.toFixed(0)}, north ${y.toFixed(0)}`;
+      const how = lost.landed ? `stopped, motors off, at ${where}` : `staying at ${where}, up ${z.toFixed(0)} m`;
+      lines.push(`Link lost half way: ${lost.mode}, ${how}.`);
+    }
+    return lines;
+  }
+
+  show() {
+    const lines = this.lines();
+    const flown = this.result?.rehearsal;
+    this.element.hidden = !lines.length;
+    setText(this.element, lines.join(" "), Boolean(this.result?.error) || Boolean(flown) && flown.code !== "SUCCESS");
+    this.element.dataset.code = flown?.code ?? "";
+    this.element.dataset.lost = this.result?.lost?.mode ?? "";
+  }
+}
+
+export function drawRehearsal(map, context, result, c) {
+  if (!result?.rehearsal) return;
+  const { rehearsal, lost } = result;
+  map.line(context, rehearsal.path_enu_m, c.rehearsed, 3, [2, 6]);
+  if (!lost) return;
+  map.line(context, lost.path_enu_m, c.rehearsed, 1.5, [2, 8]);
+  const [px, py] = map.toScreen(lost.position_enu_m[0], lost.position_enu_m[1]);
+  context.lineWidth = 2.5;
+  map.stroke(context, [[px - 6, py - 6], [px + 6, py + 6]], c.rehearsed);
+  map.stroke(context, [[px - 6, py + 6], [px + 6, py - 6]], c.rehearsed);
+  label(context, "link lost", px + 9, py - 8, c.ink, c.halo);
+}
