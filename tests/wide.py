@@ -104,6 +104,13 @@ PARTS = {
         "test_a_flight_without_a_glitch_is_never_in_doubt[boat",
         "test_a_flight_without_a_glitch_is_never_in_doubt[plane",
     ),
+    "pair/test_rehearsal.py": (
+        "test_a_goal_takes_as_long_as_it_was_rehearsed[px4",
+        "test_a_goal_takes_as_long_as_it_was_rehearsed[rover",
+        "test_a_route_with_a_hold_is_rehearsed[PX4",
+        "test_a_route_with_a_hold_is_rehearsed[ArduRover",
+        "test_a_lost_link_ends_as_the_failsafe_says[PX4",
+    ),
     "property/test_core_avoidance.py": ("test_a_route_hits_nothing_and_ends",),
     "replay/test_golden.py": ("[ardupilot/", "[px4/", "[real/"),
     "replay/test_recorded_rules.py": ("_acknowledged_in_the_same_order[mission_clear",),

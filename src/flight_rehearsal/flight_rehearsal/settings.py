@@ -26,7 +26,7 @@ _FAST: Mapping[str, Any] = {
 _RATES_HZ = {
     "GLOBAL_POSITION_INT": 5.0,
     "LOCAL_POSITION_NED": 5.0,
-    "EXTENDED_SYS_STATE": 5.0,
+    "EXTENDED_SYS_STATE": 4.0,
     "SYS_STATUS": 1.0,
     "BATTERY_STATUS": 0.5,
     "ATTITUDE": 5.0,

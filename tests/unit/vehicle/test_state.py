@@ -351,3 +351,15 @@ def test_a_text_with_a_lost_chunk_is_given_out_with_a_gap(autopilot: AutopilotMe
     assert not state.status_texts
     state = reduce(state, autopilot.heartbeat(), 103.0)
     assert [t.text for t in state.status_texts] == ["[...]tail of the story"]
+
+
+def test_the_wind_is_that_of_either_firmware(autopilot: AutopilotMessages) -> None:
+    """WIND has the direction that it comes from, WIND_COV a velocity."""
+    state = after(autopilot.heartbeat())
+    assert state.wind_ned_m_s is None
+    from_east = after(autopilot("WIND", direction=90.0, speed=4.0, speed_z=0.5), state=state)
+    assert from_east.wind_ned_m_s == pytest.approx((0.0, -4.0, 0.5))
+    to_east = after(autopilot("WIND_COV", wind_x=0.0, wind_y=4.0, wind_z=math.nan), state=state)
+    assert to_east.wind_ned_m_s == pytest.approx((0.0, 4.0, 0.0))
+    unknown = after(autopilot("WIND_COV", wind_x=math.nan), state=to_east)
+    assert unknown.wind_ned_m_s == to_east.wind_ned_m_s
