@@ -69,7 +69,9 @@ def server_config(order: Order) -> ServerConfig:
 def home_point(order: Order) -> GeoPoint | None:
     """Return where home is on the earth, if that is known."""
     home = order.home
-    return home and GeoPoint(home.latitude_deg, home.longitude_deg, home.altitude_amsl_m)
+    if home is None:
+        return None
+    return GeoPoint(home.latitude_deg, home.longitude_deg, home.altitude_amsl_m)
 
 
 def origin_of(order: Order, kind: str, autopilot: str) -> GeoPoint:

@@ -280,7 +280,13 @@ def test_each_vehicle_has_its_own_lists() -> None:
 def test_every_page_may_rehearse_and_nothing_moves() -> None:
     console = Console()
     goal = {"x": 1.0, "y": 2.0, "z": 3.0, "hold": 0.0}
-    order = {"vehicle": "/", "waypoints": [goal], "speed": 0.0, "laps": 1, "avoid": False}
+    order: dict[str, Any] = {
+        "vehicle": "/",
+        "waypoints": [goal],
+        "speed": 0.0,
+        "laps": 1,
+        "avoid": False,
+    }
     told = console.send(2, type="rehearse", number=7, **order)
     assert told == {"type": "rehearsal", "number": 7}
     assert console.pilots.moved == []

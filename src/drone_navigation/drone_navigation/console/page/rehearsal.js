@@ -81,7 +81,7 @@ export class Rehearsal {
 export function drawRehearsal(map, context, result, c) {
   if (!result?.rehearsal) return;
   const { rehearsal, lost } = result;
-  map.line(context, rehearsal.path_enu_m, c.rehearsed, 3, [2, 6]);
+  map.line(context, rehearsal.path_enu_m, c.rehearsed, 4, [3, 6]);
   if (!lost) return;
   map.line(context, lost.path_enu_m, c.rehearsed, 1.5, [2, 8]);
   const [px, py] = map.toScreen(lost.position_enu_m[0], lost.position_enu_m[1]);
