@@ -162,7 +162,7 @@ function drawn() {
 
 const rehearsal = new Rehearsal($("rehearsal"), link, () => {
   return route.points.length && vehicle()?.alive && !vehicle().replay ? { vehicle: chosen, ...drawn() } : null;
-}, draw);
+}, () => [vehicle()?.motion?.at.map(Math.round), vehicle()?.status?.landed, vehicle()?.obstacles?.seen.length], draw);
 
 function fly() {
   if (!route.points.length) return say("Click the map first: there is no waypoint.", true);

@@ -5,13 +5,16 @@ import { setText } from "./panel.js";
 
 const SETTLED_MS = 400;
 const AGAIN_MS = 5000;
+// So long an answer is waited for before it is asked for again.
+const LATE_MS = 20000;
 
 export class Rehearsal {
-  // `order` returns what would be flown, null for nothing; `draw` draws the map.
-  constructor(element, link, order, draw) {
-    Object.assign(this, { element, link, order, draw, number: 0, timer: 0, result: null });
-    this.asked = "";
-    this.left = "";
+  // `order` returns what would be flown, null for nothing; `from` where the vehicle is and how;
+  // `draw` draws the map.
+  constructor(element, link, order, from, draw) {
+    Object.assign(this, { element, link, order, from, draw, number: 0, timer: 0, result: null });
+    this.asked = this.begun = "";
+    this.late = 0;
     link.addEventListener("rehearsal", ({ detail }) => this.take(detail));
     this.show();
   }
@@ -25,26 +28,32 @@ export class Rehearsal {
       this.result = null;
       this.number += 1;
       clearTimeout(this.timer);
+      this.late = 0;
       if (order) this.timer = setTimeout(() => this.ask(), SETTLED_MS);
       this.show();
     }
   }
 
-  // Again and again while the route is there: the vehicle moves on.
+  // Again while the route is there, if the vehicle has moved on.
   ask() {
     const order = this.order();
     clearTimeout(this.timer);
     if (!order) return;
+    this.timer = setTimeout(() => this.ask(), AGAIN_MS);
+    const from = JSON.stringify(this.from());
+    if (Date.now() < this.late || from === this.begun && this.result?.rehearsal) return;
+    this.late = Date.now() + LATE_MS;
+    this.begun = from;
     this.number += 1;
     this.sent = this.number;
     this.link.send({ type: "rehearse", number: this.number, ...order });
-    this.timer = setTimeout(() => this.ask(), AGAIN_MS);
   }
 
   take({ number, rehearsal, lost, error }) {
     if (number !== this.sent || number !== this.number) return;
     if (lost) this.result = { ...this.result, lost };
     else this.result = { rehearsal, error };
+    if (lost || !rehearsal?.accepted) this.late = 0;
     this.show();
     this.draw();
   }

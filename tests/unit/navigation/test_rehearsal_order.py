@@ -1,0 +1,103 @@
+"""What a console sends to be rehearsed, and what is missing in it."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from flight_rehearsal.order import HomePoint, OrderError, RouteWaypoint, read_order
+
+STATUS = {
+    "autopilot": "ArduCopter",
+    "armed": True,
+    "landed": "in the air",
+    "position_valid": True,
+}
+MOTION = {"at": [1.0, 2.0, 3.0], "yaw": 0.5, "velocity": [1.0, 0.0, 0.0], "speed": 1.0}
+LEAST: dict[str, Any] = {
+    "number": 1,
+    "status": STATUS,
+    "motion": MOTION,
+    "waypoints": [[4.0, 5.0, 6.0, 7.0]],
+}
+
+
+def test_what_is_missing_has_a_default() -> None:
+    order = read_order(json.dumps(LEAST))
+    assert order.waypoints == (RouteWaypoint((4.0, 5.0, 6.0), 7.0),)
+    assert order.position_enu_m == (1.0, 2.0, 3.0)
+    assert order.velocity_enu_m_s == (1.0, 0.0, 0.0)
+    assert order.flying
+    assert order.armed
+    assert order.battery == 1.0
+    assert order.home is None
+    assert order.wind_enu_m_s == (0.0, 0.0, 0.0)
+    assert order.posts == order.boxes == ()
+
+
+def test_all_that_is_known_counts() -> None:
+    given = {
+        **LEAST,
+        "battery": 45,
+        "home": {"latitude": 47.0, "longitude": 8.0, "altitude": 500.0, "at": [0.0, 0.0, -1.0]},
+        "obstacles": {
+            "posts": [[1, 2, 0.5, 0, 9]],
+            "boxes": [[1, 2, 3, 4, 0.1, 0, 9]],
+            "seen": [[5, 6, 0.1, 0, 2]],
+        },
+        "server": {"arming": "auto"},
+        "parameters": {"WPNAV_SPEED": 500.0, "RTL_ALT": None},
+        "wind": [3.0, 0.0, 0.0],
+        "speed": 2.0,
+        "laps": 3,
+        "avoid": True,
+    }
+    order = read_order(json.dumps(given))
+    assert order.battery == pytest.approx(0.45)
+    assert order.home == HomePoint(47.0, 8.0, 500.0, (0.0, 0.0, -1.0))
+    assert order.posts == ((1.0, 2.0, 0.5, 0.0, 9.0), (5.0, 6.0, 0.1, 0.0, 2.0))
+    assert order.boxes == ((1.0, 2.0, 3.0, 4.0, 0.1, 0.0, 9.0),)
+    assert order.server == {"arming": "auto"}
+    assert order.parameters == {"WPNAV_SPEED": 500.0}
+    assert order.wind_enu_m_s == (3.0, 0.0, 0.0)
+    assert (order.speed_m_s, order.laps, order.avoid_obstacles) == (2.0, 3, True)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"motion": None}, "position is not known"),
+        ({"status": {**STATUS, "position_valid": False}}, "position is not known"),
+        ({"status": None}, "position is not known"),
+        ({"waypoints": [[1.0]]}, "cannot be read"),
+        ({"wind": [float("nan"), 0.0, 0.0]}, "not known"),
+        ({"speed": "fast"}, "cannot be read"),
+    ],
+)
+def test_what_cannot_be_flown_is_said(change: dict[str, Any], reason: str) -> None:
+    with pytest.raises(OrderError, match=reason):
+        read_order(json.dumps({**LEAST, **change}))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "7", "{", '{"status": 1, "motion": 2}'])
+def test_what_is_no_order_is_rejected(text: str) -> None:
+    with pytest.raises(OrderError):
+        read_order(text)
+
+
+@pytest.mark.parametrize(
+    ("landed", "armed", "flying"),
+    [
+        ("on the ground", True, False),
+        ("in the air", True, True),
+        (None, True, True),
+        (None, False, False),
+    ],
+)
+def test_who_is_armed_and_not_on_the_ground_flies(
+    landed: str | None, armed: bool, flying: bool
+) -> None:
+    status = {**STATUS, "landed": landed, "armed": armed}
+    assert read_order(json.dumps({**LEAST, "status": status})).flying is flying
