@@ -18,14 +18,9 @@ from navigation_bridge.configuration.make_config import ServerConfig, make_confi
 
 __all__ = ["home_point", "origin_of", "server_config", "vehicle_config", "world"]
 
-_FAST: Mapping[str, Any] = {
-    "setpoint_rate_hz": 5.0,
-    "feedback_rate_hz": 1.0,
-    "position_rate_hz": 5.0,
-}
+_STEPS_HZ, _AVOIDING_HZ = 5.0, 4.0
+"""Of setpoints and positions: 20 in a flight. What looks for obstacles has more to do at each"""
 _RATES_HZ = {
-    "GLOBAL_POSITION_INT": 5.0,
-    "LOCAL_POSITION_NED": 5.0,
     "EXTENDED_SYS_STATE": 4.0,
     "SYS_STATUS": 1.0,
     "BATTERY_STATUS": 0.5,
@@ -46,7 +41,9 @@ def server_config(order: Order) -> ServerConfig:
         ConfigurationError: they cannot be used.
     """
     given = {k: v for k, v in (order.server or {}).items() if k in SERVER_PARAMETERS}
-    config = make_config({**given, **_FAST})
+    rate_hz = _AVOIDING_HZ if order.avoid_obstacles else _STEPS_HZ
+    config = make_config({**given, "setpoint_rate_hz": rate_hz, "feedback_rate_hz": 1.0})
+    positions = {"GLOBAL_POSITION_INT": rate_hz, "LOCAL_POSITION_NED": rate_hz}
     items: list[Mapping[str, Any]] = []
     for x, y, radius, bottom, top in order.posts:
         items.append(
@@ -61,7 +58,9 @@ def server_config(order: Order) -> ServerConfig:
     obstacles = replace(config.bridge.obstacles, known=KnownObstacles(items=tuple(items)))
     return replace(
         config,
-        vehicle=replace(config.vehicle, message_rates_hz=_RATES_HZ, optional_rates_hz={}),
+        vehicle=replace(
+            config.vehicle, message_rates_hz=positions | _RATES_HZ, optional_rates_hz={}
+        ),
         bridge=replace(config.bridge, obstacles=obstacles),
     )
 
