@@ -18,7 +18,7 @@ from navigation_bridge.configuration.make_config import ServerConfig, make_confi
 
 __all__ = ["home_point", "origin_of", "server_config", "vehicle_config", "world"]
 
-_STEPS_HZ, _AVOIDING_HZ = 5.0, 4.0
+_STEPS_HZ, _AVOIDING_HZ = 5.0, 3.0
 """Of setpoints and positions: 20 in a flight. What looks for obstacles has more to do at each"""
 _RATES_HZ = {
     "EXTENDED_SYS_STATE": 4.0,
