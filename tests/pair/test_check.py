@@ -132,8 +132,6 @@ def assert_harmless(sent: list[Message]) -> None:
     assert {message.get_type() for message in sent} <= HARMLESS
     commands = {m.command for m in sent if m.get_type() == "COMMAND_LONG"}
     assert commands <= HARMLESS_COMMANDS
-    plans = {m.mission_type for m in sent if m.get_type().startswith("MISSION_")}
-    assert plans <= {mavlink.MAV_MISSION_TYPE_FENCE}
 
 
 SETTINGS = {

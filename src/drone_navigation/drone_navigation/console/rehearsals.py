@@ -76,16 +76,17 @@ class _Program:
 
     def _write(self) -> None:
         assert self._process.stdin is not None
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError), self._process.stdin as pipe:
             while (line := self._lines.get()) is not None:
-                self._process.stdin.write(line + "\n")
-                self._process.stdin.flush()
+                pipe.write(line + "\n")
+                pipe.flush()
 
     def _read(self) -> None:
         assert self._process.stdout is not None
-        for line in self._process.stdout:
-            with contextlib.suppress(ValueError):
-                self._take(json.loads(line))
+        with self._process.stdout as pipe:
+            for line in pipe:
+                with contextlib.suppress(ValueError):
+                    self._take(json.loads(line))
         self._process.wait()
         self._lines.put(None)
         self._take(None)
