@@ -137,6 +137,7 @@ def wait_for_end(tab: Tab, before: int, code: str) -> None:
 
 def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(page: Tab) -> None:
     before = ends(page)
+    page.wait("/% lost, [0-9.]+ ms/.test(document.getElementById('facts').textContent)")
     page.drag(on_map(page, 4.0, 3.0))
     ((east_m, north_m, up_m, hold_s),) = waypoints(page)
     assert (east_m, north_m) == pytest.approx((4.0, 3.0), abs=0.3)

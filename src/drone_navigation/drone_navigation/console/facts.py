@@ -185,6 +185,8 @@ def diagnostic(message: DiagnosticStatus) -> dict[str, Any]:
         "level": _LEVELS[min(level, 3)],
         "message": message.message,
         "satellites": values.get("satellites"),
+        "lost": values.get("lost"),
+        "round_trip": values.get("round trip"),
     }
 
 

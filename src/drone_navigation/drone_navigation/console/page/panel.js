@@ -22,7 +22,10 @@ function facts(v) {
   add("Motors", [status.armed ? "armed" : "disarmed", status.landed].filter(Boolean).join(", "));
   if (status.failsafe) add("Failsafe", status.failsafe, true);
   const link = v["vehicle link"];
-  add("Link", status.connected ? link?.message ?? "connected" : "no link to the vehicle", !status.connected || link?.level === "error");
+  const quality = [link?.message ?? "connected"];
+  if (link?.lost) quality.push(`${link.lost} lost`);
+  if (link?.round_trip && link.round_trip !== "unknown") quality.push(link.round_trip);
+  add("Link", status.connected ? quality.join(", ") : "no link to the vehicle", !status.connected || link?.level === "error");
   const gps = v.GPS;
   const satellites = gps?.satellites && gps.satellites !== "unknown" ? `, ${gps.satellites} satellites` : "";
   add("GPS", gps ? gps.message + satellites : "unknown", gps?.level === "error");
