@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from flight_rehearsal.decisive import KINDS, SERVER_PARAMETERS, VEHICLE_PARAMETERS
+from flight_rehearsal.flight_parameters import KINDS, SERVER_PARAMETERS, VEHICLE_PARAMETERS
 from flight_rehearsal.order import HomePoint, Order, OrderError, RouteWaypoint
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
 from flight_rehearsal.stage import Stage

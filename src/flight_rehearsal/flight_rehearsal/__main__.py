@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any, TextIO
 
-from flight_rehearsal.decisive import SERVER_PARAMETERS, VEHICLE_PARAMETERS
+from flight_rehearsal.flight_parameters import SERVER_PARAMETERS, VEHICLE_PARAMETERS
 from flight_rehearsal.order import OrderError, read_order
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from flight_rehearsal.decisive import SERVER_PARAMETERS
+from flight_rehearsal.flight_parameters import SERVER_PARAMETERS
 from flight_rehearsal.order import Order
 from mavlink_sitl.config import DEFAULT_HOME, Underway, VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from flight_rehearsal.decisive import KINDS
+from flight_rehearsal.flight_parameters import KINDS
 from flight_rehearsal.order import Order, OrderError
 from flight_rehearsal.settings import home_point, origin_of, server_config, vehicle_config, world
 from mavlink_sitl.autopilot.parameters import UnknownParameterError

@@ -25,7 +25,7 @@ from custom_interfaces.msg import (
 )
 from drone_navigation.console import facts, plans
 from drone_navigation.console.board import Board
-from drone_navigation.console.decisive import Decisive
+from drone_navigation.console.flight_parameters import FlightParameters
 from drone_navigation.console.rehearsals import Rehearsals
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
@@ -80,7 +80,7 @@ class VehicleClient:
         self._plan_is_old = False
         self._moves: Odometry | None = None
         self.requests = VehicleRequests(node, namespace, lambda: self.is_alive, now)
-        self._decisive = Decisive(self.requests)
+        self._parameters = FlightParameters(self.requests)
         self._listen(self._subscriptions, VehicleStatus, "vehicle_status", self._status)
         self._listen(self._subscriptions, GoalEvent, "goal_events", self._goal_event, STREAM_QOS)
         self._listen(self._subscriptions, Path, "plan", self._plan)
@@ -226,9 +226,10 @@ class VehicleClient:
         if known["motion"] and self._moves is not None:
             known["motion"] = {**known["motion"], "velocity": facts.velocity(self._moves)}
         autopilot = (known["status"] or {}).get("autopilot", "")
-        self._decisive.look(rehearsals.server_names, rehearsals.vehicle_names(autopilot), self._now)
+        names = rehearsals.vehicle_names(autopilot)
+        self._parameters.look(rehearsals.server_names, names, self._now)
         known["battery"] = battery.get("percent")
-        return {**known, **self._decisive.values()}, self._decisive.complete
+        return {**known, **self._parameters.values()}, self._parameters.complete
 
     def _obstacles(self, message: MarkerArray) -> None:
         self._board.put(self._name, "obstacles", facts.obstacles(message))

@@ -12,7 +12,7 @@ from rcl_interfaces.srv import GetParameters
 from custom_interfaces.srv import GetVehicleParameters
 from drone_navigation.console.requests import VehicleRequests
 
-__all__ = ["Decisive"]
+__all__ = ["FlightParameters"]
 
 _AGAIN_S = 1.0
 _VALUES = {
@@ -23,7 +23,7 @@ _VALUES = {
 }
 
 
-class Decisive:
+class FlightParameters:
     """Asks for them when they are looked at, and keeps the answers."""
 
     def __init__(self, requests: VehicleRequests) -> None:
