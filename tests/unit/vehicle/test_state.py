@@ -361,5 +361,9 @@ def test_the_wind_is_that_of_either_firmware(autopilot: AutopilotMessages) -> No
     assert from_east.wind_ned_m_s == pytest.approx((0.0, -4.0, 0.5))
     to_east = after(autopilot("WIND_COV", wind_x=0.0, wind_y=4.0, wind_z=math.nan), state=state)
     assert to_east.wind_ned_m_s == pytest.approx((0.0, 4.0, 0.0))
-    unknown = after(autopilot("WIND_COV", wind_x=math.nan), state=to_east)
-    assert unknown.wind_ned_m_s == to_east.wind_ned_m_s
+    for unknown in (
+        autopilot("WIND_COV", wind_x=math.nan),
+        autopilot("WIND", direction=math.inf),
+        autopilot("WIND", direction=90.0, speed=math.nan),
+    ):
+        assert after(unknown, state=to_east).wind_ned_m_s == to_east.wind_ned_m_s

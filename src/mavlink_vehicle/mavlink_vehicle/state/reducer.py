@@ -242,6 +242,8 @@ def _terrain_report(state: VehicleState, message: Message, _now: float) -> Vehic
 
 def _wind(state: VehicleState, message: Message, _now: float) -> VehicleState:
     """Process ArduPilot's WIND, which has the direction that it comes from."""
+    if not math.isfinite(message.direction):
+        return state
     from_rad = math.radians(message.direction)
     towards = (-math.cos(from_rad), -math.sin(from_rad))
     wind = (message.speed * towards[0], message.speed * towards[1], message.speed_z)
