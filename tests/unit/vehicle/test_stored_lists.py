@@ -53,6 +53,14 @@ class Reading:
     def circle(self, now: float, radius_m: float = 50.0) -> None:
         self.tell("MISSION_ITEM_INT", now, seq=0, command=5003, param1=radius_m, param4=math.nan)
 
+    def whole(self) -> tuple[tuple[MissionItem, ...] | None, float]:
+        """Read a fence and two empty lists; return the fence, and when it is read again."""
+        self.tell("MISSION_COUNT", 0.0, count=1)
+        self.circle(0.0)
+        self.sent()
+        self.empty(MissionType.RALLY, MissionType.MISSION)
+        return self.fence, self.wait()
+
     def wait(self) -> float:
         deadline = self.reader.next_deadline()
         assert deadline is not None
@@ -73,12 +81,7 @@ def test_the_list_is_read_and_acknowledged() -> None:
 
 def test_it_is_read_again_and_the_same_list_stays_the_same() -> None:
     reading = Reading()
-    reading.tell("MISSION_COUNT", 0.0, count=1)
-    reading.circle(0.0)
-    first = reading.fence
-    reading.sent()
-    reading.empty(MissionType.RALLY, MissionType.MISSION)
-    now = reading.wait()
+    first, now = reading.whole()
     reading.tell("MISSION_COUNT", now, count=1)
     reading.circle(now)
     assert reading.fence is first
@@ -143,12 +146,7 @@ def test_a_fence_that_is_replaced_while_it_is_read_is_reread() -> None:
 def test_another_stations_upload_does_not_make_the_fence_disappear() -> None:
     """An ArduPilot answers DENIED while it takes a fence from somebody."""
     reading = Reading()
-    reading.tell("MISSION_COUNT", 0.0, count=1)
-    reading.circle(0.0)
-    before = reading.fence
-    reading.sent()
-    reading.empty(MissionType.RALLY, MissionType.MISSION)
-    now = reading.wait()
+    before, now = reading.whole()
     for _ in range(3):
         reading.tell("MISSION_ACK", now, type=mavlink.MAV_MISSION_DENIED)
         now = reading.wait()

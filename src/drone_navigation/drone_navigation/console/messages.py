@@ -88,8 +88,8 @@ class Command(_ForVehicle):
 
 
 @dataclass(frozen=True)
-class Fly(_ForVehicle):
-    """Go to a point, or follow a route; speed 0 is the server's default."""
+class _Order(_ForVehicle):
+    """A point, or a route; speed 0 is the server's default."""
 
     waypoints: tuple[PageWaypoint, ...]
     speed_m_s: float
@@ -97,23 +97,21 @@ class Fly(_ForVehicle):
     avoid_obstacles: bool
 
 
+class Fly(_Order):
+    """Go to a point, or follow a route."""
+
+
 @dataclass(frozen=True)
-class Rehearse:
+class Rehearse(_Order):
     """Tell how a goal or a route would go; moves nothing. `number` comes back with the answer."""
 
-    vehicle: str
     number: int
-    waypoints: tuple[PageWaypoint, ...]
-    speed_m_s: float
-    laps: int
-    avoid_obstacles: bool
 
 
 @dataclass(frozen=True)
-class ReadPlan:
+class ReadPlan(_ForVehicle):
     """Convert a `.plan` file into waypoints of the vehicle's map."""
 
-    vehicle: str
     text: str
 
 
@@ -132,16 +130,12 @@ class StoredMission(_ForVehicle):
 
 
 @dataclass(frozen=True)
-class Replay:
-    """Play a recording: one of REPLAYS.
+class Replay(_ForVehicle):
+    """Play a recording in the vehicle's place: one of REPLAYS.
 
-    Attributes:
-        vehicle: in whose place it is played.
-        name: one of REPLAYS.
-        value: for "speed" a factor of real time, for "seek" seconds from the start.
+    `value` is for "speed" a factor of real time, for "seek" seconds from the start.
     """
 
-    vehicle: str
     name: str
     value: float
 
@@ -237,6 +231,16 @@ class _Members:
             raise RejectedError(f"waypoints is not a list of 1 to {WAYPOINTS_MAX}.")
         return tuple(_waypoint(each) for each in value)
 
+    def order(self) -> tuple[str, tuple[PageWaypoint, ...], float, int, bool]:
+        """Return the vehicle, its waypoints, speed and laps, and whether to avoid obstacles."""
+        return (
+            self.vehicle(),
+            self.waypoints(),
+            self.number("speed", 0.0, _SPEED_MAX_M_S),
+            self.count("laps", _LAPS_MAX),
+            self.flag("avoid"),
+        )
+
 
 def _waypoint(value: Any) -> PageWaypoint:
     if not isinstance(value, dict):
@@ -260,13 +264,11 @@ def _command(members: _Members) -> Command:
 
 def _fly(members: _Members) -> Fly:
     members.confirmed()
-    return Fly(
-        members.vehicle(),
-        members.waypoints(),
-        members.number("speed", 0.0, _SPEED_MAX_M_S),
-        members.count("laps", _LAPS_MAX),
-        members.flag("avoid"),
-    )
+    return Fly(*members.order())
+
+
+def _rehearse(members: _Members) -> Rehearse:
+    return Rehearse(*members.order(), members.count("number", _COUNT_MAX))
 
 
 def _mission(members: _Members) -> StoredMission:
@@ -274,17 +276,6 @@ def _mission(members: _Members) -> StoredMission:
     if form not in MISSION_FORMS:
         raise RejectedError("form is neither route nor file.")
     return StoredMission(members.vehicle(), form)
-
-
-def _rehearse(members: _Members) -> Rehearse:
-    return Rehearse(
-        members.vehicle(),
-        members.count("number", _COUNT_MAX),
-        members.waypoints(),
-        members.number("speed", 0.0, _SPEED_MAX_M_S),
-        members.count("laps", _LAPS_MAX),
-        members.flag("avoid"),
-    )
 
 
 def _replay(members: _Members) -> Replay:
