@@ -124,6 +124,10 @@ class NavigationClient:
         if not alone:
             course.say(f"No goal was sent. {duplicate(self._node)}", bad=True)
             return EXIT_REJECTED
+        if course.servers:
+            # A key may be pressed at once.
+            services = self._services.values()
+            self._wait(lambda: all(service.service_is_ready() for service in services), _SERVERS_S)
         for note in self._errand.notes:
             course.say(note)
         course.send(self._errand)
