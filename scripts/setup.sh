@@ -4,6 +4,8 @@
 # Finds a Python interpreter, then runs setup_environment.py. A second run without changes does
 # nothing.
 #
+#   scripts/setup.sh --with nav2_msgs   also builds the interfaces of Nav2, which take a minute
+#
 #   PYTHON=python3.12             use this interpreter (3.10 to 3.13)
 #   MAVBRIDGE_ROS=wheels|system   ROS 2 from pinned wheels, or the sourced Jazzy
 set -u
@@ -51,4 +53,4 @@ find_python() {
 
 kind=$(mavbridge_ros_kind) || exit 1
 python=$(find_python) || exit 1
-exec "$python" -I -S "$root/scripts/setup_environment.py" --ros "$kind"
+exec "$python" -I -S "$root/scripts/setup_environment.py" --ros "$kind" "$@"

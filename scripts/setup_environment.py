@@ -38,6 +38,10 @@ PACKAGES_STAMP = VENV / "packages.stamp"
 WORKSPACE_STAMP = INSTALL / "workspace.stamp"
 # Interval of progress messages without a terminal, in seconds.
 TELL_S = 15.0
+# Interfaces that the wheels of ROS lack: built from definitions of our own where they are missing.
+STAND_INS = ("geographic_msgs", "tf2_msgs")
+# The same, but only when they are asked for: these take longer than the whole workspace.
+ON_DEMAND = ("nav2_msgs",)
 # Progress lines of colcon, CMake and pip.
 PROGRESS = re.compile(
     r"^(?:Starting >>> (\S+)|(\[ *\d+%\])|Collecting (\S+)|(Installing collected packages))",
@@ -80,13 +84,23 @@ def main() -> int:
     """
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ros", choices=("wheels", "system"), required=True)
-    ros = parser.parse_args().ros
+    parser.add_argument(
+        "--with",
+        dest="wanted",
+        action="append",
+        choices=ON_DEMAND,
+        default=[],
+        help="also build these interfaces, unless the sourced ROS has them",
+    )
+    options = parser.parse_args()
     # A signal to this process also ends its children.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     started = time.monotonic()
     try:
         with only_one_at_a_time():
-            changed = update(ros)
+            changed = update(options.ros)
+            for name in options.wanted:
+                changed = build_on_demand(options.ros, name) or changed
     except SetupError as error:
         print(f"Set-up failed: {error}", file=sys.stderr)
         return 1
@@ -139,7 +153,8 @@ def key_of_packages(ros: str, lock: Path) -> str:
 
 def workspace_inputs() -> Iterator[Path]:
     """The files whose change calls for a build. Python modules are linked, so not they."""
-    yield from sorted((ROOT / "src" / "custom_interfaces").rglob("*"))
+    for interfaces in ("custom_interfaces", *STAND_INS):
+        yield from sorted((ROOT / "src" / interfaces).rglob("*"))
     for package in sorted([*(ROOT / "src").iterdir(), ROOT / "sitl"]):
         for name in ("package.xml", "setup.py", "setup.cfg", "launch", "resource"):
             path = package / name
@@ -301,20 +316,26 @@ def base_environment(ros: str) -> dict[str, str]:
     return environment
 
 
+def colcon_build(*arguments: str | Path) -> list[str | Path]:
+    """The command that builds packages of this workspace."""
+    command: list[str | Path] = [VENV / "bin" / "colcon", "--log-base", ROOT / "log", "build"]
+    command += ["--symlink-install", "--base-paths", ROOT / "src", ROOT / "sitl"]
+    command += ["--build-base", ROOT / "build", "--install-base", INSTALL]
+    return [*command, "--event-handlers", "console_direct+", *arguments]
+
+
+def is_provided(name: str, environment: Environment) -> bool:
+    """Whether the ROS below the workspace has a package."""
+    prefixes = environment["AMENT_PREFIX_PATH"].split(":")
+    return any(Path(prefix, "share", name).is_dir() for prefix in prefixes)
+
+
 def build_workspace(ros: str) -> None:
     """Builds all packages with colcon and records what entering the result changes."""
     WORKSPACE_STAMP.unlink(missing_ok=True)
     environment = base_environment(ros)
-    command: list[str | Path] = [
-        VENV / "bin" / "colcon",
-        "--log-base",
-        ROOT / "log",
-        "build",
-        "--symlink-install",
-    ]
-    command += ["--base-paths", ROOT / "src", ROOT / "sitl"]
-    command += ["--build-base", ROOT / "build", "--install-base", INSTALL]
-    command += ["--event-handlers", "console_direct+"]
+    skipped = [name for name in STAND_INS if is_provided(name, environment)]
+    command = colcon_build("--packages-skip", *skipped, *ON_DEMAND)
     run("workspace", "Building the workspace", command, environment)
     # Else the first start compiles it; with PYTHONDONTWRITEBYTECODE set, every start does.
     command = [VENV / "bin" / "python", "-m", "compileall", "-q", ROOT / "src", ROOT / "sitl"]
@@ -322,6 +343,31 @@ def build_workspace(ros: str) -> None:
     record_environment(ros, environment)
     script = "source ./setup.bash && python -m drone_navigation.completion install/completion.bash"
     run("completion", "Writing what bash completes", ["bash", "-c", script], environment)
+
+
+def build_on_demand(ros: str, name: str) -> bool:
+    """Builds interfaces that the workspace does without, and that a rebuild of it keeps.
+
+    Args:
+        ros: "wheels" or "system".
+        name: of the package.
+
+    Returns:
+        Whether there was anything to do.
+    """
+    environment = base_environment(ros)
+    stamp = INSTALL / f"{name}.stamp"
+    packages = (name, *STAND_INS)
+    files = (path for each in packages for path in sorted((ROOT / "src" / each).rglob("*")))
+    key = f"{read(PACKAGES_STAMP)}\n{hash_of(files)}"
+    if is_provided(name, environment) or read(stamp) == key:
+        return False
+    stamp.unlink(missing_ok=True)
+    command = colcon_build("--packages-select", name)
+    run(name, f"Building {name} (one or two minutes)", command, environment)
+    record_environment(ros, environment)
+    stamp.write_text(key)
+    return True
 
 
 def record_environment(ros: str, base: dict[str, str]) -> None:
