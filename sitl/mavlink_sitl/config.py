@@ -71,6 +71,7 @@ class VehicleConfig:
         faults: of its link.
         links: what its links are for: "gcs" (a ground station's) or "onboard" (a companion
             computer's). PX4 has streams of its own on each; ArduPilot says the same on all.
+        external_position: it has no GPS; the estimator is set to a position from outside.
     """
 
     vehicle: str = "copter"
@@ -85,6 +86,7 @@ class VehicleConfig:
     underway: Underway | None = None
     faults: LinkFaults | None = None
     links: tuple[str, ...] = ("gcs",)
+    external_position: bool = False
 
     def __post_init__(self) -> None:
         """Check everything that can be checked without the other vehicles."""

@@ -14,6 +14,9 @@ from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.mavlink.codec import Encoder
+from mavlink_sitl.mavlink.logs.dataflash import DataFlashLog
+from mavlink_sitl.mavlink.logs.logbook import Logbook
+from mavlink_sitl.mavlink.logs.ulog import ULog
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.px4.server import Px4Server
 from mavlink_sitl.mavlink.server import MavlinkServer
@@ -35,19 +38,25 @@ def firmware_class(personality: Personality) -> type[Commander]:
     return _CLASSES[personality.kind]
 
 
+def make_logbook(personality: Personality) -> Logbook:
+    """Storage for the firmware's own logs."""
+    return Logbook(ULog if issubclass(firmware_class(personality), Px4Vehicle) else DataFlashLog)
+
+
 def make_servers(
     copter: Commander,
     encoders: Sequence[Encoder],
     system_id: int,
     now_us: int,
     snapshot: Callable[[], Snapshot],
+    logbook: Logbook,
     roles: Sequence[str],
 ) -> list[MavlinkServer]:
     """The MAVLink side: one for all links, or with PX4 one for each of them."""
     if not isinstance(copter, Px4Vehicle):
-        return [MavlinkServer(copter, encoders, system_id, now_us, snapshot)]
+        return [MavlinkServer(copter, encoders, system_id, now_us, snapshot, logbook)]
     servers = [
-        Px4Server(copter, encoder, system_id, now_us, snapshot, role)
+        Px4Server(copter, encoder, system_id, now_us, snapshot, logbook, role)
         for encoder, role in zip(encoders, roles, strict=True)
     ]
     for server in servers:

@@ -22,7 +22,7 @@ from mavlink_sitl.exchange import (
     Result,
     Severity,
 )
-from mavlink_sitl.firmwares import firmware_class, make_servers
+from mavlink_sitl.firmwares import firmware_class, make_logbook, make_servers
 from mavlink_sitl.injection import Failures
 from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.mavlink.codec import Encoder
@@ -32,7 +32,6 @@ from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.physics.fleets import Fleet
 from mavlink_sitl.vehicle_body import VehicleBody
 
-_HEARTBEAT = 0
 REBOOT_US = 1_200_000
 """Silence from the acknowledgement of a reboot to the first HEARTBEAT"""
 
@@ -56,6 +55,7 @@ class SimulatedVehicle(VehicleBody):
         copter: its firmware, another one after a reboot.
         parameters: its parameters; they survive reboots.
         plans: its mission, fence and rally points; they survive, too.
+        logbook: its own logs; they survive, too.
         offset_ned_m: where its local origin is, from home.
         now_us: simulated time.
         wake_us: when it has something to send; before, `tick` is only needed to think.
@@ -79,6 +79,7 @@ class SimulatedVehicle(VehicleBody):
             values.setdefault("BATT_CAPACITY", config.battery.capacity_mah)
         self.parameters = Parameters(personality.parameters, values)
         self.plans = Plans()
+        self.logbook = make_logbook(personality)
         self.offset_ned_m = (0.0, 0.0, 0.0)
         self._log = log
         self._epoch_us = epoch_us
@@ -117,12 +118,16 @@ class SimulatedVehicle(VehicleBody):
             self.origin,
             self._observation(),
             self.config.ready_after_s,
+            self.config.external_position,
         )
         self.copter = firmware_class(start.personality)(start)
         self.copter.plans = self.plans
+        self.logbook.power_up()
         self.copter.moving_target = lambda: self._physics.moving_target(self._lane)
         self.copter.damage = self._damage
         self.copter.inject_failure = self._failures.inject
+        if self.config.external_position:
+            self.copter.external_position = self.take_external_position
         self._revision = -1
         self._servers = make_servers(
             self.copter,
@@ -130,6 +135,7 @@ class SimulatedVehicle(VehicleBody):
             self.system_id,
             self.now_us,
             self.snapshot,
+            self.logbook,
             self.config.links,
         )
         self._begin_scanning()
@@ -155,6 +161,8 @@ class SimulatedVehicle(VehicleBody):
             return
         if think:
             self._failures.follow_parameters()
+            if self.config.external_position:
+                self._watch_external_position()
             copter = self.copter
             copter.update(self._observation())
             self._follow_resets(copter.estimator.resets)
@@ -166,6 +174,7 @@ class SimulatedVehicle(VehicleBody):
                 self._send_all()
             if copter.revision != self._revision:
                 self._pass_guidance()
+            self.logbook.watch(now_us, copter.armed, self.snapshot)
         if now_us >= self.wake_us:
             for server in self._servers:
                 if now_us >= server.next_due_us():
@@ -258,6 +267,11 @@ class SimulatedVehicle(VehicleBody):
         self.wake_us = 0
         self._physics.guide(self._lane, Guidance())
 
+    @property
+    def corrections(self) -> list[bytes]:
+        """The RTCM corrections that its GPS receiver was given since it started, on any link."""
+        return [data for server in self._servers for data in server.corrections.given]
+
     # What it knows.
 
     def _observation(self) -> Observation:
@@ -310,7 +324,9 @@ class SimulatedVehicle(VehicleBody):
 
     def gps_reading(self) -> GpsReading | None:
         """The reading of the receiver, or None before it is found."""
-        return self.receiver() if self.copter.estimator.gps_started else None
+        estimator = self.copter.estimator
+        has_receiver = estimator.gps_started and not estimator.is_external
+        return self.receiver() if has_receiver else None
 
     # What can be done to it.
 
@@ -343,9 +359,9 @@ class SimulatedVehicle(VehicleBody):
         self.copter.pilot.throttle_us = raw_us
 
     def silence_streams(self) -> None:
-        """Stop all telemetry that comes unasked, until the next start; HEARTBEAT goes on."""
+        """Stop what comes unasked, until the next start, but for what nobody can stop."""
         for server in self._servers:
-            server.streams.stop_all(but=_HEARTBEAT)
+            server.streams.stop_all(but=server.steady)
         self._plan_wake()
 
     def power_cycle(self) -> None:

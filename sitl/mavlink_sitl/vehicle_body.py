@@ -14,6 +14,9 @@ from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.physics.fleets import Fleet
 from mavlink_sitl.world import sensors
 
+EXTERNAL_LOST_US = 500_000
+"""A position from outside that is older is none"""
+
 
 class VehicleBody:
     """The body of a vehicle of a simulation, and its sensors.
@@ -42,6 +45,7 @@ class VehicleBody:
         self._gps_believed_ned_m = (0.0, 0.0, 0.0)
         """The offset that the estimator follows"""
         self._resets = 0
+        self._external_at_us = -EXTERNAL_LOST_US
         self._gps_reading: tuple[object, GpsReading] | None = None
         """What the latest reading was made of, and it"""
 
@@ -132,6 +136,26 @@ class VehicleBody:
         if self._gps_off_m() <= self._gate_m():
             self._gps_believed_ned_m = offset_ned_m
             self._physics.mislead(self._lane, offset_ned_m)
+
+    def take_external_position(self, position_ned_m: Vector, reset: bool) -> None:
+        """A position from outside, in the local frame of the estimator.
+
+        What it is off from the truth, the estimate is off, too; a jump is believed at once when
+        its source says that it was reset, otherwise as one of a receiver.
+        """
+        self._external_at_us = self.now_us
+        place = self.truth()[:3]
+        offset = tuple(p - t for p, t in zip(position_ned_m, place, strict=True))
+        self.restore_gps("external")
+        if reset:
+            self._gps_offset_ned_m = self._gps_believed_ned_m = (offset[0], offset[1], offset[2])
+            self._physics.reset_estimate(self._lane, self._gps_offset_ned_m)
+        else:
+            self.shift_gps((offset[0], offset[1], offset[2]))
+
+    def _watch_external_position(self) -> None:
+        if self.now_us - self._external_at_us > EXTERNAL_LOST_US:
+            self.lose_gps("external")
 
     def _gate_m(self) -> float:
         """What the estimator believes of a jump; the firmware knows."""

@@ -15,6 +15,7 @@ from typing import TypeVar
 
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import (
+    Event,
     HomeChanged,
     ItemReached,
     ModeChanged,
@@ -25,6 +26,11 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.mavlink import commands, setpoints
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
+from mavlink_sitl.mavlink.corrections import Corrections
+from mavlink_sitl.mavlink.external_position import ExternalPositionReceiver
+from mavlink_sitl.mavlink.logs.ftp_server import FtpServer
+from mavlink_sitl.mavlink.logs.log_server import LogServer
+from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages import telemetry
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.status_messages import heartbeat
@@ -54,14 +60,21 @@ class MavlinkServer:
     Args:
         encoders: one for each link; they keep the sequence numbers, over reboots too.
         now_us: simulated time of power-up.
+        logbook: its own logs.
 
     Attributes:
         outboxes: for each link frames to send, oldest first.
         now_us: simulated time.
         reboot_requested: the firmware is to start again.
+        corrections: what the GPS receiver was given.
     """
 
     vehicle: Commander
+    corrections_class: type[Corrections] = Corrections
+    external_class: type[ExternalPositionReceiver] = ExternalPositionReceiver
+    ftp_class: type[FtpServer] = FtpServer
+    steady: frozenset[int] = frozenset({0})
+    """Messages that come whatever anybody asks for: HEARTBEAT"""
     builders = telemetry.BUILDERS
     """By message id: what can be streamed and requested"""
 
@@ -72,6 +85,7 @@ class MavlinkServer:
         system_id: int,
         now_us: int,
         snapshot: Callable[[], Snapshot],
+        logbook: Logbook,
     ) -> None:
         self.vehicle = copter
         self.system_id = system_id
@@ -79,6 +93,7 @@ class MavlinkServer:
         self.streams = StreamSchedule()
         self.outboxes: list[list[bytes]] = [[] for _ in encoders]
         self.reboot_requested = False
+        self.corrections = self.corrections_class()
         self._encoders = encoders
         self._routes = Routes(system_id, len(encoders))
         self._snapshot = snapshot
@@ -86,6 +101,9 @@ class MavlinkServer:
         self._texts = StatusTextEncoder()
         self._parameters = ParameterServer(copter.parameters)
         self._missions = MissionServer(copter, self.send, self.send_later)
+        self._logbook = logbook
+        self._logs = self.make_log_server(logbook)
+        self._files = self.ftp_class(logbook, self.send)
         self._later: list[int] = []
         self._next_complaint_us = now_us
         self._boot_us = now_us
@@ -108,8 +126,16 @@ class MavlinkServer:
             "PARAM_SET": self._on_param_set,
             "MANUAL_CONTROL": self._on_manual_control,
             "SETUP_SIGNING": self._on_setup_signing,
+            "GPS_RTCM_DATA": self.corrections.take,
             **dict.fromkeys(self._missions.handlers, self._on_mission),
+            **dict.fromkeys(self._logs.handlers, self._on_log_request),
+            "FILE_TRANSFER_PROTOCOL": self._on_file_request,
+            **self.external_class(copter).handlers,
         }
+
+    def make_log_server(self, logbook: Logbook) -> LogServer:
+        """The log service of this firmware."""
+        return LogServer(logbook, self.vehicle, self.send)
 
     def begin_scanning(self) -> None:
         """The vehicle has a scanner: what it sees is sent unasked, from the first heartbeat on.
@@ -161,7 +187,12 @@ class MavlinkServer:
             due_us = self._heartbeat_due_us
         if self._timesync_due_us < due_us:
             due_us = self._timesync_due_us
-        return min(due_us, self._missions.next_due_us())
+        return min(
+            due_us,
+            self._missions.next_due_us(),
+            self._logs.next_due_us(),
+            self._files.next_due_us(),
+        )
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
@@ -178,12 +209,18 @@ class MavlinkServer:
                 builder = builders.get(message_id)
                 if builder is not None:  # else it may be asked for, and there is nothing to say
                     self._send_built(builder(snapshot))
-        if now_us >= self._missions.next_due_us():
-            self._missions.tick(now_us)
-            self.flush_events()
+        self._tick_services(now_us)
         if self._parameters.busy:
             for message in self._parameters.take_portion():
                 self.send(message)
+
+    def _tick_services(self, now_us: int) -> None:
+        if now_us >= self._missions.next_due_us():
+            self._missions.tick(now_us)
+            self.flush_events()
+        for part in (self._logs, self._files):
+            if now_us >= part.next_due_us():
+                part.tick(now_us)
 
     def _boot_ns(self) -> int:
         return (self.now_us - self._boot_us) * 1000 + 1
@@ -193,6 +230,7 @@ class MavlinkServer:
         events = self.vehicle.events
         while events:
             event = events.popleft()
+            self.log_event(event)
             if isinstance(event, StatusText):
                 for message in self._texts.messages(event):
                     self.send(message)
@@ -210,6 +248,10 @@ class MavlinkServer:
                 self.reboot_requested = True
         while self._later:
             self._send_telemetry(self._later.pop(0))
+
+    def log_event(self, event: Event) -> None:
+        """Put an event into the vehicle's own log."""
+        self._logbook.note(event, self.now_us - self._boot_us)
 
     # In.
 
@@ -347,6 +389,12 @@ class MavlinkServer:
                 message = (len(modes), index, 0, spec.number, 0, name)
                 self.send(dialect.MAVLink_available_modes_message(*message))
         return True
+
+    def _on_log_request(self, message: Message) -> None:
+        self._logs.receive(message, self.now_us)
+
+    def _on_file_request(self, message: Message) -> None:
+        self._files.receive(message, self.now_us)
 
     def _on_param_list(self, message: Message) -> None:
         self._parameters.request_list()

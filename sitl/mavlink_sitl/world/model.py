@@ -35,7 +35,7 @@ class MoverPath:
         corners = list(self.points_m)
         corners += corners[-2:0:-1] + corners[:1] if self.back_and_forth else corners[:1]
         lengths = [math.dist(a, b) for a, b in itertools.pairwise(corners)]
-        left = math.fmod(time_s * self.speed_m_s, sum(lengths))
+        left = math.fmod(time_s * self.speed_m_s, math.fsum(lengths))
         for length, (a, b) in zip(lengths, itertools.pairwise(corners), strict=True):
             if left <= length and length > 0.0:
                 part = left / length

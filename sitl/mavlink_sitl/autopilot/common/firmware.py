@@ -19,7 +19,7 @@ from mavlink_sitl.autopilot.plans.plans import Plans
 from mavlink_sitl.autopilot.safety.arming import Arming
 from mavlink_sitl.autopilot.safety.fence import Fence
 from mavlink_sitl.autopilot.safety.saved_parameters import Saved
-from mavlink_sitl.autopilot.state.estimator import Estimator
+from mavlink_sitl.autopilot.state.estimator import Estimator, ExternalEstimator
 from mavlink_sitl.autopilot.state.landing import LandDetector
 from mavlink_sitl.autopilot.state.navigation import Navigator
 from mavlink_sitl.autopilot.state.pilot import Pilot
@@ -56,6 +56,7 @@ class PowerUp:
         origin: where it stands when it starts; becomes the origin of its local frame.
         observation: the first thing it is told; its time is that of power-up.
         ready_after_s: how long its estimator takes to use GPS.
+        external_position: its estimator takes the position from outside instead.
     """
 
     personality: Personality
@@ -63,6 +64,7 @@ class PowerUp:
     origin: GeoPoint
     observation: Observation
     ready_after_s: float
+    external_position: bool = False
 
 
 class Firmware(ABC):
@@ -93,7 +95,8 @@ class Firmware(ABC):
         self.navigator = self.navigator_class(frame, start.parameters)
         self.observation = observation
         self.boot_s = observation.time_s
-        self.estimator = Estimator(personality, self.boot_s, start.ready_after_s)
+        estimator = ExternalEstimator if start.external_position else Estimator
+        self.estimator: Estimator = estimator(personality, self.boot_s, start.ready_after_s)
         self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
         self.pilot = Pilot()
         self.plans = Plans()
@@ -104,6 +107,8 @@ class Firmware(ABC):
         self.started = False
         self.inject_failure: Callable[[int, int, int], Result] = lambda *_: Result.UNSUPPORTED
         """Breaks something; set by whoever runs the vehicle"""
+        self.external_position: Callable[[Vector, bool], None] | None = None
+        """Takes a position from outside, and whether its source was reset"""
         self.damage: str | None = None
         """Why it will not fly again before it is mended"""
         self.servos_us: dict[int, int] = {}
@@ -328,6 +333,12 @@ class Firmware(ABC):
     @abstractmethod
     def hold_underway(self) -> None:
         """Enter the mode that holds and waits for orders, from where it is and as it moves."""
+
+    def give_origin(self, origin: GeoPoint) -> None:
+        """SET_GPS_GLOBAL_ORIGIN, which only an estimator without one takes."""
+        if isinstance(self.estimator, ExternalEstimator) and not self.estimator.origin_given:
+            self.estimator.origin_given = True
+            self.navigator.move_origin(origin)
 
     def set_home(self, point: GeoPoint | None = None) -> None:
         """Home is there, or here."""

@@ -38,8 +38,9 @@ class PlanRules:
         timeout_s: and given up after so long.
         timeout_text: what is said then.
         timeout_result: the MISSION_ACK then, or None for silence.
-        in_place: items are stored as they come, so that an upload that ends early leaves a
-            mixture; else the old list stays until the new one is complete.
+        in_place: items of missions and rally points are stored as they come, so that an upload
+            that ends early leaves a mixture, while a fence is checked and stored as a whole; else
+            the old list stays until the new one is complete.
         locked_in_auto: MISSION_CLEAR_ALL in AUTO is an error while it is armed.
         clears_all_types: MISSION_CLEAR_ALL of type 255 is known.
         identified: MISSION_ACK, MISSION_COUNT and MISSION_CURRENT carry the list's identity.

@@ -50,7 +50,7 @@ class AttitudeTarget:
             y + w * q + z * p - x * r,
             z + w * r + x * q - y * p,
         )
-        length = math.sqrt(sum(value * value for value in turned))
+        length = math.sqrt(math.fsum(value * value for value in turned))
         w, x, y, z = (value / length for value in turned)
         return replace(self, quaternion=(w, x, y, z))
 

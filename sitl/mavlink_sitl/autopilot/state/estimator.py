@@ -10,6 +10,7 @@ both firmwares' estimators, and seen on PX4's own simulator).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from mavlink_sitl.autopilot.personality import Personality
@@ -128,6 +129,11 @@ class Estimator:
             self._flagged = False
 
     @property
+    def is_external(self) -> bool:
+        """Whether it takes its position from outside, and has no receiver."""
+        return False
+
+    @property
     def glitching(self) -> bool:
         """Whether it says that the receiver is not to be believed."""
         return self._flagged and self.position_ok
@@ -186,3 +192,42 @@ class Estimator:
         if not self.using_gps:
             return FLAGS_ALIGNED
         return FLAGS_VARIANCE if self.variance else FLAGS_USING_GPS
+
+
+class ExternalEstimator(Estimator):
+    """An estimator without a receiver: its position comes from outside, its origin by message.
+
+    An ArduPilot with EK3_SRC1_POSXY 6 and VISO_TYPE 1, a PX4 with EKF2_EV_CTRL 15 and EKF2_GPS_CTRL
+    0.
+    """
+
+    def __init__(self, personality: Personality, boot_s: float, ready_after_s: float) -> None:
+        super().__init__(personality, boot_s, ready_after_s)
+        self.origin_given = False
+        self._fix = False
+        self._lost_since_s = -math.inf
+
+    @property
+    def is_external(self) -> bool:
+        """Whether it takes its position from outside, and has no receiver."""
+        return True
+
+    @property
+    def gps_started(self) -> bool:
+        """Whether there has been a position."""
+        return self.has_origin and self._lost_since_s != -math.inf
+
+    @property
+    def has_origin(self) -> bool:
+        """Whether the local frame has a place on earth."""
+        return self.origin_given and super().has_origin
+
+    @property
+    def using_gps(self) -> bool:
+        """Whether LOCAL_POSITION_NED is sent."""
+        return self._now_s >= self._ready_at_s and self.gps_started and super().using_gps
+
+    @property
+    def lost(self) -> bool:
+        """Whether there was a position once and is none now."""
+        return self.gps_started and super().lost

@@ -34,6 +34,11 @@ class Navigator:
         if not lost:
             self._known_at = (motion.north_m, motion.east_m)
 
+    def move_origin(self, origin: GeoPoint) -> None:
+        """The local frame is there on earth."""
+        self.frame = self.frame._replace(origin=origin)
+        self.origin, self._here = origin, None
+
     def here(self) -> GeoPoint:
         """The estimated position of the vehicle."""
         if self._here is None:

@@ -26,9 +26,9 @@ class StreamSchedule:
         self._due_us.pop(message_id, None)
         self.next_due_us = min(self._due_us.values(), default=NEVER_US)
 
-    def stop_all(self, but: int) -> None:
-        """Send no message any more but one."""
-        for message_id in [each for each in self._due_us if each != but]:
+    def stop_all(self, but: frozenset[int]) -> None:
+        """Send no message any more but some."""
+        for message_id in [each for each in self._due_us if each not in but]:
             self.stop(message_id)
 
     def interval_us(self, message_id: int) -> int:

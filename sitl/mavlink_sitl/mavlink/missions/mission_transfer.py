@@ -39,6 +39,8 @@ class _Upload:
         asked_us: when it was last asked for.
         heard_us: when the last item came.
         current: the latest item that was sent as the current one.
+        first: the first item that is replaced.
+        kept: those behind the last that is replaced.
     """
 
     sender: tuple[int, int]
@@ -49,6 +51,8 @@ class _Upload:
     asked_us: int
     heard_us: int
     current: int | None = None
+    first: int = 0
+    kept: tuple[PlanItem, ...] = ()
 
 
 class MissionServer(MissionSender):
@@ -130,11 +134,15 @@ class MissionServer(MissionSender):
             text = self._rules.too_many_text.format(capacity=capacity)
             self._vehicle.say(Severity.WARNING, text)
             return
-        if self._rules.in_place:
+        if self._in_place(plan_type):
             self._truncate(plan_type, message.count)
         now_us = self._now_us
         self._upload = _Upload(sender, plan_type, 0, message.count, [], now_us, now_us)
         self._ask_or_end(self._upload)
+
+    def _in_place(self, plan_type: PlanType) -> bool:
+        """Whether items are stored as they come; a fence is not, with either firmware."""
+        return self._rules.in_place and plan_type is not PlanType.FENCE
 
     def _truncate(self, plan_type: PlanType, count: int) -> None:
         plan = self._vehicle.plans.of(plan_type)
@@ -149,11 +157,15 @@ class MissionServer(MissionSender):
         if busy or not self._rules.in_place:
             self._ack(sender, items.DENIED if busy else items.UNSUPPORTED, plan_type)
             return
-        if not 0 <= first <= last < len(self._vehicle.plans.of(plan_type).items):
+        stored = self._vehicle.plans.of(plan_type).items
+        if not 0 <= first <= last < len(stored):
             self._ack(sender, items.ERROR, plan_type)
             return
         now_us = self._now_us
-        self._upload = _Upload(sender, plan_type, first, last + 1, [], now_us, now_us)
+        self._upload = _Upload(
+            sender, plan_type, first, last + 1, [], now_us, now_us, None, first,
+            tuple(stored[last + 1 :]),
+        )  # fmt: skip
         self._ask(self._upload)
 
     def _ask(self, upload: _Upload) -> None:
@@ -170,10 +182,11 @@ class MissionServer(MissionSender):
         self._upload = None
         result = items.OK
         plan = self._vehicle.plans.of(upload.plan_type)
+        taken = [*plan.items[: upload.first], *upload.taken, *upload.kept]
         if upload.plan_type == PlanType.FENCE and self._rules.by_frame is None:
-            result = items.fence_fault(plan.items)
-        if result == items.OK and not self._rules.in_place:
-            plan.replace(upload.taken, items.identity(upload.taken))
+            result = items.fence_fault(taken)
+        if result == items.OK and not self._in_place(upload.plan_type):
+            plan.replace(taken, items.identity(taken))
             if upload.plan_type == PlanType.MISSION:
                 self._vehicle.plans.keep_place(upload.current)
             self._changed(upload.plan_type)
@@ -219,7 +232,7 @@ class MissionServer(MissionSender):
             return
         item = items.stored(item, self._rules)
         upload.heard_us = self._now_us
-        if self._rules.in_place:
+        if self._in_place(upload.plan_type):
             self._vehicle.plans.of(upload.plan_type).put(upload.place, item)
             self._changed(upload.plan_type)
         else:

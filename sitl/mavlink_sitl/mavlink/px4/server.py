@@ -24,6 +24,11 @@ from mavlink_sitl.exchange import (
     StatusText,
 )
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
+from mavlink_sitl.mavlink.corrections import Px4Corrections
+from mavlink_sitl.mavlink.external_position import Px4ExternalPositionReceiver
+from mavlink_sitl.mavlink.logs.ftp_server import Px4FtpServer
+from mavlink_sitl.mavlink.logs.log_server import LogServer, Px4LogServer
+from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
@@ -60,6 +65,7 @@ class Px4Server(MavlinkServer):
     Args:
         encoder: keeps the link's sequence numbers, over reboots too.
         now_us: simulated time of power-up.
+        logbook: its own logs.
         role: "onboard" for a companion computer's link, "gcs" for a ground station's.
 
     Attributes:
@@ -67,6 +73,11 @@ class Px4Server(MavlinkServer):
     """
 
     vehicle: Px4Vehicle
+    corrections_class = Px4Corrections
+    external_class = Px4ExternalPositionReceiver
+    ftp_class = Px4FtpServer
+    steady = frozenset({0, 42})
+    """HEARTBEAT, and MISSION_CURRENT of the mission service"""
 
     def __init__(
         self,
@@ -75,13 +86,14 @@ class Px4Server(MavlinkServer):
         system_id: int,
         now_us: int,
         snapshot: Callable[[], Snapshot],
+        logbook: Logbook,
         role: str = GCS,
     ) -> None:
         self.builders = {
             **kind_messages.BUILDERS[copter.personality.kind],
             _CURRENT_MODE: self._current_mode,
         }
-        super().__init__(copter, (encoder,), system_id, now_us, snapshot)
+        super().__init__(copter, (encoder,), system_id, now_us, snapshot, logbook)
         self.vehicle = copter
         self.role = role
         self.peers: list[Px4Server] = [self]
@@ -111,6 +123,10 @@ class Px4Server(MavlinkServer):
         )
         for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):
             del self._handlers[unheard]
+
+    def make_log_server(self, logbook: Logbook) -> LogServer:
+        """The log service of this firmware."""
+        return Px4LogServer(logbook, self.vehicle, self.send)
 
     # Time and streams.
 
@@ -204,6 +220,7 @@ class Px4Server(MavlinkServer):
         events = self.vehicle.events
         while events:
             event = events.popleft()
+            self.log_event(event)
             for peer in self.peers:
                 peer.tell(event)
         while self._later:

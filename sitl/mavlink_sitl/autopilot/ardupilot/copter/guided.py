@@ -71,8 +71,11 @@ class Guided(Mode):
 
     @property
     def wanted_velocity_m_s(self) -> Vector | None:
-        """The velocity of the setpoint, NED."""
-        return self.target.velocity_m_s
+        """The velocity of the setpoint, NED, that AC_Avoid looks at.
+
+        Only where no position comes with it: mode_guided.cpp, velaccel_control_run alone asks it.
+        """
+        return self.target.velocity_m_s if self.submode is Submode.VELOCITY else None
 
     def enter(self) -> None:
         """Stop and hold; no old setpoint is taken up again, and no pause lasts."""

@@ -133,7 +133,7 @@ class FlyLine(GlideTask):
         """How much of the line lies behind; more than 1 beyond its end."""
         if self.length_m < 1.0:
             return 1.0
-        along = sum(
+        along = math.fsum(
             (h - s) * (t - s)
             for h, s, t in zip(self.here, self.start[:2], self.target[:2], strict=True)
         )

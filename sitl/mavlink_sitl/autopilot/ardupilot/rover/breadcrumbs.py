@@ -80,7 +80,7 @@ def _off(point: Point, start: Point, end: Point) -> float:
     length = math.dist(start, end)
     if length < 1e-9:
         return math.dist(point, start)
-    along = sum((p - s) * (e - s) for p, s, e in zip(point, start, end, strict=True)) / length
+    along = math.fsum((p - s) * (e - s) for p, s, e in zip(point, start, end, strict=True)) / length
     share = min(max(along / length, 0.0), 1.0)
     foot = tuple(s + share * (e - s) for s, e in zip(start, end, strict=True))
     return math.dist(point, foot)
